@@ -1,0 +1,23 @@
+"""Heavy parts are extras: say which one is missing."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+from firstcontact.core.errors import InputError
+
+
+def need(extra: str, *modules: str) -> None:
+    """Refuse with the install command if any of these modules is missing.
+
+    Raises
+    ------
+    InputError
+        Names the extra to install.
+    """
+    missing = [m for m in modules if find_spec(m) is None]
+    if missing:
+        raise InputError(
+            f"this needs {', '.join(missing)}, which the base install leaves out: "
+            f"pip install 'firstcontact[{extra}]'"
+        )

@@ -1,0 +1,1 @@
+"""Contact detectors, one a file."""

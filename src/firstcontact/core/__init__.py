@@ -1,0 +1,23 @@
+"""The nouns: small frozen types that every room shares."""
+
+from firstcontact.core.block import Block
+from firstcontact.core.errors import InputError
+from firstcontact.core.estimate import Estimate
+from firstcontact.core.layout import Channel, ChannelKind, Finger, Layout, fingertip_layout
+from firstcontact.core.pinch import Contact, Dataset, Label, Pinch, Role
+
+__all__ = [
+    "Block",
+    "Channel",
+    "ChannelKind",
+    "Contact",
+    "Dataset",
+    "Estimate",
+    "Finger",
+    "InputError",
+    "Label",
+    "Layout",
+    "Pinch",
+    "Role",
+    "fingertip_layout",
+]

@@ -1,0 +1,155 @@
+"""What the columns of a sample are: the sensor layout."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from enum import IntEnum, StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Mean sampling rate of the published fingertip, Hz.
+FINGERTIP_RATE = 4936.0
+#: Coefficient of the exponential smoothing on the microcontroller.
+FINGERTIP_SMOOTHING = 0.5
+#: Taxels of one fingertip's 3 x 2 force array.
+TAXELS = 6
+#: The device sends filtered values with five fractional bits: 1/32 ADC count.
+SUBCOUNTS = 32
+ADC_COUNTS = 1024
+ADC_VOLTS = 3.3
+PIEZO_OFFSET_VOLTS = 1.65
+
+
+class Finger(IntEnum):
+    """One of the two fingers of a pinch."""
+
+    INDEX = 0
+    THUMB = 1
+
+    @property
+    def other(self) -> Finger:
+        """The finger on the opposite side."""
+        return Finger(1 - self)
+
+
+class ChannelKind(StrEnum):
+    """What a channel measures."""
+
+    PIEZO = "piezo"
+    FORCE = "force"
+    STRIP = "strip"
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One column of a sample.
+
+    ``physical = (raw - offset) * scale``, in ``unit``.
+    """
+
+    name: str
+    kind: ChannelKind
+    finger: Finger
+    unit: str
+    scale: float = 1.0
+    offset: float = 0.0
+    taxel: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """The columns of a sample, their rate and what was done to them.
+
+    Parameters
+    ----------
+    channels
+        The columns in their order.
+    rate
+        Mean sampling rate, Hz.
+    smoothing_alpha
+        Coefficient of the exponential smoothing already applied to the piezo
+        channels (1 = none).
+    """
+
+    channels: tuple[Channel, ...]
+    rate: float
+    smoothing_alpha: float = 1.0
+
+    def columns(self, kind: ChannelKind, finger: Finger | None = None) -> tuple[int, ...]:
+        """Column numbers of a kind of channel, of one finger or of both."""
+        return tuple(
+            i
+            for i, c in enumerate(self.channels)
+            if c.kind is kind and (finger is None or c.finger is finger)
+        )
+
+    @property
+    def piezo_fingers(self) -> tuple[Finger, ...]:
+        """The fingers that have a piezo channel, in column order."""
+        return tuple(c.finger for c in self.channels if c.kind is ChannelKind.PIEZO)
+
+    @property
+    def has_force(self) -> bool:
+        """Whether any force channel is there."""
+        return any(c.kind is ChannelKind.FORCE for c in self.channels)
+
+    @property
+    def has_strip(self) -> bool:
+        """Whether any strip channel is there."""
+        return any(c.kind is ChannelKind.STRIP for c in self.channels)
+
+    def physical(self, data: NDArray[Any], columns: tuple[int, ...]) -> NDArray[np.float64]:
+        """Columns of raw samples in their physical units.
+
+        Parameters
+        ----------
+        data
+            Raw samples, shape (samples, channels).
+        columns
+            Which columns.
+
+        Returns
+        -------
+        ndarray
+            Shape (samples, len(columns)).
+        """
+        chosen = [self.channels[i] for i in columns]
+        offset = np.array([c.offset for c in chosen])
+        scale = np.array([c.scale for c in chosen])
+        raw: NDArray[np.float64] = data[:, list(columns)].astype(np.float64)
+        return (raw - offset) * scale
+
+    def to_json(self) -> dict[str, Any]:
+        """A JSON-ready form."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, tree: Mapping[str, Any]) -> Layout:
+        """The inverse of :meth:`to_json`."""
+        channels = tuple(
+            Channel(**{**c, "kind": ChannelKind(c["kind"]), "finger": Finger(c["finger"])})
+            for c in tree["channels"]
+        )
+        return cls(channels, float(tree["rate"]), float(tree["smoothing_alpha"]))
+
+
+def fingertip_layout() -> Layout:
+    """The 16 channels of the published hand: int16, 1/32 ADC count.
+
+    Two piezo channels (V around the 1.65 V offset), two 3 x 2 force arrays
+    (V over the divider), two strips (0 open, 1 closed).
+    """
+    volt = ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS)
+    zero = PIEZO_OFFSET_VOLTS / volt
+    names = {Finger.INDEX: "index", Finger.THUMB: "thumb"}
+    piezo = [Channel(f"piezo_{n}", ChannelKind.PIEZO, f, "V", volt, zero) for f, n in names.items()]
+    force = [
+        Channel(f"force_{n}_{k}", ChannelKind.FORCE, f, "V", volt, 0.0, k)
+        for f, n in names.items()
+        for k in range(TAXELS)
+    ]
+    strip = [Channel(f"strip_{n}", ChannelKind.STRIP, f, "") for f, n in names.items()]
+    return Layout((*piezo, *force, *strip), FINGERTIP_RATE, FINGERTIP_SMOOTHING)

@@ -1,0 +1,176 @@
+"""A pinch: samples, what was pinched, and when each finger touched it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core.layout import ChannelKind, Finger, Layout
+
+
+class Role(StrEnum):
+    """What a pinch is for: learning, or unseen until the test."""
+
+    TRAIN = "train"
+    TEST = "test"
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """What was pinched. ``None`` and "" mean not known."""
+
+    object: str = ""
+    shore_a: float | None = None
+    hardness_rank: int | None = None
+    specimen: str = ""
+    session: str = ""
+    role: Role = Role.TRAIN
+
+    def to_json(self) -> dict[str, Any]:
+        """A JSON-ready form."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, tree: dict[str, Any]) -> Label:
+        """The inverse of :meth:`to_json`."""
+        return cls(**{**tree, "role": Role(tree["role"])})
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """A finger touched: which, and at which sample of the device's count.
+
+    ``decided`` is the sample after whose arrival the contact was known; for
+    ground truth it is the sample itself.
+    """
+
+    finger: Finger
+    sample: int
+    decided: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pinch:
+    """One closing of the hand on an object.
+
+    Parameters
+    ----------
+    data
+        Raw samples, shape (samples, channels); ``layout`` gives their meaning.
+    layout
+        The columns.
+    label
+        What was pinched.
+    first_sample
+        Device sample number of ``data[0]``.
+    truth
+        Contacts known from the strips or from labels, in the order of time:
+        none, the first, or the first and the second.
+    """
+
+    data: NDArray[Any]
+    layout: Layout
+    label: Label = field(default_factory=Label)
+    first_sample: int = 0
+    truth: tuple[Contact, ...] = ()
+
+    @property
+    def first(self) -> Contact | None:
+        """The first contact, where known."""
+        return self.truth[0] if self.truth else None
+
+    @property
+    def second(self) -> Contact | None:
+        """The second contact, where known."""
+        return self.truth[1] if len(self.truth) > 1 else None
+
+    @property
+    def offset(self) -> float | None:
+        """Time from the first to the second contact, s."""
+        if self.second is None:
+            return None
+        return (self.truth[1].sample - self.truth[0].sample) / self.layout.rate
+
+    def piezo(self) -> NDArray[np.float64]:
+        """Piezo channels in V, shape (samples, fingers with a piezo)."""
+        return self.layout.physical(self.data, self.layout.columns(ChannelKind.PIEZO))
+
+    def force(self, finger: Finger) -> NDArray[np.float64]:
+        """Force channels of a finger in their unit, shape (samples, 6)."""
+        return self.layout.physical(self.data, self.layout.columns(ChannelKind.FORCE, finger))
+
+    def strip(self, finger: Finger) -> NDArray[np.float64]:
+        """The strip of a finger, shape (samples, 1)."""
+        return self.layout.physical(self.data, self.layout.columns(ChannelKind.STRIP, finger))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Dataset:
+    """Pinches of one layout, with their labels as arrays.
+
+    All pinches share the layout (:class:`firstcontact.core.errors.InputError`
+    is raised where they are loaded if they do not). ``source`` says "twin",
+    "real" or "synthetic"; ``notes`` is what was done or left out on the way
+    (resampling, skipped chunks), one sentence each, for the report.
+    """
+
+    pinches: tuple[Pinch, ...]
+    source: str = "real"
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.pinches)
+
+    @property
+    def layout(self) -> Layout:
+        """The layout that all pinches share."""
+        return self.pinches[0].layout
+
+    @property
+    def shore_a(self) -> NDArray[np.float64]:
+        """Shore A of each pinch, NaN where not known, shape (pinches,)."""
+        return np.array(
+            [np.nan if p.label.shore_a is None else p.label.shore_a for p in self.pinches]
+        )
+
+    @property
+    def hardness_rank(self) -> NDArray[np.float64]:
+        """Hardness rank of each pinch, NaN where not known, shape (pinches,)."""
+        return np.array(
+            [
+                np.nan if p.label.hardness_rank is None else p.label.hardness_rank
+                for p in self.pinches
+            ]
+        )
+
+    @property
+    def objects(self) -> NDArray[np.str_]:
+        """Object of each pinch, shape (pinches,)."""
+        return np.array([p.label.object for p in self.pinches], dtype=np.str_)
+
+    @property
+    def specimens(self) -> NDArray[np.str_]:
+        """Specimen of each pinch, shape (pinches,)."""
+        return np.array([p.label.specimen for p in self.pinches], dtype=np.str_)
+
+    @property
+    def sessions(self) -> NDArray[np.str_]:
+        """Session of each pinch, shape (pinches,)."""
+        return np.array([p.label.session for p in self.pinches], dtype=np.str_)
+
+    @property
+    def test(self) -> NDArray[np.bool_]:
+        """Whether each pinch is an unseen object's, shape (pinches,)."""
+        return np.array([p.label.role is Role.TEST for p in self.pinches], dtype=np.bool_)
+
+    def take(self, which: NDArray[Any] | Sequence[int]) -> Dataset:
+        """The pinches at these positions, or where a mask is true."""
+        index = np.asarray(which)
+        if index.dtype == np.bool_:
+            index = np.flatnonzero(index)
+        return Dataset(tuple(self.pinches[int(i)] for i in index), self.source, self.notes)

@@ -1,0 +1,1 @@
+"""Recordings: writer, tolerant reader, importers, exporters."""

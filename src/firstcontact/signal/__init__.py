@@ -1,0 +1,1 @@
+"""Filters and windows; streaming forms carry their state."""

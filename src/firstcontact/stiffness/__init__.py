@@ -1,0 +1,1 @@
+"""Stiffness estimators, one a file, and the saved-model format."""

@@ -1,0 +1,1 @@
+"""The study: splits, metrics, figures, report."""

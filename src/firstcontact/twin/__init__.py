@@ -1,0 +1,1 @@
+"""The pinch twin: a physical model that makes recordings."""

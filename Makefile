@@ -1,0 +1,110 @@
+# Needs python3 (3.11 or later), python3-venv and make; everything else is fetched into .venv.
+# `make` alone lists the targets.
+
+PYTHON ?= python3
+VENV   ?= .venv
+OUT    ?= firstcontact-study
+BIN    := $(VENV)/bin
+PIP    := $(BIN)/python -m pip --disable-pip-version-check
+
+# The real impacts: FIRSTCONTACT_DATA, or a copy beside the checkout.
+BESIDE := ../shared/data/impact_hardness
+FIRSTCONTACT_DATA ?= $(if $(wildcard $(BESIDE)/labels.csv),$(abspath $(BESIDE)))
+export FIRSTCONTACT_DATA
+
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := help
+
+.PHONY: help
+help: ## list the targets
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1|/' | \
+		awk -F'|' '{printf "%-22s %s\n", $$1, $$2}'
+
+# --- what is installed -------------------------------------------------------------------------
+# Stamps: installing is repeated only when what is asked for has changed. The build tool is
+# installed first, so that pip builds with the pinned one instead of fetching its own.
+
+$(BIN)/pip:
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.build-tool: constraints.txt | $(BIN)/pip
+	$(PIP) install --quiet --constraint constraints.txt setuptools
+	@touch $@
+
+$(VENV)/.study: pyproject.toml constraints.txt $(VENV)/.build-tool
+	$(PIP) install --quiet --no-build-isolation --constraint constraints.txt --editable '.[study]'
+	@touch $@
+
+$(VENV)/.dev: pyproject.toml constraints.txt $(VENV)/.build-tool
+	$(PIP) install --quiet --no-build-isolation --constraint constraints.txt --editable '.[dev]'
+	@touch $(VENV)/.study $@
+
+.PHONY: install constraints
+install: $(VENV)/.dev ## everything for development into .venv
+
+constraints: $(VENV)/.dev ## pin what is in .venv now
+	( sed -n '/^#/p' constraints.txt; \
+	  $(PIP) freeze --all --exclude-editable --exclude pip | grep -v '^#' | \
+	  sed -E 's/\+[a-z0-9.]+$$//' | sort -f ) > constraints.new
+	mv constraints.new constraints.txt
+
+# --- studies -----------------------------------------------------------------------------------
+
+.PHONY: study quick real
+study: $(VENV)/.study ## the full study at paper size: firstcontact-study/report.html
+	$(BIN)/firstcontact study --out $(OUT)
+
+quick: $(VENV)/.study ## the same study, small (a minute): firstcontact-study/quick/report.html
+	$(BIN)/firstcontact study --quick --out $(OUT)/quick
+
+real: $(VENV)/.study ## the study of real impacts (FIRSTCONTACT_DATA): firstcontact-study/real/report.html
+	@if [ ! -f "$(FIRSTCONTACT_DATA)/labels.csv" ]; then \
+		echo "make real: no labels.csv in FIRSTCONTACT_DATA='$(FIRSTCONTACT_DATA)'."; \
+		echo "Get the recordings (MIT licence) from github.com/Kev-HL/acoustic-hardness-classifier,"; \
+		echo "converted to WAV as docs/how-to/real-impacts.md says, and name their folder:"; \
+		echo "    make real FIRSTCONTACT_DATA=/path/to/impact_hardness"; \
+		exit 2; \
+	fi >&2
+	$(BIN)/firstcontact study --recordings "$(FIRSTCONTACT_DATA)" --out $(OUT)/real
+
+# --- checks ------------------------------------------------------------------------------------
+
+.PHONY: test test-slow lint format types layers docs bench
+test: $(VENV)/.dev ## the tests
+	$(BIN)/python -m pytest
+
+test-slow: $(VENV)/.dev ## the long tests: paper size, soak, installed wheel, slow commands in the docs
+	$(BIN)/python -m pytest -m slow --timeout 3600
+
+lint: $(VENV)/.dev ## ruff: rules and format
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+format: $(VENV)/.dev ## let ruff rewrite what it can
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+types: $(VENV)/.dev ## mypy --strict
+	$(BIN)/mypy
+
+layers: $(VENV)/.dev ## rooms import downwards only
+	$(BIN)/lint-imports
+
+docs: $(VENV)/.dev ## the documentation into site/
+	$(BIN)/mkdocs build --strict --quiet
+
+bench: $(VENV)/.dev ## what is timed: benchmarks/
+	for file in benchmarks/bench_*.py; do $(BIN)/python $$file || exit 1; done
+
+# --- numbers in the docs -----------------------------------------------------------------------
+
+.PHONY: readme-numbers
+readme-numbers: $(VENV)/.study ## copy the numbers of both studies into docs/results and the tables
+	$(BIN)/python docs/numbers.py \
+		--study $(OUT)/results.json --real $(OUT)/real/results.json
+
+.PHONY: clean
+clean: ## remove what was built (studies and .venv stay)
+	rm -rf build dist site .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	find src tests docs benchmarks examples -name __pycache__ -type d -prune -exec rm -rf {} +
+	rm -rf src/*.egg-info

@@ -1,0 +1,107 @@
+"""To another sampling rate, explicitly and on record."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core.layout import ChannelKind
+from firstcontact.core.pinch import Contact, Dataset, Pinch
+
+#: Half of the anti-aliasing filter, in samples of the lower of the two rates.
+HALF_LENGTH = 10
+#: Largest number in the ratio of the rates; its error is below 1 ppm.
+LARGEST_RATIO = 2000
+
+
+def _ratio(old: float, new: float) -> Fraction:
+    return Fraction(new / old).limit_denominator(LARGEST_RATIO)
+
+
+def _position(position: int, ratio: Fraction) -> int:
+    return round(position * ratio)
+
+
+def resample(x: NDArray[Any], old: float, new: float) -> NDArray[np.float64]:
+    """Polyphase resampling with a zero-phase low-pass (Kaiser, beta 5).
+
+    Parameters
+    ----------
+    x
+        Shape (samples, channels).
+    old, new
+        Rates, Hz.
+
+    Returns
+    -------
+    ndarray
+        Shape (about samples x new / old, channels). The filter looks ahead
+        ten samples of the lower rate.
+    """
+    from scipy.signal import resample_poly
+
+    ratio = _ratio(old, new)
+    out: NDArray[np.float64] = resample_poly(
+        np.asarray(x, dtype=np.float64), ratio.numerator, ratio.denominator, axis=0, padtype="edge"
+    )
+    return out
+
+
+def _resample_pinch(pinch: Pinch, new: float) -> Pinch:
+    layout = pinch.layout
+    ratio = _ratio(layout.rate, new)
+    data = resample(pinch.data, layout.rate, new).astype(np.float32)
+    strips = list(layout.columns(ChannelKind.STRIP))
+    if strips:
+        # A switch is open or closed: nothing in between.
+        nearest = np.rint(np.arange(len(data)) / float(ratio)).astype(np.intp)
+        data[:, strips] = pinch.data[np.minimum(nearest, len(pinch.data) - 1)][:, strips]
+    first = _position(pinch.first_sample, ratio)
+
+    def moved(contact: Contact) -> Contact:
+        sample = first + _position(contact.sample - pinch.first_sample, ratio)
+        decided = first + _position(contact.decided - pinch.first_sample, ratio)
+        return Contact(contact.finger, sample, decided)
+
+    return Pinch(
+        data,
+        replace(layout, rate=new),
+        pinch.label,
+        first,
+        tuple(moved(c) for c in pinch.truth),
+    )
+
+
+def resample_dataset(dataset: Dataset, rate: float) -> Dataset:
+    """All pinches at another rate, truth moved along, and a note that says so.
+
+    Data already at the rate come back as they are. Samples become float32 in
+    the raw unit of the layout, so that its scale and offset still hold; strips
+    take the nearest sample.
+
+    Parameters
+    ----------
+    dataset
+        The pinches.
+    rate
+        New rate, Hz.
+
+    Returns
+    -------
+    Dataset
+        With one more sentence in ``notes``.
+    """
+    if not len(dataset) or dataset.layout.rate == rate:
+        return dataset
+    old = dataset.layout.rate
+    ahead = 1e3 * HALF_LENGTH / min(old, rate)
+    note = (
+        f"Resampled from {old:g} Hz to {rate:g} Hz with a zero-phase low-pass "
+        f"that looks ahead {ahead:.1f} ms."
+    )
+    pinches = tuple(_resample_pinch(p, rate) for p in dataset.pinches)
+    return Dataset(pinches, dataset.source, (*dataset.notes, note))

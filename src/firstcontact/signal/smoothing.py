@@ -1,0 +1,70 @@
+"""Exponential smoothing, as the microcontroller does it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core.layout import FINGERTIP_RATE, FINGERTIP_SMOOTHING
+
+
+class ExponentialSmoothing:
+    """First-order recursive low-pass, ``y[n] = y[n-1] + alpha (x[n] - y[n-1])``.
+
+    The first sample is its own history, so a constant comes out unchanged.
+
+    Parameters
+    ----------
+    alpha
+        Weight of the newest sample, 0 < alpha <= 1 (1 leaves everything as it is).
+    rate
+        Sampling rate, Hz; only :attr:`latency` uses it.
+
+    Raises
+    ------
+    ValueError
+        When ``alpha`` is outside (0, 1].
+    """
+
+    def __init__(self, alpha: float = FINGERTIP_SMOOTHING, rate: float = FINGERTIP_RATE) -> None:
+        if not 0.0 < alpha <= 1.0:
+            raise ValueError(f"alpha is {alpha}; it must be above 0 and at most 1")
+        self.alpha = alpha
+        self.rate = rate
+        self._state: NDArray[np.float64] | None = None
+
+    @property
+    def latency(self) -> float:
+        """Group delay at low frequencies, s: ``(1 - alpha) / alpha`` samples."""
+        return (1.0 - self.alpha) / self.alpha / self.rate
+
+    def reset(self) -> None:
+        """Forget the past."""
+        self._state = None
+
+    def update(self, x: NDArray[Any]) -> NDArray[np.float64]:
+        """Filter the next samples.
+
+        Parameters
+        ----------
+        x
+            Shape (n, channels).
+
+        Returns
+        -------
+        ndarray
+            Shape (n, channels); the same numbers whatever the blocks.
+        """
+        # scipy.signal takes 0.3 s to import: not before it is needed.
+        from scipy.signal import lfilter
+
+        samples = np.asarray(x, dtype=np.float64)
+        if len(samples) == 0:
+            return samples.copy()
+        keep = 1.0 - self.alpha
+        state = keep * samples[:1] if self._state is None else self._state
+        y, self._state = lfilter([self.alpha], [1.0, -keep], samples, axis=0, zi=state)
+        out: NDArray[np.float64] = y
+        return out

@@ -1,0 +1,254 @@
+"""From a contact to the window that a stiffness is read from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core.block import Block
+from firstcontact.core.layout import FINGERTIP_SMOOTHING, ChannelKind, Layout
+from firstcontact.core.pinch import Contact, Dataset
+from firstcontact.signal.savgol import SavitzkyGolay
+from firstcontact.signal.smoothing import ExponentialSmoothing
+
+#: The baseline is the mean of this much quiet before the contact, s ...
+BASELINE = 0.020
+#: ... that ends this long before it, s: a detected contact may be a little late.
+BASELINE_GUARD = 0.002
+#: With less quiet than this, s, a window has no baseline and is refused.
+BASELINE_LEAST = 0.002
+
+
+def samples_in(duration: float, rate: float) -> int:
+    """Whole samples in a duration, rounded: 15 ms at 4936 Hz are 74."""
+    return round(duration * rate)
+
+
+class Conditioner:
+    """What is done to the piezo before a window is cut from it.
+
+    Exponential smoothing where the device has not done it already (never
+    twice), then Savitzky–Golay. Output i belongs to input i and comes
+    :attr:`lookahead` samples later.
+
+    Parameters
+    ----------
+    layout
+        Says at what rate the samples come and what was done to them.
+    """
+
+    def __init__(self, layout: Layout) -> None:
+        raw = layout.smoothing_alpha == 1.0
+        self._smoothing = ExponentialSmoothing(FINGERTIP_SMOOTHING, layout.rate) if raw else None
+        self._savgol = SavitzkyGolay(rate=layout.rate)
+
+    @property
+    def lookahead(self) -> int:
+        """Samples after the current one that its output needs."""
+        return self._savgol.lookahead
+
+    @property
+    def latency(self) -> float:
+        """Time that the output waits for its look-ahead, s."""
+        return self._savgol.latency
+
+    def update(self, volts: NDArray[Any]) -> NDArray[np.float64]:
+        """Condition the next samples, (n, channels) to (m, channels)."""
+        smooth = volts if self._smoothing is None else self._smoothing.update(volts)
+        return self._savgol.update(smooth)
+
+
+def cut(
+    conditioned: NDArray[np.float64], start: int, length: int, rate: float
+) -> NDArray[np.float32] | None:
+    """Cut one window and take its baseline off.
+
+    Parameters
+    ----------
+    conditioned
+        One piezo channel after the :class:`Conditioner`, shape (samples,), V.
+    start
+        Position of the contact.
+    length
+        Samples in the window.
+    rate
+        Sampling rate, Hz.
+
+    Returns
+    -------
+    ndarray or None
+        Shape (length, 1); None when the window or its baseline is not whole,
+        not finite, or when it does not move at all (an unplugged sensor).
+    """
+    quiet_end = start - samples_in(BASELINE_GUARD, rate)
+    quiet_start = max(0, quiet_end - samples_in(BASELINE, rate))
+    if quiet_end - quiet_start < max(1, samples_in(BASELINE_LEAST, rate)):
+        return None
+    if start + length > len(conditioned):
+        return None
+    window = conditioned[start : start + length] - conditioned[quiet_start:quiet_end].mean()
+    if not np.isfinite(window).all() or np.ptp(window) == 0.0:
+        return None
+    out: NDArray[np.float32] = window.astype(np.float32)[:, None]
+    return out
+
+
+def contact_windows(
+    dataset: Dataset, contacts: Sequence[Contact | None], duration: float
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Windows of the fingers that touched, one a pinch.
+
+    Parameters
+    ----------
+    dataset
+        The pinches.
+    contacts
+        Where each pinch's window starts, and on which finger; None where no
+        contact is known.
+    duration
+        Length of the windows, s.
+
+    Returns
+    -------
+    windows : ndarray
+        Shape (pinches kept, samples, 1), V.
+    kept : ndarray
+        Shape (pinches,). Not kept: no contact, a finger without a piezo, a
+        window that the pinch does not hold whole (with the look-ahead of the
+        filter and at least 2 ms of quiet before it), one that is not finite
+        or constant.
+
+    Raises
+    ------
+    ValueError
+        When there are not as many contacts as pinches.
+    """
+    if len(contacts) != len(dataset):
+        raise ValueError(f"{len(contacts)} contacts for {len(dataset)} pinches")
+    kept = np.zeros(len(dataset), dtype=np.bool_)
+    windows: list[NDArray[np.float32]] = []
+    length = 0
+    for i, (pinch, contact) in enumerate(zip(dataset.pinches, contacts, strict=True)):
+        length = samples_in(duration, pinch.layout.rate)
+        if contact is None:
+            continue
+        columns = pinch.layout.columns(ChannelKind.PIEZO, contact.finger)
+        if not columns:
+            continue
+        volts = pinch.layout.physical(pinch.data, columns[:1])
+        conditioned = Conditioner(pinch.layout).update(volts)[:, 0]
+        window = cut(conditioned, contact.sample - pinch.first_sample, length, pinch.layout.rate)
+        if window is not None:
+            kept[i] = True
+            windows.append(window)
+    if not windows:
+        return np.zeros((0, length, 1), dtype=np.float32), kept
+    return np.stack(windows), kept
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactWindow:
+    """A window as it becomes complete in a stream.
+
+    Parameters
+    ----------
+    contact
+        The contact that it starts at.
+    samples
+        Shape (samples, 1), V, baseline removed.
+    complete
+        Number of the device sample after whose arrival it was complete; the
+        look-ahead of the filter is in it.
+    """
+
+    contact: Contact
+    samples: NDArray[np.float32]
+    complete: int
+
+
+class WindowStream:
+    """The live form of :func:`contact_windows`: the same numbers, block by block.
+
+    Parameters
+    ----------
+    layout
+        The columns of the blocks.
+    duration
+        Length of the windows, s.
+    memory
+        How long before the newest sample a contact may lie when it is told, s.
+    """
+
+    def __init__(self, layout: Layout, duration: float, memory: float = 0.050) -> None:
+        self.layout = layout
+        self.duration = duration
+        self._length = samples_in(duration, layout.rate)
+        self._columns = layout.columns(ChannelKind.PIEZO)
+        self._remember = self._length + samples_in(memory + BASELINE + BASELINE_GUARD, layout.rate)
+        #: Windows refused: across a gap, not finite, constant, or told too late.
+        self.refused = 0
+        self._pending: list[Contact] = []
+        self._restart(0, 0)
+
+    @property
+    def latency(self) -> float:
+        """Time from a contact to its complete window, s."""
+        return self.duration + self._conditioner.latency
+
+    def _restart(self, first_sample: int, epoch: int) -> None:
+        self.refused += len(self._pending)
+        self._pending = []
+        self._conditioner = Conditioner(self.layout)
+        self._past = np.zeros((0, len(self._columns)))
+        self._past_first = first_sample
+        self._end = first_sample
+        self._epoch = epoch
+
+    def update(self, block: Block, contacts: Sequence[Contact] = ()) -> list[ContactWindow]:
+        """Take the next block, and the contacts that were found in it.
+
+        A block that does not follow the one before drops the windows begun:
+        none is ever made across a gap.
+
+        Returns
+        -------
+        list of ContactWindow
+            Those that this block completed, in the order of their contacts.
+        """
+        if block.first_sample != self._end or block.epoch != self._epoch:
+            self._restart(block.first_sample, block.epoch)
+        volts = self.layout.physical(block.data, self._columns)
+        self._past = np.concatenate([self._past, self._conditioner.update(volts)])
+        self._end = block.end
+        self._pending.extend(contacts)
+        done = []
+        for contact in list(self._pending):
+            complete = contact.sample + self._length - 1 + self._conditioner.lookahead
+            if complete >= self._end:
+                continue
+            self._pending.remove(contact)
+            window = self._window(contact)
+            if window is None:
+                self.refused += 1
+            else:
+                done.append(ContactWindow(contact, window, complete))
+        self._forget()
+        return done
+
+    def _window(self, contact: Contact) -> NDArray[np.float32] | None:
+        start = contact.sample - self._past_first
+        if contact.finger not in self.layout.piezo_fingers or start < 0:
+            return None
+        column = self.layout.piezo_fingers.index(contact.finger)
+        return cut(self._past[:, column], start, self._length, self.layout.rate)
+
+    def _forget(self) -> None:
+        surplus = len(self._past) - self._remember
+        # Dropped in lumps: moving the rest for every block would cost more.
+        if surplus > self._remember:
+            self._past = self._past[surplus:].copy()
+            self._past_first += surplus

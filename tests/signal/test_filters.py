@@ -1,0 +1,112 @@
+"""What all streaming filters promise, and what each is."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firstcontact.signal import ExponentialSmoothing, MovingAverage, SavitzkyGolay
+
+FILTERS = {
+    "smoothing": ExponentialSmoothing,
+    "moving average": lambda: MovingAverage(7),
+    "savgol": SavitzkyGolay,
+    "savgol 7/3": lambda: SavitzkyGolay(7, 3),
+}
+
+
+def noise(n: int, channels: int = 2, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).normal(size=(n, channels))
+
+
+@pytest.mark.parametrize("make", FILTERS.values(), ids=FILTERS)
+@given(cuts=st.lists(st.integers(0, 60), max_size=12))
+@settings(max_examples=30, deadline=None)
+def test_any_split_gives_the_same_numbers(make, cuts):
+    x = noise(60)
+    whole = make().update(x)
+    one = make()
+    edges = [0, *sorted(cuts), 60]
+    parts = [one.update(x[a:b]) for a, b in itertools.pairwise(edges)]
+    assert np.array_equal(np.concatenate(parts), whole)
+
+
+@pytest.mark.parametrize("make", FILTERS.values(), ids=FILTERS)
+def test_a_constant_stays_and_reset_forgets(make):
+    one = make()
+    constant = np.full((30, 1), 1.65)
+    np.testing.assert_allclose(one.update(constant), 1.65, rtol=1e-14)
+    one.reset()
+    assert np.array_equal(one.update(noise(30)), make().update(noise(30)))
+
+
+@pytest.mark.parametrize("make", FILTERS.values(), ids=FILTERS)
+def test_latency_is_how_far_a_slow_ramp_is_behind(make):
+    one = make()
+    ramp = np.arange(200.0)[:, None]
+    out = one.update(ramp)
+    # A ramp of one a sample: the value is the time that the output speaks of.
+    behind = 199.0 - out[-1, 0]
+    assert behind / one.rate == pytest.approx(one.latency)
+
+
+def test_smoothing_is_the_recursion_of_the_microcontroller():
+    x = noise(50, 1)[:, 0]
+    y = [x[0]]
+    for value in x[1:]:
+        y.append(y[-1] + 0.5 * (value - y[-1]))
+    np.testing.assert_allclose(ExponentialSmoothing(0.5).update(x[:, None])[:, 0], y, rtol=1e-12)
+
+
+def test_moving_average_is_a_mean():
+    x = noise(40, 1)
+    out = MovingAverage(5).update(x)
+    assert out[20, 0] == pytest.approx(x[16:21, 0].mean())
+
+
+@pytest.mark.parametrize(("length", "order"), [(5, 2), (7, 3), (9, 4)])
+def test_savgol_leaves_polynomials_up_to_its_order(length, order):
+    t = np.linspace(-1.0, 1.0, 40)
+    one = SavitzkyGolay(length, order)
+    for power in range(order + 1):
+        one.reset()
+        out = one.update((t**power)[:, None])[:, 0]
+        half = length // 2
+        np.testing.assert_allclose(out[half:], (t**power)[half : len(out)], atol=1e-12)
+
+
+def test_savgol_agrees_with_scipy():
+    from scipy.signal import savgol_filter
+
+    x = noise(50, 1)[:, 0]
+    ours = SavitzkyGolay(7, 2).update(x[:, None])[:, 0]
+    np.testing.assert_allclose(ours[3:], savgol_filter(x, 7, 2)[3:-3], atol=1e-12)
+
+
+def test_savgol_output_uses_nothing_beyond_its_lookahead():
+    x = noise(30, 1)
+    changed = x.copy()
+    changed[20:] += 100.0
+    one = SavitzkyGolay()
+    a, b = one.update(x), SavitzkyGolay().update(changed)
+    assert np.array_equal(a[: 20 - one.lookahead], b[: 20 - one.lookahead])
+    assert len(a) == 30 - one.lookahead
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: ExponentialSmoothing(0.0),
+        lambda: ExponentialSmoothing(1.5),
+        lambda: MovingAverage(0),
+        lambda: SavitzkyGolay(4, 2),
+        lambda: SavitzkyGolay(5, 5),
+    ],
+)
+def test_impossible_settings_are_refused(make):
+    with pytest.raises(ValueError, match="it must be"):
+        make()

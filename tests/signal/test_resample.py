@@ -1,0 +1,62 @@
+"""Resampling keeps the signal, the truth and a note."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from firstcontact.core import (
+    Channel,
+    ChannelKind,
+    Contact,
+    Dataset,
+    Finger,
+    Layout,
+    Pinch,
+    fingertip_layout,
+)
+from firstcontact.signal import resample, resample_dataset
+
+
+@pytest.mark.parametrize(("old", "new"), [(16_000.0, 4936.0), (2000.0, 4936.0), (4936.0, 5000.0)])
+def test_a_slow_sine_survives(old, new):
+    t = np.arange(round(0.3 * old)) / old
+    out = resample(np.sin(2 * np.pi * 200 * t)[:, None], old, new)[:, 0]
+    u = np.arange(len(out)) / new
+    inner = (u > 0.02) & (u < 0.28)
+    np.testing.assert_allclose(out[inner], np.sin(2 * np.pi * 200 * u[inner]), atol=0.01)
+
+
+def test_what_the_new_rate_cannot_hold_is_removed():
+    t = np.arange(4800) / 16_000
+    out = resample(np.sin(2 * np.pi * 4000 * t)[:, None], 16_000.0, 4936.0)
+    assert np.abs(out[50:-50]).max() < 0.01
+
+
+def test_truth_moves_along_and_it_is_noted():
+    layout = Layout((Channel("piezo", ChannelKind.PIEZO, Finger.INDEX, "V"),), 16_000.0)
+    data = np.zeros((3200, 1), dtype=np.float32)
+    data[1600:] = 1.0
+    truth = (Contact(Finger.INDEX, 9600, 9600),)
+    out = resample_dataset(Dataset((Pinch(data, layout, first_sample=8000, truth=truth),)), 4936.0)
+    p = out.pinches[0]
+    step = int(np.argmax(p.data[:, 0] > 0.5)) + p.first_sample
+    assert abs(p.truth[0].sample - step) <= 1
+    assert p.first_sample == round(8000 * 4936 / 16_000)
+    assert p.layout.rate == 4936.0
+    assert "16000 Hz to 4936 Hz" in out.notes[-1]
+
+
+def test_strips_stay_switches():
+    data = np.full((900, 16), 16384, dtype=np.int16)
+    data[:, 14:] = 0
+    data[450:, 14] = 1
+    out = resample_dataset(Dataset((Pinch(data, fingertip_layout()),)), 2000.0)
+    strip = out.pinches[0].strip(Finger.INDEX)
+    assert set(np.unique(strip)) == {0.0, 1.0}
+    assert abs(int(np.argmax(strip > 0)) / 2000 - 450 / 4936) <= 1 / 2000
+
+
+def test_data_at_the_rate_are_left_alone():
+    dataset = Dataset((Pinch(np.zeros((9, 16), dtype=np.int16), fingertip_layout()),))
+    assert resample_dataset(dataset, 4936.0) is dataset

@@ -1,0 +1,144 @@
+"""Find the chunks of an MCAP file without trusting anything but their checksums.
+
+The library's own readers stop at the first bad length. Here a chunk is what
+looks like the start of one, has consistent lengths and passes its CRC; after
+damage the search goes on at the next byte.
+"""
+
+from __future__ import annotations
+
+import mmap
+import re
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Chunk, McapRecord
+from mcap.stream_reader import breakup_chunk
+
+from firstcontact.core import InputError
+
+MAGIC = b"\x89MCAP0\r\n"
+# Record: opcode, length; chunk: start and end time, size, CRC, compression.
+_CHUNK_START = re.compile(
+    rb"\x06(.{8}).{28}(?:\x00{4}|\x03\x00{3}lz4|\x04\x00{3}zstd)(.{8})", re.DOTALL
+)
+_FRAME = struct.Struct("<BQ")
+_LENGTH = struct.Struct("<Q")
+_FOOTER_BYTES = _FRAME.size + 20
+
+
+@dataclass(frozen=True, slots=True)
+class Scan:
+    """Records of all intact chunks, in the order of the file, and what was not intact."""
+
+    records: tuple[McapRecord, ...]
+    skipped: tuple[str, ...]
+
+
+def scan(path: Path) -> Scan:
+    """Read all intact chunks of an MCAP file.
+
+    Raises
+    ------
+    InputError
+        The file cannot be opened, is empty, is not MCAP or of another version.
+    """
+    try:
+        with path.open("rb") as stream:
+            start = stream.read(len(MAGIC))
+            if not start:
+                raise InputError(f"{path} is empty: nothing was recorded in it")
+            if start != MAGIC:
+                raise _not_ours(path, start)
+            with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as view:
+                return _scan(view)
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
+
+
+def _not_ours(path: Path, start: bytes) -> InputError:
+    if start[:5] == MAGIC[:5] and start[6:] == MAGIC[6:]:
+        return InputError(
+            f"{path} is MCAP of version {chr(start[5])!r} and this reader knows '0': "
+            "convert it with the mcap tool"
+        )
+    return InputError(
+        f"{path} is not an MCAP file: give a recording, or bring other data in with "
+        "`firstcontact import`"
+    )
+
+
+def _scan(view: mmap.mmap) -> Scan:
+    records: list[McapRecord] = []
+    skipped: list[str] = []
+    end = len(MAGIC)  # of what is accounted for
+    for start, stop in _candidates(view):
+        if start < end:
+            continue
+        inside = _unpack(view[start + _FRAME.size : stop])
+        if inside is None:
+            continue
+        if not _framed(view, end, start):
+            skipped.append(f"{start - end} bytes from byte {end} on are damaged and were skipped")
+        records += inside
+        end = stop
+    skipped += _tail(view, end)
+    return Scan(tuple(records), tuple(skipped))
+
+
+def _candidates(view: mmap.mmap) -> Iterator[tuple[int, int]]:
+    """Start and end of everything with the form of a chunk, also inside damaged ones."""
+    position = len(MAGIC)
+    # mypy does not know that a pattern of bytes searches any buffer.
+    while match := _CHUNK_START.search(view, position):
+        length, data = (_LENGTH.unpack(match[i])[0] for i in (1, 2))
+        stop = match.start() + _FRAME.size + length
+        if match.end() + data == stop <= len(view):
+            yield match.start(), stop
+        position = match.start() + 1
+
+
+def _unpack(body: bytes) -> list[McapRecord] | None:
+    """The records of a chunk, or None if its checksum or form is wrong."""
+    from zstandard import ZstdError
+
+    try:
+        chunk = Chunk.read(ReadDataStream(BytesIO(body)))
+        if chunk.uncompressed_crc == 0 and (chunk.compression or zlib.crc32(chunk.data)):
+            return None  # the library takes 0 for "not checked"
+        return list(breakup_chunk(chunk, validate_crc=True))
+    except (McapError, ZstdError, ValueError, RuntimeError, MemoryError, struct.error):
+        return None
+
+
+def _framed(view: mmap.mmap, position: int, stop: int) -> bool:
+    """Whether whole records other than chunks fill these bytes."""
+    while position < stop:
+        if stop - position < _FRAME.size:
+            return False
+        opcode, length = _FRAME.unpack_from(view, position)
+        if opcode == Opcode.CHUNK or not 0 < opcode <= Opcode.DATA_END:
+            return False
+        position += _FRAME.size + length
+    return position == stop
+
+
+def _tail(view: mmap.mmap, end: int) -> list[str]:
+    """What is wrong behind the last intact chunk."""
+    footer = len(view) - len(MAGIC) - _FOOTER_BYTES
+    if view[-len(MAGIC) :] != MAGIC or footer < end or view[footer] != Opcode.FOOTER:
+        rest = len(view) - end
+        return [
+            "the file was not closed (no footer): its writer was killed or the file was cut; "
+            f"everything complete was read, the last {rest} bytes are not a complete chunk"
+        ]
+    if not _framed(view, end, footer):
+        return [f"{footer - end} bytes from byte {end} on are damaged and were skipped"]
+    return []

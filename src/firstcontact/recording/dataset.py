@@ -1,0 +1,148 @@
+"""Recordings into a dataset and back."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from firstcontact.core import Dataset, InputError, Pinch
+from firstcontact.recording.header import Header, PinchMark
+from firstcontact.recording.reader import Recording, read_recording
+from firstcontact.recording.writer import RecordingWriter
+
+
+def load_dataset(path: Path | Sequence[Path]) -> Dataset:
+    """All pinches of a recording, of several, or of a folder with all below it.
+
+    The samples keep their type and are not copied once they are read. What is
+    damaged or left out is told in the notes.
+
+    Raises
+    ------
+    InputError
+        No recording or no whole pinch is there, or two recordings differ in
+        layout, rate or source.
+    """
+    paths = [path] if isinstance(path, Path) else list(path)
+    files = [file for p in paths for file in _files(p)]
+    pinches: list[Pinch] = []
+    notes: list[str] = []
+    first: Recording | None = None
+    for file in files:
+        recording = read_recording(file)
+        if first is None:
+            first = recording
+        _same_kind(first, recording)
+        notes += [f"{file.name}: {sentence}" for sentence in recording.skipped]
+        for mark in recording.pinches:
+            pinch = cut(recording, mark)
+            if pinch is None:
+                notes.append(
+                    f"{file.name}: pinch {mark.number} lies across missing samples and is left out"
+                )
+            else:
+                pinches.append(pinch)
+    if first is None or not pinches:
+        raise InputError(
+            f"{_name(paths)} holds no whole pinch: record some with their marks, or use "
+            "`firstcontact import` or `firstcontact simulate`"
+        )
+    return Dataset(tuple(pinches), first.header.source, tuple(notes))
+
+
+def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
+    """The samples of a pinch, or None if any of them is missing."""
+    for stretch in recording.stretches:
+        inside = stretch.first_sample <= mark.first_sample and mark.end <= stretch.end
+        if stretch.epoch == mark.epoch and inside:
+            start = mark.first_sample - stretch.first_sample
+            data = stretch.data[start : start + mark.end - mark.first_sample]
+            label = mark.label
+            if not label.session:
+                label = replace(label, session=recording.header.session)
+            return Pinch(data, recording.header.layout, label, mark.first_sample, mark.truth)
+    return None
+
+
+def write_dataset(dataset: Dataset, directory: Path, header: Header) -> tuple[Path, ...]:
+    """Write one recording a session into a folder that exists.
+
+    Parameters
+    ----------
+    dataset
+        The pinches; those of a session are written in their order, each as an
+        epoch of its own unless its samples follow the last.
+    directory
+        Where the files go, named after number and session.
+    header
+        For every file, with the session filled in.
+
+    Returns
+    -------
+    tuple of Path
+        The files, in the order of the sessions' first pinches.
+    """
+    by_session: dict[str, list[Pinch]] = {}
+    for pinch in dataset.pinches:
+        by_session.setdefault(pinch.label.session, []).append(pinch)
+    files = []
+    for number, (session, pinches) in enumerate(by_session.items()):
+        readable = re.sub(r"[^\w.-]+", "-", session)[:40] or "session"
+        file = directory / f"{number:03d}_{readable}.mcap"
+        with RecordingWriter(file, replace(header, session=session)) as writer:
+            for pinch in pinches:
+                writer.pinch(pinch)
+        files.append(file)
+    return tuple(files)
+
+
+def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
+    """Number pinches one after the other, with one number left out between two.
+
+    For sources that do not count samples: the hole says that a pinch does not
+    continue the one before.
+    """
+    numbered = []
+    start = 0
+    for pinch in pinches:
+        shift = start - pinch.first_sample
+        truth = tuple(
+            replace(c, sample=c.sample + shift, decided=c.decided + shift) for c in pinch.truth
+        )
+        numbered.append(replace(pinch, first_sample=start, truth=truth))
+        start += len(pinch.data) + 1
+    return tuple(numbered)
+
+
+def _files(path: Path) -> list[Path]:
+    if not path.is_dir():
+        return [path]
+    files = sorted(path.rglob("*.mcap"))
+    if not files:
+        raise InputError(
+            f"{path} holds no recording (*.mcap): make some with `firstcontact simulate` or "
+            "`firstcontact import`"
+        )
+    return files
+
+
+def _name(paths: Sequence[Path]) -> str:
+    return ", ".join(map(str, paths)) or "an empty list of recordings"
+
+
+def _same_kind(first: Recording, other: Recording) -> None:
+    a, b = first.header, other.header
+    for field, one, two in (
+        ("rate", f"{a.layout.rate:g} Hz", f"{b.layout.rate:g} Hz"),
+        ("layout", a.layout, b.layout),
+        ("dtype", a.dtype, b.dtype),
+        ("source", a.source, b.source),
+    ):
+        if one != two:
+            detail = "" if field == "layout" else f" ({two}, not {one})"
+            raise InputError(
+                f"{other.path}: its {field} differs from that of {first.path}{detail}: "
+                "study the two apart"
+            )

@@ -1,0 +1,60 @@
+"""The message that carries a block: ROS 2 CDR, so that viewers can plot it.
+
+Byte layout, little-endian, after the 4-byte encapsulation header ``00 01 00 00``:
+
+======  ======  =================================================
+offset  type    field
+======  ======  =================================================
+0       uint64  first_sample
+8       uint32  epoch
+12      uint16  channels
+14      2 x 0   (CDR alignment)
+16      uint32  number of values (samples times channels)
+20      array   values, one sample after the other
+======  ======  =================================================
+"""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Block
+from firstcontact.recording.header import DTYPES
+
+_CDR_LITTLE_ENDIAN = b"\x00\x01\x00\x00"
+_PREFIX = struct.Struct("<4sQIHxxI")
+
+
+def schema(dtype: str) -> bytes:
+    """The ros2msg schema for samples of this type ("int16", "int32", "float32")."""
+    return f"uint64 first_sample\nuint32 epoch\nuint16 channels\n{dtype}[] data\n".encode()
+
+
+def encode(block: Block, dtype: str) -> bytes:
+    """A block, whose data already have this type, as a CDR message."""
+    values = np.ascontiguousarray(block.data, dtype=DTYPES[dtype])
+    channels = values.shape[1]
+    prefix = _PREFIX.pack(
+        _CDR_LITTLE_ENDIAN, block.first_sample, block.epoch, channels, values.size
+    )
+    return prefix + values.tobytes()
+
+
+def decode(message: bytes, dtype: str) -> Block:
+    """The inverse of :func:`encode`; the data are a view of ``message``.
+
+    Raises
+    ------
+    ValueError
+        The message is not one of :func:`encode`.
+    """
+    if len(message) < _PREFIX.size:
+        raise ValueError("a samples message is too short")
+    kind, first_sample, epoch, channels, count = _PREFIX.unpack_from(message)
+    values: NDArray[np.generic] = np.frombuffer(message, DTYPES[dtype], offset=_PREFIX.size)
+    if kind != _CDR_LITTLE_ENDIAN or not channels or values.size != count or count % channels:
+        raise ValueError("a samples message does not fit its own size")
+    return Block(values.reshape(-1, channels), first_sample, epoch)

@@ -1,0 +1,202 @@
+"""Write a recording so that a killed writer loses at most its last tenth of a second."""
+
+from __future__ import annotations
+
+import json
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from mcap.writer import CompressionType, Writer
+
+from firstcontact.core import Block, InputError, Pinch
+from firstcontact.recording import samples
+from firstcontact.recording.header import Header, Marker, PinchMark
+
+#: Samples of at most this time wait for the operating system, s; half of what
+#: is promised, since one message more is needed to push them out.
+HANDED_OVER_EVERY = 0.05
+#: Longest message, s: damage to one chunk loses no more than about this.
+LONGEST_MESSAGE = 0.1
+_NANO = 1_000_000_000
+_JSON_SCHEMA = b'{"type": "object"}'
+
+
+class RecordingWriter:
+    """One recording file, written block by block.
+
+    Parameters
+    ----------
+    path
+        A new file; its folder must exist.
+    header
+        What the recording says about itself. Every block must have its
+        columns and its ``dtype``.
+
+    Raises
+    ------
+    InputError
+        The file exists or cannot be made. Later, from any method: the disk is
+        full, or a block does not fit the header.
+
+    Notes
+    -----
+    Times in the file are device time, from the sample number and the rate; no
+    clock is read, so the same samples give the same bytes.
+    """
+
+    def __init__(self, path: Path, header: Header) -> None:
+        self.path = path
+        self.header = header
+        try:
+            self._stream = path.open("xb")
+        except FileExistsError as error:
+            raise InputError(
+                f"{path} exists and recordings are never overwritten: choose another name"
+            ) from error
+        except OSError as error:
+            raise InputError(
+                f"{path} cannot be made ({error.strerror}): check its folder"
+            ) from error
+        self._open = True
+        self._epoch = 0
+        self._end: int | None = None
+        self._origin = 0  # added to sample numbers so that time never goes back at a new epoch
+        self._latest = 0  # highest sample number so far, with that added
+        self._number = 0
+        self._sequence = 0
+        bytes_a_second = (
+            header.layout.rate * len(header.layout.channels) * np.dtype(header.dtype).itemsize
+        )
+        self._writer = Writer(
+            self._stream,
+            chunk_size=int(bytes_a_second * HANDED_OVER_EVERY),
+            compression=CompressionType.NONE,
+        )
+        try:
+            self._start()
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def write(self, block: Block) -> None:
+        """Append a block; long ones are cut into several messages.
+
+        Raises
+        ------
+        InputError
+            Wrong columns or type, the disk is full, or the writer is closed.
+        """
+        columns = len(self.header.layout.channels)
+        if block.data.ndim != 2 or block.data.shape[1] != columns:
+            raise InputError(
+                f"{self.path}: a block of shape {block.data.shape} does not have "
+                f"the {columns} columns of the header's layout"
+            )
+        if block.data.dtype != np.dtype(self.header.dtype):
+            raise InputError(
+                f"{self.path}: a block is {block.data.dtype} and the header's dtype says "
+                f"{self.header.dtype}: convert the one or correct the other"
+            )
+        if block.epoch != self._epoch:
+            self._origin = max(self._origin, self._latest - block.first_sample)
+            self._epoch = block.epoch
+        longest = max(1, int(self.header.layout.rate * LONGEST_MESSAGE))
+        for start in range(0, len(block.data), longest):
+            first = block.first_sample + start
+            piece = Block(block.data[start : start + longest], first, block.epoch)
+            self._add(self._samples, samples.encode(piece, self.header.dtype), first)
+        self._end = block.end
+        self._latest = max(self._latest, self._origin + block.end)
+
+    def mark(self, mark: PinchMark) -> None:
+        """Append where a pinch lies and what is known about it."""
+        self._add_json(self._pinches, mark.to_json(), mark.end)
+        self._number = mark.number + 1
+
+    def marker(self, marker: Marker) -> None:
+        """Append a word pinned to a sample."""
+        self._add_json(self._markers, asdict(marker), marker.sample)
+
+    def pinch(self, pinch: Pinch) -> None:
+        """Append the samples of a pinch and its mark.
+
+        A pinch that does not start where the last samples ended begins a new
+        epoch: nothing was recorded in between, and that is not a loss.
+        """
+        new = self._end is not None and pinch.first_sample != self._end
+        epoch = self._epoch + new
+        block = Block(pinch.data, pinch.first_sample, epoch)
+        self.write(block)
+        self.mark(
+            PinchMark(self._number, block.first_sample, block.end, epoch, pinch.label, pinch.truth)
+        )
+
+    def close(self) -> None:
+        """Write what waits, the index and the footer. Closing twice is fine."""
+        if not self._open:
+            return
+        try:
+            # Once more, so that one damaged chunk never costs the header.
+            self._add_json(self._headers, self.header.to_json(), self._end or 0)
+            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._stream.flush()
+        except OSError as error:
+            raise self._failed(error) from error
+        self._open = False
+        self._stream.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _start(self) -> None:
+        writer = self._writer
+        writer.start(profile="ros2", library="firstcontact")
+
+        def json_channel(topic: str, name: str) -> int:
+            kind = writer.register_schema(name, "jsonschema", _JSON_SCHEMA)
+            return int(writer.register_channel(topic, "json", kind))
+
+        self._headers = json_channel("/header", "firstcontact.Header")
+        kind = writer.register_schema(
+            "firstcontact_msgs/msg/Samples", "ros2msg", samples.schema(self.header.dtype)
+        )
+        self._samples = int(writer.register_channel("/samples", "cdr", kind))
+        self._pinches = json_channel("/pinch", "firstcontact.PinchMark")
+        self._markers = json_channel("/marker", "firstcontact.Marker")
+        self._add_json(self._headers, self.header.to_json(), 0)
+
+    def _add_json(self, channel: int, tree: dict[str, Any], sample: int) -> None:
+        text = json.dumps(tree, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        self._add(channel, text.encode(), sample)
+
+    def _add(self, channel: int, data: bytes, sample: int) -> None:
+        if not self._open:
+            raise InputError(f"{self.path} is closed: begin a new recording")
+        time = max(0, round((self._origin + sample) * _NANO / self.header.layout.rate))
+        try:
+            self._writer.add_message(channel, time, data, time, self._sequence)
+            self._stream.flush()
+        except OSError as error:
+            raise self._failed(error) from error
+        self._sequence += 1
+
+    def _failed(self, error: OSError) -> InputError:
+        """Give the file up as it is: what is complete in it stays readable."""
+        self._open = False
+        with suppress(OSError):
+            self._stream.close()
+        return InputError(
+            f"{self.path} cannot be written any further ({error.strerror}): what was complete "
+            "stays readable; make room and begin a new recording"
+        )

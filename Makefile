@@ -42,10 +42,11 @@ $(VENV)/.dev: pyproject.toml constraints.txt $(VENV)/.build-tool
 .PHONY: install constraints
 install: $(VENV)/.dev ## everything for development into .venv
 
-constraints: $(VENV)/.dev ## pin what is in .venv now
+constraints: $(VENV)/.dev ## pin what is in .venv now; what is not in it stays as it was
 	( sed -n '/^#/p' constraints.txt; \
-	  $(PIP) freeze --all --exclude-editable --exclude pip | grep -v '^#' | \
-	  sed -E 's/\+[a-z0-9.]+$$//' | sort -f ) > constraints.new
+	  ( $(PIP) freeze --all --exclude-editable --exclude pip | sed -E 's/\+[a-z0-9.]+$$//'; \
+	    cat constraints.txt ) | grep -v '^#' | sort --ignore-case --stable --unique -t= -k1,1 \
+	) > constraints.new
 	mv constraints.new constraints.txt
 
 # --- studies -----------------------------------------------------------------------------------

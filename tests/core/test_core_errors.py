@@ -1,0 +1,11 @@
+"""Only what the user can mend is an InputError."""
+
+from __future__ import annotations
+
+from firstcontact.core import InputError
+
+
+def test_it_reads_as_its_sentence() -> None:
+    error = InputError("labels.csv: column shore_a is missing: add it")
+    assert str(error) == "labels.csv: column shore_a is missing: add it"
+    assert isinstance(error, ValueError)

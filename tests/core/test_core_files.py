@@ -1,0 +1,66 @@
+"""Files are there whole, or as they were."""
+
+from __future__ import annotations
+
+import json
+
+from pathlib import Path
+
+import pytest
+
+from firstcontact.core.files import replacing, write_json, write_text
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(p.name for p in folder.iterdir())
+
+
+def test_a_file_appears_with_its_folder(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "Prüfling 1.json"
+    write_json(path, {"shore_a": 28.0})
+    assert json.loads(path.read_text(encoding="utf-8")) == {"shore_a": 28.0}
+    assert names(path.parent) == [path.name]
+
+
+def test_nothing_is_seen_before_the_end(tmp_path: Path) -> None:
+    path = tmp_path / "results.json"
+    write_text(path, "old")
+    with replacing(path) as temporary:
+        temporary.write_text("new", encoding="utf-8")
+        assert path.read_text(encoding="utf-8") == "old"
+        assert temporary.parent == path.parent
+    assert path.read_text(encoding="utf-8") == "new"
+
+
+@pytest.mark.parametrize("error", [OSError, KeyboardInterrupt])
+def test_a_failure_leaves_the_old_file_and_nothing_else(
+    tmp_path: Path, error: type[BaseException]
+) -> None:
+    path = tmp_path / "results.json"
+    write_text(path, "old")
+
+    def fail() -> None:
+        with replacing(path) as temporary:
+            temporary.write_text("half", encoding="utf-8")
+            raise error
+
+    with pytest.raises(error):
+        fail()
+    assert path.read_text(encoding="utf-8") == "old"
+    assert names(tmp_path) == [path.name]
+
+
+def test_nan_is_not_json(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="JSON"):
+        write_json(tmp_path / "results.json", {"rmse": float("nan")})
+    assert names(tmp_path) == []
+
+
+def test_two_writers_do_not_share_a_temporary_name(tmp_path: Path) -> None:
+    path = tmp_path / "results.json"
+    with replacing(path) as one, replacing(path) as other:
+        assert one != other
+        one.write_text("one", encoding="utf-8")
+        other.write_text("other", encoding="utf-8")
+    assert path.read_text(encoding="utf-8") == "one"
+    assert names(tmp_path) == [path.name]

@@ -1,0 +1,96 @@
+"""Columns, units and the JSON form of a layout."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.core import Channel, ChannelKind, Finger, Layout, fingertip_layout
+from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, SUBCOUNTS
+
+
+def channels() -> st.SearchStrategy[Channel]:
+    number = st.floats(-1e6, 1e6)
+    return st.builds(
+        Channel,
+        name=st.text(max_size=8),
+        kind=st.sampled_from(ChannelKind),
+        finger=st.sampled_from(Finger),
+        unit=st.sampled_from(["V", "N", ""]),
+        scale=number,
+        offset=number,
+        taxel=st.none() | st.integers(0, 5),
+    )
+
+
+@given(
+    st.lists(channels(), max_size=6).map(tuple),
+    st.floats(2000, 1e5),
+    st.floats(0.01, 1),
+)
+def test_json_gives_the_same_layout_back(
+    columns: tuple[Channel, ...], rate: float, alpha: float
+) -> None:
+    layout = Layout(columns, rate, alpha)
+    back = Layout.from_json(json.loads(json.dumps(layout.to_json())))
+    assert back == layout
+    assert all(isinstance(c.kind, ChannelKind) for c in back.channels)
+    assert all(isinstance(c.finger, Finger) for c in back.channels)
+
+
+def test_fingertip_has_the_channels_of_the_published_hand() -> None:
+    layout = fingertip_layout()
+    assert len(layout.channels) == 16
+    assert layout.rate == 4936
+    assert layout.smoothing_alpha == 0.5
+    assert layout.piezo_fingers == (Finger.INDEX, Finger.THUMB)
+    assert layout.has_force
+    assert layout.has_strip
+    for finger in Finger:
+        assert len(layout.columns(ChannelKind.PIEZO, finger)) == 1
+        assert len(layout.columns(ChannelKind.FORCE, finger)) == 6
+        assert len(layout.columns(ChannelKind.STRIP, finger)) == 1
+    every = [i for kind in ChannelKind for i in layout.columns(kind)]
+    assert sorted(every) == list(range(16))
+
+
+def test_names_are_unique() -> None:
+    names = [c.name for c in fingertip_layout().channels]
+    assert len(set(names)) == len(names)
+
+
+def test_a_count_of_the_adc_is_its_voltage() -> None:
+    layout = fingertip_layout()
+    piezo = layout.columns(ChannelKind.PIEZO)
+    force = layout.columns(ChannelKind.FORCE)
+    data = np.zeros((3, 16), dtype=np.int16)
+    middle = ADC_COUNTS * SUBCOUNTS // 2
+    data[0] = middle
+    data[1] = middle + SUBCOUNTS
+    np.testing.assert_allclose(layout.physical(data, piezo)[0], 0, atol=1e-12)
+    np.testing.assert_allclose(layout.physical(data, piezo)[1], ADC_VOLTS / ADC_COUNTS)
+    np.testing.assert_allclose(layout.physical(data, piezo)[2], -ADC_VOLTS / 2)
+    np.testing.assert_allclose(layout.physical(data, force)[0], ADC_VOLTS / 2)
+    np.testing.assert_allclose(layout.physical(data, force)[2], 0)
+
+
+def test_the_whole_range_of_the_adc_fits_in_int16() -> None:
+    largest = (ADC_COUNTS - 1) * SUBCOUNTS
+    assert np.int16(largest) == largest
+
+
+def test_columns_come_in_the_order_asked_for() -> None:
+    layout = fingertip_layout()
+    data = np.arange(16, dtype=np.int16)[None, :]
+    there = layout.physical(data, (15, 14))
+    np.testing.assert_array_equal(there, [[15.0, 14.0]])
+
+
+@pytest.mark.parametrize("finger", Finger)
+def test_the_other_finger_of_the_other_is_the_finger(finger: Finger) -> None:
+    assert finger.other is not finger
+    assert finger.other.other is finger

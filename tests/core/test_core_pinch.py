@@ -1,0 +1,89 @@
+"""Pinches and datasets: labels, offsets, selection."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.core import Contact, Dataset, Finger, Label, Pinch, Role, fingertip_layout
+
+
+def pinch(label: Label, *samples: int) -> Pinch:
+    truth = tuple(Contact(Finger(i % 2), s, s) for i, s in enumerate(samples))
+    return Pinch(np.zeros((10, 16), dtype=np.int16), fingertip_layout(), label, truth=truth)
+
+
+@given(
+    st.builds(
+        Label,
+        object=st.text(),
+        shore_a=st.none() | st.floats(0, 100),
+        hardness_rank=st.none() | st.integers(0, 10),
+        specimen=st.text(),
+        session=st.text(),
+        role=st.sampled_from(Role),
+    )
+)
+def test_json_gives_the_same_label_back(label: Label) -> None:
+    assert Label.from_json(json.loads(json.dumps(label.to_json()))) == label
+
+
+def test_offset_is_the_time_between_the_contacts() -> None:
+    rate = fingertip_layout().rate
+    assert pinch(Label(), 100, 182).offset == pytest.approx(82 / rate)
+    assert pinch(Label(), 100).offset is None
+    assert pinch(Label()).offset is None
+
+
+def test_contacts_are_named_in_the_order_of_time() -> None:
+    both = pinch(Label(), 100, 182)
+    assert both.first is both.truth[0]
+    assert both.second is both.truth[1]
+    assert pinch(Label()).first is None
+    assert pinch(Label(), 100).second is None
+
+
+def test_channels_of_a_pinch_have_their_shapes() -> None:
+    one = pinch(Label())
+    assert one.piezo().shape == (10, 2)
+    assert one.force(Finger.THUMB).shape == (10, 6)
+    assert one.strip(Finger.INDEX).shape == (10, 1)
+
+
+@pytest.fixture
+def dataset() -> Dataset:
+    labels = [
+        Label("block", 10.0, None, "block-10", "day 1"),
+        Label("block", 60.0, None, "block-60", "day 2"),
+        Label("shoebox", None, 2, "", "day 2", Role.TEST),
+    ]
+    return Dataset(tuple(pinch(label) for label in labels), "synthetic", ("a note",))
+
+
+def test_labels_come_as_arrays_with_nan_for_unknown(dataset: Dataset) -> None:
+    assert len(dataset) == 3
+    np.testing.assert_array_equal(dataset.shore_a, [10, 60, np.nan])
+    np.testing.assert_array_equal(dataset.hardness_rank, [np.nan, np.nan, 2])
+    assert list(dataset.objects) == ["block", "block", "shoebox"]
+    assert list(dataset.specimens) == ["block-10", "block-60", ""]
+    assert list(dataset.sessions) == ["day 1", "day 2", "day 2"]
+    assert list(dataset.test) == [False, False, True]
+
+
+def test_a_mask_and_its_positions_take_the_same_pinches(dataset: Dataset) -> None:
+    mask = np.array([True, False, True])
+    by_mask = dataset.take(mask)
+    by_position = dataset.take([0, 2])
+    assert by_mask.pinches == by_position.pinches == (dataset.pinches[0], dataset.pinches[2])
+    assert by_mask.source == "synthetic"
+    assert by_mask.notes == ("a note",)
+
+
+def test_positions_may_repeat_and_reorder(dataset: Dataset) -> None:
+    again = dataset.take([2, 0, 0])
+    assert list(again.objects) == ["shoebox", "block", "block"]
+    assert len(dataset.take(np.zeros(3, dtype=bool))) == 0

@@ -19,7 +19,7 @@ from pathlib import Path
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Chunk, McapRecord
+from mcap.records import Chunk, McapRecord, Statistics
 from mcap.stream_reader import breakup_chunk
 
 from firstcontact.core import InputError
@@ -77,6 +77,7 @@ def _not_ours(path: Path, start: bytes) -> InputError:
 
 def _scan(view: mmap.mmap) -> Scan:
     records: list[McapRecord] = []
+    chunks = 0
     skipped: list[str] = []
     end = len(MAGIC)  # of what is accounted for
     for start, stop in _candidates(view):
@@ -86,10 +87,11 @@ def _scan(view: mmap.mmap) -> Scan:
         if inside is None:
             continue
         if not _framed(view, end, start):
-            skipped.append(f"{start - end} bytes from byte {end} on are damaged and were skipped")
+            skipped.append(_bytes(end, start))
         records += inside
+        chunks += 1
         end = stop
-    skipped += _tail(view, end)
+    skipped += _tail(view, end, chunks)
     return Scan(tuple(records), tuple(skipped))
 
 
@@ -130,15 +132,40 @@ def _framed(view: mmap.mmap, position: int, stop: int) -> bool:
     return position == stop
 
 
-def _tail(view: mmap.mmap, end: int) -> list[str]:
-    """What is wrong behind the last intact chunk."""
+def _tail(view: mmap.mmap, end: int, read: int) -> list[str]:
+    """What is wrong behind the last intact chunk, and how many chunks the index knows more."""
     footer = len(view) - len(MAGIC) - _FOOTER_BYTES
     if view[-len(MAGIC) :] != MAGIC or footer < end or view[footer] != Opcode.FOOTER:
-        rest = len(view) - end
         return [
-            "the file was not closed (no footer): its writer was killed or the file was cut; "
-            f"everything complete was read, the last {rest} bytes are not a complete chunk"
+            "the file was not closed (no footer): its writer was killed or the file was cut; all "
+            f"that is complete was read, the last {len(view) - end} bytes are not a complete chunk"
         ]
-    if not _framed(view, end, footer):
-        return [f"{footer - end} bytes from byte {end} on are damaged and were skipped"]
-    return []
+    damaged = [] if _framed(view, end, footer) else [_bytes(end, footer)]
+    counted = _chunk_count(view, footer)
+    if counted is None:
+        return [*damaged, "the index at the end is damaged: whether all chunks were read is open"]
+    if counted > read:
+        return [*damaged, f"{counted - read} of {counted} chunks are damaged and were skipped"]
+    return damaged
+
+
+def _chunk_count(view: mmap.mmap, footer: int) -> int | None:
+    """How many chunks the summary says were written, or None where it is damaged."""
+    position, _, crc = struct.unpack_from("<QQI", view, footer + _FRAME.size)
+    if not 0 < position <= footer or zlib.crc32(view[position : footer + _FRAME.size + 16]) != crc:
+        return None
+    while position < footer:
+        opcode, length = _FRAME.unpack_from(view, position)
+        position += _FRAME.size
+        if opcode == Opcode.STATISTICS:
+            body = BytesIO(view[position : position + length])
+            try:
+                return int(Statistics.read(ReadDataStream(body)).chunk_count)
+            except (McapError, struct.error):
+                return None
+        position += length
+    return None
+
+
+def _bytes(start: int, stop: int) -> str:
+    return f"{stop - start} bytes from byte {start} on are damaged and were skipped"

@@ -71,9 +71,10 @@ class RecordingWriter:
         bytes_a_second = (
             header.layout.rate * len(header.layout.channels) * np.dtype(header.dtype).itemsize
         )
+        self._chunk_size = int(bytes_a_second * HANDED_OVER_EVERY)
         self._writer = Writer(
             self._stream,
-            chunk_size=int(bytes_a_second * HANDED_OVER_EVERY),
+            chunk_size=self._chunk_size,
             compression=CompressionType.NONE,
         )
         try:
@@ -174,11 +175,12 @@ class RecordingWriter:
         self._samples = int(writer.register_channel("/samples", "cdr", kind))
         self._pinches = json_channel("/pinch", "firstcontact.PinchMark")
         self._markers = json_channel("/marker", "firstcontact.Marker")
-        self._add_json(self._headers, self.header.to_json(), 0)
+        # Filled up with spaces to a whole chunk, so that it does not wait for samples.
+        self._add_json(self._headers, self.header.to_json(), 0, self._chunk_size)
 
-    def _add_json(self, channel: int, tree: dict[str, Any], sample: int) -> None:
+    def _add_json(self, channel: int, tree: dict[str, Any], sample: int, width: int = 0) -> None:
         text = json.dumps(tree, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-        self._add(channel, text.encode(), sample)
+        self._add(channel, text.encode().ljust(width), sample)
 
     def _add(self, channel: int, data: bytes, sample: int) -> None:
         if not self._open:

@@ -1,0 +1,54 @@
+"""A small device whose first channel counts the samples, so that no loss stays hidden."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.core import Block, Channel, ChannelKind, Finger, Layout
+from firstcontact.recording import Header, Recording, RecordingWriter
+
+
+@pytest.fixture
+def layout() -> Layout:
+    channels = (
+        Channel("piezo_index", ChannelKind.PIEZO, Finger.INDEX, "V", 0.001),
+        Channel("piezo_thumb", ChannelKind.PIEZO, Finger.THUMB, "V", 0.001),
+    )
+    return Layout(channels, 2000.0)
+
+
+@pytest.fixture
+def counted() -> Callable[..., Block]:
+    """Make a block of which both channels say the sample number."""
+
+    def make(first: int, samples: int, epoch: int = 0) -> Block:
+        number = np.arange(first, first + samples)
+        return Block(np.stack([number, -number], axis=1).astype(np.int16), first, epoch)
+
+    return make
+
+
+@pytest.fixture
+def small(tmp_path: Path, layout: Layout, counted: Callable[..., Block]) -> Path:
+    """A closed recording of 280 samples in blocks of 70."""
+    path = tmp_path / "small.mcap"
+    with RecordingWriter(path, Header(layout, "synthetic")) as writer:
+        for first in range(0, 280, 70):
+            writer.write(counted(first, 70))
+    return path
+
+
+@pytest.fixture
+def numbers_agree() -> Callable[[Recording], None]:
+    """Check that every sample read is the one it claims to be."""
+
+    def check(recording: Recording) -> None:
+        for stretch in recording.stretches:
+            number = np.arange(stretch.first_sample, stretch.end)
+            assert np.array_equal(stretch.data, np.stack([number, -number], axis=1))
+
+    return check

@@ -1,0 +1,96 @@
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from firstcontact.core import Contact, Dataset, Finger, InputError, Label, Pinch, Role
+from firstcontact.recording import Header, PinchMark, RecordingWriter, load_dataset, write_dataset
+from firstcontact.recording.dataset import pause_between
+
+
+@pytest.fixture
+def pinches(layout, counted):
+    made = []
+    for i in range(6):
+        label = Label(
+            "block", 10.0 * i, None, f"b{i}", f"s/{i % 2}", Role(("train", "test")[i > 3])
+        )
+        truth = (Contact(Finger.THUMB, 40, 40), Contact(Finger.INDEX, 55, 55))[: i % 3]
+        made.append(Pinch(counted(0, 100).data, layout, label, 0, truth))
+    return pause_between(made)
+
+
+def test_a_dataset_comes_back_from_its_folder(tmp_path, layout, pinches):
+    files = write_dataset(Dataset(pinches), tmp_path, Header(layout, "synthetic"))
+    assert [f.name for f in files] == ["000_s-0.mcap", "001_s-1.mcap"]
+    dataset = load_dataset(tmp_path)
+    assert (dataset.source, dataset.notes, len(dataset)) == ("synthetic", (), 6)
+    expected = [*pinches[0::2], *pinches[1::2]]
+    for got, put in zip(dataset.pinches, expected, strict=True):
+        assert (got.label, got.truth, got.first_sample) == (put.label, put.truth, put.first_sample)
+        assert np.array_equal(got.data, put.data)
+        assert got.data.dtype == np.int16
+    same = load_dataset(list(files))
+    assert same.specimens.tolist() == dataset.specimens.tolist()
+
+
+def test_samples_stay_as_they_were_read(tmp_path, layout, pinches):
+    write_dataset(Dataset(pinches[:1]), tmp_path, Header(layout))
+    (pinch,) = load_dataset(tmp_path).pinches
+    assert pinch.data.base is not None  # a view, not a copy
+
+
+def test_a_pinch_across_a_gap_is_left_out_and_told(tmp_path, layout, counted):
+    with RecordingWriter(tmp_path / "a.mcap", Header(layout, session="s")) as writer:
+        writer.write(counted(0, 100))
+        writer.write(counted(120, 100))
+        writer.mark(PinchMark(0, 0, 90))
+        writer.mark(PinchMark(1, 80, 130))
+        writer.mark(PinchMark(2, 125, 220))
+        writer.mark(PinchMark(3, 125, 220, epoch=1))
+    dataset = load_dataset(tmp_path / "a.mcap")
+    assert [p.first_sample for p in dataset.pinches] == [0, 125]
+    assert dataset.sessions.tolist() == ["s", "s"]  # from the header, where the mark has none
+    text = " ".join(dataset.notes)
+    assert "20 samples are missing" in text
+    assert "pinch 1 lies across" in text
+    assert "pinch 3 lies across" in text
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        (lambda h: replace(h, layout=replace(h.layout, rate=2500.0)), "rate"),
+        (lambda h: replace(h, layout=replace(h.layout, smoothing_alpha=0.5)), "layout"),
+        (lambda h: replace(h, source="twin"), "source"),
+    ],
+)
+def test_recordings_of_different_kinds_are_not_mixed(tmp_path, layout, pinches, change, field):
+    header = Header(layout, "real")
+    for name, h in (("a.mcap", header), ("b.mcap", change(header))):
+        with RecordingWriter(tmp_path / name, h) as writer:
+            writer.pinch(replace(pinches[0], layout=h.layout))
+    with pytest.raises(InputError, match=rf"b\.mcap: its {field} differs"):
+        load_dataset(tmp_path)
+
+
+def test_folders_without_pinches_are_refused(tmp_path, small):
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    with pytest.raises(InputError, match="no recording"):
+        load_dataset(empty)
+    with pytest.raises(InputError, match="no whole pinch"):
+        load_dataset(small)
+    with pytest.raises(InputError, match="no whole pinch"):
+        load_dataset([])
+
+
+def test_folders_below_are_read_in_the_order_of_their_names(tmp_path, layout, pinches):
+    for folder in ("b", "a/deep"):
+        (tmp_path / folder).mkdir(parents=True)
+    for folder, pinch in (("b", pinches[1]), ("a/deep", pinches[0])):
+        write_dataset(Dataset((pinch,)), tmp_path / folder, Header(layout))
+    assert load_dataset(tmp_path).specimens.tolist() == ["b0", "b1"]
+    shutil.rmtree(tmp_path / "a")
+    assert len(load_dataset(tmp_path)) == 1

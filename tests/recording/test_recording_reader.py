@@ -1,0 +1,168 @@
+import numpy as np
+import pytest
+from mcap.writer import Writer
+
+from firstcontact.core import Contact, Finger, InputError, Label, Pinch
+from firstcontact.recording import Header, RecordingWriter, read_recording
+from firstcontact.recording.chunks import MAGIC, _candidates
+
+
+def chunk_ends(path):
+    """Where each chunk of an intact file ends, and which samples it holds."""
+    data = path.read_bytes()
+    ends = [stop for _, stop in _candidates(data)]
+    recording = read_recording(path)
+    return data, ends, recording
+
+
+def test_a_file_cut_anywhere_gives_all_its_complete_chunks(small, numbers_agree):
+    data, ends, whole = chunk_ends(small)
+    assert len(ends) > 3
+    cut = small.with_name("cut.mcap")
+    readable = []
+    for length in range(ends[0], len(data)):
+        cut.write_bytes(data[:length])
+        recording = read_recording(cut)
+        numbers_agree(recording)
+        assert recording.skipped
+        readable.append(recording.samples)
+        complete = sum(end <= length for end in ends)
+        assert len(recording.stretches) == (recording.samples > 0)
+        # Only the end of a chunk brings new samples, and it does at once.
+        before = readable[-2] if len(readable) > 1 else -1
+        assert (recording.samples != before) <= (length in ends)
+        assert complete < len(ends) or recording.samples == whole.samples
+    assert readable == sorted(readable)
+    for length in range(1, ends[0]):
+        cut.write_bytes(data[:length])
+        with pytest.raises(InputError):
+            read_recording(cut)
+
+
+def test_one_flipped_bit_anywhere_gives_no_wrong_sample(small, numbers_agree):
+    data, ends, whole = chunk_ends(small)
+    starts = [start for start, _ in _candidates(data)]
+    flipped = small.with_name("flipped.mcap")
+    for at in range(len(data)):
+        bad = bytearray(data)
+        bad[at] ^= 1 << (at % 8)
+        flipped.write_bytes(bad)
+        if at < len(MAGIC):
+            with pytest.raises(InputError):
+                read_recording(flipped)
+            continue
+        recording = read_recording(flipped)
+        numbers_agree(recording)
+        touched = any(a <= at < b for a, b in zip(starts, ends, strict=True))
+        lost = whole.samples - recording.samples
+        assert lost <= 300  # what one chunk holds at most
+        assert not lost or (touched and recording.skipped)
+        assert recording.header == whole.header
+
+
+def test_a_corrupt_chunk_in_the_middle_is_skipped_and_counted(small, numbers_agree):
+    data, ends, whole = chunk_ends(small)
+    bad = bytearray(data)
+    bad[ends[2] - 5] ^= 0xFF
+    small.write_bytes(bad)
+    recording = read_recording(small)
+    numbers_agree(recording)
+    first, second = recording.stretches
+    missing = second.first_sample - first.end
+    assert second.end == 280
+    assert 0 < missing == whole.samples - recording.samples
+    assert any(f"{missing} samples are missing in 1 gaps" in s for s in recording.skipped)
+    assert any("damaged" in s for s in recording.skipped)
+
+
+def test_lost_marks_are_told(tmp_path, layout, counted):
+    path = tmp_path / "a.mcap"
+    with RecordingWriter(path, Header(layout)) as writer:
+        for first in range(0, 2000, 400):
+            writer.pinch(Pinch(counted(first, 400).data, layout, first_sample=first))
+    data = path.read_bytes()
+    where = data.index(b'"number":2')
+    path.write_bytes(data[:where] + b"!" + data[where + 1 :])
+    recording = read_recording(path)
+    assert [p.number for p in recording.pinches] == [0, 1, 3, 4]
+    assert any("pinches 2 " in s for s in recording.skipped)
+
+
+def test_losses_on_the_way_are_counted(tmp_path, layout, counted):
+    path = tmp_path / "a.mcap"
+    with RecordingWriter(path, Header(layout)) as writer:
+        for first, count in ((0, 50), (100, 50), (60, 40), (140, 30), (0, 0)):
+            writer.write(counted(first, count))
+    recording = read_recording(path)
+    text = " ".join(recording.skipped)
+    assert "1 blocks were out of order" in text
+    assert "10 samples are missing in 1 gaps" in text
+    assert "10 samples came twice" in text
+    assert [(s.first_sample, s.end) for s in recording.stretches] == [(0, 50), (60, 170)]
+
+
+def test_epochs_are_never_joined(tmp_path, layout, counted):
+    path = tmp_path / "a.mcap"
+    with RecordingWriter(path, Header(layout)) as writer:
+        writer.write(counted(0, 50))
+        writer.write(counted(50, 50, epoch=1))
+    recording = read_recording(path)
+    assert [(s.epoch, s.end) for s in recording.stretches] == [(0, 50), (1, 100)]
+    assert recording.skipped == ()
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "is empty"),
+        (b"RIFF....WAVEfmt ", "not an MCAP file"),
+        (MAGIC[:3], "not an MCAP file"),
+        (b"\x89MCAP1\r\n" + bytes(50), "version '1'"),
+        (MAGIC, "not a firstcontact recording"),
+        (MAGIC + bytes(1000), "not a firstcontact recording"),
+    ],
+)
+def test_other_files_are_refused(tmp_path, content, message):
+    path = tmp_path / "other.mcap"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=message) as refused:
+        read_recording(path)
+    assert str(path) in str(refused.value)
+
+
+def test_files_that_cannot_be_opened_are_refused(tmp_path):
+    for path in (tmp_path, tmp_path / "missing.mcap"):
+        with pytest.raises(InputError, match="cannot be read"):
+            read_recording(path)
+
+
+@pytest.mark.parametrize(
+    ("message", "said"),
+    [
+        (b'{"format":"firstcontact.recording","version":2}', "version 2"),
+        (b'{"format":"firstcontact.recording","version":1}', "not complete"),
+        (b'{"format":"other"}', "not a firstcontact recording"),
+        (b"[1]", "not a firstcontact recording"),
+        (b"\xff\xfe", "not a firstcontact recording"),
+    ],
+)
+def test_headers_of_other_makers_are_refused(tmp_path, message, said):
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        writer.register_channel("/header", "json", 0)
+        writer.add_message(1, 0, message, 0)
+        writer.finish()
+    with pytest.raises(InputError, match=said):
+        read_recording(path)
+
+
+def test_a_pinch_in_a_recording_reads_back(tmp_path, layout, counted):
+    truth = (Contact(Finger.THUMB, 30, 30), Contact(Finger.INDEX, 60, 60))
+    pinch = Pinch(counted(20, 90).data, layout, Label("block", 43.0), 20, truth)
+    with RecordingWriter(tmp_path / "a.mcap", Header(layout)) as writer:
+        writer.pinch(pinch)
+    (mark,) = read_recording(tmp_path / "a.mcap").pinches
+    assert (mark.label, mark.truth) == (pinch.label, truth)
+    assert np.array_equal(read_recording(tmp_path / "a.mcap").stretches[0].data, pinch.data)

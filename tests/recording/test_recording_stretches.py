@@ -1,0 +1,25 @@
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.core import Block
+from firstcontact.recording.stretches import join
+
+
+def block(first, end):
+    return Block(np.arange(first, end)[:, None], first)
+
+
+@given(st.lists(st.tuples(st.integers(0, 60), st.integers(0, 12)), max_size=12))
+def test_any_blocks_give_exactly_the_samples_they_hold(parts):
+    blocks = [block(first, first + n) for first, n in parts]
+    stretches, losses = join(blocks)
+    there = [i for s in stretches for i in range(s.first_sample, s.end)]
+    assert there == sorted({i for first, n in parts for i in range(first, first + n)})
+    for s in stretches:
+        assert s.data[:, 0].tolist() == list(range(s.first_sample, s.end))
+    arrived = sum(n for _, n in parts)
+    text = " ".join(losses)
+    assert (f"{arrived - len(there)} samples came twice" in text) == (arrived > len(there))
+    missing = there[-1] - there[0] + 1 - len(there) if there else 0
+    assert (f"{missing} samples are missing in {len(stretches) - 1} gaps" in text) == (missing > 0)

@@ -1,0 +1,203 @@
+import os
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+
+from firstcontact.core import Block, Contact, Finger, InputError, Label, Pinch, fingertip_layout
+from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter, read_recording
+
+# Writes blocks of 37 samples as fast as it can and says after each what it handed over.
+WRITER = """
+import os, sys
+from pathlib import Path
+import numpy as np
+from firstcontact.core import Block, fingertip_layout
+from firstcontact.recording import Header, RecordingWriter
+with RecordingWriter(Path(sys.argv[1]), Header(fingertip_layout(), "synthetic")) as writer:
+    first = 0
+    while True:
+        number = np.arange(first, first + 37, dtype=np.int64)
+        data = np.zeros((37, 16), np.int16)
+        data[:, 0], data[:, 1] = number & 0x7FFF, number >> 15
+        writer.write(Block(data, first))
+        first += 37
+        os.write(1, b"%d\\n" % first)
+"""
+
+
+def test_what_goes_in_comes_out(tmp_path, layout, counted):
+    path = tmp_path / "Übung äöü 指.mcap"
+    header = Header(layout, "real", "int16", "s", "h", "1.0", "Tag 1", "naß", "2024-01-01T00:00:00")
+    mark = PinchMark(
+        0, 10, 90, 0, Label("Apfel", 28.0, None, "a1"), (Contact(Finger.THUMB, 20, 20),)
+    )
+    with RecordingWriter(path, header) as writer:
+        writer.write(counted(0, 500))
+        writer.mark(mark)
+        writer.marker(Marker(400, "Kabel berührt"))
+    recording = read_recording(path)
+    assert recording.header == header
+    assert recording.pinches == (mark,)
+    assert recording.markers == (Marker(400, "Kabel berührt"),)
+    assert recording.skipped == ()
+    (stretch,) = recording.stretches
+    assert np.array_equal(stretch.data, counted(0, 500).data)
+    assert recording.duration == 500 / layout.rate
+
+
+@pytest.mark.parametrize("dtype", ["int16", "int32", "float32"])
+def test_samples_keep_their_type(tmp_path, layout, dtype):
+    data = np.array([[-3, 2], [7, 5]], dtype)
+    with RecordingWriter(tmp_path / "a.mcap", Header(layout, dtype=dtype)) as writer:
+        writer.write(Block(data))
+    (stretch,) = read_recording(tmp_path / "a.mcap").stretches
+    assert stretch.data.dtype == data.dtype
+    assert np.array_equal(stretch.data, data)
+
+
+def test_the_same_samples_give_the_same_bytes(tmp_path, layout, counted):
+    for name in ("a.mcap", "b.mcap"):
+        with RecordingWriter(tmp_path / name, Header(layout)) as writer:
+            writer.write(counted(0, 900))
+    assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
+
+
+def test_other_mcap_readers_read_it_and_time_never_goes_back(tmp_path, layout, counted):
+    path = tmp_path / "a.mcap"
+    with RecordingWriter(path, Header(layout)) as writer:
+        writer.write(counted(1000, 450))
+        writer.write(counted(0, 300, epoch=1))  # the device was reset: it counts from 0 again
+        writer.write(counted(50_00, 10, epoch=2))
+    with path.open("rb") as stream:
+        found = [m for _, c, m in make_reader(stream).iter_messages(log_time_order=False)]
+    times = [m.log_time for m in found]
+    assert times == sorted(times)
+    assert [m.sequence for m in found] == list(range(len(found)))
+    assert [s.epoch for s in read_recording(path).stretches] == [0, 1, 2]
+
+
+def test_pinches_that_do_not_continue_are_epochs_and_not_losses(tmp_path, layout, counted):
+    def pinch(first):
+        return Pinch(counted(first, 100).data, layout, first_sample=first)
+
+    with RecordingWriter(tmp_path / "a.mcap", Header(layout)) as writer:
+        for first in (0, 100, 300):
+            writer.pinch(pinch(first))
+    recording = read_recording(tmp_path / "a.mcap")
+    assert [(p.number, p.first_sample, p.epoch) for p in recording.pinches] == [
+        (0, 0, 0),
+        (1, 100, 0),
+        (2, 300, 1),
+    ]
+    assert recording.skipped == ()
+
+
+def test_a_recording_is_never_overwritten(small, layout):
+    before = small.read_bytes()
+    with pytest.raises(InputError, match="never overwritten"):
+        RecordingWriter(small, Header(layout))
+    assert small.read_bytes() == before
+
+
+def test_blocks_that_do_not_fit_the_header_are_refused(tmp_path, layout, counted):
+    with RecordingWriter(tmp_path / "a.mcap", Header(layout)) as writer:
+        with pytest.raises(InputError, match="2 columns"):
+            writer.write(Block(np.zeros((5, 3), np.int16)))
+        with pytest.raises(InputError, match="dtype"):
+            writer.write(Block(np.zeros((5, 2))))
+    with pytest.raises(InputError, match="closed"):
+        writer.write(counted(0, 5))
+
+
+def test_an_exception_beside_the_writer_finalises_the_file(tmp_path, layout, counted):
+    path = tmp_path / "a.mcap"
+
+    def interrupted():
+        with RecordingWriter(path, Header(layout)) as writer:
+            writer.write(counted(0, 33))
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    recording = read_recording(path)
+    assert (recording.samples, recording.skipped) == (33, ())
+
+
+@pytest.mark.parametrize("acknowledged", [1, 2, 40, 333, 1500, 5000])
+def test_a_killed_writer_loses_at_most_a_tenth_of_a_second(tmp_path, acknowledged):
+    path = tmp_path / "killed.mcap"
+    command = [sys.executable, "-c", WRITER, str(path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as child:
+        assert child.stdout is not None
+        for _ in range(acknowledged):
+            handed = int(child.stdout.readline())
+        os.kill(child.pid, signal.SIGKILL)
+        handed = max([handed, *map(int, child.stdout.read().splitlines()[:-1])])
+    recording = read_recording(path)
+    assert any("not closed" in s for s in recording.skipped)
+    if recording.stretches:
+        (stretch,) = recording.stretches  # one: nothing is missing in the middle
+        number = np.arange(len(stretch.data), dtype=np.int64)
+        assert stretch.first_sample == 0
+        assert np.array_equal(stretch.data[:, 0], number & 0x7FFF)
+        assert np.array_equal(stretch.data[:, 1], number >> 15)
+    assert recording.samples >= handed - 0.1 * fingertip_layout().rate
+
+
+def test_a_full_disk_stops_the_writer_and_what_was_complete_stays(tmp_path, layout, counted):
+    limit = 40_000  # the kernel refuses the write beyond it, as a full disk does
+    path = tmp_path / "full.mcap"
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    writer = RecordingWriter(path, Header(layout))
+    written = 0
+
+    def fill():
+        nonlocal written
+        while True:
+            writer.write(counted(written, 64))
+            written += 64
+
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, before[1]))
+        with pytest.raises(InputError, match="stays readable"):
+            fill()
+        with pytest.raises(InputError, match="closed"):
+            writer.write(counted(written, 64))
+        writer.close()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, ignored)
+    assert path.stat().st_size == limit
+    (stretch,) = read_recording(path).stretches
+    assert stretch.end >= written - 0.1 * layout.rate
+    assert np.array_equal(stretch.data, counted(0, stretch.end).data)
+
+
+def test_a_read_only_folder_is_refused(layout):
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        folder.chmod(0o555)
+        root = os.geteuid() == 0
+        if root:  # root may write anywhere: become nobody for a moment
+            os.seteuid(65534)
+        try:
+            with pytest.raises(InputError, match="Permission denied"):
+                RecordingWriter(folder / "a.mcap", Header(layout))
+        finally:
+            if root:
+                os.seteuid(0)
+            folder.chmod(0o755)
+        assert list(folder.iterdir()) == []
+
+
+def test_a_missing_folder_is_refused(tmp_path, layout):
+    with pytest.raises(InputError, match="No such file"):
+        RecordingWriter(tmp_path / "nowhere" / "a.mcap", Header(layout))

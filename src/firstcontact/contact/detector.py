@@ -1,0 +1,76 @@
+"""What a contact detector is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core.block import Block
+from firstcontact.core.layout import Layout
+from firstcontact.core.pinch import Contact, Dataset, Pinch
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Verdicts:
+    """What a detector says of each window, whatever was detected before.
+
+    Parameters
+    ----------
+    ends
+        Number of the last sample of each window, shape (windows,).
+    fired
+        Whether the window shows a contact that began in its newest part,
+        shape (windows, fingers with a piezo).
+    onsets
+        Sample at which that contact began, -1 where nothing fired, same shape.
+    """
+
+    ends: NDArray[np.int64]
+    fired: NDArray[np.bool_]
+    onsets: NDArray[np.int64]
+
+
+class Detector(Protocol):
+    """Finds the contacts in a stream of blocks.
+
+    The same blocks, split anywhere, give the same contacts: offline is live
+    with the blocks already there.
+    """
+
+    @property
+    def name(self) -> str:
+        """Under which it is registered and reported."""
+
+    @property
+    def duration(self) -> float:
+        """Length of a window, s."""
+
+    @property
+    def step(self) -> float:
+        """New part of a window, s: one verdict every so often."""
+
+    def fit(self, dataset: Dataset) -> Self:
+        """Learn from pinches whose contacts are known."""
+
+    def start(self, layout: Layout) -> None:
+        """Begin a new closing: forget the stream and release all fingers."""
+
+    def judge(self, block: Block) -> Verdicts:
+        """Verdicts on the windows that this block completes.
+
+        A block that does not follow the one before starts a new steady state;
+        no window is ever made across a gap, an epoch or a sample that is not
+        finite.
+        """
+
+    def update(self, block: Block) -> list[Contact]:
+        """Contacts that this block makes known, each finger once per closing."""
+
+
+def detect(detector: Detector, pinch: Pinch) -> list[Contact]:
+    """All contacts in a pinch, as a stream would have given them."""
+    detector.start(pinch.layout)
+    return detector.update(Block(pinch.data, pinch.first_sample))

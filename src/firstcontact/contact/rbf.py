@@ -1,0 +1,115 @@
+"""A trained RBF-SVM as plain arrays, run by NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core.errors import InputError
+
+#: Most rows whose kernel is held in memory at once.
+ROWS = 4096
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RbfMachine:
+    """Decision function ``sum_i w_i exp(-gamma |x - s_i|^2) + b`` of scaled features.
+
+    Parameters
+    ----------
+    mean, scale
+        Of each feature, taken off and divided by first, shape (features,).
+    support
+        Support vectors, scaled, shape (vectors, features).
+    weights
+        Shape (vectors,).
+    intercept, gamma
+        Scalars.
+    """
+
+    mean: NDArray[np.float64]
+    scale: NDArray[np.float64]
+    support: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    intercept: float
+    gamma: float
+
+    @classmethod
+    def train(cls, x: NDArray[np.float64], positive: NDArray[np.bool_], cost: float) -> Self:
+        """Train on features of shape (windows, features), classes balanced.
+
+        Gamma is one over the number of (scaled) features.
+        """
+        from sklearn.svm import SVC
+
+        mean, scale = x.mean(axis=0), x.std(axis=0)
+        scale = np.where(scale > 0.0, scale, 1.0)
+        gamma = 1.0 / x.shape[1]
+        machine = SVC(C=cost, gamma=gamma, class_weight="balanced", cache_size=500)
+        machine.fit((x - mean) / scale, positive)
+        return cls(
+            mean,
+            scale,
+            machine.support_vectors_,
+            machine.dual_coef_[0],
+            float(machine.intercept_[0]),
+            gamma,
+        )
+
+    def decide(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Decision values of features (windows, features), positive for a contact."""
+        out = np.empty(len(x))
+        lengths = (self.support**2).sum(axis=1)
+        for start in range(0, len(x), ROWS):
+            scaled = (x[start : start + ROWS] - self.mean) / self.scale
+            exponent = (2.0 * self.gamma) * (scaled @ self.support.T)
+            exponent -= self.gamma * (scaled**2).sum(axis=1, keepdims=True)
+            exponent -= self.gamma * lengths
+            np.exp(exponent, out=exponent)
+            out[start : start + ROWS] = exponent @ self.weights + self.intercept
+        return out
+
+    def to_arrays(self) -> dict[str, NDArray[np.float64]]:
+        """All of it as named arrays."""
+        return {f.name: np.asarray(getattr(self, f.name), dtype=np.float64) for f in fields(self)}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """The inverse of :meth:`to_arrays`.
+
+        Raises
+        ------
+        InputError
+            When an array is missing, has a wrong shape or is not finite.
+        """
+        missing = [f.name for f in fields(cls) if f.name not in arrays]
+        if missing:
+            raise InputError(f"the detector's array {missing[0]!r} is missing: train it again")
+        a = {f.name: np.array(arrays[f.name], dtype=np.float64) for f in fields(cls)}
+        vectors, features = a["support"].shape if a["support"].ndim == 2 else (-1, -1)
+        shapes: dict[str, tuple[int, ...]] = {
+            "mean": (features,),
+            "scale": (features,),
+            "support": (vectors, features),
+            "weights": (vectors,),
+            "intercept": (),
+            "gamma": (),
+        }
+        for name, shape in shapes.items():
+            if a[name].shape != shape or not np.isfinite(a[name]).all():
+                raise InputError(
+                    f"the detector's array {name!r} does not fit the others or is not finite: "
+                    "train it again"
+                )
+        return cls(
+            a["mean"],
+            a["scale"],
+            a["support"],
+            a["weights"],
+            float(a["intercept"]),
+            float(a["gamma"]),
+        )

@@ -1,0 +1,210 @@
+"""What detectors that judge sliding windows share: the stream, the steady state, the latch."""
+
+from __future__ import annotations
+
+import itertools
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from firstcontact.contact.detector import Verdicts
+from firstcontact.contact.onset import pick_onset
+from firstcontact.core.block import Block
+from firstcontact.core.errors import InputError
+from firstcontact.core.layout import FINGERTIP_SMOOTHING, ChannelKind, Finger, Layout
+from firstcontact.core.pinch import Contact, Dataset
+from firstcontact.signal import ExponentialSmoothing, samples_in
+
+#: Longest piece of a block that is worked on at once, samples: bounds the memory.
+PIECE = 30_000
+
+
+@dataclass(frozen=True, slots=True)
+class WindowSizes:
+    """Lengths in samples at one rate."""
+
+    window: int
+    step: int
+    steady: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SteadyState:
+    """Mean and sigma of each piezo channel while nothing is touched, shape (fingers,)."""
+
+    mean: NDArray[np.float64]
+    sigma: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, quiet: NDArray[np.float64]) -> SteadyState:
+        """From quiet samples, shape (samples, fingers)."""
+        # Unlike the deviation from a mean, which rounds, a range knows exactly what is flat.
+        sigma = np.where(np.ptp(quiet, axis=0) > 0.0, quiet.std(axis=0), 0.0)
+        return cls(quiet.mean(axis=0), sigma)
+
+    @property
+    def alive(self) -> NDArray[np.bool_]:
+        """Channels that move at all; the others are unplugged or stuck at a rail."""
+        return self.sigma > 0.0
+
+    def normalise(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Distance from the mean in sigmas; 0 for channels that do not move."""
+        scale = np.where(self.alive, self.sigma, 1.0)
+        return np.where(self.alive, (x - self.mean) / scale, 0.0)
+
+
+def conditioner(layout: Layout) -> ExponentialSmoothing | None:
+    """The microcontroller's smoothing, for data that it has not smoothed yet."""
+    if layout.smoothing_alpha == 1.0:
+        return ExponentialSmoothing(FINGERTIP_SMOOTHING, layout.rate)
+    return None
+
+
+class WindowDetector(ABC):
+    """Judges a window of ``duration`` each time ``step`` of new samples has come.
+
+    The first 40 ms of a stream, and of what follows a gap, are taken as its
+    steady state; verdicts begin after it. A contact during the steady state
+    makes its sigma large and is then missed rather than guessed. A channel
+    that does not move at all during the steady state never fires.
+    """
+
+    name: ClassVar[str]
+    #: 17 ms that were there and 3 ms that are new, as published.
+    duration: ClassVar[float] = 0.020
+    step: ClassVar[float] = 0.003
+    #: Whole periods of 50 Hz hum.
+    steady: ClassVar[float] = 0.040
+
+    def fit(self, dataset: Dataset) -> Self:
+        """Learn from pinches whose contacts are known; by default nothing."""
+        return self
+
+    @abstractmethod
+    def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Say which windows show a contact that began in their newest part.
+
+        Parameters
+        ----------
+        windows
+            Shape (windows, fingers, samples), in sigmas of the steady state.
+
+        Returns
+        -------
+        ndarray
+            Shape (windows, fingers).
+        """
+
+    @classmethod
+    def sizes(cls, rate: float) -> WindowSizes:
+        """Lengths in samples at a rate in Hz."""
+        return WindowSizes(
+            samples_in(cls.duration, rate), samples_in(cls.step, rate), samples_in(cls.steady, rate)
+        )
+
+    def start(self, layout: Layout) -> None:
+        """Begin a new closing: forget the stream and release all fingers.
+
+        Raises
+        ------
+        InputError
+            When the layout has no piezo channel.
+        """
+        if not layout.piezo_fingers:
+            raise InputError("the layout has no piezo channel: contacts cannot be detected in it")
+        self._layout = layout
+        self._columns = layout.columns(ChannelKind.PIEZO)
+        self._sizes = self.sizes(layout.rate)
+        self._latched: set[Finger] = set()
+        self._epoch = 0
+        self._restart(0)
+
+    def _restart(self, first_sample: int) -> None:
+        self._smoothing = conditioner(self._layout)
+        self._state: SteadyState | None = None
+        #: Samples still needed, and the device's number of the first of them.
+        self._past = np.zeros((0, len(self._columns)))
+        self._past_first = first_sample
+        self._next = first_sample
+        self._window_end = first_sample + self._sizes.steady + self._sizes.step
+
+    def judge(self, block: Block) -> Verdicts:
+        """Verdicts on the windows that this block completes."""
+        if block.epoch != self._epoch:
+            self._epoch = block.epoch
+            self._restart(block.first_sample)
+        volts = self._layout.physical(block.data, self._columns)
+        parts = []
+        for first, run in _finite_runs(volts, block.first_sample):
+            if first != self._next:
+                self._restart(first)
+            parts.append(self._judge_run(run))
+        fingers = len(self._columns)
+        return Verdicts(
+            np.concatenate([np.zeros(0, np.int64), *(p.ends for p in parts)]),
+            np.concatenate([np.zeros((0, fingers), np.bool_), *(p.fired for p in parts)]),
+            np.concatenate([np.zeros((0, fingers), np.int64), *(p.onsets for p in parts)]),
+        )
+
+    def update(self, block: Block) -> list[Contact]:
+        """Contacts that this block makes known, each finger once per closing."""
+        verdicts = self.judge(block)
+        contacts: list[Contact] = []
+        for row in np.flatnonzero(verdicts.fired.any(axis=1)):
+            end = int(verdicts.ends[row])
+            found = [
+                Contact(finger, int(onset), end)
+                for finger, fired, onset in zip(
+                    self._layout.piezo_fingers,
+                    verdicts.fired[row],
+                    verdicts.onsets[row],
+                    strict=True,
+                )
+                if fired and finger not in self._latched
+            ]
+            self._latched.update(contact.finger for contact in found)
+            contacts += sorted(found, key=lambda contact: contact.sample)
+        return contacts
+
+    def _judge_run(self, volts: NDArray[np.float64]) -> Verdicts:
+        sizes = self._sizes
+        new = volts if self._smoothing is None else self._smoothing.update(volts)
+        self._past = np.concatenate([self._past, new])
+        self._next += len(volts)
+        if self._state is None and len(self._past) >= sizes.steady:
+            self._state = SteadyState.of(self._past[: sizes.steady])
+        ends = np.arange(self._window_end, self._next + 1, sizes.step)
+        if self._state is None or not len(ends):
+            none = np.zeros((0, len(self._columns)))
+            return Verdicts(np.zeros(0, np.int64), none.astype(np.bool_), none.astype(np.int64))
+        starts = ends - sizes.window - self._past_first
+        views = sliding_window_view(self._past, sizes.window, axis=0)[starts]
+        windows = self._state.normalise(np.moveaxis(views, 1, 2))
+        windows = np.ascontiguousarray(np.moveaxis(windows, 2, 1))
+        fired = self.fires(windows) & self._state.alive
+        onsets = np.full(fired.shape, -1, dtype=np.int64)
+        if fired.any():
+            # The new part, and as much again: what was too faint a step ago.
+            picked = pick_onset(windows[fired], 2 * sizes.step)
+            onsets[fired] = picked + (ends - sizes.window)[np.nonzero(fired)[0]]
+        self._window_end = int(ends[-1]) + sizes.step
+        surplus = self._window_end - sizes.window - self._past_first
+        self._past = self._past[surplus:].copy()
+        self._past_first += surplus
+        return Verdicts(ends - 1, fired, onsets)
+
+
+def _finite_runs(
+    volts: NDArray[np.float64], first_sample: int
+) -> Iterator[tuple[int, NDArray[Any]]]:
+    """Stretches without a value that is not finite, with their first sample number."""
+    bad = np.flatnonzero(~np.isfinite(volts).all(axis=1))
+    edges = [-1, *bad.tolist(), len(volts)]
+    for a, b in itertools.pairwise(edges):
+        for start in range(a + 1, b, PIECE):
+            yield first_sample + start, volts[start : min(b, start + PIECE)]

@@ -1,0 +1,194 @@
+"""The published RBF-SVM on 20 ms windows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.contact.features import window_features
+from firstcontact.contact.rbf import RbfMachine
+from firstcontact.contact.stream import WindowDetector
+from firstcontact.contact.training import Examples, examples, usable
+from firstcontact.core.errors import InputError
+from firstcontact.core.layout import Layout
+from firstcontact.core.pinch import Dataset
+
+#: Bounds on what is trained on, so that training stays below a minute.
+PINCHES = 900
+NEGATIVES = 3000
+HARD = 1000
+ROUNDS = 2
+#: Soft-margin cost, and folds for the threshold.
+COST = 10.0
+FOLDS = 3
+
+
+class SvmDetector(WindowDetector):
+    """One RBF-SVM for both fingers, on features of the window.
+
+    Trained on contacts at several ages and on the windows before them; the
+    negatives closest to the margin are added and it is trained again. The
+    threshold on the decision value is the middle of the range that gives most
+    pinches their first trigger right in folds of the training pinches, grouped
+    by session.
+
+    Parameters
+    ----------
+    early
+        The contact may be up to this much earlier than its label, s.
+    seed
+        Of what is drawn for training.
+    """
+
+    name: ClassVar[str] = "svm"
+
+    def __init__(self, early: float = 0.0, seed: int = 0) -> None:
+        self.early = early
+        self.seed = seed
+        self._machine: RbfMachine | None = None
+        self._threshold = 0.0
+        self._rate = 0.0
+
+    def fit(self, dataset: Dataset) -> Self:
+        """Learn from pinches whose first contact is known.
+
+        Raises
+        ------
+        InputError
+            When fewer than two pinches have a known first contact after
+            enough quiet.
+        """
+        rate = dataset.layout.rate if len(dataset) else 0.0
+        sizes = self.sizes(rate)
+        able = np.flatnonzero([usable(p, sizes, self.early) for p in dataset.pinches])
+        # Evenly spaced, not drawn: every session and object keeps its share.
+        spaced = np.linspace(0, max(0, len(able) - 1), min(PINCHES, len(able)))
+        subset = dataset.take(able[spaced.round().astype(np.intp)])
+        data = examples(subset, sizes, self.early, self.seed)
+        shown = np.unique(data.pinch[data.positive])
+        if len(shown) < 2:
+            raise InputError(
+                f"{len(shown)} pinches have a first contact in their labels, a living piezo and at "
+                "least 43 ms of quiet before it: the SVM detector needs two or more to learn from"
+            )
+        groups = np.zeros(len(subset), dtype=np.intp)
+        groups[shown] = _groups(subset.sessions[shown])
+        held_out = np.empty(len(data.features))
+        for fold in range(FOLDS):
+            test = (groups % FOLDS == fold)[data.pinch]
+            if test.any():
+                machine = _train(data.take(~test), self.seed)
+                held_out[test] = machine.decide(data.features[test])
+        self._threshold = _best_threshold(data, held_out)
+        self._machine = _train(data, self.seed)
+        self._rate = rate
+        return self
+
+    def start(self, layout: Layout) -> None:
+        """Begin a new closing: forget the stream and release all fingers.
+
+        Raises
+        ------
+        InputError
+            When it was not trained, or for another rate.
+        """
+        if self._machine is None:
+            raise InputError("the SVM detector has not been trained: fit it or load a trained one")
+        if layout.rate != self._rate:
+            raise InputError(
+                f"the SVM detector was trained at {self._rate:g} Hz and the layout says "
+                f"{layout.rate:g} Hz: resample the data"
+            )
+        super().start(layout)
+
+    def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Say which windows the machine puts above its threshold."""
+        return self.decision(windows) > self._threshold
+
+    def decision(self, windows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Decision values, (windows, fingers, samples) to (windows, fingers)."""
+        assert self._machine is not None
+        n, fingers, samples = windows.shape
+        features = window_features(windows.reshape(n * fingers, samples), self._sizes.step)
+        return self._machine.decide(features).reshape(n, fingers)
+
+    def to_arrays(self) -> dict[str, NDArray[np.float64]]:
+        """Everything that was learnt, as named arrays.
+
+        Raises
+        ------
+        InputError
+            When it was not trained.
+        """
+        if self._machine is None:
+            raise InputError("the SVM detector has not been trained: there is nothing to save")
+        own = {"threshold": np.float64(self._threshold), "rate": np.float64(self._rate)}
+        return self._machine.to_arrays() | {k: np.asarray(v) for k, v in own.items()}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """The inverse of :meth:`to_arrays`.
+
+        Raises
+        ------
+        InputError
+            When an array is missing, has a wrong shape or is not finite.
+        """
+        detector = cls()
+        detector._machine = RbfMachine.from_arrays(arrays)
+        for name in ("threshold", "rate"):
+            value = np.asarray(arrays.get(name, np.nan), dtype=np.float64)
+            if value.shape != () or not np.isfinite(value):
+                raise InputError(f"the detector's array {name!r} is missing: train it again")
+        detector._threshold = float(arrays["threshold"])
+        detector._rate = float(arrays["rate"])
+        return detector
+
+
+def _groups(sessions: NDArray[np.str_]) -> NDArray[np.intp]:
+    """Number of each pinch's session; each pinch its own where there are too few."""
+    names, numbers = np.unique(sessions, return_inverse=True)
+    return np.arange(len(sessions)) if len(names) < FOLDS else numbers.astype(np.intp)
+
+
+def _train(data: Examples, seed: int) -> RbfMachine:
+    """Train, add the negatives that it finds hardest, and train again."""
+    rng = np.random.default_rng(seed)
+    negatives = np.flatnonzero(~data.positive)
+    chosen = rng.permutation(negatives)[:NEGATIVES]
+    for _ in range(ROUNDS):
+        machine = _fit(data, chosen)
+        rest = np.setdiff1d(negatives, chosen)
+        hardest = rest[np.argsort(machine.decide(data.features[rest]))[::-1][:HARD]]
+        chosen = np.concatenate([chosen, hardest])
+    return _fit(data, chosen)
+
+
+def _fit(data: Examples, negatives: NDArray[np.intp]) -> RbfMachine:
+    used = data.take(np.concatenate([np.flatnonzero(data.positive), negatives]))
+    return RbfMachine.train(used.features, used.positive, COST)
+
+
+def _best_threshold(data: Examples, decision: NDArray[np.float64]) -> float:
+    """Middle of the range of thresholds that detects most first contacts.
+
+    A pinch is right when all its windows before the contact stay below and the
+    last of those that show it comes above.
+    """
+    first = data.first
+    pinches = np.unique(data.pinch[first & data.positive])
+    quiet = np.full(data.pinch.max() + 1, -np.inf)
+    loud = np.full(data.pinch.max() + 1, -np.inf)
+    np.maximum.at(quiet, data.pinch[first & ~data.positive], decision[first & ~data.positive])
+    np.maximum.at(loud, data.pinch[first & data.positive], decision[first & data.positive])
+    quiet, loud = quiet[pinches], loud[pinches]
+    candidates = np.unique(np.concatenate([quiet[np.isfinite(quiet)], loud]))
+    right = (quiet[:, None] <= candidates) & (candidates < loud[:, None])
+    share = right.sum(axis=0)
+    best = np.flatnonzero(share == share.max())
+    # The count holds from one candidate up to the next.
+    after = min(best[-1] + 1, len(candidates) - 1)
+    return float((candidates[best[0]] + candidates[after]) / 2.0)

@@ -1,0 +1,133 @@
+"""Windows to train a contact detector on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from firstcontact.contact.features import window_features
+from firstcontact.contact.stream import SteadyState, WindowSizes, conditioner
+from firstcontact.core.pinch import Dataset, Pinch
+from firstcontact.signal import samples_in
+
+#: A contact younger than this, s, may not show yet: such windows teach nothing.
+YOUNGEST = 0.001
+#: Windows a contact is shown in, at evenly spread ages up to the last.
+PHASES = 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Examples:
+    """Windows of many pinches, as features.
+
+    Parameters
+    ----------
+    features
+        Shape (windows, features).
+    positive
+        Whether a contact began in the newest part, shape (windows,).
+    pinch
+        Which pinch each is from, shape (windows,).
+    first
+        Whether it speaks of the first contact of its pinch: a window before it
+        (of either finger), or one that shows it, shape (windows,).
+    """
+
+    features: NDArray[np.float64]
+    positive: NDArray[np.bool_]
+    pinch: NDArray[np.intp]
+    first: NDArray[np.bool_]
+
+    def take(self, which: NDArray[np.bool_] | NDArray[np.intp]) -> Examples:
+        """Some of them."""
+        return Examples(
+            self.features[which], self.positive[which], self.pinch[which], self.first[which]
+        )
+
+
+def usable(pinch: Pinch, sizes: WindowSizes, early: float) -> bool:
+    """Whether the first contact is known and leaves a steady state and a window before it."""
+    if pinch.first is None:
+        return False
+    before = pinch.first.sample - pinch.first_sample - samples_in(early, pinch.layout.rate)
+    return before >= sizes.steady + sizes.step
+
+
+def examples(dataset: Dataset, sizes: WindowSizes, early: float, seed: int) -> Examples:
+    """Windows of all usable pinches.
+
+    Negatives: each finger before its own contact, one window a step at a random
+    phase; where the second contact is not known, only what lies before the
+    first. Positives: each contact at several ages between 1 ms and what one
+    step later gives.
+
+    Parameters
+    ----------
+    dataset
+        The pinches.
+    sizes
+        Lengths at their rate.
+    early
+        The contact may be up to this much earlier than its label, s.
+    seed
+        For the phases.
+    """
+    rng = np.random.default_rng(seed)
+    nothing = Examples(
+        np.zeros((0, sizes.step + 14)),
+        np.zeros(0, np.bool_),
+        np.zeros(0, np.intp),
+        np.zeros(0, np.bool_),
+    )
+    parts = [nothing] + [
+        _of_finger(i, pinch, column, sizes, early, rng)
+        for i, pinch in enumerate(dataset.pinches)
+        if usable(pinch, sizes, early)
+        for column in range(len(pinch.layout.piezo_fingers))
+    ]
+    return Examples(
+        np.concatenate([p.features for p in parts]),
+        np.concatenate([p.positive for p in parts]),
+        np.concatenate([p.pinch for p in parts]),
+        np.concatenate([p.first for p in parts]),
+    )
+
+
+def _of_finger(
+    number: int,
+    pinch: Pinch,
+    column: int,
+    sizes: WindowSizes,
+    early: float,
+    rng: np.random.Generator,
+) -> Examples:
+    layout = pinch.layout
+    volts = pinch.piezo()[:, column : column + 1]
+    smoothing = conditioner(layout)
+    smooth = volts if smoothing is None else smoothing.update(volts)
+    steady = SteadyState.of(smooth[: sizes.steady])
+    x = steady.normalise(smooth)[:, 0]
+    margin = samples_in(early, layout.rate)
+    youngest = samples_in(YOUNGEST, layout.rate)
+    first = pinch.truth[0].sample - pinch.first_sample
+    finger = layout.piezo_fingers[column]
+    touched = [c.sample - pinch.first_sample for c in pinch.truth if c.finger is finger][:1]
+    quiet_end = (touched or [first])[0] - margin
+    phase = int(rng.integers(sizes.step))
+    before = np.arange(sizes.steady + sizes.step - phase, quiet_end + 1, sizes.step)
+    ages = np.linspace(youngest, youngest + sizes.step, PHASES).astype(np.intp)
+    after = np.array([t + age for t in touched for age in ages], dtype=np.intp)
+    ends = np.concatenate([before, after])
+    ends = ends[ends <= len(x)] if steady.alive[0] else ends[:0]
+    windows = sliding_window_view(x, sizes.window)[ends - sizes.window]
+    positive = ends > quiet_end
+    is_first = np.full(len(ends), touched == [first]) | (ends <= first - margin)
+    return Examples(
+        window_features(np.ascontiguousarray(windows), sizes.step),
+        positive,
+        np.full(len(ends), number, dtype=np.intp),
+        is_first,
+    )

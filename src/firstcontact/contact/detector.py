@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, Self
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.block import Block
-from firstcontact.core.layout import Layout
+from firstcontact.core.layout import Finger, Layout
 from firstcontact.core.pinch import Contact, Dataset, Pinch
 
 
@@ -31,6 +32,33 @@ class Verdicts:
     ends: NDArray[np.int64]
     fired: NDArray[np.bool_]
     onsets: NDArray[np.int64]
+
+
+def latch(verdicts: Verdicts, fingers: Sequence[Finger], latched: set[Finger]) -> list[Contact]:
+    """The first firing of each finger that is not latched yet, and latch it.
+
+    Parameters
+    ----------
+    verdicts
+        Windows in the order of time.
+    fingers
+        Fingers of their columns.
+    latched
+        Fingers that have touched already; those found are added.
+
+    Returns
+    -------
+    list of Contact
+        In the order of the windows; within one, the earlier onset first.
+    """
+    contacts: list[Contact] = []
+    for row in np.flatnonzero(verdicts.fired.any(axis=1)):
+        end = int(verdicts.ends[row])
+        columns = zip(fingers, verdicts.fired[row], verdicts.onsets[row], strict=True)
+        found = [Contact(f, int(o), end) for f, fired, o in columns if fired and f not in latched]
+        latched.update(contact.finger for contact in found)
+        contacts += sorted(found, key=lambda contact: contact.sample)
+    return contacts
 
 
 class Detector(Protocol):

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from firstcontact.contact.detector import Verdicts
+from firstcontact.contact.detector import Verdicts, latch
 from firstcontact.contact.onset import pick_onset
 from firstcontact.core.block import Block
 from firstcontact.core.errors import InputError
@@ -153,23 +153,7 @@ class WindowDetector(ABC):
 
     def update(self, block: Block) -> list[Contact]:
         """Contacts that this block makes known, each finger once per closing."""
-        verdicts = self.judge(block)
-        contacts: list[Contact] = []
-        for row in np.flatnonzero(verdicts.fired.any(axis=1)):
-            end = int(verdicts.ends[row])
-            found = [
-                Contact(finger, int(onset), end)
-                for finger, fired, onset in zip(
-                    self._layout.piezo_fingers,
-                    verdicts.fired[row],
-                    verdicts.onsets[row],
-                    strict=True,
-                )
-                if fired and finger not in self._latched
-            ]
-            self._latched.update(contact.finger for contact in found)
-            contacts += sorted(found, key=lambda contact: contact.sample)
-        return contacts
+        return latch(self.judge(block), self._layout.piezo_fingers, self._latched)
 
     def _judge_run(self, volts: NDArray[np.float64]) -> Verdicts:
         sizes = self._sizes

@@ -1,0 +1,196 @@
+"""How well a detector finds contacts: every number defined once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.contact.detector import Detector, Verdicts, latch
+from firstcontact.core.block import Block
+from firstcontact.core.errors import InputError
+from firstcontact.core.pinch import Contact, Dataset, Pinch
+from firstcontact.signal import samples_in
+
+#: A contact younger than this, s, need not show in a window yet.
+GUARD = 0.001
+#: How far from the strip a first trigger may be, s.
+TOLERANCE = 0.003
+
+
+@dataclass(frozen=True, slots=True)
+class DetectionScores:
+    """Scores of a detector over pinches whose first contact is known.
+
+    A share of nothing is None.
+
+    Windows are counted whatever the detector said before. One counts as quiet
+    when it ends before the contact (each finger's windows count), and as
+    contact when it is the touching finger's first that holds at least 1 ms of
+    it. The touching finger's windows in between may say either and are left
+    out, as is everything after.
+
+    Parameters
+    ----------
+    n
+        Pinches scored.
+    left_out
+        Pinches without a known first contact.
+    windows
+        Windows counted.
+    window_accuracy
+        Share of all counted windows judged right. Quiet ones are many: read it
+        with the two shares below.
+    quiet_windows_silent, contact_windows_found
+        Shares right of quiet and of contact windows.
+    pinch_success
+        Share of pinches whose first trigger is the touching finger's, with its
+        onset within 3 ms of the contact.
+    false_alarms
+        Pinches whose first trigger comes more than 3 ms before the contact.
+    wrong_finger
+        Pinches whose first trigger is in time but the other finger's.
+    late
+        Pinches whose first trigger is more than 3 ms late.
+    misses
+        Pinches without any trigger.
+    false_alarms_per_minute
+        Runs of firing quiet windows (of each finger) per minute of closing
+        without a contact, which is the number of quiet steps times their
+        length; None where there was none.
+    delay_ms
+        Median and 95th percentile of the time from the contact to the sample
+        that decided, over the pinches that succeeded; None where none did.
+    """
+
+    n: int
+    left_out: int
+    windows: int
+    window_accuracy: float | None
+    quiet_windows_silent: float | None
+    contact_windows_found: float | None
+    pinch_success: float
+    false_alarms: int
+    wrong_finger: int
+    late: int
+    misses: int
+    false_alarms_per_minute: float | None
+    delay_ms: dict[str, float] | None
+
+    def to_json(self) -> dict[str, Any]:
+        """A JSON-ready form without the keys of what is not known."""
+        tree = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        return {name: value for name, value in tree.items() if value is not None}
+
+
+@dataclass(slots=True)
+class _Counts:
+    quiet: int = 0
+    quiet_right: int = 0
+    contact: int = 0
+    contact_right: int = 0
+    seconds: float = 0.0
+    alarms: int = 0
+
+    def add(self, verdicts: Verdicts, column: int, truth: int, early: int, guard: int) -> int:
+        """Count the windows of one pinch, and return how many quiet steps it had."""
+        fired = verdicts.fired[verdicts.ends < truth - early]
+        starts = fired.copy()
+        starts[1:] &= ~fired[:-1]
+        self.quiet += fired.size
+        self.quiet_right += int((~fired).sum())
+        self.alarms += int(starts.sum())
+        shows = np.flatnonzero(verdicts.ends >= truth + guard - 1)
+        if len(shows):
+            self.contact += 1
+            self.contact_right += int(verdicts.fired[shows[0], column])
+        return len(fired)
+
+
+def score_detector(
+    detector: Detector, dataset: Dataset, early: float = 0.0, tolerance: float = TOLERANCE
+) -> DetectionScores:
+    """Run a detector over pinches and compare with their known first contacts.
+
+    Parameters
+    ----------
+    detector
+        Fitted, on other pinches.
+    dataset
+        The pinches.
+    early
+        The contact may be up to this much earlier than its label, s: windows
+        that end in this span are left out, and triggers in it are in time.
+    tolerance
+        How far from the contact a first trigger may be, s.
+
+    Raises
+    ------
+    InputError
+        When no pinch has a known first contact.
+    """
+    counts = _Counts()
+    outcomes = dict.fromkeys(("success", "false_alarms", "wrong_finger", "late", "misses"), 0)
+    delays: list[float] = []
+    known = [(p, p.first) for p in dataset.pinches if p.first is not None]
+    if not known:
+        raise InputError("no pinch has a known first contact: detection cannot be scored")
+    for pinch, truth in known:
+        rate = pinch.layout.rate
+        detector.start(pinch.layout)
+        verdicts = detector.judge(Block(pinch.data, pinch.first_sample))
+        fingers = pinch.layout.piezo_fingers
+        if truth.finger in fingers:
+            steps = counts.add(
+                verdicts,
+                fingers.index(truth.finger),
+                truth.sample,
+                samples_in(early, rate),
+                samples_in(GUARD, rate),
+            )
+            counts.seconds += steps * samples_in(detector.step, rate) / rate
+        contacts = latch(verdicts, fingers, set())
+        outcome = _outcome(contacts, truth, pinch, early, tolerance)
+        outcomes[outcome] += 1
+        if outcome == "success":
+            delays.append(1e3 * (contacts[0].decided - truth.sample) / rate)
+    return DetectionScores(
+        n=len(known),
+        left_out=len(dataset) - len(known),
+        windows=counts.quiet + counts.contact,
+        window_accuracy=_share(
+            counts.quiet_right + counts.contact_right, counts.quiet + counts.contact
+        ),
+        quiet_windows_silent=_share(counts.quiet_right, counts.quiet),
+        contact_windows_found=_share(counts.contact_right, counts.contact),
+        pinch_success=outcomes["success"] / len(known),
+        false_alarms=outcomes["false_alarms"],
+        wrong_finger=outcomes["wrong_finger"],
+        late=outcomes["late"],
+        misses=outcomes["misses"],
+        false_alarms_per_minute=(60.0 * counts.alarms / counts.seconds if counts.seconds else None),
+        delay_ms=_quantiles(np.array(delays)) if delays else None,
+    )
+
+
+def _outcome(
+    contacts: list[Contact], truth: Contact, pinch: Pinch, early: float, tolerance: float
+) -> str:
+    if not contacts:
+        return "misses"
+    late = (contacts[0].sample - truth.sample) / pinch.layout.rate
+    if late < -(early + tolerance):
+        return "false_alarms"
+    if late > tolerance:
+        return "late"
+    return "success" if contacts[0].finger is truth.finger else "wrong_finger"
+
+
+def _share(part: int, whole: int) -> float | None:
+    return part / whole if whole else None
+
+
+def _quantiles(delays: NDArray[np.float64]) -> dict[str, float]:
+    return {"median": float(np.median(delays)), "p95": float(np.percentile(delays, 95))}

@@ -1,0 +1,47 @@
+"""``firstcontact simulate``: recordings from the pinch twin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from firstcontact.cli.extras import need
+
+
+@dataclass(frozen=True)
+class Simulate:
+    """Make recordings of simulated pinches: five blocks and eight everyday objects."""
+
+    out: Path
+    """Folder for the recordings, one file a session; must be empty or new."""
+    condition: Literal["paper-rig", "everyday"] = "paper-rig"
+    """The published set-up, or pinches that vary as they do outside a lab."""
+    pinches_per_block: int = 500
+    """Pinches of each of the five blocks."""
+    pinches_per_object: int = 50
+    """Pinches of each of the eight unseen objects."""
+    seed: int = 0
+    """Same seed, same bytes."""
+    workers: int | None = None
+    """Threads; all cores by default. Does not change a byte."""
+
+    def run(self) -> None:
+        """Simulate with a progress bar."""
+        need("twin", "numba")
+        from tqdm import tqdm
+
+        from firstcontact.twin.simulate import simulate
+
+        total = 5 * self.pinches_per_block + 8 * self.pinches_per_object
+        with tqdm(total=total, unit="pinch", desc=self.condition) as bar:
+            paths = simulate(
+                self.out,
+                self.condition,
+                self.pinches_per_block,
+                self.pinches_per_object,
+                self.seed,
+                self.workers,
+                bar.update,
+            )
+        print(f"{total} pinches in {len(paths)} recordings: {self.out}")

@@ -1,0 +1,136 @@
+"""What motor, gears and mains do to the phalanx: not white, not Gaussian.
+
+The forces act on the phalanx and reach the piezo through the same mechanics as
+a contact does.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfilt
+
+#: Points per sampling interval of the force series.
+OVERSAMPLING = 4
+#: Where friction is heard, Hz.
+RUBBING_BAND = (30.0, 1500.0)
+
+
+@dataclass(frozen=True, slots=True)
+class MotorNoise:
+    """Strengths of the disturbances on a phalanx. Forces in N, rates in Hz."""
+
+    rotor_rate: float = 170.0
+    """Rotor turns per second at the closing speed."""
+    rotor: float = 0.05
+    """Amplitude of the rotor line; its harmonics fall as 1/k."""
+    mesh_ratio: float = 9.7
+    """Gear-mesh frequency over the rotor's."""
+    mesh: float = 0.05
+    """Amplitude of the mesh line, modulated by the output shaft."""
+    friction: float = 0.035
+    """RMS of the rubbing between 30 Hz and 1.5 kHz, under a wandering envelope."""
+    wander: float = 0.35
+    """Standard deviation of ln(envelope)."""
+    click_rate: float = 0.5
+    """Random clicks of the gear train per second."""
+    click: float = 0.35
+    """Median peak force of a click."""
+    mains_rate: float = 50.0
+    """Of the supply: 50 or 60."""
+    mains: float = 0.015
+    """Torque ripple of the supply at twice its frequency, as a force."""
+    hum: float = 0.0015
+    """Mains picked up by the piezo's wiring, V."""
+    electronics: float = 0.0022
+    """RMS of the buffer and converter, V."""
+
+
+@njit(cache=True, nogil=True)
+def _tones(
+    rates: NDArray[np.float64],
+    amplitudes: NDArray[np.float64],
+    phases: NDArray[np.float64],
+    depth: NDArray[np.float64],
+    slow: float,
+    dt: float,
+    out: NDArray[np.float64],
+) -> None:
+    """Add lines to ``out``; ``depth`` is how far the slow shaft modulates each."""
+    # Each line is a rotating phasor: one multiplication a point, no sine.
+    lines = np.exp(1j * phases)
+    turns = np.exp(2j * math.pi * rates * dt)
+    beat = np.exp(1j * phases[0])
+    beat_turn = np.exp(2j * math.pi * slow * dt)
+    for i in range(out.size):
+        for k in range(rates.size):
+            out[i] += amplitudes[k] * (1.0 + depth[k] * beat.imag) * lines[k].imag
+            lines[k] *= turns[k]
+        beat *= beat_turn
+
+
+@lru_cache(maxsize=4)
+def _rubbing_band(rate: float) -> NDArray[np.float64]:
+    return np.asarray(butter(2, RUBBING_BAND, "bandpass", fs=rate, output="sos"))
+
+
+def phalanx_force(
+    noise: MotorNoise, duration: float, rate: float, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Force series on one phalanx.
+
+    Parameters
+    ----------
+    noise
+        The strengths.
+    duration
+        Length, s.
+    rate
+        Points per second.
+    rng
+        Where the chance comes from.
+
+    Returns
+    -------
+    ndarray
+        Shape (points,), N.
+    """
+    n = math.ceil(duration * rate) + 2
+    dt = 1 / rate
+    rubbing = sosfilt(_rubbing_band(rate), rng.standard_normal(n + 200))[200:]
+    knots = rng.standard_normal(max(int(duration / 0.02), 2) + 2)
+    envelope = np.exp(
+        noise.wander * np.interp(np.arange(n) * dt / 0.02, np.arange(len(knots)), knots)
+    )
+    # The band holds this share of white noise's power.
+    share = math.sqrt(2 * (RUBBING_BAND[1] - RUBBING_BAND[0]) / rate)
+    out = noise.friction * envelope * rubbing / share
+    r = noise.rotor_rate * (1 + 0.004 * rng.standard_normal())
+    rates = np.array([r, 2 * r, 3 * r, 0.31 * noise.mesh_ratio * r, noise.mesh_ratio * r,
+                      2 * noise.mains_rate])  # fmt: skip
+    amplitudes = np.array([noise.rotor, noise.rotor / 2, noise.rotor / 3, 0.6 * noise.mesh,
+                           noise.mesh, noise.mains])  # fmt: skip
+    depth = np.array([0.1, 0.1, 0.1, 0.6, 0.6, 0.0])
+    _tones(rates, amplitudes, rng.uniform(0, 2 * math.pi, rates.size), depth, r / 23, dt, out)
+    for _ in range(rng.poisson(noise.click_rate * duration)):
+        start = int(rng.uniform(0, n))
+        length = max(int(rng.uniform(0.3e-3, 1.2e-3) * rate), 2)
+        peak = noise.click * math.exp(0.5 * rng.standard_normal()) * rng.choice((-1.0, 1.0))
+        shape = peak * np.sin(np.pi * np.arange(length) / length)
+        stop = min(start + length, n)
+        out[start:stop] += shape[: stop - start]
+    return np.asarray(out)
+
+
+def pickup(
+    noise: MotorNoise, times: NDArray[np.float64], rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Electrical disturbance at the converter's input, V, shape of ``times`` (s)."""
+    phase = rng.uniform(0, 2 * math.pi)
+    hum = noise.hum * np.sin(2 * math.pi * noise.mains_rate * times + phase)
+    return np.asarray(hum + noise.electronics * rng.standard_normal(times.shape))

@@ -1,0 +1,101 @@
+"""What is pinched: the five blocks and the eight everyday objects of the paper."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from firstcontact.core.pinch import Role
+from firstcontact.twin.materials import gent_modulus
+from firstcontact.twin.parameters import ObjectParameters
+
+
+@dataclass(frozen=True, slots=True)
+class TwinObject:
+    """An object as labelled, and as the mechanics sees its kind.
+
+    ``nominal`` has the modulus that the durometer reading stands for; a
+    specimen's own modulus scatters around it.
+    """
+
+    name: str
+    shore_a: float
+    role: Role
+    nominal: ObjectParameters
+    modulus_scatter: float
+    """Standard deviation of ln E between specimens of one reading."""
+
+
+def _block(shore_a: float) -> TwinObject:
+    # 7 x 7 x 3.5 cm, pinched across the 3.5 cm; silicone of 1.1 g/cm3.
+    modulus = gent_modulus(shore_a)
+    mass = 0.07 * 0.07 * 0.035 * 1100
+    bulk = modulus * 0.07 * 0.07 / 0.035
+    loss = 0.12
+    nominal = ObjectParameters(
+        modulus=modulus,
+        face_mass=mass / 2,
+        bulk_stiffness=bulk,
+        bulk_damping=loss * math.sqrt(bulk * mass / 4),
+    )
+    return TwinObject(f"block {shore_a:g}", shore_a, Role.TRAIN, nominal, 0.06)
+
+
+def _round(shore_a: float, radius: float, mass: float, loss: float) -> ObjectParameters:
+    # A ball squeezed across its diameter, as a column of its own cross-section.
+    modulus = gent_modulus(shore_a)
+    bulk = modulus * math.pi * radius / 2
+    return ObjectParameters(
+        modulus=modulus,
+        radius=radius,
+        face_mass=mass / 2,
+        bulk_stiffness=bulk,
+        bulk_damping=2 * loss * math.sqrt(bulk * mass / 4),
+        clamp_stiffness=60.0,
+        clamp_damping=0.8,
+        arm_share=2 * loss,
+        contact_loss=loss,
+    )
+
+
+def _apple(k: int, shore_a: float) -> TwinObject:
+    return TwinObject(f"apple {k}", shore_a, Role.TEST, _round(shore_a, 0.037, 0.18, 0.15), 0.15)
+
+
+def _orange(k: int, shore_a: float) -> TwinObject:
+    return TwinObject(f"orange {k}", shore_a, Role.TEST, _round(shore_a, 0.037, 0.20, 0.45), 0.15)
+
+
+def _tennis_ball(k: int, shore_a: float) -> TwinObject:
+    # A shell: only the touched cap moves at first, and the bulk is the shell's
+    # bending, stiff for a fraction of a millimetre seen from a 6 g cap (Cross 1999).
+    solid = _round(shore_a, 0.033, 0.0577, 0.15)
+    shell = replace_object(solid, face_mass=0.0289, bulk_stiffness=2.4e4, bulk_damping=6.0)
+    return TwinObject(f"tennis ball {k}", shore_a, Role.TEST, shell, 0.06)
+
+
+def _avocado(k: int, shore_a: float) -> TwinObject:
+    return TwinObject(f"avocado {k}", shore_a, Role.TEST, _round(shore_a, 0.034, 0.19, 0.25), 0.18)
+
+
+def replace_object(parameters: ObjectParameters, **changes: float) -> ObjectParameters:
+    """A copy with some fields changed."""
+    return parameters._replace(**changes)
+
+
+BLOCKS = tuple(_block(s) for s in (10, 20, 29, 43, 60))
+EVERYDAY_OBJECTS = (
+    _apple(1, 28), _apple(2, 26), _orange(1, 35), _orange(2, 37),
+    _tennis_ball(1, 45), _tennis_ball(2, 46), _avocado(1, 59), _avocado(2, 67),
+)  # fmt: skip
+
+
+def specimen(kind: TwinObject, deviate: float, widen: float = 1.0) -> TwinObject:
+    """One specimen: its modulus ``deviate`` standard deviations off, times ``widen``."""
+    factor = math.exp(kind.modulus_scatter * widen * deviate)
+    nominal = replace_object(
+        kind.nominal,
+        modulus=kind.nominal.modulus * factor,
+        bulk_stiffness=kind.nominal.bulk_stiffness * factor,
+    )
+    return replace(kind, nominal=nominal)

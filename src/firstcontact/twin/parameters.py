@@ -1,0 +1,90 @@
+"""Parameters of the mechanics, with their nominal values.
+
+Where each number comes from is a table in ``docs/reference/twin-parameters.md``.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class FingerParameters(NamedTuple):
+    """One finger, from its drive to its skin. SI units."""
+
+    speed: float = 0.13
+    """Closing speed, m/s."""
+    drive_mass: float = 0.45
+    """Inertia of motor and gears, reflected to the fingertip, kg."""
+    speed_gain: float = 250.0
+    """Speed loop of the drive, N s/m."""
+    drive_force: float = 12.0
+    """Stall force at the fingertip, N."""
+    link_stiffness: float = 2.5e3
+    """Gear train and linkage between drive and phalanx, N/m."""
+    link_damping: float = 3.0
+    """N s/m."""
+    phalanx_mass: float = 0.018
+    """Distal phalanx and mount, kg."""
+    mount_stiffness: float = 4.2e5
+    """Board on its screwed PETG mount, N/m."""
+    mount_damping: float = 2.6
+    """N s/m."""
+    board_mass: float = 0.0021
+    """Board with piezo disc and wires, kg."""
+    pad_stiffness: float = 4.5e4
+    """Dimpled pad at small compression, N/m."""
+    pad_stiffening: float = 6.0e11
+    """Cubic term of the dimpled pad, N/m^3."""
+    pad_arm_stiffness: float = 2.2e4
+    """Maxwell arm of the pad, N/m."""
+    pad_relaxation: float = 1.2e-3
+    """Relaxation time of that arm, s."""
+    pad_damping: float = 1.5
+    """N s/m."""
+    skin_mass: float = 0.00055
+    """Front of the pad that moves with the skin, kg."""
+    pad_modulus: float = 4.34e6
+    """Young's modulus of the pad's silicone, Pa (65 Shore A by Gent)."""
+    tip_radius: float = 0.010
+    """Radius of curvature where the tip touches, m."""
+    piezo_volts_per_newton: float = 0.0325
+    """Open-circuit voltage of the disc per force through the mount, V/N."""
+    piezo_time_constant: float = 2.8e-3
+    """Disc capacitance times the buffer's input resistance, s."""
+    gain: float = 22.0
+    """Gain of the non-inverting buffer."""
+    buffer_cutoff: float = 1.8e3
+    """First-order corner of the buffer, Hz."""
+
+
+class ObjectParameters(NamedTuple):
+    """What is pinched: two faces, a bulk between them, and how it is held. SI units."""
+
+    modulus: float = 1.0e6
+    """Young's modulus that a slow indentation sees, Pa."""
+    radius: float = 1.0e3
+    """Radius of curvature where it is touched, m (blocks: flat)."""
+    face_mass: float = 0.095
+    """Mass that moves with each face, kg."""
+    bulk_stiffness: float = 1.4e5
+    """Between the faces, N/m."""
+    bulk_damping: float = 30.0
+    """N s/m."""
+    clamp_stiffness: float = 150.0
+    """Of what holds the object, N/m."""
+    clamp_damping: float = 1.5
+    """N s/m."""
+    arm_share: float = 0.25
+    """Contact stiffness of the Maxwell arm, as a share of the slow one."""
+    arm_relaxation: float = 4.0e-3
+    """Relaxation time of that arm, s."""
+    contact_loss: float = 0.10
+    """Hunt-Crossley c, s/m: restitution is about 1 - c v."""
+
+
+class Timing(NamedTuple):
+    """When the fingers touch, from the first sample, s."""
+
+    first: float
+    second: float
+    first_is_index: bool

@@ -1,0 +1,113 @@
+"""One pinch of the twin: mechanics, then what the fingertip makes of it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core.layout import FINGERTIP_RATE, Finger, fingertip_layout
+from firstcontact.core.pinch import Contact, Label, Pinch
+from firstcontact.twin.draw import PinchDraw
+from firstcontact.twin.mechanics import (
+    BUFFER,
+    FINGER_STATES,
+    INDENTATION,
+    MOUNT_FORCE,
+    OUTPUTS,
+    STATES,
+    integrate,
+)
+from firstcontact.twin.noise import OVERSAMPLING, phalanx_force, pickup
+from firstcontact.twin.sensor import force_counts, piezo_counts
+
+#: Length of a pinch, s.
+DURATION = 0.3
+#: Samples before the first that let the vibration build up.
+BURN_IN = 100
+#: Steps per sampling interval after the first contact: about 20 us each, where
+#: halving them moves the piezo's waveform by less than 0.1 %.
+SUBSTEPS = 10
+_LAYOUT = fingertip_layout()
+
+
+def mechanics_of(
+    draw: PinchDraw, duration: float = DURATION, substeps: int = SUBSTEPS
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Integrate a drawn pinch.
+
+    Returns
+    -------
+    tuple
+        Sampling instants (s, the first contact at ``draw.timing.first``), shape
+        (samples,), and :func:`firstcontact.twin.mechanics.integrate`'s output,
+        shape (samples, 2, 4).
+    """
+    samples = round(duration * FINGERTIP_RATE)
+    times = np.arange(-BURN_IN, samples) / FINGERTIP_RATE
+    # A jitter of a tenth of the interval or more would be another fault than jitter.
+    wobble = np.clip(draw.jitter * draw.rng.standard_normal(times.size), -2e-5, 2e-5)
+    # The mechanics starts its clock with the burn-in.
+    lead = BURN_IN / FINGERTIP_RATE
+    clock = times + lead + wobble - wobble[0]
+    rate = OVERSAMPLING * FINGERTIP_RATE
+    length = duration + lead + 1e-3
+    noise = np.stack([phalanx_force(n, length, rate, draw.rng) for n in draw.noise])
+    first, second, first_is_index = draw.timing
+    touch = np.array([first, second] if first_is_index else [second, first]) + lead
+    state = np.zeros(STATES)
+    for f, p in enumerate(draw.fingers):
+        state[f * FINGER_STATES + 1 : f * FINGER_STATES + 8 : 2] = p.speed
+    out = np.empty((times.size, 2, OUTPUTS))
+    index, thumb = draw.fingers
+    integrate(
+        index, thumb, draw.held, touch, clock, noise, 1 / rate, substeps, state, out
+    )  # fmt: skip
+    return clock[BURN_IN:] - lead, out[BURN_IN:]
+
+
+def simulate_pinch(
+    draw: PinchDraw, label: Label, first_sample: int = 0, duration: float = DURATION
+) -> Pinch:
+    """What the device sends for one pinch.
+
+    Parameters
+    ----------
+    draw
+        The chance in it.
+    label
+        What is pinched.
+    first_sample
+        Sample number of the first sample.
+    duration
+        Length, s.
+
+    Returns
+    -------
+    Pinch
+        int16, :func:`firstcontact.core.layout.fingertip_layout`; its truth is
+        read off the strips.
+    """
+    times, out = mechanics_of(draw, duration)
+    data = np.empty((times.size, 16), np.int16)
+    truth = []
+    for f in Finger:
+        volts = out[:, f, BUFFER] + pickup(draw.noise[f], times, draw.rng)
+        data[:, f] = piezo_counts(volts)
+        v = draw.velostat[f]
+        chatter = v.noise * draw.rng.standard_normal(times.size)
+        squeeze = np.maximum(out[:, f, MOUNT_FORCE], 0.0)
+        dt = 1 / FINGERTIP_RATE
+        data[:, 2 + 6 * f : 8 + 6 * f] = force_counts(squeeze, draw.shares[f], v, chatter, dt)
+        closed = out[:, f, INDENTATION] > 0
+        data[:, 14 + f] = closed
+        if closed.any():
+            sample = first_sample + int(np.argmax(closed))
+            truth.append(Contact(f, sample, sample))
+    truth.sort(key=lambda c: (c.sample, math.inf if c.finger != _first(draw) else 0))
+    return Pinch(data, _LAYOUT, label, first_sample, tuple(truth))
+
+
+def _first(draw: PinchDraw) -> Finger:
+    return Finger.INDEX if draw.timing.first_is_index else Finger.THUMB

@@ -1,0 +1,77 @@
+"""Which pinches a simulated set has: sessions, objects and their order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from firstcontact.core.pinch import Label, Role
+from firstcontact.twin.conditions import Condition
+from firstcontact.twin.draw import draw_specimen, generator
+from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS, TwinObject
+
+#: Sessions that the block pinches, and those of the unseen objects, are spread over.
+BLOCK_SESSIONS = 10
+OBJECT_SESSIONS = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Planned:
+    """One pinch to come: a specimen, its label, and which pinch of it in the session."""
+
+    specimen: TwinObject
+    label: Label
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """One stretch of collecting data."""
+
+    name: str
+    pinches: tuple[Planned, ...]
+
+
+def plan_sessions(
+    condition: Condition, pinches_per_block: int, pinches_per_object: int, seed: int
+) -> tuple[Session, ...]:
+    """Spread the pinches over sessions, each session with every object, shuffled.
+
+    Parameters
+    ----------
+    condition
+        Decides how many specimens of a block there are.
+    pinches_per_block, pinches_per_object
+        Of each of the five blocks and of each of the eight objects.
+    seed
+        Of the whole set.
+    """
+    blocks = _sessions(condition, "blocks", BLOCKS, pinches_per_block, BLOCK_SESSIONS, seed)
+    objects = _sessions(
+        condition, "objects", EVERYDAY_OBJECTS, pinches_per_object, OBJECT_SESSIONS, seed
+    )
+    return (*blocks, *objects)
+
+
+def _sessions(
+    condition: Condition,
+    group: str,
+    kinds: tuple[TwinObject, ...],
+    each: int,
+    sessions: int,
+    seed: int,
+) -> list[Session]:
+    out = []
+    for s in range(min(sessions, each)):
+        name = f"{group}-{s + 1:02d}"
+        pinches = []
+        for kind in kinds:
+            copies = condition.specimens_per_block if kind.role is Role.TRAIN else 1
+            for k in range(s, each, sessions):
+                copy = (k // sessions) % copies
+                one = draw_specimen(seed, condition, kind, copy)
+                mark = f"{kind.name} #{copy + 1}" if copies > 1 else kind.name
+                label = Label(kind.name, kind.shore_a, None, mark, name, kind.role)
+                pinches.append(Planned(one, label, k))
+        order = generator(seed, condition.name, "order", name).permutation(len(pinches))
+        out.append(Session(name, tuple(pinches[i] for i in order)))
+    return out

@@ -1,0 +1,23 @@
+"""Fitted detectors, shared by the tests of this room."""
+
+from __future__ import annotations
+
+import pytest
+from closings import closings
+
+from firstcontact.contact import DETECTORS, make_detector
+
+
+@pytest.fixture(scope="session")
+def training():
+    return closings(40, seed=1)
+
+
+@pytest.fixture(scope="session")
+def fitted(training):
+    return {name: make_detector(name).fit(training) for name in DETECTORS}
+
+
+@pytest.fixture(params=sorted(DETECTORS))
+def detector(request, fitted):
+    return fitted[request.param]

@@ -1,0 +1,32 @@
+"""The picker finds where quiet ends."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from firstcontact.contact.onset import pick_onset
+
+
+def test_picks_the_change_of_variance():
+    rng = np.random.default_rng(0)
+    errors = []
+    for onset in rng.integers(75, 95, 200):
+        x = rng.normal(size=(1, 99))
+        x[0, onset:] *= 30
+        errors.append(int(pick_onset(x, 30)[0]) - onset)
+    assert np.median(np.abs(errors)) <= 1
+    assert np.percentile(np.abs(errors), 90) <= 3
+
+
+def test_height_does_not_matter():
+    rng = np.random.default_rng(1)
+    x = rng.normal(size=(20, 99))
+    x[:, 85:] += 20 * np.sin(np.arange(14))
+    assert np.array_equal(pick_onset(x, 30), pick_onset(1000 * x, 30))
+
+
+def test_stays_in_what_is_searched_even_when_flat():
+    x = np.zeros((2, 99))
+    x[1, :50] = np.random.default_rng(2).normal(size=50)
+    picked = pick_onset(x, 30)
+    assert ((picked >= 69) & (picked <= 96)).all()

@@ -1,0 +1,100 @@
+"""The SVM learns, is plain arrays, and refuses what it cannot use."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from closings import LAYOUT, closing, closings
+
+from firstcontact.contact import SvmDetector, detect, make_detector
+from firstcontact.contact.rbf import RbfMachine
+from firstcontact.core import Dataset, InputError, Pinch
+
+
+def test_learns_to_tell_contacts_from_clicks(fitted):
+    right = 0
+    for pinch in closings(30, seed=2).pinches:
+        contacts = detect(fitted["svm"], pinch)
+        right += bool(contacts) and (
+            contacts[0].finger is pinch.first.finger
+            and abs(contacts[0].sample - pinch.first.sample) <= 15
+        )
+    assert right >= 27
+
+
+def test_same_pinches_same_machine(training, fitted):
+    again = SvmDetector().fit(training).to_arrays()
+    for name, array in fitted["svm"].to_arrays().items():
+        assert np.array_equal(array, again[name])
+
+
+def test_arrays_are_the_whole_detector(fitted):
+    copy = SvmDetector.from_arrays(fitted["svm"].to_arrays())
+    for seed in range(5):
+        assert detect(copy, closing(seed)) == detect(fitted["svm"], closing(seed))
+
+
+def test_numpy_decides_as_scikit_learn_does():
+    from sklearn.svm import SVC
+
+    rng = np.random.default_rng(0)
+    x = rng.normal(size=(300, 4)) * [1, 5, 0.1, 2] + 3
+    y = (x[:, 0] > 3) ^ (x[:, 1] > 3)
+    ours = RbfMachine.train(x, y, cost=10.0)
+    scaled = (x - x.mean(axis=0)) / x.std(axis=0)
+    theirs = SVC(C=10.0, gamma=0.25, class_weight="balanced").fit(scaled, y)
+    np.testing.assert_allclose(ours.decide(x), theirs.decision_function(scaled), atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["support", "weights", "threshold", "rate", "gamma"])
+def test_broken_arrays_are_refused(fitted, name):
+    arrays = fitted["svm"].to_arrays()
+    missing = {k: v for k, v in arrays.items() if k != name}
+    with pytest.raises(InputError, match=f"{name!r}"):
+        SvmDetector.from_arrays(missing)
+    with pytest.raises(InputError, match="train it again"):
+        SvmDetector.from_arrays(arrays | {name: np.full((3, 3, 3), np.nan)})
+
+
+def test_another_rate_is_refused(fitted):
+    with pytest.raises(InputError, match=r"4936 Hz .* 2000 Hz: resample"):
+        fitted["svm"].start(replace(LAYOUT, rate=2000.0))
+
+
+def test_untrained_is_refused():
+    with pytest.raises(InputError, match="not been trained"):
+        SvmDetector().start(LAYOUT)
+    with pytest.raises(InputError, match="not been trained"):
+        SvmDetector().to_arrays()
+
+
+def test_nothing_to_learn_from_is_refused():
+    flat = replace(closing(1), data=np.full((1200, 16), 16384, dtype=np.int16))
+    for dataset in (
+        Dataset(()),
+        Dataset((closing(1, touches=False),) * 3),
+        Dataset((closing(1),)),
+        Dataset((flat, flat)),
+    ):
+        with pytest.raises(InputError, match="needs two or more"):
+            SvmDetector().fit(dataset)
+
+
+def test_learns_from_one_channel_and_first_contacts_only():
+    pinches = []
+    for pinch in closings(30, seed=6).pinches:
+        column = pinch.first.finger
+        layout = replace(LAYOUT, channels=(LAYOUT.channels[column],))
+        pinches.append(
+            Pinch(pinch.data[:, [column]], layout, pinch.label, pinch.first_sample, pinch.truth[:1])
+        )
+    detector = SvmDetector().fit(Dataset(tuple(pinches[:20])))
+    found = [detect(detector, p) for p in pinches[20:]]
+    assert sum(bool(c) for c in found) >= 8
+
+
+def test_unknown_names_are_refused():
+    with pytest.raises(InputError, match="choose one of three_sigma, svm"):
+        make_detector("lidar")

@@ -1,0 +1,37 @@
+"""The published threshold does what it says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from closings import LAYOUT
+
+from firstcontact.contact import ThresholdDetector
+from firstcontact.core import Block
+
+STEADY, STEP = 197, 15
+
+
+def stream(height: float, position: int) -> Block:
+    """A square wave of known sigma with one sample of another height."""
+    x = np.tile([1.0, -1.0], 300) * 320
+    x[position] = height * 320
+    data = np.full((600, 16), 16384.0)
+    data[:, 0] += x
+    return Block(data)
+
+
+@pytest.mark.parametrize(("height", "fires"), [(2.9, False), (3.1, True), (-3.1, True)])
+def test_fires_above_three_sigmas(height, fires):
+    detector = ThresholdDetector()
+    detector.start(LAYOUT)
+    assert detector.judge(stream(height, 400)).fired.any() == fires
+
+
+def test_a_crossing_counts_in_one_window_only():
+    detector = ThresholdDetector()
+    detector.start(LAYOUT)
+    verdicts = detector.judge(stream(10.0, 400))
+    row = (400 - STEADY) // STEP
+    assert np.argwhere(verdicts.fired).tolist() == [[row, 0]]
+    assert verdicts.ends[row] - STEP < 400 <= verdicts.ends[row]

@@ -34,10 +34,10 @@ def counted() -> Callable[..., Block]:
 
 @pytest.fixture
 def small(tmp_path: Path, layout: Layout, counted: Callable[..., Block]) -> Path:
-    """A closed recording of 280 samples in blocks of 70."""
+    """A closed recording of 350 samples in blocks of 70."""
     path = tmp_path / "small.mcap"
     with RecordingWriter(path, Header(layout, "synthetic")) as writer:
-        for first in range(0, 280, 70):
+        for first in range(0, 350, 70):
             writer.write(counted(first, 70))
     return path
 

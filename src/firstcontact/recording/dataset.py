@@ -16,8 +16,8 @@ from firstcontact.recording.writer import RecordingWriter
 def load_dataset(path: Path | Sequence[Path]) -> Dataset:
     """All pinches of a recording, of several, or of a folder with all below it.
 
-    The samples keep their type and are not copied once they are read. What is
-    damaged or left out is told in the notes.
+    The samples keep their type and are not copied once they are read. The
+    notes hold those of the headers, and what is damaged or left out.
 
     Raises
     ------
@@ -35,6 +35,8 @@ def load_dataset(path: Path | Sequence[Path]) -> Dataset:
         if first is None:
             first = recording
         _same_kind(first, recording)
+        said = recording.header.notes.splitlines()
+        notes += [line for line in said if line not in notes]
         notes += [f"{file.name}: {sentence}" for sentence in recording.skipped]
         for mark in recording.pinches:
             pinch = cut(recording, mark)

@@ -1,0 +1,36 @@
+"""``firstcontact import``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+
+
+@dataclass(frozen=True)
+class Import:
+    """Turn what others have (WAV, HDF5, NPZ, CSV) into recordings."""
+
+    path: tyro.conf.Positional[Path]
+    """A folder of WAV files with labels.csv, or a .h5, .hdf5, .npz or .csv file."""
+    out: Path
+    """New folder for the recordings, one file a session."""
+    rate: float | None = None
+    """Samples a second, Hz, for a CSV file that does not say it."""
+
+    def run(self) -> None:
+        """Import, and say what came in and what was assumed."""
+        from firstcontact.recording.importing import import_path
+
+        dataset = import_path(self.path, self.out, self.rate)
+        layout = dataset.layout
+        sessions = len(set(dataset.sessions.tolist()))
+        print(
+            f"{len(dataset)} pinches of {len(set(dataset.specimens.tolist()))} specimens in "
+            f"{sessions} sessions, {len(layout.channels)} channels at {layout.rate:g} Hz, "
+            f"{sum(p.first is not None for p in dataset.pinches)} with a known first contact"
+        )
+        for note in dataset.notes:
+            print(f"note: {note}")
+        print(f"written to {self.out}")

@@ -1,0 +1,161 @@
+"""Import arrays from HDF5 or NPZ.
+
+Arrays: ``piezo`` (pinches, samples, 1 or 2); optional ``force`` (pinches,
+samples, 2, 6), ``strip`` (pinches, samples, 2), and one value a pinch of
+``first_contact``, ``second_contact`` (-1 not known), ``first_finger``,
+``object``, ``shore_a`` or ``hardness_rank``, ``specimen``, ``session``,
+``role``. Attributes (of the file or of ``piezo``; 0-d arrays in an NPZ):
+``sample_rate_hz``, ``piezo_unit``, optional ``smoothing_alpha``, ``source``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Dataset, InputError, Pinch
+from firstcontact.core.layout import TAXELS
+from firstcontact.recording.checks import (
+    SETTINGS,
+    check_samples,
+    joined,
+    make_layout,
+    read_settings,
+)
+from firstcontact.recording.dataset import pause_between
+from firstcontact.recording.labels import CONTACT_COLUMNS, LABEL_COLUMNS, make_contacts, make_labels
+
+_SIGNALS = {"piezo": 3, "force": 4, "strip": 3}
+_KNOWN = {*_SIGNALS, *SETTINGS, *LABEL_COLUMNS, *CONTACT_COLUMNS}
+
+Arrays = Mapping[str, NDArray[Any]]
+
+
+def import_hdf5(path: Path) -> Dataset:
+    """Pinches out of an HDF5 file.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or names the array or attribute at fault.
+    """
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            arrays = {k: v[()] for k, v in file.items() if isinstance(v, h5py.Dataset)}
+            attributes = dict(file.attrs)
+            if isinstance(file.get("piezo"), h5py.Dataset):
+                attributes = {**attributes, **file["piezo"].attrs}
+    except (OSError, RuntimeError) as error:
+        raise InputError(f"{path} cannot be read as HDF5 ({error}): write it again") from error
+    known = {k: np.asarray(v) for k, v in attributes.items() if k in SETTINGS}
+    return from_arrays(path, {**{k: np.asarray(v) for k, v in arrays.items()}, **known})
+
+
+def import_npz(path: Path) -> Dataset:
+    """Pinches out of a NumPy archive; pickled objects in it are refused.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or names the array at fault.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+    except (OSError, ValueError, EOFError, BadZipFile, AttributeError) as error:
+        raise InputError(
+            f"{path} cannot be read as an NPZ of plain arrays ({error}): "
+            "save it with numpy.savez and without objects"
+        ) from error
+    return from_arrays(path, arrays)
+
+
+def from_arrays(path: Path, arrays: Arrays) -> Dataset:
+    """Pinches out of named arrays, as both kinds of file hold them.
+
+    Raises
+    ------
+    InputError
+        Names the array at fault.
+    """
+    if "piezo" not in arrays:
+        raise InputError(f"{path} has no array piezo: add it, shape (pinches, samples, 1 or 2)")
+    given = {name: _one(path, arrays, name) for name in SETTINGS if name in arrays}
+    settings = read_settings(str(path), given)
+    data, piezos = _signals(path, arrays)
+    pinches, samples = data.shape[:2]
+    columns = {
+        name: list(_per_pinch(path, name, arrays[name], pinches))
+        for name in (*LABEL_COLUMNS, *CONTACT_COLUMNS)
+        if name in arrays
+    }
+    labels, notes = make_labels(str(path), columns, pinches)
+    contacts = make_contacts(str(path), columns, [samples] * pinches, piezos)
+    unknown = sorted(set(arrays) - _KNOWN)
+    if unknown:
+        notes.append(f"{path.name}: arrays not known and left out: {', '.join(unknown)}")
+    layout = make_layout(
+        settings.rate,
+        piezos=piezos,
+        unit=settings.unit,
+        force="force" in arrays,
+        strip="strip" in arrays,
+        smoothing_alpha=settings.smoothing_alpha,
+    )
+    made = [
+        Pinch(data[i], layout, label, 0, truth)
+        for i, (label, truth) in enumerate(zip(labels, contacts, strict=True))
+    ]
+    return Dataset(pause_between(made), settings.source, tuple(notes))
+
+
+def _signals(path: Path, arrays: Arrays) -> tuple[NDArray[Any], int]:
+    """All columns side by side, shape (pinches, samples, channels), and how many are piezo."""
+    parts = []
+    shape: tuple[int, ...] = ()
+    for name, dimensions in _SIGNALS.items():
+        if name not in arrays:
+            continue
+        values = arrays[name]
+        wanted = {
+            "piezo": "(pinches, samples, 1 or 2)",
+            "force": f"(pinches, samples, 2, {TAXELS})",
+            "strip": "(pinches, samples, 2)",
+        }[name]
+        right = values.ndim == dimensions and (
+            values.shape[2] in (1, 2)
+            if name == "piezo"
+            else values.shape[2:] == ((2, TAXELS) if name == "force" else (2,))
+        )
+        if not right or (shape and values.shape[:2] != shape):
+            raise InputError(
+                f"{path}: {name} has the shape {values.shape} and must have {wanted}"
+                + (f" with {shape[0]} pinches of {shape[1]} samples, as piezo" if shape else "")
+            )
+        shape = values.shape[:2]
+        checked = check_samples(f"{path}: {name}", values)
+        parts.append(checked.reshape(*shape, -1))
+    return joined(parts), int(arrays["piezo"].shape[2])
+
+
+def _per_pinch(path: Path, name: str, values: NDArray[Any], pinches: int) -> NDArray[Any]:
+    if values.shape != (pinches,):
+        raise InputError(
+            f"{path}: {name} has the shape {values.shape} and piezo has {pinches} pinches: "
+            "give one value for each"
+        )
+    return values
+
+
+def _one(path: Path, arrays: Arrays, name: str) -> Any:
+    values = arrays[name]
+    if values.size != 1:
+        raise InputError(f"{path}: {name} has the shape {values.shape} and must be one value")
+    return values.reshape(-1)[0]

@@ -1,0 +1,177 @@
+"""What every importer asks of signals, rates and layouts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Channel, ChannelKind, Finger, InputError, Layout
+from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, PIEZO_OFFSET_VOLTS, TAXELS
+from firstcontact.recording.header import SOURCES
+
+#: What holds for all pinches of a file; the first two must be given.
+SETTINGS = ("sample_rate_hz", "piezo_unit", "smoothing_alpha", "source")
+#: Slowest rate at which 15 ms of a contact still say something, Hz.
+LOWEST_RATE = 2_000.0
+#: Faster than any sensor of this kind: most likely a slip of unit, Hz.
+HIGHEST_RATE = 10_000_000.0
+#: Units of a piezo channel: scale and offset of ``(raw - offset) * scale``.
+PIEZO_UNITS = {
+    "V": (1.0, 0.0),
+    "counts": (ADC_VOLTS / ADC_COUNTS, PIEZO_OFFSET_VOLTS * ADC_COUNTS / ADC_VOLTS),
+    "full scale": (1.0, 0.0),
+}
+
+
+def check_rate(where: str, rate: Any) -> float:
+    """The rate, if a sensor can have it.
+
+    Raises
+    ------
+    InputError
+        Not a number, or outside 2 kHz to 10 MHz.
+    """
+    try:
+        value = float(rate)
+    except (TypeError, ValueError):
+        value = math.nan
+    if not LOWEST_RATE <= value <= HIGHEST_RATE:
+        raise InputError(
+            f"{where} is {rate} and must be from {LOWEST_RATE:g} to {HIGHEST_RATE:g}: "
+            "give samples a second, recorded at 2 kHz or faster"
+        )
+    return value
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What holds for all pinches of a stranger's file."""
+
+    rate: float
+    unit: str
+    smoothing_alpha: float
+    source: str
+
+
+def read_settings(where: str, given: Mapping[str, Any]) -> Settings:
+    """What a file says of itself, under the names of :data:`SETTINGS`.
+
+    Raises
+    ------
+    InputError
+        ``sample_rate_hz`` or ``piezo_unit`` is missing, or a value is impossible.
+    """
+    for name in ("sample_rate_hz", "piezo_unit"):
+        if name not in given:
+            raise InputError(f"{where} does not say {name}: add it")
+    rate = check_rate(f"{where}: sample_rate_hz", given["sample_rate_hz"])
+    unit = _text(given["piezo_unit"])
+    if unit not in PIEZO_UNITS:
+        raise InputError(f"{where}: piezo_unit is {unit!r} and must be 'V' or 'counts'")
+    alpha = _text(given.get("smoothing_alpha", "1"))
+    try:
+        smoothing = float(alpha)
+    except ValueError:
+        smoothing = math.nan
+    if not 0 < smoothing <= 1:
+        raise InputError(
+            f"{where}: smoothing_alpha is {alpha} and must be above 0 and at most 1 (not smoothed)"
+        )
+    source = _text(given.get("source", "real"))
+    if source not in SOURCES:
+        raise InputError(f"{where}: source is {source!r} and must be one of {', '.join(SOURCES)}")
+    return Settings(rate, unit, smoothing, source)
+
+
+def _text(value: Any) -> str:
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+def check_samples(where: str, values: NDArray[Any]) -> NDArray[Any]:
+    """Samples as int16, int32 or float32, whichever holds them without loss of meaning.
+
+    Raises
+    ------
+    InputError
+        No numbers, nothing in it, NaN or infinite, or too large.
+    """
+    if values.dtype.kind not in "iuf":
+        raise InputError(f"{where} holds {values.dtype} and must hold integers or floats")
+    if not values.size:
+        raise InputError(f"{where} is empty: give at least one sample of one pinch")
+    if values.dtype.kind in "iu":
+        low, high = int(values.min()), int(values.max())
+        for dtype in (np.int16, np.int32):
+            if np.iinfo(dtype).min <= low and high <= np.iinfo(dtype).max:
+                return values.astype(dtype, copy=False)
+        raise InputError(f"{where} holds integers beyond 32 bits: scale them or give floats")
+    with np.errstate(over="ignore"):
+        single = values.astype(np.float32, copy=False)
+    if not np.isfinite(single).all():
+        at = tuple(int(i) for i in np.argwhere(~np.isfinite(single))[0])
+        raise InputError(
+            f"{where} is NaN, infinite or beyond float32 at index {at}: cut or repair the pinch"
+        )
+    return single
+
+
+def joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
+    """Columns side by side in one type: float32 as soon as one of them is float."""
+    kinds = {p.dtype.type for p in parts}
+    dtype: type[Any] = np.int16
+    if np.float32 in kinds:
+        dtype = np.float32
+    elif np.int32 in kinds:
+        dtype = np.int32
+    return np.concatenate([p.astype(dtype, copy=False) for p in parts], axis=-1)
+
+
+def make_layout(
+    rate: float,
+    *,
+    piezos: int,
+    unit: str,
+    scale: float | None = None,
+    force: bool = False,
+    strip: bool = False,
+    smoothing_alpha: float = 1.0,
+) -> Layout:
+    """Columns of imported data: piezo, then force (index, thumb), then strip.
+
+    Parameters
+    ----------
+    rate
+        Hz.
+    piezos
+        1 (the index finger's) or 2.
+    unit
+        One of :data:`PIEZO_UNITS`.
+    scale
+        Units per raw step, where the unit alone does not say it.
+    force, strip
+        Whether 2 x 6 force and 2 strip columns follow.
+    smoothing_alpha
+        What was already applied.
+    """
+    step, zero = PIEZO_UNITS[unit]
+    step = step if scale is None else scale
+    shown = "V" if unit == "counts" else unit
+    names = {Finger.INDEX: "index", Finger.THUMB: "thumb"}
+    channels = [
+        Channel(f"piezo_{n}", ChannelKind.PIEZO, f, shown, step, zero)
+        for f, n in list(names.items())[:piezos]
+    ]
+    if force:
+        channels += [
+            Channel(f"force_{n}_{k}", ChannelKind.FORCE, f, "", taxel=k)
+            for f, n in names.items()
+            for k in range(TAXELS)
+        ]
+    if strip:
+        channels += [Channel(f"strip_{n}", ChannelKind.STRIP, f, "") for f, n in names.items()]
+    return Layout(tuple(channels), rate, smoothing_alpha)

@@ -1,0 +1,210 @@
+"""Import one long CSV: a row a sample, the labels of a pinch repeated in each of its rows.
+
+Columns: ``pinch`` (what it is called; its rows follow each other),
+``piezo_index``, optional ``piezo_thumb``, ``force_index_0`` ...
+``force_thumb_5``, ``strip_index``, ``strip_thumb``; optional ``time_s``; per
+pinch the labels and contacts of :mod:`firstcontact.recording.labels`; one
+value for all rows of ``sample_rate_hz``, ``piezo_unit`` (V where it is not
+said), ``smoothing_alpha`` and ``source``.
+"""
+
+from __future__ import annotations
+
+from itertools import groupby, pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Dataset, InputError, Pinch
+from firstcontact.core.layout import TAXELS
+from firstcontact.recording.checks import (
+    SETTINGS,
+    check_rate,
+    check_samples,
+    joined,
+    make_layout,
+    read_settings,
+)
+from firstcontact.recording.dataset import pause_between
+from firstcontact.recording.labels import CONTACT_COLUMNS, LABEL_COLUMNS, make_contacts, make_labels
+from firstcontact.recording.table import read_table
+
+PIEZO = ("piezo_index", "piezo_thumb")
+FORCE = tuple(f"force_{f}_{k}" for f in ("index", "thumb") for k in range(TAXELS))
+STRIP = ("strip_index", "strip_thumb")
+_KNOWN = {
+    *("pinch", "time_s", "comment"),
+    *(*PIEZO, *FORCE, *STRIP),
+    *(*SETTINGS, *LABEL_COLUMNS, *CONTACT_COLUMNS),
+}
+#: Two ways to say the rate agree within this share.
+_RATES_AGREE = 0.01
+
+Columns = dict[str, list[str]]
+
+
+def import_csv(path: Path, rate: float | None = None) -> Dataset:
+    """Pinches out of a long CSV.
+
+    Parameters
+    ----------
+    path
+        The file.
+    rate
+        Hz, for a file that says neither ``sample_rate_hz`` nor ``time_s``.
+
+    Raises
+    ------
+    InputError
+        Names the column, and the line or pinch at fault.
+    """
+    columns = read_table(path)
+    for name in ("pinch", PIEZO[0]):
+        if name not in columns:
+            raise InputError(f"{path} has no column {name}: add it (one row is one sample)")
+    names = [
+        *(n for n in PIEZO if n in columns),
+        *_all_or_none(path, columns, FORCE),
+        *_all_or_none(path, columns, STRIP),
+    ]
+    data = joined([_signal(path, columns, name)[:, None] for name in names])
+    bounds = _bounds(path, columns["pinch"])
+    starts = [start for start, _ in bounds]
+    lengths = [stop - start for start, stop in bounds]
+
+    given = {n: _constant(path, columns, n, [(0, len(data))])[0] for n in SETTINGS if n in columns}
+    given["sample_rate_hz"] = str(_rate(path, columns, bounds, given.get("sample_rate_hz"), rate))
+    settings = read_settings(str(path), {"piezo_unit": "V", **given})
+    of_pinches = {
+        name: _constant(path, columns, name, bounds)
+        for name in (*LABEL_COLUMNS, *CONTACT_COLUMNS)
+        if name in columns
+    }
+    piezos = sum(n in columns for n in PIEZO)
+    labels, notes = make_labels(str(path), of_pinches, len(bounds))
+    contacts = make_contacts(str(path), of_pinches, lengths, piezos)
+    unknown = sorted(set(columns) - _KNOWN)
+    if unknown:
+        notes.append(f"{path.name}: columns not known and left out: {', '.join(unknown)}")
+    layout = make_layout(
+        settings.rate,
+        piezos=piezos,
+        unit=settings.unit,
+        force=FORCE[0] in columns,
+        strip=STRIP[0] in columns,
+        smoothing_alpha=settings.smoothing_alpha,
+    )
+    pinches = [
+        Pinch(data[start : start + length], layout, label, 0, truth)
+        for start, length, label, truth in zip(starts, lengths, labels, contacts, strict=True)
+    ]
+    return Dataset(pause_between(pinches), settings.source, tuple(notes))
+
+
+def _all_or_none(path: Path, columns: Columns, names: tuple[str, ...]) -> tuple[str, ...]:
+    missing = [n for n in names if n not in columns]
+    if 0 < len(missing) < len(names):
+        raise InputError(
+            f"{path} has no column {missing[0]}: give all of {names[0]} to {names[-1]}, or none"
+        )
+    return () if missing else names
+
+
+def _signal(path: Path, columns: Columns, name: str) -> NDArray[Any]:
+    """A column of samples; integers stay integers."""
+    cells = columns[name]
+    for kind in (np.int64, np.float64):
+        try:
+            return check_samples(f"{path}: {name}", np.array(cells, dtype=kind))
+        except (ValueError, OverflowError) as error:
+            if isinstance(error, InputError):
+                raise
+    bad = next(i for i, cell in enumerate(cells) if not _is_number(cell))
+    raise InputError(f"{path}: {name} of row {bad} is {cells[bad]!r} and must be a number")
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _bounds(path: Path, names: list[str]) -> list[tuple[int, int]]:
+    """First row and end of each pinch."""
+    bounds = []
+    seen = set()
+    start = 0
+    for name, rows in groupby(names):
+        if name in seen:
+            raise InputError(
+                f"{path}: pinch {name!r} comes again in row {start}: put its rows one after another"
+            )
+        seen.add(name)
+        stop = start + sum(1 for _ in rows)
+        bounds.append((start, stop))
+        start = stop
+    return bounds
+
+
+def _constant(path: Path, columns: Columns, name: str, bounds: list[tuple[int, int]]) -> list[str]:
+    """The one value of a column in each pinch."""
+    cells = columns[name]
+    for start, stop in bounds:
+        for row in range(start, stop):
+            if cells[row] != cells[start]:
+                raise InputError(
+                    f"{path}: {name} changes from {cells[start]!r} to {cells[row]!r} in row {row} "
+                    "where it must stay the same: correct the rows"
+                )
+    return [cells[start] for start, _ in bounds]
+
+
+def _rate(
+    path: Path,
+    columns: Columns,
+    bounds: list[tuple[int, int]],
+    written: str | None,
+    asked: float | None,
+) -> float:
+    """The rate, from what says it; where several do they must agree."""
+    said: list[tuple[str, float]] = []
+    if asked is not None:
+        said.append(("--rate", check_rate("--rate", asked)))
+    if written is not None:
+        said.append(("sample_rate_hz", check_rate(f"{path}: sample_rate_hz", written)))
+    if "time_s" in columns:
+        said += [("time_s", _rate_of_time(path, columns["time_s"], *b)) for b in bounds]
+    if not said:
+        raise InputError(
+            f"{path} does not say its rate: add a column time_s or sample_rate_hz, or give --rate"
+        )
+    for name, rate in said[1:]:
+        if abs(rate - said[0][1]) > _RATES_AGREE * said[0][1]:
+            raise InputError(
+                f"{path}: {name} says {rate:g} Hz and {said[0][0]} {said[0][1]:g} Hz: correct one"
+            )
+    return said[0][1]
+
+
+def _rate_of_time(path: Path, cells: list[str], start: int, stop: int) -> float:
+    """Mean rate of a pinch, whose times must rise evenly."""
+    try:
+        times = [float(cell) for cell in cells[start:stop]]
+    except ValueError as error:
+        raise InputError(
+            f"{path}: time_s from row {start} on is not all numbers ({error}): correct it"
+        ) from error
+    if len(times) < 2:
+        raise InputError(f"{path}: the pinch of row {start} has one sample: remove it")
+    step = (times[-1] - times[0]) / (len(times) - 1)
+    for row, (a, b) in enumerate(pairwise(times), start + 1):
+        if not 0.5 * step < b - a < 1.5 * step:
+            raise InputError(
+                f"{path}: time_s leaps from {a:g} to {b:g} in row {row}: samples are missing or "
+                "out of order; leave the pinch out"
+            )
+    return check_rate(f"{path}: the rate of time_s", 1 / step)

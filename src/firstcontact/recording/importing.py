@@ -1,0 +1,79 @@
+"""Bring in what others have: finds the importer, writes recordings whole or not at all."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from uuid import uuid4
+
+from firstcontact.core import Dataset, InputError
+from firstcontact.recording.arrays import import_hdf5, import_npz
+from firstcontact.recording.csv import import_csv
+from firstcontact.recording.dataset import write_dataset
+from firstcontact.recording.header import Header
+from firstcontact.recording.wav import import_wav
+
+_BY_SUFFIX = {
+    ".h5": import_hdf5,
+    ".hdf5": import_hdf5,
+    ".npz": import_npz,
+}
+
+
+def import_path(path: Path, out: Path, rate: float | None = None) -> Dataset:
+    """Import a folder of WAV files, or an HDF5, NPZ or CSV file, into a new folder.
+
+    Parameters
+    ----------
+    path
+        What to import.
+    out
+        Folder for the recordings; must be missing or empty.
+    rate
+        Hz, for a CSV file that does not say it.
+
+    Returns
+    -------
+    Dataset
+        What was written; its notes tell what was assumed.
+
+    Raises
+    ------
+    InputError
+        The input cannot be used, or ``out`` is in use; then nothing is written.
+    """
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise InputError(f"{out} is there and not an empty folder: choose another --out")
+    dataset = _read(path, rate)
+    first = dataset.pinches[0]
+    notes = "\n".join((f"imported from {path.name}", *dataset.notes))
+    header = Header(first.layout, dataset.source, str(first.data.dtype), notes=notes)
+    temporary = out.with_name(f".{out.name}.{uuid4().hex[:8]}.part")
+    try:
+        temporary.mkdir(parents=True)
+        write_dataset(dataset, temporary, header)
+        temporary.replace(out)
+    except OSError as error:
+        raise InputError(f"{out} cannot be written ({error.strerror}): check the folder") from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+    return dataset
+
+
+def _read(path: Path, rate: float | None) -> Dataset:
+    suffix = path.suffix.lower()
+    if suffix == ".csv" and not path.is_dir():
+        return import_csv(path, rate)
+    if rate is not None:
+        raise InputError(f"{path} says its own rate: leave --rate out (it is for CSV files)")
+    if path.is_dir():
+        return import_wav(path)
+    if not path.exists():
+        raise InputError(f"{path} does not exist: check the path")
+    if suffix not in _BY_SUFFIX:
+        hint = ": it is a recording already" if suffix == ".mcap" else ""
+        raise InputError(
+            f"{path} cannot be imported{hint}: give a folder of WAV files with labels.csv, or a "
+            ".h5, .hdf5, .npz or .csv file"
+        )
+    return _BY_SUFFIX[suffix](path)

@@ -1,0 +1,228 @@
+"""Columns of a stranger's table into labels and contacts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from firstcontact.core import Contact, Finger, InputError, Label, Role
+
+#: Names of hardness classes, from soft to hard.
+CLASSES = ("soft", "medium", "hard")
+#: Columns that say what was pinched.
+LABEL_COLUMNS = (
+    "object",
+    "material",
+    "shore_a",
+    "hardness_rank",
+    "hardness_class",
+    "specimen",
+    "session",
+    "role",
+)
+#: Columns that say when it was touched.
+CONTACT_COLUMNS = ("first_contact", "pre_trigger_samples", "second_contact", "first_finger")
+
+Columns = Mapping[str, Sequence[Any]]
+
+
+def make_labels(where: str, columns: Columns, pinches: int) -> tuple[list[Label], list[str]]:
+    """The label of each pinch, and what had to be assumed.
+
+    Parameters
+    ----------
+    where
+        File (and table) that messages name.
+    columns
+        Any of :data:`LABEL_COLUMNS`, one value a pinch; others are not looked at.
+    pinches
+        How many pinches there are.
+
+    Raises
+    ------
+    InputError
+        Names the column and the pinch that cannot be used.
+    """
+    for one, other in (("object", "material"), ("hardness_rank", "hardness_class")):
+        if one in columns and other in columns:
+            raise InputError(f"{where} has {one} and {other}: keep one of the two")
+    notes = []
+    objects = [_text(v) for v in columns.get("object", columns.get("material", [""] * pinches))]
+    shore = _each(where, columns, "shore_a", _shore)
+    rank = _each(where, columns, "hardness_rank", _whole) or _each(
+        where, columns, "hardness_class", _rank
+    )
+    specimens = _each(where, columns, "specimen", _name)
+    if specimens is None:
+        what, values = _what_there_is(objects, shore, rank)
+        specimens = [str(v) for v in values or ["unknown"] * pinches]
+        notes.append(
+            f"no specimen column: {f'one specimen for each {what}' if what else 'one specimen'} "
+            "was assumed"
+        )
+    sessions = _each(where, columns, "session", _name)
+    if sessions is None:
+        sessions = ["1"] * pinches
+        notes.append("no session column: all pinches were taken as one session")
+    if shore is None and rank is None:
+        notes.append("no shore_a, hardness_rank or hardness_class column: stiffness is not known")
+    roles = _each(where, columns, "role", _role) or [Role.TRAIN] * pinches
+    labels = [
+        Label(
+            objects[i],
+            None if shore is None else shore[i],
+            None if rank is None else rank[i],
+            specimens[i],
+            sessions[i],
+            roles[i],
+        )
+        for i in range(pinches)
+    ]
+    return labels, notes
+
+
+def make_contacts(
+    where: str, columns: Columns, lengths: Sequence[int], piezos: int
+) -> list[tuple[Contact, ...]]:
+    """Known contacts of each pinch, counted from its own first sample.
+
+    Parameters
+    ----------
+    where
+        File that messages name.
+    columns
+        Any of :data:`CONTACT_COLUMNS`; -1 is not known.
+    lengths
+        Samples of each pinch.
+    piezos
+        Number of piezo channels: a single one is the index finger's.
+
+    Raises
+    ------
+    InputError
+        A contact outside its pinch, the second before the first, an unknown
+        finger, or the thumb's contact without the thumb's channel.
+    """
+    if "first_contact" in columns and "pre_trigger_samples" in columns:
+        raise InputError(f"{where} has first_contact and pre_trigger_samples: keep one of the two")
+    name = "pre_trigger_samples" if "pre_trigger_samples" in columns else "first_contact"
+    unknown = [-1] * len(lengths)
+    firsts = _each(where, columns, name, _whole) or unknown
+    seconds = _each(where, columns, "second_contact", _whole) or unknown
+    fingers = _each(where, columns, "first_finger", _finger) or [Finger.INDEX] * len(lengths)
+    contacts = []
+    for i, (first, second, finger, length) in enumerate(
+        zip(firsts, seconds, fingers, lengths, strict=True)
+    ):
+        for field, sample in ((name, first), ("second_contact", second)):
+            if not -1 <= sample < length:
+                raise InputError(
+                    f"{where}: {field} of pinch {i} is {sample}, outside its {length} samples: "
+                    "count from 0 within the pinch, -1 where not known"
+                )
+        if second >= 0 and not 0 <= first <= second:
+            raise InputError(
+                f"{where}: second_contact of pinch {i} ({second}) is before its {name} "
+                f"({first if first >= 0 else 'not known'}): correct one of them"
+            )
+        if piezos == 1 and first >= 0 and finger is Finger.THUMB:
+            raise InputError(
+                f"{where}: first_finger of pinch {i} is the thumb, but the one piezo channel is "
+                "the index finger's: leave first_finger out, or give both channels"
+            )
+        known = [(finger, first), (finger.other, second)]
+        contacts.append(tuple(Contact(f, s, s) for f, s in known if s >= 0))
+    return contacts
+
+
+def _each(where: str, columns: Columns, name: str, read: Any) -> list[Any] | None:
+    """A column read value by value, or None where it is not there."""
+    if name not in columns:
+        return None
+    values = []
+    for i, value in enumerate(columns[name]):
+        try:
+            values.append(read(value))
+        except (ValueError, TypeError) as error:
+            raise InputError(
+                f"{where}: {name} of pinch {i} is {_text(value)!r}, {error}: "
+                f"correct it, or leave {name} out for all"
+            ) from None
+    return values
+
+
+def _what_there_is(
+    objects: list[str], shore: list[float] | None, rank: list[int] | None
+) -> tuple[str, list[Any] | None]:
+    if any(objects):
+        return "object", objects
+    if shore is not None:
+        return "shore_a", [f"{s:g}" for s in shore]
+    if rank is not None:
+        return "hardness rank", rank
+    return "", None
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, bytes):
+        return value.decode("utf-8", "replace").strip()
+    return str(value).strip()
+
+
+def _name(value: Any) -> str:
+    text = _text(value)
+    if text in ("", "nan"):
+        raise ValueError("which names nothing")
+    return text
+
+
+def _number(value: Any) -> float:
+    try:
+        number = float(_text(value))
+    except ValueError:
+        raise ValueError("which is not a number") from None
+    if not math.isfinite(number):
+        raise ValueError("which is not a finite number")
+    return number
+
+
+def _whole(value: Any) -> int:
+    number = _number(value)
+    if number != int(number):
+        raise ValueError("which is not a whole number")
+    return int(number)
+
+
+def _shore(value: Any) -> float:
+    number = _number(value)
+    if not 0 <= number <= 100:
+        raise ValueError("and Shore A goes from 0 to 100")
+    return number
+
+
+def _rank(value: Any) -> int:
+    text = _text(value).lower()
+    if text in CLASSES:
+        return CLASSES.index(text)
+    try:
+        return _whole(text)
+    except ValueError:
+        raise ValueError(f"which is neither {', '.join(CLASSES)} nor a whole number") from None
+
+
+def _role(value: Any) -> Role:
+    try:
+        return Role(_text(value).lower())
+    except ValueError:
+        raise ValueError("which is neither train nor test") from None
+
+
+def _finger(value: Any) -> Finger:
+    text = _text(value).lower()
+    for finger in Finger:
+        if text in (str(int(finger)), finger.name.lower()):
+            return finger
+    if text in ("", "-1"):
+        return Finger.INDEX
+    raise ValueError("which is neither index (0) nor thumb (1)")

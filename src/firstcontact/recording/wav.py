@@ -1,0 +1,127 @@
+"""Import a folder of WAV files with a ``labels.csv``."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Dataset, InputError, Pinch
+from firstcontact.recording.checks import check_rate, check_samples, make_layout
+from firstcontact.recording.dataset import pause_between
+from firstcontact.recording.labels import CONTACT_COLUMNS, LABEL_COLUMNS, make_contacts, make_labels
+from firstcontact.recording.table import read_table
+
+LABELS = "labels.csv"
+_KNOWN = {"file", "sample_rate_hz", "comment", *LABEL_COLUMNS, *CONTACT_COLUMNS}
+#: Type that scipy gives to WAV samples: full scale in raw steps.
+_FULL_SCALE = {"uint8": 128.0, "int16": 2.0**15, "int32": 2.0**31, "float32": 1.0, "float64": 1.0}
+
+
+def import_wav(folder: Path) -> Dataset:
+    """Every WAV file below a folder as one pinch, labelled by ``labels.csv``.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, files and labels do not match, or files differ
+        in rate, type or channels.
+    """
+    table = folder / LABELS
+    columns = read_table(table)
+    if "file" not in columns:
+        raise InputError(f"{table} has no column file: name the WAV file of each row")
+    files = _match(folder, columns["file"])
+    sounds = [_read(file) for file in files]
+    rate, first = sounds[0]
+    for file, (other, data) in zip(files, sounds, strict=True):
+        if other != rate:
+            raise InputError(f"{file} has {other} Hz and {files[0].name} {rate} Hz: import apart")
+        if (data.dtype, data.shape[1]) != (first.dtype, first.shape[1]):
+            raise InputError(
+                f"{file} has {data.shape[1]} channels of {data.dtype}, {files[0].name} has "
+                f"{first.shape[1]} of {first.dtype}: convert the one or import apart"
+            )
+    check_rate(f"{files[0]}: the sample rate", rate)
+    for row, said in enumerate(columns.get("sample_rate_hz", [])):
+        if check_rate(f"{table}: sample_rate_hz of row {row}", said) != rate:
+            raise InputError(
+                f"{table}: sample_rate_hz of {files[row].name} is {said}, but the file has "
+                f"{rate} Hz: correct the table"
+            )
+    labels, notes = make_labels(str(table), columns, len(files))
+    lengths = [len(data) for _, data in sounds]
+    contacts = make_contacts(str(table), columns, lengths, first.shape[1])
+    unknown = sorted(set(columns) - _KNOWN)
+    if unknown:
+        notes.append(f"{LABELS}: columns not known and left out: {', '.join(unknown)}")
+    layout = make_layout(
+        float(rate),
+        piezos=first.shape[1],
+        unit="full scale",
+        scale=1.0 / _FULL_SCALE[str(first.dtype)],
+    )
+    pinches = [
+        Pinch(_samples(file, data), layout, label, 0, truth)
+        for file, (_, data), label, truth in zip(files, sounds, labels, contacts, strict=True)
+    ]
+    return Dataset(pause_between(pinches), "real", tuple(notes))
+
+
+def _match(folder: Path, names: list[str]) -> list[Path]:
+    """The file of each row; every file has a row and every row a file."""
+    there = [p for p in sorted(folder.rglob("*")) if p.suffix.lower() == ".wav" and p.is_file()]
+    by_name: dict[str, list[Path]] = {}
+    for path in there:
+        for name in {path.name, path.relative_to(folder).as_posix()}:
+            by_name.setdefault(name, []).append(path)
+    files: list[Path] = []
+    for name in names:
+        found = by_name.get(name, [])
+        if len(found) != 1:
+            what = "is in two folders" if found else "is not in the folder"
+            raise InputError(
+                f"{folder / LABELS}: file {name!r} {what}: correct the row or the folder"
+            )
+        if found[0] in files:
+            raise InputError(f"{folder / LABELS}: file {name!r} has two rows: remove one")
+        files += found
+    left = [p.name for p in there if p not in files]
+    if left:
+        raise InputError(
+            f"{folder / LABELS}: {len(left)} WAV files have no row (first: {left[0]!r}): "
+            "add the rows or take the files away"
+        )
+    return files
+
+
+def _read(file: Path) -> tuple[int, NDArray[Any]]:
+    from scipy.io import wavfile
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", wavfile.WavFileWarning)
+            warnings.filterwarnings("ignore", "Chunk .* not understood", wavfile.WavFileWarning)
+            rate, data = wavfile.read(file)
+    except (OSError, ValueError, EOFError, wavfile.WavFileWarning) as error:
+        raise InputError(
+            f"{file} cannot be read as WAV ({str(error).rstrip('.')}): convert it to PCM WAV"
+        ) from error
+    if data.ndim == 1:
+        data = data[:, None]
+    if data.shape[1] > 2:
+        raise InputError(f"{file} has {data.shape[1]} channels: give one or two piezo channels")
+    if not len(data):
+        raise InputError(f"{file} holds no samples: remove it and its row")
+    return int(rate), data
+
+
+def _samples(file: Path, data: NDArray[Any]) -> NDArray[Any]:
+    if data.dtype == np.uint8:
+        return data.astype(np.int16) - np.int16(128)
+    if data.dtype.kind == "i":
+        return data  # kept in the type of the file: all pinches have one type
+    return check_samples(f"{file}: the signal", data)

@@ -1,0 +1,177 @@
+"""Write the tables of results in the README and the docs from results files.
+
+    python docs/numbers.py                     the tables, from docs/results
+    python docs/numbers.py --study A --real B  copy A and B to docs/results first
+
+Tables stand between ``<!-- numbers: NAME -->`` and ``<!-- /numbers -->``. Nothing in them is
+typed by hand, and a test holds them against docs/results.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[1]
+RESULTS = ROOT / "docs" / "results"
+TABLE = re.compile(
+    r"(?P<open><!-- numbers: (?P<name>\w+) -->\n).*?(?P<close><!-- /numbers -->)", re.DOTALL
+)
+ABSENT = "–"
+
+
+#: How a kind of value is shown, and what it is multiplied by.
+FORMS = {
+    "count": ("{:.0f}", 1.0),
+    "share": ("{:.1f} %", 100.0),
+    "rate": ("{:.1f}", 1.0),
+    "ms": ("{:.2f} ms", 1.0),
+    "us": ("{:.0f} µs", 1.0),
+    "s": ("{:.0f} s", 1.0),
+    "ratio": ("{:.1f} times", 1.0),
+    "shore": ("{:.2f}", 1.0),
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row: what it is, where it lies in the results, what kind it is, what was published."""
+
+    label: str
+    path: str
+    kind: str
+    published: str = ABSENT
+
+    def cell(self, tree: Any) -> str:
+        """The value in a tree of results, or a dash."""
+        for key in self.path.split("."):
+            if not isinstance(tree, dict) or key not in tree:
+                return ABSENT
+            tree = tree[key]
+        form, factor = FORMS[self.kind]
+        return form.format(factor * tree)
+
+
+def contact(key: str, name: str, published: str) -> list[Row]:
+    """Rows of a detector."""
+    at = f"contact.{key}"
+    return [
+        Row(f"contact, {name}: windows right", f"{at}.window_accuracy", "share", published),
+        Row(f"contact, {name}: pinches right", f"{at}.pinch_success", "share"),
+        Row(f"contact, {name}: false alarms a minute", f"{at}.false_alarms_per_minute", "rate"),
+        Row(f"contact, {name}: median delay", f"{at}.delay_ms.median", "ms"),
+    ]
+
+
+def stiffness(key: str, name: str, accuracy: str, error: str) -> list[Row]:
+    """Rows of a model."""
+    blocks, objects = f"blocks.{key}", f"objects.{key}"
+    random, session = f"{blocks}.random_90_10", f"{blocks}.by_session"
+    return [
+        Row(f"5 blocks, {name}: accuracy, random 90/10", f"{random}.accuracy", "share", accuracy),
+        Row(f"5 blocks, {name}: accuracy, by session", f"{session}.accuracy", "share"),
+        Row(f"5 blocks, {name}: RMSE, by session", f"{session}.rmse", "shore"),
+        Row(f"8 unseen objects, {name}: RMSE", f"{objects}.rmse", "shore"),
+        Row(f"8 unseen objects, {name}: MAE", f"{objects}.mae", "shore"),
+        Row(f"8 unseen objects, {name}: MSE", f"{objects}.mse", "shore", error),
+    ]
+
+
+def speed(key: str, name: str, published: str) -> list[Row]:
+    """Rows of a model's inference."""
+    at = f"inference_us.{key}"
+    return [
+        Row(f"{name}: one window, median", f"{at}.p50", "us", published),
+        Row(f"{name}: one window, p99", f"{at}.p99", "us"),
+        Row(f"{name}: faster than its training library", f"{at}.speedup", "ratio"),
+    ]
+
+
+CONTACT = [*contact("three_sigma", "3σ", "90.6 %"), *contact("svm", "SVM", "100 %")]
+STUDY = [
+    Row("pinches", "data.pinches", "count", "2500 + objects"),
+    Row("first to second contact, mean", "offset_ms.mean", "ms", "16.65 ms"),
+    Row("first to second contact, SD", "offset_ms.sd", "ms", "10.35 ms"),
+    Row("second contact within 15 ms", "offset_ms.share_below_15", "share"),
+    *CONTACT,
+    *stiffness("svm", "SVM", "97.2 %", "4.17 (as “MSE”)"),
+    *stiffness("cnn", "CNN", "98.6 %", "2.39 (as “MSE”)"),
+]
+SPEED = [
+    *speed("svm", "SVM", "< 1 ms"),
+    *speed("cnn", "CNN", "1.4 ms"),
+    Row("the whole study", "seconds", "s"),
+]
+REAL = [Row("impacts", "data.pinches", "count"), *CONTACT]
+
+
+def table(rows: Sequence[Row], columns: dict[str, Any], published: bool) -> str:
+    """A Markdown table; rows that no column has are left out."""
+    head = ["", *(["published"] if published else []), *columns]
+    lines = [head, ["---"] * len(head)]
+    for row in rows:
+        cells = [row.cell(tree) for tree in columns.values()]
+        if any(cell != ABSENT for cell in cells):
+            lines.append([row.label, *([row.published] if published else []), *cells])
+    return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
+
+
+def tables(results: Path) -> dict[str, str]:
+    """All tables by name, of the results that are there."""
+    made = dict.fromkeys(("study", "speed", "real"), "*Not run yet.*\n")
+    if (results / "study.json").is_file():
+        tree = json.loads((results / "study.json").read_text(encoding="utf-8"))
+        conditions = {"paper rig": tree}
+        if "everyday" in tree:
+            conditions["everyday"] = tree["everyday"]
+        made["study"] = table(STUDY, conditions, published=True)
+        made["speed"] = table(SPEED, {"here": tree}, published=True)
+    if (results / "real.json").is_file():
+        tree = json.loads((results / "real.json").read_text(encoding="utf-8"))
+        made["real"] = table(REAL, {"here": tree}, published=False)
+    return made
+
+
+def filled(text: str, made: dict[str, str]) -> str:
+    """A page with its tables in place.
+
+    Raises
+    ------
+    KeyError
+        The page asks for a table that does not exist.
+    """
+    return TABLE.sub(lambda m: f"{m['open']}\n{made[m['name']]}\n{m['close']}", text)
+
+
+def pages(root: Path) -> list[Path]:
+    """The pages that may have tables."""
+    return [root / "README.md", *sorted(root.glob("docs/**/*.md"))]
+
+
+def main() -> None:
+    """Copy results if asked to, then write the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--study", type=Path, help="results.json of `make study`")
+    parser.add_argument("--real", type=Path, help="results.json of `make real`")
+    options = parser.parse_args()
+    RESULTS.mkdir(exist_ok=True)
+    for name, source in (("study", options.study), ("real", options.real)):
+        if source is not None:
+            tree = json.loads(source.read_text(encoding="utf-8"))
+            text = json.dumps(tree, indent=1, ensure_ascii=False) + "\n"
+            (RESULTS / f"{name}.json").write_text(text, encoding="utf-8")
+    made = tables(RESULTS)
+    for page in pages(ROOT):
+        text = page.read_text(encoding="utf-8")
+        if (new := filled(text, made)) != text:
+            page.write_text(new, encoding="utf-8")
+            print(f"wrote {page.relative_to(ROOT)}")
+
+
+if __name__ == "__main__":
+    main()

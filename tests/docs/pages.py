@@ -1,0 +1,53 @@
+"""The pages that people read, and the commands in them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted(
+    [
+        ROOT / "README.md",
+        ROOT / "CONTRIBUTING.md",
+        ROOT / "CHANGELOG.md",
+        *ROOT.glob("docs/**/*.md"),
+    ]
+)
+FENCE = re.compile(
+    r"^(?:<!-- (?P<mark>[a-z]+) -->\n)?"
+    r"(?P<tick>```+)(?P<language>[\w-]*)\n(?P<body>.*?)^(?P=tick)$",
+    re.MULTILINE | re.DOTALL,
+)
+
+
+@dataclass(frozen=True)
+class Fence:
+    """A fenced block of a page."""
+
+    page: Path
+    line: int
+    mark: str
+    language: str
+    body: str
+
+    @property
+    def commands(self) -> list[str]:
+        """Its commands, continued lines joined, comments left out."""
+        lines = self.body.replace("\\\n", " ").splitlines()
+        return [" ".join(x.split()) for x in lines if x.strip() and not x.startswith("#")]
+
+
+def fences(page: Path) -> list[Fence]:
+    """All fenced blocks of a page, in order."""
+    text = page.read_text(encoding="utf-8")
+    return [
+        Fence(page, text[: m.start()].count("\n") + 1, m["mark"] or "", m["language"], m["body"])
+        for m in FENCE.finditer(text)
+    ]
+
+
+def name(page: Path) -> str:
+    """The page as tests show it."""
+    return page.relative_to(ROOT).as_posix()

@@ -1,0 +1,149 @@
+"""Every command that the pages show is run: here, or where ``ELSEWHERE`` says.
+
+The rule. Commands stand in ``sh`` fences; a page's fences run one after the other, in
+one folder that has nothing but ``examples/`` in it, and stop at the first failure. A comment
+on the line before a fence says when:
+
+- none: with the normal tests;
+- ``<!-- slow -->``: with ``make test-slow``;
+- ``<!-- data -->``: with the normal tests where the real impacts are (``FIRSTCONTACT_DATA``);
+- ``<!-- elsewhere -->``: not here; each of its commands has its line in ``ELSEWHERE``.
+
+Python in ``python`` fences runs too, each fence by itself.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from pages import PAGES, ROOT, Fence, fences, name
+
+#: Commands that build an environment or take long, and what runs them.
+ELSEWHERE = {
+    "make study": "by hand before a release: it makes docs/results/study.json",
+    "make real": "by hand before a release: it makes docs/results/real.json",
+    "make readme-numbers": "by hand before a release; its script: tests/docs/test_numbers.py",
+    "make test": ".ci/run",
+    "make lint": ".ci/run",
+    "make types": ".ci/run",
+    "make layers": ".ci/run",
+    "make docs": ".ci/run",
+    "make quick": ".ci/run",
+    "make test-slow": "by hand before a release",
+    "make bench": "by hand: it makes the numbers of docs/reference/benchmarks.md",
+    "make install": "each other target runs its recipe",
+    "make format": "by hand",
+    "make constraints": "by hand, when versions are raised",
+    ".ci/run": "itself",
+    "pip install .": "tests/cli/test_install.py",
+    "pip install '.[study]'": "make study, in editable form",
+}
+MARKS = {"", "slow", "data", "elsewhere"}
+LANGUAGES = {"sh", "python", "text", "json", ""}
+ALL = [fence for page in PAGES for fence in fences(page)]
+
+
+def pages_with(*marks: str) -> list[Path]:
+    """Pages that have commands with one of these marks."""
+    return [
+        page for page in PAGES if any(f.language == "sh" and f.mark in marks for f in fences(page))
+    ]
+
+
+def run(page: Path, folder: Path, marks: set[str]) -> None:
+    """Run a page's commands that have one of these marks."""
+    shutil.copytree(ROOT / "examples", folder / "examples")
+    scripts = str(Path(sys.executable).parent)
+    environment = {**os.environ, "PATH": scripts + os.pathsep + os.environ["PATH"]}
+    environment["MPLBACKEND"] = "Agg"
+    script = "set -euo pipefail\n" + "".join(
+        f.body for f in fences(page) if f.language == "sh" and f.mark in marks
+    )
+    done = subprocess.run(
+        ["bash", "-c", script], cwd=folder, env=environment, capture_output=True, text=True
+    )
+    assert done.returncode == 0, f"{name(page)}\n{script}\n{done.stdout}\n{done.stderr}"
+
+
+def impacts() -> Path | None:
+    """The folder of real impacts, where there is one."""
+    folder = Path(
+        os.environ.get("FIRSTCONTACT_DATA") or ROOT.parent / "shared/data/impact_hardness"
+    )
+    return folder if (folder / "labels.csv").is_file() else None
+
+
+@pytest.mark.parametrize("page", pages_with(""), ids=name)
+def test_commands_run(page: Path, tmp_path: Path) -> None:
+    run(page, tmp_path, {""})
+
+
+@pytest.mark.parametrize("page", pages_with("data"), ids=name)
+def test_commands_run_on_the_real_impacts(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = impacts()
+    if folder is None:
+        pytest.skip("no real impacts: set FIRSTCONTACT_DATA, see docs/how-to/real-impacts.md")
+    monkeypatch.setenv("FIRSTCONTACT_DATA", str(folder))
+    run(page, tmp_path, {"", "data"})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", pages_with("slow"), ids=name)
+def test_long_commands_run(page: Path, tmp_path: Path) -> None:
+    run(page, tmp_path, {"", "slow"})
+
+
+@pytest.mark.parametrize(
+    "fence",
+    [f for f in ALL if f.language == "python"],
+    ids=lambda f: f"{name(f.page)}:{f.line}",
+)
+def test_python_runs(fence: Fence, tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", fence.body],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_every_fence_says_what_it_is() -> None:
+    for fence in ALL:
+        where = f"{name(fence.page)}:{fence.line}"
+        assert fence.mark in MARKS, where
+        assert fence.language in LANGUAGES, f"{where}: commands stand in sh fences"
+
+
+def test_no_command_hides_in_another_fence() -> None:
+    for fence in ALL:
+        if fence.language in {"sh", "python"}:
+            continue
+        first_words = {line.split()[0] for line in fence.body.splitlines() if line.split()}
+        hidden = first_words & {"make", "firstcontact", "pip", "python", "git", "$"}
+        assert not hidden, f"{name(fence.page)}:{fence.line}: {hidden}"
+
+
+def test_what_runs_elsewhere_is_listed_and_the_list_has_no_more() -> None:
+    shown = {c for f in ALL if f.mark == "elsewhere" for c in f.commands}
+    assert shown - set(ELSEWHERE) == set()
+    assert {c for c, place in ELSEWHERE.items() if c not in shown} == set()
+
+
+@pytest.mark.parametrize("command", [c for c in ELSEWHERE if c.startswith("make ")])
+def test_make_targets_exist(command: str) -> None:
+    done = subprocess.run([*command.split(), "--dry-run"], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("command", [c for c, place in ELSEWHERE.items() if place == ".ci/run"])
+def test_ci_runs_what_it_is_said_to_run(command: str) -> None:
+    lines = (ROOT / ".ci/run").read_text(encoding="utf-8").splitlines()
+    assert any(line.split()[: len(command.split())] == command.split() for line in lines)

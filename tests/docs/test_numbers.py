@@ -1,0 +1,53 @@
+"""Tables in the pages are what their script makes of the committed results."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from pages import ROOT, name
+
+
+def load() -> ModuleType:
+    """The script, as a module."""
+    spec = importlib.util.spec_from_file_location("numbers_of_docs", ROOT / "docs/numbers.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+numbers = load()
+
+
+@pytest.mark.parametrize("page", numbers.pages(ROOT), ids=name)
+def test_tables_agree_with_the_committed_results(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    assert numbers.filled(text, numbers.tables(numbers.RESULTS)) == text, "make readme-numbers"
+
+
+def test_a_table_has_the_values_of_its_results(tmp_path: Path) -> None:
+    condition = {"offset_ms": {"mean": 16.5}, "contact": {"svm": {"window_accuracy": 0.9987}}}
+    study = {**condition, "everyday": {"offset_ms": {"mean": 17.25}}, "seconds": 600.4}
+    (tmp_path / "study.json").write_text(json.dumps(study))
+    made = numbers.tables(tmp_path)
+    assert "| | published | paper rig | everyday |" in made["study"].replace("|  |", "| |")
+    assert "| first to second contact, mean | 16.65 ms | 16.50 ms | 17.25 ms |" in made["study"]
+    assert "| contact, SVM: windows right | 100 % | 99.9 % | – |" in made["study"]
+    assert "CNN" not in made["study"]
+    assert "| the whole study | – | 600 s |" in made["speed"]
+    assert made["real"] == "*Not run yet.*\n"
+
+
+def test_filling_twice_changes_nothing(tmp_path: Path) -> None:
+    made = numbers.tables(tmp_path)
+    text = "a\n\n<!-- numbers: study -->\n<!-- /numbers -->\n\nb\n"
+    once = numbers.filled(text, made)
+    assert "Not run yet" in once
+    assert numbers.filled(once, made) == once

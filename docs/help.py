@@ -1,0 +1,50 @@
+"""Write docs/reference/cli.md from what each verb says of itself.
+
+python docs/help.py
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from firstcontact.cli.main import VERBS
+
+PAGE = Path(__file__).parent / "reference" / "cli.md"
+HEAD = """\
+# Command line
+
+Written by `docs/help.py` from `--help`; a test holds this page against it.
+
+Exit codes: 0 done; 2 the input or the options cannot be used, with one sentence on standard
+error saying which and what to do; 130 interrupted.
+"""
+
+
+def told(*arguments: str) -> str:
+    """What ``firstcontact ... --help`` prints, 96 columns wide, without colours."""
+    command = [sys.executable, "-m", "firstcontact.cli.main", *arguments, "--help"]
+    environment = {
+        **os.environ,
+        "COLUMNS": "96",
+        "NO_COLOR": "1",
+        "TERM": "dumb",
+        "PYTHONIOENCODING": "utf-8",
+    }
+    done = subprocess.run(
+        command, capture_output=True, text=True, check=True, env=environment, encoding="utf-8"
+    )
+    return "\n".join(line.rstrip() for line in done.stdout.strip().splitlines())
+
+
+def page() -> str:
+    """The page."""
+    parts = [HEAD, f"```text\n{told()}\n```\n"]
+    parts += [f"## {verb}\n\n```text\n{told(verb)}\n```\n" for verb in VERBS]
+    return "\n".join(parts)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

@@ -1,0 +1,118 @@
+"""A pinch as a picture: piezo, force and strips of both fingers over time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from firstcontact.core import ChannelKind, Finger, Pinch
+from firstcontact.core.files import replacing
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: One colour a finger, told apart also by those who see no red or green.
+COLOURS = {Finger.INDEX: "#0b6e99", Finger.THUMB: "#d9722e"}
+NAMES = {Finger.INDEX: "index", Finger.THUMB: "thumb"}
+_QUIET = "#8a8f98"
+_HEIGHTS = {ChannelKind.PIEZO: 3.0, ChannelKind.FORCE: 2.2, ChannelKind.STRIP: 0.9}
+
+
+def plot_pinch(pinch: Pinch, title: str, path: Path) -> None:
+    """Draw all channels of a pinch into an image file.
+
+    Parameters
+    ----------
+    pinch
+        What to draw. Time counts from its first contact, where known.
+    title
+        Heading of the picture.
+    path
+        A .png, .svg or .pdf file; an older one is replaced.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    kinds = [kind for kind in _HEIGHTS if pinch.layout.columns(kind)]
+    heights = [_HEIGHTS[kind] for kind in kinds]
+    figure = Figure(figsize=(9.0, 1.1 + sum(heights)), layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.subplots(len(kinds), 1, sharex=True, squeeze=False, height_ratios=heights)
+    zero = pinch.first.sample if pinch.first else pinch.first_sample
+    number = pinch.first_sample + np.arange(len(pinch.data))
+    time = (number - zero) / pinch.layout.rate * 1e3
+    for kind, axes in zip(kinds, grid[:, 0], strict=True):
+        _DRAW[kind](axes, pinch, time)
+        _contacts(axes, pinch, zero)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.margins(x=0)
+    _name_contacts(grid[0, 0], pinch, zero)
+    grid[0, 0].legend(loc="upper left", frameon=False, ncols=2)
+    since = "first contact" if pinch.first else "the start of the pinch"
+    grid[-1, 0].set_xlabel(f"time since {since} (ms)")
+    figure.suptitle(title, x=0.02, ha="left", fontsize=12, fontweight="bold")
+    with replacing(path) as temporary:
+        figure.savefig(temporary, dpi=150, format=path.suffix.lstrip(".").lower() or "png")
+
+
+def _piezo(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
+    columns = pinch.layout.columns(ChannelKind.PIEZO)
+    values = pinch.piezo()
+    for i, finger in enumerate(pinch.layout.piezo_fingers):
+        axes.plot(time, values[:, i], color=COLOURS[finger], lw=0.9, label=NAMES[finger])
+    axes.set_ylabel(f"piezo ({pinch.layout.channels[columns[0]].unit})")
+
+
+def _force(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
+    unit = ""
+    for finger in Finger:
+        columns = pinch.layout.columns(ChannelKind.FORCE, finger)
+        if not columns:
+            continue
+        values = pinch.force(finger)
+        axes.plot(time, values, color=COLOURS[finger], lw=0.6, alpha=0.35)
+        axes.plot(time, values.mean(axis=1), color=COLOURS[finger], lw=1.6)
+        unit = pinch.layout.channels[columns[0]].unit
+    axes.set_ylabel(f"force ({unit})" if unit else "force (raw)")
+    axes.text(
+        0.012, 0.95, "thin: taxels, thick: their mean", transform=axes.transAxes,
+        va="top", fontsize=8, color=_QUIET,
+    )  # fmt: skip
+
+
+def _strip(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
+    for finger in Finger:
+        if not pinch.layout.columns(ChannelKind.STRIP, finger):
+            continue
+        closed = pinch.strip(finger)[:, 0] > 0.5
+        level = -float(finger)
+        axes.fill_between(
+            time, level - 0.3, level + 0.3, where=closed, color=COLOURS[finger], step="post", lw=0
+        )
+    axes.set_yticks([0.0, -1.0], [NAMES[Finger.INDEX], NAMES[Finger.THUMB]])
+    axes.set_ylim(-1.6, 0.6)
+    axes.set_ylabel("strip closed")
+
+
+_DRAW = {ChannelKind.PIEZO: _piezo, ChannelKind.FORCE: _force, ChannelKind.STRIP: _strip}
+
+
+def _contacts(axes: Axes, pinch: Pinch, zero: int) -> None:
+    for contact in pinch.truth:
+        at = (contact.sample - zero) / pinch.layout.rate * 1e3
+        axes.axvline(at, color=COLOURS[contact.finger], lw=1, ls=(0, (4, 3)), zorder=0)
+
+
+def _name_contacts(axes: Axes, pinch: Pinch, zero: int) -> None:
+    for contact, word, side in zip(
+        pinch.truth, ("first", "second"), ("right", "left"), strict=False
+    ):
+        at = (contact.sample - zero) / pinch.layout.rate * 1e3
+        axes.annotate(
+            f"{word}: {NAMES[contact.finger]}",
+            (at, 1.0), xycoords=("data", "axes fraction"),
+            xytext=(-4 if side == "right" else 4, -2), textcoords="offset points",
+            ha=side, va="top", fontsize=9, color=COLOURS[contact.finger],
+        )  # fmt: skip

@@ -35,6 +35,7 @@ FORMS = {
     "s": ("{:.0f} s", 1.0),
     "ratio": ("{:.1f} times", 1.0),
     "shore": ("{:.2f}", 1.0),
+    "p": ("{:.3f}", 1.0),
 }
 
 
@@ -48,13 +49,18 @@ class Row:
     published: str = ABSENT
 
     def cell(self, tree: Any) -> str:
-        """The value in a tree of results, or a dash."""
-        for key in self.path.split("."):
-            if not isinstance(tree, dict) or key not in tree:
-                return ABSENT
-            tree = tree[key]
+        """The value in a tree of results with its 95 % interval, or a dash."""
+        *way, last = self.path.split(".")
+        for key in way:
+            tree = tree.get(key) if isinstance(tree, dict) else None
+        if not isinstance(tree, dict) or last not in tree:
+            return ABSENT
         form, factor = FORMS[self.kind]
-        return form.format(factor * tree)
+        shown = form.format(factor * tree[last])
+        if ends := tree.get("intervals", {}).get(last):
+            number = form.split(" ")[0]
+            shown += f" ({number.format(factor * ends[0])} to {number.format(factor * ends[1])})"
+        return shown
 
 
 def contact(key: str, name: str, published: str) -> list[Row]:
@@ -107,7 +113,22 @@ SPEED = [
     *speed("cnn", "CNN", "1.4 ms"),
     Row("the whole study", "seconds", "s"),
 ]
-REAL = [Row("impacts", "data.pinches", "count"), *CONTACT]
+LEFT_OUT = "hardness_order.leave_one_material_out"
+CLASSES = f"{LEFT_OUT}.classification"
+REAL = [
+    Row("impacts", "data.pinches", "count"),
+    *CONTACT,
+    Row("materials", "hardness_order.spectral_centroid.n", "count"),
+    Row(
+        "Spearman, hardness and spectral centroid", "hardness_order.spectral_centroid.rho", "shore"
+    ),
+    Row("– its two-sided p", "hardness_order.spectral_centroid.p", "p"),
+    Row("Spearman, SVM, material left out", f"{LEFT_OUT}.rank_regression.rho", "shore"),
+    Row("accuracy of the class, SVM, material left out", f"{CLASSES}.svm.accuracy", "share"),
+    Row("– peak alone, material left out", f"{CLASSES}.peak.accuracy", "share"),
+    Row("– by chance", "hardness_order.chance", "share"),
+    Row("– SVM, random folds", "hardness_order.random_folds.svm.accuracy", "share"),
+]
 
 
 def table(rows: Sequence[Row], columns: dict[str, Any], published: bool) -> str:
@@ -163,6 +184,8 @@ def main() -> None:
     for name, source in (("study", options.study), ("real", options.real)):
         if source is not None:
             tree = json.loads(source.read_text(encoding="utf-8"))
+            # Where the data lay on the machine of the run is nobody's business.
+            tree["study"]["command"] = re.sub(r"/\S*/", "", tree["study"]["command"])
             text = json.dumps(tree, indent=1, ensure_ascii=False) + "\n"
             (RESULTS / f"{name}.json").write_text(text, encoding="utf-8")
     made = tables(RESULTS)

@@ -45,6 +45,15 @@ def test_a_table_has_the_values_of_its_results(tmp_path: Path) -> None:
     assert made["real"] == "*Not run yet.*\n"
 
 
+def test_an_interval_stands_beside_its_value(tmp_path: Path) -> None:
+    scores = {"accuracy": 0.5, "rmse": 3.0, "intervals": {"accuracy": [0.41, 0.622]}}
+    study = {"blocks": {"svm": {"by_session": scores}}}
+    (tmp_path / "study.json").write_text(json.dumps(study))
+    made = numbers.tables(tmp_path)["study"]
+    assert "| 5 blocks, SVM: accuracy, by session | – | 50.0 % (41.0 to 62.2) |" in made
+    assert "| 5 blocks, SVM: RMSE, by session | – | 3.00 |" in made
+
+
 def test_filling_twice_changes_nothing(tmp_path: Path) -> None:
     made = numbers.tables(tmp_path)
     text = "a\n\n<!-- numbers: study -->\n<!-- /numbers -->\n\nb\n"

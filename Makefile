@@ -92,7 +92,7 @@ layers: $(VENV)/.dev ## rooms import downwards only
 	$(BIN)/lint-imports
 
 docs: $(VENV)/.dev ## the documentation into site/
-	$(BIN)/mkdocs build --strict --quiet
+	$(BIN)/mkdocs build --strict
 
 bench: $(VENV)/.dev ## what is timed: benchmarks/
 	for file in benchmarks/bench_*.py; do $(BIN)/python $$file || exit 1; done

@@ -65,7 +65,7 @@ def test_no_file_names_a_path_of_one_machine() -> None:
 
 def test_the_site_builds_and_asks_nothing_of_a_network(tmp_path: Path) -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", tmp_path],
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", tmp_path],
         cwd=ROOT,
         capture_output=True,
         text=True,

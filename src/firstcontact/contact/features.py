@@ -5,63 +5,68 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-#: Parts that the old and the new side of a window are summed up in.
-OLD_PARTS = 3
-NEW_PARTS = 3
+#: Parts that the quiet side is summed up in, and each step of the recent side.
+PARTS = 3
+#: The step before the newest is averaged to so many values.
+COARSE = 5
 #: Added to an rms, in sigmas, before its logarithm: below it nothing matters.
 FLOOR = 0.1
 
 
-def _log_rms(x: NDArray[np.float64], edges: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Logarithm of the rms between neighbouring edges, shape (windows, parts)."""
-    squares = np.concatenate([np.zeros((len(x), 1)), np.cumsum(x**2, axis=1)], axis=1)
-    power = np.diff(squares[:, edges], axis=1) / np.diff(edges)
-    out: NDArray[np.float64] = np.log(np.sqrt(np.maximum(power, 0.0)) + FLOOR)
+def feature_count(step: int) -> int:
+    """Features of a window with ``step`` new samples."""
+    return step + COARSE + 6 * PARTS + 2
+
+
+def _means(x: NDArray[np.float64], edges: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Mean between neighbouring edges, shape (windows, parts)."""
+    sums = np.add.reduceat(x, edges[:-1], axis=1)
+    out: NDArray[np.float64] = sums / np.diff(edges)
     return out
 
 
-def window_features(windows: NDArray[np.float64], step: int) -> NDArray[np.float64]:
-    """Shape of the new part, and how loud each part is.
+def _edges(start: int, stop: int, parts: int) -> NDArray[np.intp]:
+    return np.linspace(start, stop, parts + 1).astype(np.intp)
 
-    The new samples about the mean of the old ones, compressed by asinh so that
-    a loud contact and a faint one lie close together; the logarithmic rms of
-    three old and of three new parts, of the signal and of its differences
-    (short clicks and slow contacts differ in their ratio); and how far the new
-    peaks exceed the old ones.
+
+def window_features(windows: NDArray[np.float64], step: int) -> NDArray[np.float64]:
+    """Shape of the recent part, and how loud each part is.
+
+    The newest two steps are recent: a contact that is still faint in one
+    window can show in the next. The rest is quiet and gives the mean. Features
+    are the newest step's samples and the means of the step before, compressed
+    by asinh so that a loud contact and a faint one lie close together; the
+    logarithmic rms of three quiet and of six recent parts, of the signal and
+    of its differences (short clicks and slow contacts differ in their ratio);
+    and how far the recent peaks exceed the quiet ones.
 
     Parameters
     ----------
     windows
-        Shape (windows, samples), in sigmas of the steady state.
+        Shape (windows, samples), in sigmas of the steady state; more samples
+        than two steps.
     step
         Samples in the new part.
 
     Returns
     -------
     ndarray
-        Shape (windows, step + 14).
+        Shape (windows, :func:`feature_count`).
     """
     n = windows.shape[1]
-    old = n - step
-    centred = windows - windows[:, :old].mean(axis=1, keepdims=True)
+    new, quiet = n - step, n - 2 * step
+    centred = windows - windows[:, :quiet].mean(axis=1, keepdims=True)
     slope = np.diff(centred, axis=1, prepend=centred[:, :1])
     edges = np.concatenate(
-        [
-            np.linspace(0, old, OLD_PARTS + 1).astype(np.intp),
-            np.linspace(old, n, NEW_PARTS + 1).astype(np.intp)[1:],
-        ]
+        [_edges(0, quiet, PARTS), _edges(quiet, new, PARTS)[1:], _edges(new, n, PARTS)[1:]]
     )
+    loudness = [np.log(np.sqrt(_means(x**2, edges)) + FLOOR) for x in (centred, slope)]
     peaks = [
-        np.log(np.abs(x[:, old:]).max(axis=1) + FLOOR)
-        - np.log(np.abs(x[:, :old]).max(axis=1) + FLOOR)
+        np.log(np.abs(x[:, quiet:]).max(axis=1, keepdims=True) + FLOOR)
+        - np.log(np.abs(x[:, :quiet]).max(axis=1, keepdims=True) + FLOOR)
         for x in (centred, slope)
     ]
+    before = _means(centred[:, :new], _edges(quiet, new, COARSE))
     return np.concatenate(
-        [
-            np.arcsinh(centred[:, old:]),
-            _log_rms(centred, edges),
-            _log_rms(slope, edges),
-            np.stack(peaks, axis=1),
-        ],
-        axis=1,
+        [np.arcsinh(centred[:, new:]), np.arcsinh(before), *loudness, *peaks], axis=1
     )

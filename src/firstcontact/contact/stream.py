@@ -173,8 +173,8 @@ class WindowDetector(ABC):
         fired = self.fires(windows) & self._state.alive
         onsets = np.full(fired.shape, -1, dtype=np.int64)
         if fired.any():
-            # The new part, and as much again: what was too faint a step ago.
-            picked = pick_onset(windows[fired], 2 * sizes.step)
+            # The new part, and twice as much again: what was too faint a step or two ago.
+            picked = pick_onset(windows[fired], 3 * sizes.step)
             onsets[fired] = picked + (ends - sizes.window)[np.nonzero(fired)[0]]
         self._window_end = int(ends[-1]) + sizes.step
         surplus = self._window_end - sizes.window - self._past_first

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 from firstcontact.contact.features import window_features
 from firstcontact.contact.rbf import RbfMachine
 from firstcontact.contact.stream import WindowDetector
-from firstcontact.contact.training import Examples, examples, usable
+from firstcontact.contact.training import PHASES, Examples, examples, usable
 from firstcontact.core.errors import InputError
 from firstcontact.core.layout import Layout
 from firstcontact.core.pinch import Dataset
 
 #: Bounds on what is trained on, so that training stays below a minute.
-PINCHES = 900
-NEGATIVES = 3000
-HARD = 1000
+PINCHES = 1500
+EACH = 2000
+HARD = 500
 ROUNDS = 2
 #: Soft-margin cost, and folds for the threshold.
 COST = 10.0
@@ -155,40 +155,43 @@ def _groups(sessions: NDArray[np.str_]) -> NDArray[np.intp]:
 
 
 def _train(data: Examples, seed: int) -> RbfMachine:
-    """Train, add the negatives that it finds hardest, and train again."""
+    """Train on some of each class, add those it finds hardest, and train again."""
     rng = np.random.default_rng(seed)
-    negatives = np.flatnonzero(~data.positive)
-    chosen = rng.permutation(negatives)[:NEGATIVES]
+    sign = np.where(data.positive, 1.0, -1.0)
+    classes = [np.flatnonzero(data.positive), np.flatnonzero(~data.positive)]
+    chosen = np.concatenate([rng.permutation(c)[:EACH] for c in classes])
+    machine = _fit(data, chosen)
     for _ in range(ROUNDS):
+        margin = sign * machine.decide(data.features)
+        margin[chosen] = np.inf
+        hardest = [c[np.argsort(margin[c])[:HARD]] for c in classes]
+        chosen = np.union1d(chosen, np.concatenate(hardest))
         machine = _fit(data, chosen)
-        rest = np.setdiff1d(negatives, chosen)
-        hardest = rest[np.argsort(machine.decide(data.features[rest]))[::-1][:HARD]]
-        chosen = np.concatenate([chosen, hardest])
-    return _fit(data, chosen)
+    return machine
 
 
-def _fit(data: Examples, negatives: NDArray[np.intp]) -> RbfMachine:
-    used = data.take(np.concatenate([np.flatnonzero(data.positive), negatives]))
-    return RbfMachine.train(used.features, used.positive, COST)
+def _fit(data: Examples, chosen: NDArray[np.intp]) -> RbfMachine:
+    return RbfMachine.train(data.features[chosen], data.positive[chosen], COST)
 
 
 def _best_threshold(data: Examples, decision: NDArray[np.float64]) -> float:
-    """Middle of the range of thresholds that detects most first contacts.
+    """Middle of the lowest range of thresholds that detects most first contacts.
 
-    A pinch is right when all its windows before the contact stay below and the
-    last of those that show it comes above.
+    A pinch is right when all its windows before the contact stay below and,
+    wherever the grid of windows lies, one of those that show it comes above.
     """
-    first = data.first
-    pinches = np.unique(data.pinch[first & data.positive])
+    quiet_of = data.first & ~data.positive
+    loud_of = data.first & data.positive
+    pinches = np.unique(data.pinch[loud_of])
     quiet = np.full(data.pinch.max() + 1, -np.inf)
-    loud = np.full(data.pinch.max() + 1, -np.inf)
-    np.maximum.at(quiet, data.pinch[first & ~data.positive], decision[first & ~data.positive])
-    np.maximum.at(loud, data.pinch[first & data.positive], decision[first & data.positive])
-    quiet, loud = quiet[pinches], loud[pinches]
-    candidates = np.unique(np.concatenate([quiet[np.isfinite(quiet)], loud]))
-    right = (quiet[:, None] <= candidates) & (candidates < loud[:, None])
-    share = right.sum(axis=0)
-    best = np.flatnonzero(share == share.max())
-    # The count holds from one candidate up to the next.
-    after = min(best[-1] + 1, len(candidates) - 1)
-    return float((candidates[best[0]] + candidates[after]) / 2.0)
+    by_phase = np.full((data.pinch.max() + 1, PHASES), -np.inf)
+    np.maximum.at(quiet, data.pinch[quiet_of], decision[quiet_of])
+    np.maximum.at(by_phase, (data.pinch[loud_of], data.phase[loud_of]), decision[loud_of])
+    quiet, loud = quiet[pinches], by_phase[pinches].min(axis=1)
+    candidates = np.unique(np.concatenate([quiet, loud]))
+    candidates = candidates[np.isfinite(candidates)]
+    right = ((quiet[:, None] <= candidates) & (candidates < loud[:, None])).sum(axis=0)
+    first = int(np.argmax(right))
+    # The count holds up to the next candidate that changes it.
+    after = first + int(np.argmax(np.append(right[first:] < right[first], True)))
+    return float((candidates[first] + candidates[min(after, len(candidates) - 1)]) / 2.0)

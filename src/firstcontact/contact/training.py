@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from firstcontact.contact.features import window_features
+from firstcontact.contact.features import feature_count, window_features
 from firstcontact.contact.stream import SteadyState, WindowSizes, conditioner
 from firstcontact.core.pinch import Dataset, Pinch
 from firstcontact.signal import samples_in
 
 #: A contact younger than this, s, may not show yet: such windows teach nothing.
 YOUNGEST = 0.001
-#: Windows a contact is shown in, at evenly spread ages up to the last.
-PHASES = 4
+#: Places of the grid of windows relative to a contact that are trained on.
+PHASES = 3
+#: Windows that may show it, wherever the grid lies: it is in the newest part of
+#: one, and in the step before in the next, a second chance for faint starts.
+CHANCES = 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,24 +31,26 @@ class Examples:
     features
         Shape (windows, features).
     positive
-        Whether a contact began in the newest part, shape (windows,).
+        Whether a contact began in its recent part, shape (windows,).
     pinch
         Which pinch each is from, shape (windows,).
     first
         Whether it speaks of the first contact of its pinch: a window before it
         (of either finger), or one that shows it, shape (windows,).
+    phase
+        Where the grid lies relative to the contact, 0 where there is none,
+        shape (windows,).
     """
 
     features: NDArray[np.float64]
     positive: NDArray[np.bool_]
     pinch: NDArray[np.intp]
     first: NDArray[np.bool_]
+    phase: NDArray[np.intp]
 
     def take(self, which: NDArray[np.bool_] | NDArray[np.intp]) -> Examples:
         """Some of them."""
-        return Examples(
-            self.features[which], self.positive[which], self.pinch[which], self.first[which]
-        )
+        return Examples(*(getattr(self, f.name)[which] for f in fields(self)))
 
 
 def usable(pinch: Pinch, sizes: WindowSizes, early: float) -> bool:
@@ -61,8 +66,7 @@ def examples(dataset: Dataset, sizes: WindowSizes, early: float, seed: int) -> E
 
     Negatives: each finger before its own contact, one window a step at a random
     phase; where the second contact is not known, only what lies before the
-    first. Positives: each contact at several ages between 1 ms and what one
-    step later gives.
+    first. Positives: each contact at several ages between 1 ms and two steps more.
 
     Parameters
     ----------
@@ -77,10 +81,11 @@ def examples(dataset: Dataset, sizes: WindowSizes, early: float, seed: int) -> E
     """
     rng = np.random.default_rng(seed)
     nothing = Examples(
-        np.zeros((0, sizes.step + 14)),
+        np.zeros((0, feature_count(sizes.step))),
         np.zeros(0, np.bool_),
         np.zeros(0, np.intp),
         np.zeros(0, np.bool_),
+        np.zeros(0, np.intp),
     )
     parts = [nothing] + [
         _of_finger(i, pinch, column, sizes, early, rng)
@@ -88,12 +93,8 @@ def examples(dataset: Dataset, sizes: WindowSizes, early: float, seed: int) -> E
         if usable(pinch, sizes, early)
         for column in range(len(pinch.layout.piezo_fingers))
     ]
-    return Examples(
-        np.concatenate([p.features for p in parts]),
-        np.concatenate([p.positive for p in parts]),
-        np.concatenate([p.pinch for p in parts]),
-        np.concatenate([p.first for p in parts]),
-    )
+    joined = (np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Examples))
+    return Examples(*joined)
 
 
 def _of_finger(
@@ -116,12 +117,14 @@ def _of_finger(
     finger = layout.piezo_fingers[column]
     touched = [c.sample - pinch.first_sample for c in pinch.truth if c.finger is finger][:1]
     quiet_end = (touched or [first])[0] - margin
-    phase = int(rng.integers(sizes.step))
-    before = np.arange(sizes.steady + sizes.step - phase, quiet_end + 1, sizes.step)
-    ages = np.linspace(youngest, youngest + sizes.step, PHASES).astype(np.intp)
-    after = np.array([t + age for t in touched for age in ages], dtype=np.intp)
+    shift = int(rng.integers(sizes.step))
+    before = np.arange(sizes.steady + sizes.step - shift, quiet_end + 1, sizes.step)
+    steps = np.arange(PHASES * CHANCES) * sizes.step / PHASES
+    after = np.array([t + youngest + step for t in touched for step in steps], dtype=np.intp)
     ends = np.concatenate([before, after])
-    ends = ends[ends <= len(x)] if steady.alive[0] else ends[:0]
+    phase = np.concatenate([np.zeros_like(before), np.arange(len(after)) % PHASES])
+    whole = ends <= (len(x) if steady.alive[0] else 0)
+    ends, phase = ends[whole], phase[whole]
     windows = sliding_window_view(x, sizes.window)[ends - sizes.window]
     positive = ends > quiet_end
     is_first = np.full(len(ends), touched == [first]) | (ends <= first - margin)
@@ -130,4 +133,5 @@ def _of_finger(
         positive,
         np.full(len(ends), number, dtype=np.intp),
         is_first,
+        phase,
     )

@@ -10,6 +10,7 @@ samples, 2, 6), ``strip`` (pinches, samples, 2), and one value a pinch of
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -67,9 +68,9 @@ def import_npz(path: Path) -> Dataset:
         The file cannot be read, or names the array at fault.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
-    except (OSError, ValueError, EOFError, BadZipFile, AttributeError) as error:
+    except (OSError, ValueError, EOFError, TypeError, BadZipFile, zlib.error) as error:
         raise InputError(
             f"{path} cannot be read as an NPZ of plain arrays ({error}): "
             "save it with numpy.savez and without objects"

@@ -48,7 +48,10 @@ def plot_pinch(pinch: Pinch, title: str, path: Path) -> None:
         _contacts(axes, pinch, zero)
         axes.spines[["top", "right"]].set_visible(False)
         axes.margins(x=0)
+        axes.grid(axis="y", color=_QUIET, alpha=0.2, lw=0.6)
+    grid[0, 0].margins(y=0.14)  # room for the names above the highest peak
     _name_contacts(grid[0, 0], pinch, zero)
+    figure.align_ylabels(grid[:, 0])
     grid[0, 0].legend(loc="upper left", frameon=False, ncols=2)
     since = "first contact" if pinch.first else "the start of the pinch"
     grid[-1, 0].set_xlabel(f"time since {since} (ms)")

@@ -21,24 +21,23 @@ def read_table(path: Path) -> dict[str, list[str]]:
         with path.open(encoding="utf-8-sig", newline="") as stream:
             reader = csv.reader(stream, strict=True)
             header = [name.strip() for name in next(reader, [])]
-            rows = []
+            columns: list[list[str]] = [[] for _ in header]
+            same: dict[str, str] = {}  # cells repeat: hold each text once
             for row in reader:
                 if row and len(row) != len(header):
                     raise InputError(
                         f"{path}: line {reader.line_num} has {len(row)} fields and the header "
                         f"{len(header)}: correct the line"
                     )
-                if row:
-                    rows.append(row)
+                for column, cell in zip(columns, row, strict=False):  # an empty line has no cell
+                    column.append(same.setdefault(cell, cell))
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{path} is not CSV in UTF-8 ({error}): save it as such") from error
-    if not rows:
+    if not columns or not columns[0]:
         raise InputError(f"{path} has no rows: give a header and one row at least")
     doubled = sorted({name for name in header if header.count(name) > 1})
     if doubled:
         raise InputError(f"{path} has the column {doubled[0]!r} twice: rename or remove one")
-    return {
-        name: list(column) for name, column in zip(header, zip(*rows, strict=True), strict=True)
-    }
+    return dict(zip(header, columns, strict=True))

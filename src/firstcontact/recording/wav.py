@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import warnings
 from pathlib import Path
 from typing import Any
@@ -106,7 +107,7 @@ def _read(file: Path) -> tuple[int, NDArray[Any]]:
             warnings.simplefilter("error", wavfile.WavFileWarning)
             warnings.filterwarnings("ignore", "Chunk .* not understood", wavfile.WavFileWarning)
             rate, data = wavfile.read(file)
-    except (OSError, ValueError, EOFError, wavfile.WavFileWarning) as error:
+    except (OSError, ValueError, EOFError, struct.error, wavfile.WavFileWarning) as error:
         raise InputError(
             f"{file} cannot be read as WAV ({str(error).rstrip('.')}): convert it to PCM WAV"
         ) from error

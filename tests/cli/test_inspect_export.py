@@ -1,0 +1,201 @@
+"""What inspect says and draws, and that exports come back through import."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from firstcontact.cli.main import main
+from firstcontact.core import Contact, Dataset, Finger, Label, Layout, Pinch, Role, fingertip_layout
+from firstcontact.recording import Header, RecordingWriter, load_dataset, write_dataset
+from firstcontact.recording.dataset import pause_between
+
+
+def pinch(seed: int, layout: Layout, samples: int = 400) -> Pinch:
+    """Both fingers ring after their contacts; the forces rise and the strips close."""
+    rng = np.random.default_rng(seed)
+    contacts = (
+        Contact(Finger(seed % 2), 120, 120),
+        Contact(Finger(1 - seed % 2), 180 + seed, 180 + seed),
+    )
+    data = rng.normal(0, 30, (samples, 16))
+    data[:, :2] += 16384
+    for contact in contacts:
+        after = np.arange(samples - contact.sample)
+        data[contact.sample :, contact.finger] += 4000 * np.exp(-after / 60) * np.sin(after / 8)
+        data[contact.sample :, 2 + 6 * contact.finger : 8 + 6 * contact.finger] += (
+            after[:, None] * 20
+        )
+        data[contact.sample :, 14 + contact.finger] = 1
+        data[: contact.sample, 14 + contact.finger] = 0
+    label = Label(
+        "Äpfel", 28.0, None, f"a{seed}", f"s{seed % 2}", Role(("train", "test")[seed % 2])
+    )
+    return Pinch(data.astype(np.int16), layout, label, 0, contacts)
+
+
+@pytest.fixture
+def dataset() -> Dataset:
+    return Dataset(pause_between([pinch(i, fingertip_layout()) for i in range(4)]), "synthetic")
+
+
+@pytest.fixture
+def recordings(tmp_path: Path, dataset: Dataset) -> Path:
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    write_dataset(dataset, folder, Header(dataset.layout, "synthetic", notes="by hand"))
+    return folder
+
+
+def same(one: Dataset, other: Dataset) -> None:
+    assert (len(one), one.source) == (len(other), other.source)
+    assert [c.name for c in one.layout.channels] == [c.name for c in other.layout.channels]
+    assert one.layout.rate == pytest.approx(other.layout.rate, rel=1e-12)
+    assert one.layout.smoothing_alpha == other.layout.smoothing_alpha
+    for a, b in zip(one.pinches, other.pinches, strict=True):
+        assert a.label == b.label
+        assert [(c.finger, c.sample - a.first_sample) for c in a.truth] == [
+            (c.finger, c.sample - b.first_sample) for c in b.truth
+        ]
+        for x, y in (
+            (a.piezo(), b.piezo()),
+            *((a.force(f), b.force(f)) for f in Finger),
+            *((a.strip(f), b.strip(f)) for f in Finger),
+        ):
+            assert np.array_equal(x.astype(np.float32), y.astype(np.float32))
+
+
+@pytest.mark.parametrize(("to", "name"), [("hdf5", "x.h5"), ("csv", "x.csv")])
+def test_an_export_comes_back(tmp_path, recordings, to, name):
+    out = tmp_path / name
+    assert main(["export", str(recordings), "--to", to, "--out", str(out)]) == 0
+    assert main(["import", str(out), "--out", str(tmp_path / "back")]) == 0
+    same(load_dataset(recordings), load_dataset(tmp_path / "back"))
+
+
+def test_parquet_has_a_row_a_sample(tmp_path, recordings):
+    from pyarrow import parquet
+
+    out = tmp_path / "x.parquet"
+    assert main(["export", str(recordings), "--to", "parquet", "--out", str(out)]) == 0
+    table = parquet.read_table(out)
+    loaded = load_dataset(recordings)
+    assert table.num_rows == sum(len(p.data) for p in loaded.pinches)
+    voltage = np.concatenate([p.piezo()[:, 1] for p in loaded.pinches]).astype(np.float32)
+    assert np.array_equal(table["piezo_thumb"].to_numpy(), voltage)
+    assert set(table["object"].to_pylist()) == {"Äpfel"}
+    time = table["time_s"].to_numpy()[: len(loaded.pinches[0].data)]
+    assert np.diff(time) == pytest.approx(1 / loaded.layout.rate)
+
+
+def test_labels_not_known_for_all_are_left_out(tmp_path, recordings):
+    out = tmp_path / "x.csv"
+    assert main(["export", str(recordings), "--to", "csv", "--out", str(out)]) == 0
+    with out.open(encoding="utf-8") as stream:
+        header = next(csv.reader(stream))
+    assert "shore_a" in header
+    assert "hardness_rank" not in header
+
+
+def test_an_export_never_overwrites_and_leaves_nothing_half(tmp_path, recordings, dataset, capsys):
+    out = tmp_path / "x.h5"
+    out.write_text("mine")
+    arguments = ["export", str(recordings), "--to", "hdf5", "--out"]
+    assert main([*arguments, str(out)]) == 2
+    assert "choose another --out" in capsys.readouterr().err
+    assert out.read_text() == "mine"
+    with RecordingWriter(recordings / "long.mcap", Header(dataset.layout, "synthetic")) as writer:
+        writer.pinch(pinch(1, dataset.layout, samples=500))
+    before = sorted(tmp_path.rglob("*"))
+    assert main([*arguments, str(tmp_path / "y.h5")]) == 2
+    assert "400 to 500 samples" in capsys.readouterr().err
+    assert main([*arguments, str(out / "below.h5")]) == 2
+    assert "cannot be written" in capsys.readouterr().err
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_hdf5_has_the_arrays_of_the_import(tmp_path, recordings):
+    out = tmp_path / "x.h5"
+    assert main(["export", str(recordings), "--to", "hdf5", "--out", str(out)]) == 0
+    with h5py.File(out) as file:
+        assert file["piezo"].shape == (4, 400, 2)
+        assert file["force"].shape == (4, 400, 2, 6)
+        assert file["first_contact"][()].tolist() == [120] * 4
+        assert file.attrs["piezo_unit"] == "V"
+
+
+def test_inspect_says_what_is_in_a_recording(recordings, capsys):
+    file = sorted(recordings.iterdir())[0]
+    assert main(["inspect", str(file)]) == 0
+    said = capsys.readouterr().out
+    for words in (
+        "source      synthetic",
+        "session     s0",
+        "by hand",
+        "4936 Hz",
+        "16 (int16)",
+        "800 in 2 stretches of 2 epochs, 0.162 s",
+        "pinches     2",
+        "Äpfel, 28 Shore A, specimen a0, train; 81.0 ms, index first at 24.3 ms, offset 12.16 ms",
+        "skipped     nothing",
+    ):
+        assert words in said
+
+
+def test_inspect_says_what_is_damaged(recordings, capsys):
+    file = sorted(recordings.iterdir())[0]
+    file.write_bytes(file.read_bytes()[:-2000])
+    assert main(["inspect", str(file)]) == 0
+    assert "skipped     the file was not closed" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_inspect_draws_a_pinch(tmp_path, recordings, suffix):
+    file = sorted(recordings.iterdir())[1]
+    picture = tmp_path / f"pinch{suffix}"
+    assert main(["inspect", str(file), "--plot", str(picture), "--pinch", "1"]) == 0
+    start = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}[suffix]
+    assert picture.read_bytes().startswith(start)
+
+
+def test_a_pinch_of_one_channel_is_drawn_too(tmp_path, layout_of_one):
+    recording = tmp_path / "a.mcap"
+    with RecordingWriter(recording, Header(layout_of_one, dtype="float32")) as writer:
+        data = np.sin(np.arange(200, dtype=np.float32))[:, None]
+        writer.pinch(Pinch(data, layout_of_one))
+    assert main(["inspect", str(recording), "--plot", str(tmp_path / "a.png")]) == 0
+    assert (tmp_path / "a.png").stat().st_size > 5000
+
+
+@pytest.fixture
+def layout_of_one() -> Layout:
+    whole = fingertip_layout()
+    return Layout(whole.channels[:1], 16_000.0)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (("--plot", "pinch.txt"), "must end in .png"),
+        (("--plot", "pinch.png", "--pinch", "7"), "no whole pinch 7 (there: 0 to 1)"),
+    ],
+)
+def test_inspect_refuses_what_it_cannot_draw(recordings, capsys, monkeypatch, more, words):
+    monkeypatch.chdir(recordings)
+    file = sorted(recordings.iterdir())[0]
+    assert main(["inspect", str(file), *more]) == 2
+    assert words in capsys.readouterr().err
+    assert not list(recordings.glob("pinch*"))
+
+
+@pytest.mark.parametrize("verb", [["inspect"], ["export", "--to", "csv", "--out", "never.csv"]])
+def test_files_that_are_no_recordings_are_refused(tmp_path, capsys, monkeypatch, verb):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.mcap").write_bytes(b"hello world, hello world")
+    assert main([verb[0], "a.mcap", *verb[1:]]) == 2
+    assert "a.mcap is not an MCAP file" in capsys.readouterr().err
+    assert [p.name for p in tmp_path.iterdir()] == ["a.mcap"]

@@ -9,7 +9,7 @@ import pytest
 from closings import LAYOUT, closing, closings
 
 from firstcontact.contact import SvmDetector, detect, make_detector
-from firstcontact.contact.rbf import RbfMachine
+from firstcontact.contact.rbf import WIDTH, RbfMachine
 from firstcontact.core import Dataset, InputError, Pinch
 
 
@@ -42,9 +42,9 @@ def test_numpy_decides_as_scikit_learn_does():
     rng = np.random.default_rng(0)
     x = rng.normal(size=(300, 4)) * [1, 5, 0.1, 2] + 3
     y = (x[:, 0] > 3) ^ (x[:, 1] > 3)
-    ours = RbfMachine.train(x, y, cost=10.0)
+    ours = RbfMachine.train(x, y, cost=100.0)
     scaled = (x - x.mean(axis=0)) / x.std(axis=0)
-    theirs = SVC(C=10.0, gamma=0.25, class_weight="balanced").fit(scaled, y)
+    theirs = SVC(C=100.0, gamma=WIDTH / 4, class_weight="balanced").fit(scaled, y)
     np.testing.assert_allclose(ours.decide(x), theirs.decision_function(scaled), atol=1e-9)
 
 

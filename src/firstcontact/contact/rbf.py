@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from firstcontact.core.errors import InputError
 
+#: Gamma times the number of features: below the usual 1, so that what is louder
+#: than all that was trained on does not fade out of the kernel's reach.
+WIDTH = 0.3
 #: Most rows whose kernel is held in memory at once.
 ROWS = 4096
 
@@ -42,13 +45,13 @@ class RbfMachine:
     def train(cls, x: NDArray[np.float64], positive: NDArray[np.bool_], cost: float) -> Self:
         """Train on features of shape (windows, features), classes balanced.
 
-        Gamma is one over the number of (scaled) features.
+        Gamma is :data:`WIDTH` over the number of (scaled) features.
         """
         from sklearn.svm import SVC
 
         mean, scale = x.mean(axis=0), x.std(axis=0)
         scale = np.where(scale > 0.0, scale, 1.0)
-        gamma = 1.0 / x.shape[1]
+        gamma = WIDTH / x.shape[1]
         machine = SVC(C=cost, gamma=gamma, class_weight="balanced", cache_size=500)
         machine.fit((x - mean) / scale, positive)
         return cls(

@@ -22,7 +22,7 @@ EACH = 2000
 HARD = 500
 ROUNDS = 2
 #: Soft-margin cost, and folds for the threshold.
-COST = 10.0
+COST = 100.0
 FOLDS = 3
 
 

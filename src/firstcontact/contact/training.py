@@ -13,8 +13,10 @@ from firstcontact.contact.stream import SteadyState, WindowSizes, conditioner
 from firstcontact.core.pinch import Dataset, Pinch
 from firstcontact.signal import samples_in
 
-#: A contact younger than this, s, may not show yet: such windows teach nothing.
-YOUNGEST = 0.001
+#: A contact younger than this, s, looks like the start of a click of the gears:
+#: such windows teach nothing. Chosen with gamma and cost in folds of the training
+#: sessions of the twin (0.0010 or 0.0014).
+YOUNGEST = 0.0014
 #: Places of the grid of windows relative to a contact that are trained on.
 PHASES = 3
 #: Windows that may show it, wherever the grid lies: it is in the newest part of
@@ -66,7 +68,7 @@ def examples(dataset: Dataset, sizes: WindowSizes, early: float, seed: int) -> E
 
     Negatives: each finger before its own contact, one window a step at a random
     phase; where the second contact is not known, only what lies before the
-    first. Positives: each contact at several ages between 1 ms and two steps more.
+    first. Positives: each contact at several ages from 1.4 ms to two steps more.
 
     Parameters
     ----------

@@ -116,8 +116,8 @@ def read_recording(path: Path) -> Recording:
 
 def _foreign(path: Path) -> InputError:
     return InputError(
-        f"{path} is an MCAP file but not a firstcontact recording (no /header message that says "
-        f"so): bring other data in with `firstcontact import`"
+        f"{path} is not a firstcontact recording, or is cut off before its first samples (no "
+        "readable /header): bring other data in with `firstcontact import`"
     )
 
 

@@ -2,7 +2,7 @@
 
 Two fingers arrive in blocks of 3 ms, as they do live. The naive form calls
 scikit-learn's ``predict`` for each window of each finger, with the same
-features and the same support vectors. Run with one thread:
+features and a machine fitted on the same support vectors. Run with one thread:
 ``OMP_NUM_THREADS=1 python benchmarks/contact_detection.py``.
 """
 

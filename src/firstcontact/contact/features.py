@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,6 +27,7 @@ def _means(x: NDArray[np.float64], edges: NDArray[np.intp]) -> NDArray[np.float6
     return out
 
 
+@lru_cache(maxsize=64)
 def _edges(start: int, stop: int, parts: int) -> NDArray[np.intp]:
     return np.linspace(start, stop, parts + 1).astype(np.intp)
 
@@ -56,7 +59,8 @@ def window_features(windows: NDArray[np.float64], step: int) -> NDArray[np.float
     n = windows.shape[1]
     new, quiet = n - step, n - 2 * step
     centred = windows - windows[:, :quiet].mean(axis=1, keepdims=True)
-    slope = np.diff(centred, axis=1, prepend=centred[:, :1])
+    slope = np.zeros_like(centred)
+    np.subtract(centred[:, 1:], centred[:, :-1], out=slope[:, 1:])
     edges = np.concatenate(
         [_edges(0, quiet, PARTS), _edges(quiet, new, PARTS)[1:], _edges(new, n, PARTS)[1:]]
     )

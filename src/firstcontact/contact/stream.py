@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from firstcontact.contact.detector import Verdicts, latch
@@ -167,9 +166,9 @@ class WindowDetector(ABC):
             none = np.zeros((0, len(self._columns)))
             return Verdicts(np.zeros(0, np.int64), none.astype(np.bool_), none.astype(np.int64))
         starts = ends - sizes.window - self._past_first
-        views = sliding_window_view(self._past, sizes.window, axis=0)[starts]
-        windows = self._state.normalise(np.moveaxis(views, 1, 2))
-        windows = np.ascontiguousarray(np.moveaxis(windows, 2, 1))
+        inside = starts[:, None] + np.arange(sizes.window)
+        windows = self._state.normalise(self._past[inside])
+        windows = np.ascontiguousarray(windows.transpose(0, 2, 1))
         fired = self.fires(windows) & self._state.alive
         onsets = np.full(fired.shape, -1, dtype=np.int64)
         if fired.any():

@@ -1,0 +1,52 @@
+"""``firstcontact study``: every experiment, one report."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from firstcontact.cli.extras import need
+from firstcontact.core.errors import InputError
+
+
+@dataclass(frozen=True)
+class Study:
+    """Do every experiment that the data permit and write report.html and results.json."""
+
+    recordings: Path | None = None
+    """Recordings, or data that `firstcontact import` takes; without it the twin is simulated."""
+    out: Path = Path("firstcontact-study")
+    """Folder for the report, the results and the recordings made on the way."""
+    quick: bool = False
+    """A small study of a minute: every part runs, no number is to be quoted."""
+    early_ms: float = 0.0
+    """How much earlier than its label a contact may be, ms: labels from a trigger are late."""
+    seed: int = 0
+    """Of the twin, the splits, the trainings and the intervals."""
+    workers: int = 0
+    """Processes; 0 takes all cores."""
+
+    def run(self) -> None:
+        """Run the study with its progress on stderr."""
+        from firstcontact.study.jobs import cores
+        from firstcontact.study.settings import Settings
+
+        need("study", "matplotlib", "jinja2", "torch", "onnxruntime")
+        if self.recordings is None:
+            need("study", "numba")
+        if self.seed < 0 or self.workers < 0 or not 0 <= self.early_ms <= 10:
+            raise InputError(
+                "--seed and --workers must not be negative, and --early-ms lies from 0 to 10"
+            )
+        settings = Settings(
+            seed=self.seed, workers=self.workers or cores(), early=1e-3 * self.early_ms
+        )
+        if self.quick:
+            settings = settings.quick()
+        from firstcontact.study.run import run_study
+
+        command = shlex.join(["firstcontact", *sys.argv[1:]])
+        report = run_study(settings, self.out, self.recordings, self.quick, command)
+        print(report)

@@ -1,0 +1,1 @@
+"""Figures of the report, one file each; matplotlib is imported when one is drawn."""

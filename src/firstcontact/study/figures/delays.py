@@ -1,0 +1,53 @@
+"""When the first trigger comes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Dataset
+from firstcontact.study.figures.style import BLUE, INK, NAMES, ORANGE, canvas, uri
+from firstcontact.study.subject import Figure
+
+#: Triggers further from the contact than this, ms, are counted at the edges.
+EDGE = 15.0
+
+
+def delay_figure(dataset: Dataset, delays: Mapping[str, NDArray[np.float64]]) -> Figure:
+    """Histogram of the first decision after the known contact (ms), by detector."""
+    rate = dataset.layout.rate
+    colours = {"three_sigma": ORANGE, "svm": BLUE}
+    with canvas(len(delays), 1, (6.2, 1.2 + 1.4 * len(delays)), sharex=True) as (figure, axes):
+        for ax, (name, values) in zip(axes[:, 0], delays.items(), strict=True):
+            found = values[np.isfinite(values)]
+            # Whole samples to a bar, or bars would differ by what falls into them.
+            width = 1e3 * max(1, round(0.0005 * rate)) / rate
+            reach = np.ceil(EDGE / width - 0.5) + 0.5
+            bins = width * np.arange(-reach, reach + 1)
+            ax.hist(np.clip(found, bins[0], bins[-1]), bins=bins, color=colours.get(name, BLUE))
+            ax.axvline(0, color=INK, lw=1, ls="--")
+            early = int((found < -EDGE).sum())
+            missed = int(sum(p.first is not None for p in dataset.pinches) - len(found))
+            ax.set_title(NAMES.get(name, name))
+            ax.text(
+                0.05,
+                0.93,
+                f"{early:,} earlier than −{EDGE:g} ms\n{missed:,} never",
+                transform=ax.transAxes,
+                va="top",
+                fontsize=8,
+            )
+            ax.set_ylabel("Pinches")
+            ax.grid(axis="x", visible=False)
+        axes[-1, 0].set_xlabel("First trigger decided, after the known contact (ms)")
+        axes[-1, 0].set_xlim(-EDGE - 1, EDGE + 1)
+        image = uri(figure)
+    return Figure(
+        "delays",
+        "When the first trigger comes",
+        "Right of the dashed line: how long after the known contact the detector had decided. "
+        "Left of it: a trigger before anything was touched. The outermost bars hold all beyond.",
+        image,
+    )

@@ -1,0 +1,82 @@
+"""What both detectors say of one pinch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from firstcontact.contact.detector import Verdicts
+from firstcontact.core import Pinch
+from firstcontact.study.figures.style import BLUE, GREY, INK, NAMES, ORANGE, RED, canvas, uri
+from firstcontact.study.subject import Figure
+
+#: First part of a pinch that the threshold's sigma is drawn from, s.
+STEADY = 0.040
+
+
+def detectors_figure(
+    pinch: Pinch, verdicts: Mapping[str, Verdicts], before: float = 0.090, after: float = 0.030
+) -> Figure:
+    """Piezo of the finger that touched first, the 3σ band, and the windows that fired."""
+    assert pinch.first is not None
+    rate, fingers = pinch.layout.rate, pinch.layout.piezo_fingers
+    column = fingers.index(pinch.first.finger) if pinch.first.finger in fingers else 0
+    volts = pinch.piezo()[:, column]
+    numbers = pinch.first_sample + np.arange(len(volts))
+    time = 1e3 * (numbers - pinch.first.sample) / rate
+    shown = (time >= -1e3 * before) & (time <= 1e3 * after)
+    quiet = volts[: max(2, round(STEADY * rate))]
+    mean, sigma = float(quiet.mean()), float(quiet.std())
+    colours = {"three_sigma": ORANGE, "svm": BLUE}
+    with canvas(2, 1, (6.2, 4.2), sharex=True, gridspec_kw={"height_ratios": [3, 1]}) as (
+        figure,
+        axes,
+    ):
+        top, low = axes[:, 0]
+        top.axhspan(
+            1e3 * (mean - 3 * sigma),
+            1e3 * (mean + 3 * sigma),
+            color=ORANGE,
+            alpha=0.15,
+            lw=0,
+            label="±3σ of the steady state",
+        )
+        top.plot(time[shown], 1e3 * volts[shown], color=INK, lw=1.0, label="piezo")
+        # Zoomed to where detectors decide: the contact itself runs out of the picture.
+        top.set_ylim(1e3 * (mean - 12 * sigma), 1e3 * (mean + 20 * sigma))
+        top.set_ylabel("Piezo (mV)")
+        top.legend(loc="upper left", ncols=2)
+        for row, (name, verdict) in enumerate(verdicts.items()):
+            ends = 1e3 * (verdict.ends - pinch.first.sample) / rate
+            fired = verdict.fired[:, column]
+            inside = (ends >= -1e3 * before) & (ends <= 1e3 * after)
+            low.scatter(
+                ends[inside & ~fired],
+                np.full((inside & ~fired).sum(), row),
+                s=12,
+                facecolors="none",
+                edgecolors=GREY,
+                lw=0.7,
+            )
+            low.scatter(
+                ends[inside & fired],
+                np.full((inside & fired).sum(), row),
+                s=22,
+                color=colours.get(name, BLUE),
+            )
+        low.set_yticks(range(len(verdicts)), [NAMES.get(n, n) for n in verdicts])
+        low.set_ylim(len(verdicts) - 0.4, -0.6)
+        low.grid(axis="y", visible=False)
+        low.set_xlabel("Time after the known contact (ms)")
+        for ax in (top, low):
+            ax.axvline(0, color=RED, lw=1.2, ls="--")
+        image = uri(figure)
+    return Figure(
+        "detectors",
+        "What the detectors say",
+        "One pinch, zoomed to its noise. Below, each circle is a 20 ms window, drawn at its end; "
+        "filled: the detector says contact. The dashed line is the known contact; a filled circle left of it is a "
+        "false alarm.",
+        image,
+    )

@@ -1,0 +1,100 @@
+"""One look for all figures: sizes, colours that colour-blind eyes tell apart, units."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+# Okabe and Ito (2008), https://jfly.uni-koeln.de/color/
+BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+PURPLE, SKY, GREY, INK = "#CC79A7", "#56B4E9", "#8A94A0", "#1F2933"
+#: Colour of each model, the same in every figure.
+MODEL_COLOURS = {"svm": BLUE, "cnn": RED, "peak": GREEN, "train_mean": GREY}
+#: As models and detectors are written for readers.
+NAMES = {
+    "svm": "SVM",
+    "cnn": "CNN",
+    "peak": "Peak amplitude",
+    "train_mean": "Train mean",
+    "three_sigma": "3σ threshold",
+    "paper-rig": "Paper rig",
+    "everyday": "Everyday",
+    "recordings": "Recordings",
+    "random_90_10": "random 90/10",
+    "by_session": "by session",
+    "leave_one_shore_out": "level left out",
+}
+
+STYLE: dict[str, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9.5,
+    "axes.titlesize": 10,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9.5,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": "#B8C0C8",
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#E6EAEE",
+    "grid.linewidth": 0.8,
+    "xtick.color": "#52606D",
+    "ytick.color": "#52606D",
+    "xtick.major.size": 0,
+    "ytick.major.size": 0,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "lines.linewidth": 1.4,
+    "text.color": INK,
+    "svg.fonttype": "path",
+    # Same figure, same bytes.
+    "svg.hashsalt": "firstcontact",
+}
+#: Width and height of a figure in the report, inch.
+SIZE = (6.2, 3.7)
+
+
+@contextmanager
+def canvas(
+    rows: int = 1,
+    columns: int = 1,
+    size: tuple[float, float] = SIZE,
+    **options: Any,
+) -> Iterator[tuple[Canvas, NDArray[Any]]]:
+    """A figure and its axes, shape (rows, columns), in the common style."""
+    import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
+        figure = Figure(figsize=size, layout="constrained")
+        FigureCanvasAgg(figure)
+        yield figure, np.asarray(figure.subplots(rows, columns, squeeze=False, **options))
+
+
+def uri(figure: Canvas) -> str:
+    """The figure as a data URI: SVG, with what is marked rasterized at twice screen density."""
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg", dpi=192, metadata={"Date": None, "Creator": None})
+    svg = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.DOTALL)
+    return "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode()
+
+
+def shades(n: int) -> list[Any]:
+    """Colours of n ordered levels, soft light to stiff dark; safe for colour-blind eyes."""
+    import matplotlib as mpl
+
+    return list(mpl.colormaps["viridis_r"](np.linspace(0.12, 0.95, n)))

@@ -1,0 +1,61 @@
+"""What was recorded, and how far the two contacts lie apart."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from firstcontact.study.figures.offsets import offset_figure
+from firstcontact.study.figures.timing import timing_figure
+from firstcontact.study.settings import DURATION
+from firstcontact.study.subject import Figure, Outcome, Subject
+
+
+def describe(subject: Subject) -> Outcome:
+    """Counts of the data, the offset distribution and the timing of one pinch."""
+    dataset = subject.dataset
+    tree: dict[str, Any] = {
+        "data": {
+            "source": dataset.source,
+            "pinches": len(dataset),
+            "specimens": len(set(dataset.specimens) - {""}),
+            "sample_rate_hz": float(dataset.layout.rate),
+            "sessions": len(set(dataset.sessions) - {""}),
+            "train_pinches": int((~dataset.test).sum()),
+            "test_pinches": int(dataset.test.sum()),
+            "objects": sorted(set(dataset.objects.tolist()) - {""}),
+            "notes": _merged(dataset.notes),
+        }
+    }
+    figures: list[Figure] = []
+    left_out: list[str] = []
+    offsets = np.array([1e3 * p.offset for p in dataset.pinches if p.offset is not None])
+    if len(offsets):
+        tree["offset_ms"] = {
+            "mean": float(offsets.mean()),
+            "sd": float(offsets.std(ddof=1)) if len(offsets) > 1 else 0.0,
+            "share_below_15": float((offsets < 1e3 * DURATION).mean()),
+            "share_below_8": float((offsets < 8.0).mean()),
+            "median": float(np.median(offsets)),
+            "n": len(offsets),
+        }
+        figures.append(offset_figure(offsets))
+        middle = min(
+            (p for p in dataset.pinches if p.offset is not None),
+            key=lambda p: abs(1e3 * (p.offset or 0.0) - float(offsets.mean())),
+        )
+        figures.insert(0, timing_figure(middle))
+    else:
+        left_out.append(
+            "Offset between the contacts: no pinch has a known first and second contact."
+        )
+    return Outcome(tree, figures, left_out)
+
+
+def _merged(notes: tuple[str, ...], most: int = 12) -> list[str]:
+    """Notes without repetitions, the rest counted."""
+    unique = list(dict.fromkeys(notes))
+    if len(unique) <= most:
+        return unique
+    return [*unique[:most], f"... and {len(unique) - most} notes more of this kind."]

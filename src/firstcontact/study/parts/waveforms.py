@@ -1,0 +1,34 @@
+"""What contact looks like on the piezo, by stiffness."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from firstcontact.study.figures.responses import peak_figure, response_figure
+from firstcontact.study.settings import DURATION
+from firstcontact.study.subject import Outcome, Subject
+
+
+def waveforms(subject: Subject) -> Outcome:
+    """Representative responses and peak amplitude against Shore A."""
+    if len(subject.levels) < 2:
+        return Outcome(
+            left_out=["Responses by stiffness: the data have no two Shore A levels to learn from."]
+        )
+    data = subject.windows(DURATION)
+    blocks = data.take(~data.test)
+    if len(blocks) < 2:
+        return Outcome(left_out=["Responses by stiffness: no contact was found to start from."])
+    peaks = np.abs(blocks.X[:, :, 0]).max(axis=1).astype(np.float64)
+    by_level = {
+        f"{level:g}": {
+            "mean": float(peaks[blocks.y == level].mean()),
+            "sd": float(peaks[blocks.y == level].std()),
+            "n": int((blocks.y == level).sum()),
+        }
+        for level in np.unique(blocks.y)
+    }
+    return Outcome(
+        {"peak_v": by_level},
+        [response_figure(blocks), peak_figure(blocks.y, peaks)],
+    )

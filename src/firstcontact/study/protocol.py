@@ -1,0 +1,147 @@
+"""The parts in their order, and the files that are written again after each."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from firstcontact.core import Dataset
+from firstcontact.core.files import write_json, write_text
+from firstcontact.study.jobs import Runner
+from firstcontact.study.parts.blocks import blocks
+from firstcontact.study.parts.contacts import contacts
+from firstcontact.study.parts.data import describe
+from firstcontact.study.parts.hardness import hardness
+from firstcontact.study.parts.inference import inference
+from firstcontact.study.parts.objects import objects
+from firstcontact.study.parts.second_contact import second_contact
+from firstcontact.study.parts.waveforms import waveforms
+from firstcontact.study.parts.window_length import window_length
+from firstcontact.study.settings import Settings
+from firstcontact.study.state import Findings, State
+from firstcontact.study.subject import Outcome, Subject
+
+#: Trained quickly, so they come first and the report is readable early.
+FAST = ("train_mean", "peak", "svm")
+#: The rest.
+SLOW = ("cnn",)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """One part for one subject.
+
+    Parameters
+    ----------
+    subject
+        Name of the subject.
+    title
+        For the progress bar and the report.
+    run
+        Does it.
+    """
+
+    subject: str
+    title: str
+    run: Callable[[], Outcome]
+
+
+def plan(
+    sources: Sequence[tuple[str, Callable[[], Dataset]]], settings: Settings, runner: Runner
+) -> list[Step]:
+    """All steps: what is quick for every subject first, then what takes long.
+
+    Parameters
+    ----------
+    sources
+        Name of each subject, and what loads it.
+    settings
+        Size of the study.
+    runner
+        Where trainings run.
+    """
+    subjects: dict[str, Subject] = {}
+
+    def step(name: str, title: str, part: Callable[[Subject], Outcome]) -> Step:
+        return Step(name, title, lambda: part(subjects[name]))
+
+    steps = []
+    for name, load in sources:
+
+        def opened(name: str = name, load: Callable[[], Dataset] = load) -> Outcome:
+            subjects[name] = Subject(name, load())
+            return describe(subjects[name])
+
+        steps += [
+            Step(name, "data", opened),
+            step(name, "contact detection", lambda s: contacts(s, settings, runner)),
+            step(name, "waveforms", waveforms),
+            step(name, "blocks, SVM and baselines", lambda s: blocks(s, settings, runner, FAST)),
+            step(name, "objects, SVM and baselines", lambda s: objects(s, settings, runner, FAST)),
+            step(name, "hardness order", lambda s: _hardness(s, settings, runner)),
+        ]
+    for name, _ in sources:
+        steps += [
+            step(name, "window length", lambda s: window_length(s, settings, runner)),
+            step(name, "objects, CNN", lambda s: objects(s, settings, runner, SLOW)),
+            step(name, "blocks, CNN", lambda s: blocks(s, settings, runner, SLOW)),
+            step(name, "second contact", lambda s: second_contact(s, settings)),
+        ]
+    # Timed once: a model's arithmetic does not depend on the condition.
+    first = sources[0][0]
+    steps.append(step(first, "inference time", lambda s: inference(s, settings, runner)))
+    return steps
+
+
+def _hardness(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
+    if not np.isfinite(subject.dataset.hardness_rank).any():
+        return Outcome()
+    return hardness(subject, settings, runner)
+
+
+def run(
+    steps: Sequence[Step],
+    state: State,
+    out: Path,
+    tick: Callable[[str], object] = lambda title: None,
+) -> None:
+    """Do all steps; after each, ``report.html`` and ``results.json`` are whole and newer.
+
+    Parameters
+    ----------
+    steps
+        From :func:`plan`.
+    state
+        Takes what is found.
+    out
+        Folder of the two files.
+    tick
+        Called with the title of each step before it begins.
+    """
+    by_name: dict[str, Findings] = {f.name: f for f in state.findings}
+    for step in steps:
+        tick(f"{step.subject}: {step.title}")
+        began = time.monotonic()
+        try:
+            outcome = step.run()
+        except KeyboardInterrupt:
+            state.interrupted = True
+            if state.done:
+                write(state, out)
+            raise
+        by_name[step.subject].take(outcome)
+        state.done += 1
+        state.part_seconds[f"{step.subject}: {step.title}"] = time.monotonic() - began
+        write(state, out)
+
+
+def write(state: State, out: Path) -> None:
+    """Write both files as the study stands."""
+    from firstcontact.study.report import render
+
+    write_json(out / "results.json", state.to_json())
+    write_text(out / "report.html", render(state))

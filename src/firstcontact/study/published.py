@@ -1,0 +1,29 @@
+"""What the paper reports, in one place.
+
+Source: A. S. Pimpalkar, A. Slepyan, N. V. Thakor, "At First Contact: Stiffness
+Estimation Using Vibrational Information for Prosthetic Grasp Modulation".
+Sections are given with each value. A study prints these beside its own numbers
+and never computes with them.
+"""
+
+from __future__ import annotations
+
+#: Mean sampling rate, Hz (section II).
+SAMPLE_RATE = 4936.0
+#: Pinches on blocks: 5 levels, 500 each (section III-A).
+BLOCK_PINCHES = 2500
+#: Shore A of the blocks (section III-A).
+BLOCKS = (10.0, 20.0, 29.0, 43.0, 60.0)
+#: From the first to the second contact, ms (section IV).
+OFFSET_MEAN = 16.65
+OFFSET_SD = 10.35
+#: "Accuracy" of contact detection (section IV); what is counted is not said.
+CONTACT_THREE_SIGMA = 0.906
+CONTACT_SVM = 1.0
+#: Accuracy over the five blocks, random 90-10 split (section IV).
+ACCURACY = {"svm": 0.972, "cnn": 0.986}
+#: Called "MSE" and given in Shore A, over the eight objects (section IV). As an
+#: MSE its unit would be Shore A squared; which was meant cannot be told.
+OBJECT_ERROR = {"svm": 4.17, "cnn": 2.39}
+#: Inference time of one window, ms, on a computer not named (section IV).
+INFERENCE = {"svm": "< 1", "cnn": "1.4"}

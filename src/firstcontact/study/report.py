@@ -1,0 +1,52 @@
+"""The page: one file that needs nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from typing import Any
+
+from firstcontact.study.cards import cards
+from firstcontact.study.chapters import chapters, subject_title
+from firstcontact.study.comparison import compare, get
+from firstcontact.study.state import State, versions
+
+_KINDS = {"twin": "Twin results", "real": "Real recordings"}
+
+
+def render(state: State) -> str:
+    """Render the report as the study stands, HTML."""
+    from jinja2 import Environment, StrictUndefined
+
+    template = files("firstcontact.study").joinpath("report.html").read_text(encoding="utf-8")
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    shown = [f for f in state.findings if f.tree]
+    trees = [f.tree for f in shown]
+    twin = any(get(tree, "data.source") == "twin" for tree in trees)
+    return environment.from_string(template).render(
+        state=state,
+        twin=twin,
+        kind=_kind(trees),
+        subjects=[subject_title(f) for f in shown],
+        cards=cards(shown),
+        compared=compare(trees, twin) if trees else [],
+        sections=chapters(shown),
+        notes=[(subject_title(f), get(f.tree, "data.notes") or []) for f in shown],
+        left_out=[(subject_title(f), f.left_out) for f in shown if f.left_out],
+        versions=versions(),
+        elapsed=duration(state.seconds),
+        parts=[(title, duration(s)) for title, s in state.part_seconds.items()],
+    )
+
+
+def _kind(trees: Sequence[Mapping[str, Any]]) -> str:
+    source = get(trees[0], "data.source") if trees else None
+    return _KINDS.get(str(source), f"Source: {source}" if source else "Just begun")
+
+
+def duration(seconds: float) -> str:
+    """Seconds as they are read."""
+    whole = round(seconds)
+    return f"{whole} s" if whole < 90 else f"{whole // 60} min {whole % 60:02d} s"

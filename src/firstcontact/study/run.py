@@ -1,0 +1,98 @@
+"""A whole study: sources, workers, progress, files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from firstcontact.core import Dataset, InputError
+from firstcontact.study import protocol
+from firstcontact.study.jobs import parallel, terminations_interrupt
+from firstcontact.study.settings import Settings
+from firstcontact.study.sources import CONDITIONS, recorded, simulated
+from firstcontact.study.state import Findings, State
+
+Sources = Sequence[tuple[str, Callable[[], Dataset]]]
+
+
+def run_study(
+    settings: Settings, out: Path, recordings: Path | None, quick: bool, command: str
+) -> Path:
+    """Run every part; files are newer after each.
+
+    Parameters
+    ----------
+    settings
+        Size and seed.
+    out
+        Folder of the study.
+    recordings
+        What to study; None simulates both conditions of the twin.
+    quick
+        Whether the settings are the small ones: the report says so.
+    command
+        What was typed: the report says so.
+
+    Returns
+    -------
+    Path
+        The report.
+
+    Raises
+    ------
+    InputError
+        The data cannot be used, or ``out`` cannot be written to.
+    KeyboardInterrupt
+        On Ctrl-C and SIGTERM, with all processes ended and the report as far
+        as it came.
+    """
+    from tqdm import tqdm
+
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{out} cannot be made ({error.strerror}): choose another --out") from None
+    with terminations_interrupt(), tqdm(unit="part", bar_format=_BAR) as bar:
+
+        def within(done: int, total: int) -> None:
+            bar.set_postfix_str(f"{done} of {total}")
+
+        with parallel(settings.workers, within) as runner:
+            sources = _sources(settings, out, recordings, within)
+            steps = protocol.plan(sources, settings, runner)
+            bar.reset(total=len(steps))
+            titles = [f"{step.subject}: {step.title}" for step in steps]
+            state = State(command, settings, quick, [Findings(n) for n, _ in sources], titles)
+
+            def tick(title: str) -> None:
+                bar.n = state.done
+                bar.set_postfix_str("", refresh=False)
+                bar.set_description(title)
+
+            protocol.run(steps, state, out, tick)
+            bar.n = state.done
+            bar.set_description("done")
+    return out / "report.html"
+
+
+_BAR = "{desc}: {percentage:3.0f} %|{bar}| {n_fmt}/{total_fmt} [{elapsed}] {postfix}"
+
+
+def _sources(
+    settings: Settings, out: Path, recordings: Path | None, within: Callable[[int, int], None]
+) -> Sources:
+    if recordings is not None:
+        return [("recordings", lambda: recorded(recordings, out))]
+    total = 5 * settings.block_pinches + 8 * settings.object_pinches
+
+    def simulate(condition: str) -> Callable[[], Dataset]:
+        made = 0
+
+        def progress(done: int) -> None:
+            nonlocal made
+            made += done
+            within(made, total)
+
+        return lambda: simulated(condition, settings, out, progress)
+
+    return [(condition, simulate(condition)) for condition in CONDITIONS]

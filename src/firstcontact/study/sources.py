@@ -1,0 +1,99 @@
+"""Where the pinches come from: the twin, recordings, or what can be imported."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from firstcontact.core import Dataset, InputError
+from firstcontact.core.files import write_json
+from firstcontact.recording import load_dataset
+from firstcontact.signal import resample_dataset
+from firstcontact.study.settings import MODEL_RATE, Settings
+
+#: The twin's conditions, in the order of the report.
+CONDITIONS = ("paper-rig", "everyday")
+#: Says that a folder of recordings was made by a study and may be made again.
+MARK = "made-by-study.json"
+
+
+def simulated(
+    condition: str,
+    settings: Settings,
+    out: Path,
+    progress: Callable[[int], object] = lambda done: None,
+) -> Dataset:
+    """Simulate a condition into ``out/recordings`` and load it as any recording.
+
+    Recordings that a study left there before are made again.
+
+    Raises
+    ------
+    InputError
+        The folder holds recordings that no study made.
+    """
+    from firstcontact.twin.simulate import simulate
+
+    directory = _fresh(out / "recordings" / condition, {"twin": condition, "seed": settings.seed})
+    simulate(
+        directory / "pinches",
+        condition,
+        settings.block_pinches,
+        settings.object_pinches,
+        settings.seed,
+        settings.workers,
+        progress,
+    )
+    return load_dataset(directory)
+
+
+def recorded(path: Path, out: Path) -> Dataset:
+    """Recordings, or anything that can be imported, at the models' rate.
+
+    Parameters
+    ----------
+    path
+        A recording, a folder of them, or what ``firstcontact import`` takes;
+        the latter is imported into ``out/recordings`` first.
+    out
+        Folder of the study.
+
+    Raises
+    ------
+    InputError
+        Nothing is there that can be used.
+    """
+    if not path.exists():
+        raise InputError(f"{path} does not exist: give a folder of recordings, or data to import")
+    if (path.is_file() and path.suffix == ".mcap") or (path.is_dir() and any(path.rglob("*.mcap"))):
+        dataset = load_dataset(path)
+    else:
+        dataset = _imported(path, out)
+    return resample_dataset(dataset, MODEL_RATE)
+
+
+def _imported(path: Path, out: Path) -> Dataset:
+    from firstcontact.recording.importing import import_path
+
+    directory = _fresh(out / "recordings" / "imported", {"imported": path.name})
+    try:
+        assumed = import_path(path, directory / "pinches").notes
+    except InputError:
+        shutil.rmtree(directory)
+        raise
+    dataset = load_dataset(directory)
+    return replace(dataset, notes=(*assumed, *dataset.notes))
+
+
+def _fresh(directory: Path, mark: dict[str, object]) -> Path:
+    """An empty folder that bears our mark; what a study left there is removed."""
+    if directory.exists():
+        if not (directory / MARK).exists():
+            raise InputError(
+                f"{directory} was not made by a study: choose another --out, or move it away"
+            )
+        shutil.rmtree(directory)
+    write_json(directory / MARK, mark)
+    return directory

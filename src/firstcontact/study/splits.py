@@ -1,0 +1,158 @@
+"""Who learns and who is asked: splits that say what they share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Index = NDArray[np.intp]
+#: Folds of a split by session, where there are that many sessions.
+FOLDS = 5
+#: Share of the pinches that the paper's random split keeps for testing.
+RANDOM_TEST = 0.1
+
+
+class Group(StrEnum):
+    """What a split may have on both of its sides."""
+
+    SESSION = "session"
+    SPECIMEN = "specimen"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Split:
+    """Positions to learn from and positions to be asked about.
+
+    Parameters
+    ----------
+    name
+        Unique within a list of splits: the held-out fold, level or specimen.
+    train, test
+        Positions, each shape (n,).
+    shares
+        Groups that may lie on both sides. Everything else must not:
+        :meth:`check`.
+    """
+
+    name: str
+    train: Index
+    test: Index
+    shares: frozenset[Group] = field(default_factory=frozenset)
+
+    def check(self, sessions: NDArray[np.str_], specimens: NDArray[np.str_]) -> None:
+        """Refuse a split that mixes what it does not say it mixes.
+
+        Parameters
+        ----------
+        sessions, specimens
+            Of every pinch, shape (pinches,); "" is not known and cannot be
+            told apart, so it counts as shared.
+
+        Raises
+        ------
+        ValueError
+            A pinch, session or specimen on both sides, or an empty side.
+        """
+        if not len(self.train) or not len(self.test):
+            raise ValueError(f"split {self.name!r} has an empty side")
+        if len(np.intersect1d(self.train, self.test)):
+            raise ValueError(f"split {self.name!r} has a pinch on both sides")
+        for group, names in ((Group.SESSION, sessions), (Group.SPECIMEN, specimens)):
+            both = set(names[self.train]) & set(names[self.test])
+            if both and group not in self.shares:
+                raise ValueError(
+                    f"split {self.name!r} has the {group} {min(both)!r} on both sides "
+                    "and does not say so"
+                )
+
+
+def random_90_10(classes: NDArray[Any], seed: int) -> list[Split]:
+    """Split at random, stratified: what the paper did. Shares sessions and specimens."""
+    from sklearn.model_selection import StratifiedShuffleSplit
+
+    splitter = StratifiedShuffleSplit(1, test_size=RANDOM_TEST, random_state=seed)
+    shares = frozenset({Group.SESSION, Group.SPECIMEN})
+    return [
+        Split("random_90_10", train, test, shares)
+        for train, test in splitter.split(classes[:, None], classes)
+    ]
+
+
+def random_folds(classes: NDArray[Any], seed: int, folds: int = FOLDS) -> list[Split]:
+    """Cut at random into stratified folds: optimistic, a warning beside honest splits."""
+    from sklearn.model_selection import StratifiedKFold
+
+    fewest = int(np.unique(classes, return_counts=True)[1].min())
+    splitter = StratifiedKFold(min(folds, fewest), shuffle=True, random_state=seed)
+    shares = frozenset({Group.SESSION, Group.SPECIMEN})
+    return [
+        Split(f"random fold {i}", train, test, shares)
+        for i, (train, test) in enumerate(splitter.split(classes[:, None], classes))
+    ]
+
+
+def by_session(
+    sessions: NDArray[np.str_], classes: NDArray[Any], seed: int, folds: int = FOLDS
+) -> list[Split]:
+    """Whole sessions held out, classes spread over the folds as well as sessions allow.
+
+    Shares specimens: a set with one block a Shore level has no other choice.
+
+    Raises
+    ------
+    ValueError
+        Fewer than two sessions, or a pinch whose session is not known.
+    """
+    from sklearn.model_selection import GroupKFold, StratifiedGroupKFold
+
+    known = np.unique(sessions)
+    if len(known) < 2 or "" in known:
+        raise ValueError("a split by session needs two known sessions or more")
+    folds = min(folds, len(known))
+    fewest = int(np.unique(classes, return_counts=True)[1].min())
+    # Small classes cannot be stratified; sessions stay whole either way.
+    splitter = (
+        StratifiedGroupKFold(folds, shuffle=True, random_state=seed)
+        if fewest >= folds
+        else GroupKFold(folds)
+    )
+    found = splitter.split(np.zeros((len(classes), 1)), classes, groups=sessions)
+    return [
+        Split(f"sessions {i}", train, test, frozenset({Group.SPECIMEN}))
+        for i, (train, test) in enumerate(found)
+        if len(train) and len(test)
+    ]
+
+
+def leave_one_out(values: NDArray[Any], shares: Sequence[Group] = (Group.SESSION,)) -> list[Split]:
+    """Hold out each level, material or specimen in turn.
+
+    Parameters
+    ----------
+    values
+        Shore level, material or specimen of each pinch, shape (pinches,).
+    shares
+        What the sides still have in common; sessions, as a session usually
+        holds several objects.
+    """
+    everyone = np.arange(len(values))
+    return [
+        Split(
+            f"without {value}",
+            everyone[values != value],
+            everyone[values == value],
+            frozenset(shares),
+        )
+        for value in np.unique(values)
+        if (values != value).any()
+    ]
+
+
+def unseen_objects(test: NDArray[np.bool_]) -> Split:
+    """Learn from all pinches with the role ``train``, ask about those with ``test``."""
+    return Split("unseen objects", np.flatnonzero(~test), np.flatnonzero(test))

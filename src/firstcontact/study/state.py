@@ -1,0 +1,139 @@
+"""What a study has found so far, as ``results.json`` and the report show it."""
+
+from __future__ import annotations
+
+import platform
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from firstcontact.study.settings import Settings
+from firstcontact.study.subject import Figure, Outcome
+
+#: Whose versions a result depends on.
+PACKAGES = (
+    "firstcontact",
+    "numpy",
+    "scipy",
+    "scikit-learn",
+    "torch",
+    "numba",
+    "onnxruntime",
+    "matplotlib",
+)
+
+
+@dataclass(slots=True)
+class Findings:
+    """What is known of one subject.
+
+    Parameters
+    ----------
+    name
+        Of the subject.
+    tree
+        Its part of ``results.json``.
+    figures
+        By their key, in the order they came.
+    left_out
+        What its labels did not permit.
+    """
+
+    name: str
+    tree: dict[str, Any] = field(default_factory=dict)
+    figures: dict[str, Figure] = field(default_factory=dict)
+    left_out: list[str] = field(default_factory=list)
+
+    def take(self, outcome: Outcome) -> None:
+        """Merge what a part found."""
+        merge(self.tree, outcome.tree)
+        self.figures.update({figure.key: figure for figure in outcome.figures})
+        self.left_out += [why for why in outcome.left_out if why not in self.left_out]
+
+
+def merge(tree: dict[str, Any], more: Mapping[str, Any]) -> None:
+    """Merge a tree into another, in place; what is not a mapping is replaced."""
+    for key, value in more.items():
+        if isinstance(value, Mapping) and isinstance(tree.get(key), dict):
+            merge(tree[key], value)
+        else:
+            tree[key] = dict(value) if isinstance(value, Mapping) else value
+
+
+@dataclass(slots=True)
+class State:
+    """A study on its way.
+
+    Parameters
+    ----------
+    command
+        What was typed.
+    settings
+        Sizes and seeds.
+    quick
+        Whether it is the small form, whose numbers are not to be quoted.
+    findings
+        One a subject; the first is the top level of ``results.json``.
+    steps
+        Titles of all parts, in order.
+    """
+
+    command: str
+    settings: Settings
+    quick: bool
+    findings: list[Findings]
+    steps: Sequence[str]
+    done: int = 0
+    interrupted: bool = False
+    began: float = field(default_factory=time.monotonic)
+    started: str = field(default_factory=lambda: time.strftime("%Y-%m-%d %H:%M %Z"))
+    part_seconds: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def pending(self) -> Sequence[str]:
+        """Titles of the parts that are not done."""
+        return self.steps[self.done :]
+
+    @property
+    def seconds(self) -> float:
+        """Time since the study began, s."""
+        return time.monotonic() - self.began
+
+    def to_json(self) -> dict[str, Any]:
+        """``results.json``: the first subject at the top, others under their names."""
+        first, *others = self.findings
+        tree: dict[str, Any] = dict(first.tree)
+        if first.left_out:
+            tree["left_out"] = list(first.left_out)
+        for other in others:
+            tree[other.name] = dict(other.tree)
+            if other.left_out:
+                tree[other.name]["left_out"] = list(other.left_out)
+        tree["seconds"] = round(self.seconds, 1)
+        tree["part_seconds"] = {k: round(v, 1) for k, v in self.part_seconds.items()}
+        tree["study"] = {
+            "command": self.command,
+            "condition": first.name,
+            "quick": self.quick,
+            "started": self.started,
+            "complete": not self.pending,
+            "settings": asdict(self.settings),
+            "seed": self.settings.seed,
+        }
+        tree["versions"] = versions()
+        if self.pending:
+            tree["pending"] = list(self.pending)
+        return tree
+
+
+def versions() -> dict[str, str]:
+    """Versions of what results depend on, where it is there."""
+    found = {"python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found

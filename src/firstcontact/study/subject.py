@@ -1,0 +1,107 @@
+"""What is studied, and what parts leave for later parts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Contact, Dataset
+from firstcontact.study.training import Examples, examples
+
+Values = NDArray[np.float64]
+Contacts = tuple[Contact | None, ...]
+
+
+@dataclass(slots=True, eq=False)
+class Subject:
+    """One dataset under study.
+
+    Parameters
+    ----------
+    name
+        Condition of the twin, or "recordings".
+    dataset
+        Its pinches, at the models' rate.
+    found
+        First contact of each pinch as the detector found it, out of fold;
+        empty until contacts were looked for.
+    predictions
+        By (model, split): examples and what was predicted for them.
+    """
+
+    name: str
+    dataset: Dataset
+    found: Contacts = ()
+    predictions: dict[tuple[str, str], tuple[Examples, Values]] = field(default_factory=dict)
+
+    @property
+    def truth(self) -> Contacts:
+        """First contact of each pinch as the strips or labels tell it."""
+        return tuple(p.first for p in self.dataset.pinches)
+
+    @property
+    def starts(self) -> Contacts:
+        """Where windows start: as in use where contacts were found, else at the truth."""
+        return self.found or self.truth
+
+    @property
+    def levels(self) -> Values:
+        """Distinct Shore A of the pinches to learn from."""
+        shore = self.dataset.shore_a[~self.dataset.test]
+        return np.unique(shore[np.isfinite(shore)])
+
+    @property
+    def has_sessions(self) -> bool:
+        """Whether the pinches to learn from lie in two known sessions or more."""
+        sessions = np.unique(self.dataset.sessions[~self.dataset.test])
+        return len(sessions) > 1 and "" not in sessions
+
+    def windows(self, duration: float, contacts: Contacts | None = None) -> Examples:
+        """Windows with a Shore A, from where contacts were found unless told otherwise."""
+        starts = self.starts if contacts is None else contacts
+        return examples(self.dataset, starts, duration, self.dataset.shore_a)
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A figure of the report.
+
+    Parameters
+    ----------
+    key
+        Same key, same subject: replaces the one before.
+    title
+        What it shows.
+    caption
+        How to read it.
+    image
+        A data URI.
+    """
+
+    key: str
+    title: str
+    caption: str
+    image: str
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What a part found.
+
+    Parameters
+    ----------
+    tree
+        Merged into ``results.json``.
+    figures
+        For the report.
+    left_out
+        What the labels did not permit, one sentence each.
+    """
+
+    tree: Mapping[str, Any] = field(default_factory=dict)
+    figures: Sequence[Figure] = ()
+    left_out: Sequence[str] = ()

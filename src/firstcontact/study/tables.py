@@ -1,0 +1,355 @@
+"""Tables of the report, made from ``results.json`` alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from firstcontact.study.comparison import get, percent
+from firstcontact.study.figures.style import NAMES
+
+Tree = Mapping[str, Any]
+MODELS = ("train_mean", "peak", "svm", "cnn")
+FLOORS = ("train_mean", "peak")
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A value and, in small letters below, its interval or what it is."""
+
+    text: str
+    small: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A row; a floor is drawn quietly."""
+
+    cells: Sequence[Cell]
+    floor: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table with its caption."""
+
+    caption: str
+    head: Sequence[str]
+    rows: Sequence[Row]
+
+
+def _interval(scores: Tree, key: str, factor: float = 1.0, digits: int = 2) -> str:
+    ends = get(scores, f"intervals.{key}")
+    if not ends:
+        return ""
+    return ", ".join(_number(factor * end, digits) for end in ends)
+
+
+def _number(value: float, digits: int, sign: str = "") -> str:
+    """A number as it is read: a minus sign, and no sign on a zero."""
+    text = f"{value:{sign}.{digits}f}"
+    if float(text) == 0.0:
+        text = text.lstrip("+-")
+    return text.replace("-", "−")
+
+
+def _error(scores: Tree, key: str) -> Cell:
+    value = scores.get(key)
+    if value is None:
+        return Cell("–")
+    sign = "+" if key == "bias" else ""
+    digits = 0 if key == "mse" and value >= 100 else 1
+    return Cell(_number(value, 2, sign), _interval(scores, key, digits=digits))
+
+
+def _accuracy(scores: Tree) -> Cell:
+    if "accuracy" not in scores:
+        return Cell("–")
+    return Cell(percent(scores["accuracy"]), _interval(scores, "accuracy", 100, 1))
+
+
+def contact_table(tree: Tree) -> Table | None:
+    """Both detectors, per window and per pinch."""
+    detectors = [k for k in ("three_sigma", "svm") if get(tree, f"contact.{k}")]
+    if not detectors:
+        return None
+    entries = [tree["contact"][name] for name in detectors]
+
+    def row(label: str, path: str, form: str, small: str = "") -> Row:
+        values = [get(e, path) for e in entries]
+        return Row(
+            [
+                Cell(label, small),
+                *(Cell("–" if v is None else form.format(v)) for v in values),
+            ]
+        )
+
+    def shares(label: str, path: str, small: str = "") -> Row:
+        values = [get(e, path) for e in entries]
+        return Row([Cell(label, small), *(Cell("–" if v is None else percent(v)) for v in values)])
+
+    rows = [
+        shares("Windows right", "window_accuracy", "all 20 ms windows that were counted"),
+        shares("Quiet windows silent", "quiet_windows_silent"),
+        shares("Contact windows found", "contact_windows_found"),
+        shares("Pinches right", "pinch_success", "right finger, ±3 ms, nothing before"),
+        row(
+            "False alarms a minute",
+            "false_alarms_per_minute",
+            "{:,.2f}",
+            "of closing without contact",
+        ),
+        row("Delay, median", "delay_ms.median", "{:.2f} ms", "from contact to decision"),
+        row("Delay, 95th percentile", "delay_ms.p95", "{:.2f} ms"),
+        row("Pinches: too early", "false_alarms", "{:,}"),
+        row("Pinches: wrong finger", "wrong_finger", "{:,}"),
+        row("Pinches: too late", "late", "{:,}"),
+        row("Pinches: never", "misses", "{:,}"),
+    ]
+    folds = tree["contact"].get("folds", {})
+    caption = (
+        f"Out of fold: {folds.get('n', 1)} folds, whole {folds.get('held_out', 'sessions')} held "
+        f"out; {entries[0]['n']:,} pinches."
+    )
+    return Table(caption, ["", *(NAMES[d] for d in detectors)], rows)
+
+
+def block_table(tree: Tree, split: str) -> Table | None:
+    """All models in one split of the blocks."""
+    rows = []
+    for model in MODELS:
+        scores = get(tree, f"blocks.{model}.{split}")
+        if scores is None:
+            continue
+        rows.append(_block_row(Cell(NAMES[model]), scores, model in FLOORS))
+        aligned = get(tree, f"blocks.{model}.strip_aligned.{split}")
+        if aligned is not None:
+            name = Cell(NAMES[model], "window starts at the known contact")
+            rows.append(_block_row(name, aligned, False))
+    if not rows:
+        return None
+    said = {
+        "random_90_10": "Random 90/10, as published. Sessions and specimens lie on both sides.",
+        "by_session": "By session: whole sessions held out. Blocks lie on both sides.",
+        "leave_one_shore_out": "One Shore A level left out, sessions on both sides (regression).",
+    }
+    head = ["", "Accuracy", "RMSE", "MAE", "MSE", "Bias"]
+    if not any(
+        "accuracy"
+        in get(
+            tree,
+            f"blocks.{m}.{split}",
+        )
+        for m in MODELS
+        if get(tree, f"blocks.{m}.{split}")
+    ):
+        head.remove("Accuracy")
+        rows = [Row([row.cells[0], *row.cells[2:]], row.floor) for row in rows]
+    return Table(said[split], head, rows)
+
+
+def _block_row(name: Cell, scores: Tree, floor: bool) -> Row:
+    errors = [_error(scores, key) for key in ("rmse", "mae", "mse", "bias")]
+    return Row([name, _accuracy(scores), *errors], floor)
+
+
+def object_table(tree: Tree) -> Table | None:
+    """All models on unseen objects, per pinch, and the objects' means."""
+    rows = []
+    for model in MODELS:
+        scores = get(tree, f"objects.{model}")
+        if scores is None:
+            continue
+        rows.append(_object_row(Cell(NAMES[model]), scores, model in FLOORS))
+        aligned = get(scores, "strip_aligned")
+        if aligned is not None:
+            name = Cell(NAMES[model], "window starts at the known contact")
+            rows.append(_object_row(name, aligned, False))
+    head = ["", "RMSE", "MAE", "MSE", "Bias", "RMSE of means"]
+    return Table("Learned from blocks, asked about objects; Shore A.", head, rows) if rows else None
+
+
+def _object_row(name: Cell, scores: Tree, floor: bool) -> Row:
+    means = scores["over_objects"]
+    errors = [_error(scores, key) for key in ("rmse", "mae", "mse", "bias")]
+    each = Cell(f"{means['rmse']:.2f}", f"{means['n']} objects")
+    return Row([name, *errors, each], floor)
+
+
+def per_object_table(tree: Tree) -> Table | None:
+    """Mean, spread and error of each object by the SVM and the CNN."""
+    models = [m for m in ("svm", "cnn") if get(tree, f"objects.{m}.per_object")]
+    if not models:
+        return None
+    each = {m: tree["objects"][m]["per_object"] for m in models}
+    names = sorted(each[models[0]], key=lambda s: (each[models[0]][s]["true"], s))
+    rows = []
+    for name in names:
+        first = each[models[0]][name]
+        cells = [Cell(name.replace("_", " "), f"{first['n']} pinches"), Cell(f"{first['true']:g}")]
+        for model in models:
+            o = each[model].get(name)
+            if o is None:
+                cells += [Cell("–"), Cell("–")]
+                continue
+            cells.append(Cell(f"{o['mean']:.1f} ± {o['sd']:.1f}", f"RMSE {o['rmse']:.2f}"))
+            cells.append(Cell(_number(o["bias"], 1, "+")))
+        rows.append(Row(cells))
+    head = ["", "True"]
+    for model in models:
+        head += [f"{NAMES[model]}, mean ± SD", "bias"]
+    return Table("Each object by itself; Shore A.", head, rows)
+
+
+def length_table(tree: Tree) -> Table | None:
+    """RMSE and MAE against window length."""
+    lengths = get(tree, "window_length_ms")
+    if not lengths:
+        return None
+    rows = []
+    for ms in sorted(lengths, key=float):
+        entry = lengths[ms]["svm"]
+        cells = [Cell(f"{ms} ms")]
+        for side in ("blocks", "objects"):
+            scores = entry.get(side)
+            cells += (
+                [_error(scores, "rmse"), _error(scores, "mae"), _error(scores, "mse")]
+                if scores
+                else [Cell("–")] * 3
+            )
+        rows.append(Row(cells))
+    head = ["Window", "Blocks RMSE", "MAE", "MSE", "Objects RMSE", "MAE", "MSE"]
+    return Table("SVM regression. Blocks by session, objects unseen; Shore A.", head, rows)
+
+
+def second_table(tree: Tree) -> Table | None:
+    """Error with and without the second contact in the window."""
+    found = get(tree, "second_contact_in_window")
+    if not found:
+        return None
+    rows = [
+        Row(
+            [
+                Cell(f"{side.capitalize()}, {NAMES[model]}", f"{where} the second contact"),
+                *(_error(scores, key) for key in ("rmse", "mae", "mse", "bias")),
+                Cell(f"{scores['n']:,}"),
+            ]
+        )
+        for model, sides in found.items()
+        for side, places in sides.items()
+        for where, scores in places.items()
+    ]
+    head = ["", "RMSE", "MAE", "MSE", "Bias", "Pinches"]
+    return Table("The same predictions, divided; Shore A.", head, rows)
+
+
+def hardness_table(tree: Tree) -> Table | None:
+    """Rank correlations and accuracies, where only ranks are known."""
+    found = get(tree, "hardness_order")
+    if not found:
+        return None
+    rows = []
+    for label, small, entry in (
+        ("Order, nothing learned", found["score"], found["spectral_centroid"]),
+        (
+            "Order, SVM regression of the rank",
+            "each material predicted without having been learned",
+            found["leave_one_material_out"]["rank_regression"],
+        ),
+    ):
+        if "rho" in entry:
+            kind = "exact" if entry["exact"] else "sampled"
+            rows.append(
+                Row(
+                    [
+                        Cell(label, small),
+                        Cell(f"ρ = {entry['rho']:.2f}".replace("-", "−")),
+                        Cell(
+                            f"n = {entry['n']} materials",
+                            f"{kind} permutation p = {entry['p']:.3f}",
+                        ),
+                    ]
+                )
+            )
+    chance = f"chance {percent(found['chance'])}"
+    for model, scores in found["leave_one_material_out"]["classification"].items():
+        rows.append(
+            Row(
+                [
+                    Cell(f"Class, {NAMES[model]}", "material left out"),
+                    _accuracy(scores),
+                    Cell(chance, f"{scores['n']} pinches"),
+                ],
+                model in FLOORS,
+            )
+        )
+    random = found["random_folds"]["svm"]
+    rows.append(
+        Row(
+            [
+                Cell(
+                    "Class, SVM",
+                    "random folds: the same materials on both sides, so it says little",
+                ),
+                _accuracy(random),
+                Cell(chance, f"{random['n']} pinches"),
+            ],
+            True,
+        )
+    )
+    return Table("Hardness order from the first 15 ms.", ["", "Here", "Beside"], rows)
+
+
+def inference_table(tree: Tree) -> Table | None:
+    """p50 and p99 of one window, beside the training library."""
+    found = get(tree, "inference_us")
+    if not found:
+        return None
+    rows = [
+        Row(
+            [
+                Cell(NAMES[model]),
+                Cell(f"{entry['p50']:.1f} µs"),
+                Cell(f"{entry['p99']:.1f} µs"),
+                Cell(f"{entry['reference_p50']:.0f} µs", str(entry["reference"])),
+                Cell(f"{entry['speedup']:.1f} ×", "ratio of the medians"),
+                Cell(f"{entry['calls']:,}"),
+            ]
+        )
+        for model, entry in found.items()
+    ]
+    head = ["", "p50", "p99", "Reference p50", "Quicker by", "Calls"]
+    return Table("One window at a time, one thread, this machine.", head, rows)
+
+
+def data_table(tree: Tree) -> Table | None:
+    """What the data are."""
+    data = get(tree, "data")
+    if not data:
+        return None
+    rows = [
+        Row([Cell(label), Cell(text)])
+        for label, text in (
+            ("Source", data["source"]),
+            (
+                "Pinches",
+                f"{data['pinches']:,} ({data['train_pinches']:,} to learn from, "
+                f"{data['test_pinches']:,} of unseen objects)",
+            ),
+            ("Specimens", f"{data['specimens']:,}"),
+            ("Sessions", f"{data['sessions']:,}"),
+            ("Rate", f"{data['sample_rate_hz']:g} Hz"),
+        )
+    ]
+    missing = get(tree, "contact.not_found")
+    if missing:
+        rows.append(
+            Row(
+                [
+                    Cell("Without a detected contact"),
+                    Cell(f"{missing['pinches']:,} of {missing['of']:,}: no window, no estimate"),
+                ]
+            )
+        )
+    return Table("", ["", ""], rows)

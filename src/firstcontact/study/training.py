@@ -1,0 +1,197 @@
+"""Fit on one side of a split, answer for the other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Contact, Dataset
+from firstcontact.signal import contact_windows
+from firstcontact.stiffness.estimator import Model, Task
+from firstcontact.study.jobs import Runner
+from firstcontact.study.splits import Split
+
+Windows = NDArray[np.float32]
+Values = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Examples:
+    """Windows with what is known of them; all arrays share their first axis.
+
+    Parameters
+    ----------
+    X
+        Windows in V, shape (n, samples, 1).
+    y
+        Target: Shore A, a hardness rank or a class, shape (n,).
+    sessions, specimens, objects
+        Shape (n,).
+    test
+        Role ``test``, shape (n,).
+    which
+        Position in the dataset, shape (n,).
+    rate
+        Of the windows, Hz.
+    """
+
+    X: Windows
+    y: Values
+    sessions: NDArray[np.str_]
+    specimens: NDArray[np.str_]
+    objects: NDArray[np.str_]
+    test: NDArray[np.bool_]
+    which: NDArray[np.intp]
+    rate: float
+
+    def __len__(self) -> int:
+        return len(self.X)
+
+    @property
+    def clusters(self) -> NDArray[np.str_]:
+        """What an interval resamples as a whole: sessions, else specimens, else pinches."""
+        for names in (self.sessions, self.specimens):
+            if len(np.unique(names)) > 1 and (names != "").all():
+                return names
+        return np.arange(len(self)).astype(np.str_)
+
+    def take(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> Examples:
+        """Those at these positions, or where a mask is true."""
+        return Examples(
+            self.X[which],
+            self.y[which],
+            self.sessions[which],
+            self.specimens[which],
+            self.objects[which],
+            self.test[which],
+            self.which[which],
+            self.rate,
+        )
+
+
+def examples(
+    dataset: Dataset, contacts: Sequence[Contact | None], duration: float, target: Values
+) -> Examples:
+    """Windows of the pinches that have a contact, a whole window and a target.
+
+    Parameters
+    ----------
+    dataset
+        The pinches.
+    contacts
+        Where each window starts, None where none was found.
+    duration
+        Of the windows, s.
+    target
+        Shape (pinches,), NaN where not known.
+    """
+    X, kept = contact_windows(dataset, contacts, duration)
+    known = np.isfinite(target[kept])
+    which = np.flatnonzero(kept)[known]
+    return Examples(
+        X[known],
+        target[which],
+        dataset.sessions[which],
+        dataset.specimens[which],
+        dataset.objects[which],
+        dataset.test[which],
+        which,
+        dataset.layout.rate,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """One training and what is asked of its model.
+
+    Parameters
+    ----------
+    model
+        Name in the registry of estimators.
+    task
+        Regression or classification.
+    learn
+        To learn from.
+    ask
+        Windows to answer for, shape (m, samples, 1).
+    seed
+        Of the training.
+    epochs
+        Of the CNN.
+    """
+
+    model: str
+    task: Task
+    learn: Examples
+    ask: Windows
+    seed: int
+    epochs: int
+
+
+def train(fit: Fit) -> Model:
+    """Train the model of a fit."""
+    from firstcontact.stiffness.registry import make_estimator
+
+    estimator = make_estimator(fit.model, fit.task, fit.learn.rate, **_options(fit))
+    sessions = fit.learn.sessions
+    groups = sessions if (sessions != "").all() else None
+    return estimator.fit(fit.learn.X, fit.learn.y, groups, seed=fit.seed)
+
+
+def _options(fit: Fit) -> dict[str, int]:
+    return {"epochs": fit.epochs} if fit.model == "cnn" else {}
+
+
+def answer(fit: Fit) -> Values:
+    """Train, and answer for what is asked, shape (m,)."""
+    return train(fit).predict(fit.ask)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Question:
+    """A model, a task and the splits to do it in."""
+
+    model: str
+    task: Task
+    data: Examples
+    splits: Sequence[Split]
+
+
+def held_out(runner: Runner, questions: Sequence[Question], seed: int, epochs: int) -> list[Values]:
+    """Predictions for every pinch by a model that did not learn from it.
+
+    Returns
+    -------
+    list of ndarray
+        One a question, shape (n,); NaN where no split has the pinch in its
+        test side.
+
+    Raises
+    ------
+    ValueError
+        A split that mixes what it does not say it mixes.
+    """
+    fits, places = [], []
+    for number, question in enumerate(questions):
+        data = question.data
+        for split in question.splits:
+            split.check(data.sessions, data.specimens)
+            fits.append(
+                Fit(
+                    question.model,
+                    question.task,
+                    data.take(split.train),
+                    data.X[split.test],
+                    seed,
+                    epochs,
+                )
+            )
+            places.append((number, split))
+    answers = runner.map(answer, fits)
+    out = [np.full(len(q.data), np.nan) for q in questions]
+    for (number, split), predicted in zip(places, answers, strict=True):
+        out[number][split.test] = predicted
+    return out

@@ -30,6 +30,8 @@ class Condition:
     noise: Spread
     click_rate: float
     """Clicks of the gear train per second."""
+    mains_rates: tuple[float, ...]
+    """What the supply may be, Hz; one a session."""
     temperature: Spread
     """Of the object's modulus with temperature and wear."""
     specimen_widen: float
@@ -52,6 +54,7 @@ PAPER_RIG = Condition(
     clamp=Spread(0.10, 0.10),
     noise=Spread(0.10, 0.10),
     click_rate=0.3,
+    mains_rates=(50.0,),
     temperature=Spread(0.02, 0.01),
     specimen_widen=1.0,
     specimens_per_block=1,
@@ -69,6 +72,7 @@ EVERYDAY = Condition(
     clamp=Spread(0.30, 0.40),
     noise=Spread(0.30, 0.30),
     click_rate=1.5,
+    mains_rates=(50.0, 60.0),
     temperature=Spread(0.08, 0.03),
     specimen_widen=1.5,
     specimens_per_block=3,

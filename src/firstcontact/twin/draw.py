@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from firstcontact.core.layout import TAXELS
 from firstcontact.twin.conditions import Condition, Spread
 from firstcontact.twin.noise import MotorNoise
-from firstcontact.twin.objects import TwinObject, specimen
+from firstcontact.twin.objects import TwinObject, specimen, stiffened
 from firstcontact.twin.parameters import FingerParameters, ObjectParameters, Timing
 from firstcontact.twin.sensor import VelostatParameters
 
@@ -85,7 +85,7 @@ def draw_pinch(
     fingers = []
     noises = []
     arrays = []
-    mains = float(day.choice((50.0, 60.0))) if c.specimens_per_block > 1 else 50.0
+    mains = float(day.choice(c.mains_rates))
     for _ in range(2):
         own = np.exp(c.asymmetry * hand.standard_normal(6))
         p = FingerParameters()
@@ -128,10 +128,8 @@ def draw_pinch(
             )
         )
     hold = factor("clamp")
-    warm = factor("temperature")
-    o = kind.nominal
+    o = stiffened(kind.nominal, factor("temperature"))
     held = o._replace(
-        modulus=o.modulus * warm,
         clamp_stiffness=o.clamp_stiffness * hold,
         clamp_damping=o.clamp_damping * hold,
     )

@@ -42,6 +42,7 @@ def _block(shore_a: float) -> TwinObject:
 
 
 def _round(shore_a: float, radius: float, mass: float, loss: float) -> ObjectParameters:
+    # ``loss`` is the loss factor of the material, of its bulk as of its contact.
     # A ball squeezed across its diameter, as a column of its own cross-section.
     modulus = gent_modulus(shore_a)
     bulk = modulus * math.pi * radius / 2
@@ -50,7 +51,7 @@ def _round(shore_a: float, radius: float, mass: float, loss: float) -> ObjectPar
         radius=radius,
         face_mass=mass / 2,
         bulk_stiffness=bulk,
-        bulk_damping=2 * loss * math.sqrt(bulk * mass / 4),
+        bulk_damping=loss * math.sqrt(bulk * mass / 4),
         clamp_stiffness=60.0,
         clamp_damping=0.8,
         arm_share=2 * loss,
@@ -67,20 +68,16 @@ def _orange(k: int, shore_a: float) -> TwinObject:
 
 
 def _tennis_ball(k: int, shore_a: float) -> TwinObject:
-    # A shell: only the touched cap moves at first, and the bulk is the shell's
-    # bending, stiff for a fraction of a millimetre seen from a 6 g cap (Cross 1999).
+    # Hollow: between the halves there is the bending of a shell under pressure,
+    # softer than a column of rubber would be. The stiff first 0.1 ms, when only a
+    # cap of the shell moves (Cross 1999), is left out.
     solid = _round(shore_a, 0.033, 0.0577, 0.15)
-    shell = replace_object(solid, face_mass=0.0289, bulk_stiffness=2.4e4, bulk_damping=6.0)
+    shell = solid._replace(bulk_stiffness=2.4e4, bulk_damping=6.0)
     return TwinObject(f"tennis ball {k}", shore_a, Role.TEST, shell, 0.06)
 
 
 def _avocado(k: int, shore_a: float) -> TwinObject:
     return TwinObject(f"avocado {k}", shore_a, Role.TEST, _round(shore_a, 0.034, 0.19, 0.25), 0.18)
-
-
-def replace_object(parameters: ObjectParameters, **changes: float) -> ObjectParameters:
-    """A copy with some fields changed."""
-    return parameters._replace(**changes)
 
 
 BLOCKS = tuple(_block(s) for s in (10, 20, 29, 43, 60))
@@ -90,12 +87,15 @@ EVERYDAY_OBJECTS = (
 )  # fmt: skip
 
 
+def stiffened(parameters: ObjectParameters, factor: float) -> ObjectParameters:
+    """The same object of a material whose modulus is ``factor`` times as large."""
+    return parameters._replace(
+        modulus=parameters.modulus * factor,
+        bulk_stiffness=parameters.bulk_stiffness * factor,
+    )
+
+
 def specimen(kind: TwinObject, deviate: float, widen: float = 1.0) -> TwinObject:
     """One specimen: its modulus ``deviate`` standard deviations off, times ``widen``."""
     factor = math.exp(kind.modulus_scatter * widen * deviate)
-    nominal = replace_object(
-        kind.nominal,
-        modulus=kind.nominal.modulus * factor,
-        bulk_stiffness=kind.nominal.bulk_stiffness * factor,
-    )
-    return replace(kind, nominal=nominal)
+    return replace(kind, nominal=stiffened(kind.nominal, factor))

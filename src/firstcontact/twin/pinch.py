@@ -12,9 +12,9 @@ from firstcontact.core.pinch import Contact, Label, Pinch
 from firstcontact.twin.draw import PinchDraw
 from firstcontact.twin.mechanics import (
     BUFFER,
+    CONTACT_FORCE,
     FINGER_STATES,
     INDENTATION,
-    MOUNT_FORCE,
     OUTPUTS,
     STATES,
     integrate,
@@ -26,8 +26,8 @@ from firstcontact.twin.sensor import force_counts, piezo_counts
 DURATION = 0.3
 #: Samples before the first that let the vibration build up.
 BURN_IN = 100
-#: Steps per sampling interval after the first contact: about 20 us each, where
-#: halving them moves the piezo's waveform by less than 0.1 %.
+#: Steps per sampling interval after the first contact, half as many before: 20 us
+#: each, where halving them moves the piezo's waveform by less than 0.2 %.
 SUBSTEPS = 10
 _LAYOUT = fingertip_layout()
 
@@ -42,7 +42,7 @@ def mechanics_of(
     tuple
         Sampling instants (s, the first contact at ``draw.timing.first``), shape
         (samples,), and :func:`firstcontact.twin.mechanics.integrate`'s output,
-        shape (samples, 2, 4).
+        shape (samples, 2, 3).
     """
     samples = round(duration * FINGERTIP_RATE)
     times = np.arange(-BURN_IN, samples) / FINGERTIP_RATE
@@ -97,9 +97,10 @@ def simulate_pinch(
         data[:, f] = piezo_counts(volts)
         v = draw.velostat[f]
         chatter = v.noise * draw.rng.standard_normal(times.size)
-        squeeze = np.maximum(out[:, f, MOUNT_FORCE], 0.0)
-        dt = 1 / FINGERTIP_RATE
-        data[:, 2 + 6 * f : 8 + 6 * f] = force_counts(squeeze, draw.shares[f], v, chatter, dt)
+        # The array lies between pad and board: it feels the contact, not the mount.
+        data[:, 2 + 6 * f : 8 + 6 * f] = force_counts(
+            out[:, f, CONTACT_FORCE], draw.shares[f], v, chatter, 1 / FINGERTIP_RATE
+        )
         closed = out[:, f, INDENTATION] > 0
         data[:, 14 + f] = closed
         if closed.any():

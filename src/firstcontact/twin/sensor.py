@@ -105,8 +105,9 @@ def force_counts(
     out = np.empty((force.size, TAXELS), np.int16)
     quick = np.zeros(TAXELS)
     late = np.zeros(TAXELS)
-    conductance = np.zeros(TAXELS)
-    readings = np.zeros((TAXELS, FORCE_READINGS), np.int64)
+    # The device has been reading the unloaded sheet before the first sample.
+    open_hand = _divider_count(p, p.leak, p.leak, 0.0)
+    readings = np.full((TAXELS, FORCE_READINGS), open_hand)
     taken = 0
     for i in range(force.size):
         for k in range(TAXELS):
@@ -114,22 +115,32 @@ def force_counts(
             tau = p.rise if load > quick[k] else p.fall
             quick[k] += (load - quick[k]) * dt / tau
             late[k] += (load - late[k]) * dt / p.creep
-            felt = (1.0 - p.creep_share) * quick[k] + p.creep_share * late[k]
-            conductance[k] = p.leak + p.conductance * felt**p.exponent
         taxel = i % TAXELS
         # Row neighbours: taxels 2r and 2r + 1 share a row.
         neighbour = taxel + 1 if taxel % 2 == 0 else taxel - 1
-        g = conductance[taxel] + p.crosstalk * conductance[neighbour]
-        volts = ADC_VOLTS * p.resistor * g / (1.0 + p.resistor * g) + noise[i]
-        count = min(max(int(np.floor(volts * (ADC_COUNTS / ADC_VOLTS))), 0), ADC_COUNTS - 1)
-        if i < TAXELS:
-            readings[taxel, :] = count
-        readings[taxel, taken] = count
+        readings[taxel, taken] = _divider_count(
+            p,
+            _conductance(p, quick[taxel], late[taxel]),
+            _conductance(p, quick[neighbour], late[neighbour]),
+            noise[i],
+        )
         if taxel == TAXELS - 1:
             taken = (taken + 1) % FORCE_READINGS
         for k in range(TAXELS):
-            if i >= TAXELS or k <= i:
-                out[i, k] = readings[k].sum() * (SUBCOUNTS // FORCE_READINGS)
-            else:
-                out[i, k] = 0
+            out[i, k] = readings[k].sum() * (SUBCOUNTS // FORCE_READINGS)
     return out
+
+
+@njit(cache=True, nogil=True)
+def _conductance(p: VelostatParameters, quick: float, late: float) -> float:
+    """Of a taxel, S, from the two parts of its response (N)."""
+    felt = (1.0 - p.creep_share) * quick + p.creep_share * late
+    return p.leak + p.conductance * float(felt**p.exponent)
+
+
+@njit(cache=True, nogil=True)
+def _divider_count(p: VelostatParameters, own: float, neighbour: float, noise: float) -> int:
+    """ADC count of a taxel read through the divider, for conductances in S and noise in V."""
+    g = own + p.crosstalk * neighbour
+    volts = ADC_VOLTS * p.resistor * g / (1.0 + p.resistor * g) + noise
+    return min(max(int(np.floor(volts * (ADC_COUNTS / ADC_VOLTS))), 0), ADC_COUNTS - 1)

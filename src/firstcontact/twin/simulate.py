@@ -57,17 +57,24 @@ def simulate(
     Raises
     ------
     InputError
-        Unknown condition, a negative size, nothing to simulate, or ``directory``
-        holds something already.
+        Unknown condition, a negative size, nothing to simulate, no workers, or
+        ``directory`` holds something already or cannot be made.
     """
     c = condition(condition_name)
     if min(pinches_per_block, pinches_per_object) < 0 or pinches_per_block + pinches_per_object < 1:
         raise InputError("pinches per block and per object must not be negative nor both 0")
     if seed < 0:
         raise InputError(f"seed is {seed}: use a whole number from 0 on")
+    if workers is not None and workers < 1:
+        raise InputError(f"workers is {workers}: use 1 or more")
     if directory.exists() and (not directory.is_dir() or any(directory.iterdir())):
         raise InputError(f"{directory} is not an empty folder: choose another --out")
-    directory.mkdir(parents=True, exist_ok=True)
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"{directory} cannot be made: {error.strerror}; choose another --out"
+        ) from error
     paths = []
     with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
         try:

@@ -82,7 +82,7 @@ class Spec:
             )
         for channel in window.T:
             # NaN fails both comparisons, an infinity the second one.
-            if not 0.0 < float(channel.max()) - float(channel.min()) < np.inf:
+            if not 0.0 < np.maximum.reduce(channel) - np.minimum.reduce(channel) < np.inf:
                 raise InputError(
                     "the window is constant or has values that are not finite: "
                     "check the sensor's plug and leave this pinch out"

@@ -1,0 +1,97 @@
+"""Trains the convolutional network with PyTorch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.stiffness.cnn_model import CnnModel, compress
+from firstcontact.stiffness.estimator import Spec, Task, Values, Windows, training_spec
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from firstcontact.stiffness.efficientnet import EfficientNet
+
+#: As published.
+LEARNING_RATE = 1e-3
+HALVE_EVERY = 5
+#: Small batches learn more in the few epochs before the rate is spent.
+BATCH = 64
+
+
+@dataclass(frozen=True)
+class Cnn:
+    """EfficientNetV2 for one dimension: Adam, MSE loss, the rate halved every 5 epochs.
+
+    For classification the loss is the MSE against one-hot targets. Nothing is
+    augmented and nothing is searched, so ``groups`` has no use here.
+    """
+
+    task: Task
+    rate: float
+    epochs: int = 40
+    name: str = "cnn"
+
+    def fit(
+        self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
+    ) -> CnnModel:
+        """See :meth:`Estimator.fit`. Leaves PyTorch's random state as it was."""
+        spec = training_spec(self.task, self.rate, X, y, groups)
+        scale = _scale(X)
+        regression = self.task is Task.REGRESSION
+        target = np.array([y.mean(), y.std() or 1.0]) if regression else np.array([0.0, 1.0])
+        wanted = (
+            ((y - target[0]) / target[1])[:, None]
+            if regression
+            else (y[:, None] == np.array(spec.classes))
+        )
+        network = _train(compress(X, scale), wanted.astype(np.float32), self.epochs, seed)
+        training = np.array([self.epochs, BATCH], dtype=np.float64)
+        return CnnModel(spec, scale, target, training, network.weights())
+
+
+def _scale(X: Windows) -> NDArray[np.float64]:
+    amplitude = float(np.median(np.sqrt((X.astype(np.float64) ** 2).mean(axis=(1, 2)))))
+    compressed = np.arcsinh(X / amplitude)
+    return np.array([amplitude, compressed.mean(), compressed.std()])
+
+
+def as_input(inputs: NDArray[np.float32]) -> Tensor:
+    """Compressed windows (n, samples, channels) as the network takes them, channels last."""
+    import torch
+
+    layout = np.ascontiguousarray(inputs.transpose(0, 2, 1))[:, :, None, :]
+    return torch.from_numpy(layout).contiguous(memory_format=torch.channels_last)
+
+
+def _train(
+    inputs: NDArray[np.float32], wanted: NDArray[np.float32], epochs: int, seed: int
+) -> EfficientNet:
+    """A trained network in evaluation mode: same seed and threads, same weights."""
+    import torch
+
+    from firstcontact.stiffness.efficientnet import EfficientNet
+
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(seed)
+        network = EfficientNet(inputs.shape[2], wanted.shape[1])
+        network = network.to(memory_format=torch.channels_last)
+        X, Y = as_input(inputs), torch.from_numpy(wanted)
+        optimiser = torch.optim.Adam(network.parameters(), lr=LEARNING_RATE, fused=True)
+        schedule = torch.optim.lr_scheduler.StepLR(optimiser, HALVE_EVERY, 0.5)
+        loss = torch.nn.MSELoss()
+        # The rest of a shuffled epoch is left out: a normalisation needs a whole batch.
+        batch = min(BATCH, len(X))
+        for _ in range(epochs):
+            order = torch.randperm(len(X))
+            for start in range(0, len(X) - batch + 1, batch):
+                which = order[start : start + batch]
+                optimiser.zero_grad()
+                loss(network(X[which]), Y[which]).backward()
+                optimiser.step()
+            schedule.step()
+    return network.eval()

@@ -1,0 +1,140 @@
+"""The convolutional network at work: ONNX Runtime on one thread, no PyTorch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError
+from firstcontact.stiffness import graph
+from firstcontact.stiffness.estimator import Arrays, Spec, Task, Values, Windows
+
+#: Windows that ONNX Runtime is given at once: more of them only cost memory.
+_BATCH = 256
+
+
+def compress(X: NDArray[Any], scale: NDArray[np.float64]) -> NDArray[np.float32]:
+    """What the network sees: arcsinh of the window over a typical amplitude.
+
+    Amplitudes span decades from soft and slow to hard and fast. Around zero
+    arcsinh is linear, above the typical amplitude it is a logarithm.
+
+    Parameters
+    ----------
+    X
+        Windows in V, any shape.
+    scale
+        Typical amplitude (V), then mean and standard deviation of the
+        compressed training windows.
+    """
+    out: NDArray[np.float32] = np.arcsinh(X * np.float32(1.0 / scale[0]), dtype=np.float32)
+    out -= np.float32(scale[1])
+    out *= np.float32(1.0 / scale[2])
+    return out
+
+
+class CnnModel:
+    """EfficientNetV2 for one dimension, its batch normalisations folded away.
+
+    Parameters
+    ----------
+    spec
+        What it takes and answers.
+    scale
+        See :func:`compress`.
+    target
+        Mean and standard deviation of the targets of a regression, else (0, 1).
+    training
+        Epochs and batch size, for the card.
+    weights
+        See :func:`graph.build`.
+
+    Raises
+    ------
+    InputError
+        If the arrays are not this network's.
+    """
+
+    kind: ClassVar[str] = "cnn"
+
+    def __init__(
+        self,
+        spec: Spec,
+        scale: NDArray[np.float64],
+        target: NDArray[np.float64],
+        training: NDArray[np.float64],
+        weights: Arrays,
+    ) -> None:
+        from onnxruntime import InferenceSession, SessionOptions
+
+        if (scale.shape, target.shape, training.shape) != ((3,), (2,), (2,)):
+            raise InputError("the arrays of the CNN do not fit together: train it again")
+        self.spec = spec
+        self._scale, self._target, self._training, self._weights = scale, target, training, weights
+        self._regression = spec.task is Task.REGRESSION
+        options = SessionOptions()
+        options.intra_op_num_threads = options.inter_op_num_threads = 1
+        options.log_severity_level = 3
+        made = graph.build(weights, spec.samples, spec.channels, len(spec.classes) or 1)
+        self._session = InferenceSession(made, options, providers=["CPUExecutionProvider"])
+
+    @property
+    def notes(self) -> Mapping[str, Any]:
+        """How it was trained, and its size."""
+        epochs, batch = self._training
+        size = sum(w.size for w in self._weights.values())
+        return {
+            "epochs": int(epochs),
+            "batch": int(batch),
+            "parameters": size,
+            "amplitude_v": float(self._scale[0]),
+        }
+
+    def outputs(self, X: Windows) -> NDArray[np.float32]:
+        """What the network puts out, before it becomes Shore A or a class: (n, outputs)."""
+        windows = compress(X, self._scale).transpose(0, 2, 1)[:, :, None, :]
+        parts = [
+            self._session.run(None, {"window": np.ascontiguousarray(windows[i : i + _BATCH])})[0]
+            for i in range(0, len(windows), _BATCH)
+        ]
+        width = len(self.spec.classes) or 1
+        return np.concatenate(parts) if parts else np.zeros((0, width), dtype=np.float32)
+
+    def predict(self, X: Windows) -> Values:
+        """Answers for windows (n, samples, channels), shape (n,)."""
+        self.spec.check(X)
+        out = self.outputs(X)
+        if self._regression:
+            return out[:, 0].astype(np.float64) * self._target[1] + self._target[0]
+        return np.array(self.spec.classes)[out.argmax(axis=1)]
+
+    def predict_one(self, window: Windows) -> float:
+        """Answer for one window (samples, channels)."""
+        self.spec.check_one(window)
+        x = compress(window, self._scale).T.reshape(1, self.spec.channels, 1, self.spec.samples)
+        out = self._session.run(None, {"window": np.ascontiguousarray(x)})[0][0]
+        if self._regression:
+            return float(out[0] * self._target[1] + self._target[0])
+        return self.spec.classes[int(out.argmax())]
+
+    def to_arrays(self) -> Arrays:
+        """The constructor's arrays and the weights, by name."""
+        own = {"scale": self._scale, "target": self._target, "training": self._training}
+        return own | {f"network.{name}": array for name, array in self._weights.items()}
+
+    @classmethod
+    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
+        """The inverse of :meth:`to_arrays`."""
+        weights = {
+            name.removeprefix("network."): array
+            for name, array in arrays.items()
+            if name.startswith("network.")
+        }
+        return cls(spec, arrays["scale"], arrays["target"], arrays["training"], weights)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # A session cannot travel between processes; what it is built from can.
+        return type(self).from_arrays, (self.spec, self.to_arrays())

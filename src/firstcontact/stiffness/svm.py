@@ -1,0 +1,161 @@
+"""Support vector machines with a radial basis function kernel, trained by scikit-learn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations, product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.stiffness.estimator import Spec, Task, Values, Windows, training_spec
+from firstcontact.stiffness.folds import inner_folds
+from firstcontact.stiffness.svm_model import SvmModel, shape_and_level
+
+#: The search learns from at most this many windows; the answer is refitted on all.
+SEARCH_WINDOWS = 800
+#: What is searched. gamma is given as a multiple of 1 / inputs (each input has
+#: unit variance), epsilon in standard deviations of the target.
+C_GRID = (1.0, 10.0, 100.0)
+GAMMA_GRID = (0.1, 0.3, 1.0, 3.0)
+EPSILON_GRID = (0.15, 0.05)
+#: The first candidate this close to the best is taken: wide tubes and small C
+#: come first, and with them fewer support vectors and a quicker answer.
+TOLERANCE = 1.01
+
+
+@dataclass(frozen=True)
+class Svm:
+    """SVC (one against one) or SVR on the shape and the level of a window."""
+
+    task: Task
+    rate: float
+    name: str = "svm"
+
+    def fit(
+        self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
+    ) -> SvmModel:
+        """See :meth:`Estimator.fit`; the search is described at :func:`search`."""
+        spec = training_spec(self.task, self.rate, X, y, groups)
+        level = _level(X)
+        inputs = shape_and_level(X, level)
+        target = _target(self.task, y)
+        scaled = (y - target[0]) / target[1]
+        parameters = search(self.task, inputs, scaled, groups, seed)
+        machine = machine_of(self.task, parameters).fit(inputs, scaled)
+        return _model(spec, level, machine, target, np.array(parameters))
+
+
+def _level(X: Windows) -> NDArray[np.float64]:
+    flat = X.reshape(len(X), -1).astype(np.float64)
+    loud = 0.5 * np.log((flat**2).mean(axis=1))
+    return np.array([loud.mean(), loud.std() or 1.0])
+
+
+def _target(task: Task, y: Values) -> NDArray[np.float64]:
+    if task is Task.CLASSIFICATION:
+        return np.array([0.0, 1.0])
+    return np.array([y.mean(), y.std() or 1.0])
+
+
+def machine_of(task: Task, parameters: tuple[float, float, float]) -> Any:
+    """An untrained SVC or SVR with these C, gamma and epsilon."""
+    from sklearn.svm import SVC, SVR
+
+    c, gamma, epsilon = parameters
+    if task is Task.CLASSIFICATION:
+        return SVC(C=c, gamma=gamma)
+    return SVR(C=c, gamma=gamma, epsilon=epsilon)
+
+
+def search(
+    task: Task,
+    inputs: NDArray[np.float32],
+    y: Values,
+    groups: NDArray[Any] | None,
+    seed: int,
+) -> tuple[float, float, float]:
+    """Choose C, gamma and epsilon on three grouped folds of at most 800 windows.
+
+    Parameters
+    ----------
+    task
+        Error rate or RMSE is minimised.
+    inputs
+        Shape (n, inputs), unit variance.
+    y
+        Classes, or standardised targets, shape (n,).
+    groups
+        Session of each window.
+    seed
+        Of the sample and the folds.
+
+    Returns
+    -------
+    tuple
+        C, gamma, epsilon (0 for classification).
+    """
+    rng = np.random.default_rng(seed)
+    chosen = np.sort(rng.permutation(len(y))[:SEARCH_WINDOWS])
+    inputs, y = inputs[chosen], y[chosen]
+    folds = [
+        (train, held)
+        for train, held in inner_folds(y, None if groups is None else groups[chosen], seed)
+        if len(np.unique(y[train])) > 1
+    ]
+    regression = task is Task.REGRESSION
+    candidates = [
+        (c, multiple / inputs.shape[1], epsilon)
+        for epsilon, c, multiple in product(
+            EPSILON_GRID if regression else (0.0,), C_GRID, GAMMA_GRID
+        )
+    ]
+    losses = np.zeros(len(candidates))
+    for i, candidate in enumerate(candidates):
+        for train, held in folds:
+            answer = machine_of(task, candidate).fit(inputs[train], y[train]).predict(inputs[held])
+            error = (answer - y[held]) ** 2 if regression else answer != y[held]
+            losses[i] += error.sum() / len(y)
+    losses = np.sqrt(losses) if regression else losses
+    return candidates[int(np.argmax(losses <= TOLERANCE * losses.min()))]
+
+
+def _model(
+    spec: Spec,
+    level: NDArray[np.float64],
+    machine: Any,
+    target: NDArray[np.float64],
+    parameters: NDArray[np.float64],
+) -> SvmModel:
+    """Bring scikit-learn's machine into the form of the runtime."""
+    weights, bias = machine.dual_coef_, machine.intercept_
+    if spec.task is Task.CLASSIFICATION:
+        if len(spec.classes) == 2:  # the one case in which a positive value means the second class
+            weights, bias = -weights, -bias
+        weights = _one_against_one(weights, machine.n_support_)
+    return SvmModel(
+        spec,
+        level,
+        machine.support_vectors_.astype(np.float32),
+        weights.astype(np.float32),
+        bias.astype(np.float32),
+        target,
+        parameters,
+    )
+
+
+def _one_against_one(dual: NDArray[np.float64], counts: NDArray[Any]) -> NDArray[np.float64]:
+    """A row of weights for each pair of classes, from libsvm's packed coefficients.
+
+    ``dual`` is (classes - 1, m); the vector of class i holds its coefficient
+    against class j in row j - 1 if j > i, else in row j.
+    """
+    end = np.cumsum(counts)
+    start = end - counts
+    pairs = list(combinations(range(len(counts)), 2))
+    rows = np.zeros((len(pairs), dual.shape[1]))
+    for row, (i, j) in zip(rows, pairs, strict=True):
+        row[start[i] : end[i]] = dual[j - 1, start[i] : end[i]]
+        row[start[j] : end[j]] = dual[i, start[j] : end[j]]
+    return rows

@@ -1,0 +1,157 @@
+"""The support vector machine at work: a few NumPy calls, no training library."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+from math import log, sqrt
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError
+from firstcontact.stiffness.estimator import Arrays, Spec, Task, Values, Windows
+
+#: Weight of the level beside the samples of the shape, each of unit variance.
+#: With 74 samples the level then carries about a tenth of all variance.
+LEVEL_WEIGHT = 3.0
+_NAMES = ("level", "vectors", "weights", "bias", "target", "parameters")
+
+
+def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float32]:
+    """What the machine sees: the window divided by its own RMS, and how loud it was.
+
+    A sensor's gain moves the level and leaves the shape alone.
+
+    Parameters
+    ----------
+    X
+        Windows (n, samples, channels).
+    level
+        Mean and standard deviation of the log RMS of the training windows.
+
+    Returns
+    -------
+    ndarray
+        Shape (n, samples * channels + 1).
+    """
+    flat = X.reshape(len(X), -1).astype(np.float32)
+    rms = np.sqrt(np.einsum("ij,ij->i", flat, flat) / flat.shape[1])
+    loud = (np.log(rms) - level[0]) * (LEVEL_WEIGHT / level[1])
+    return np.column_stack([flat / rms[:, None], loud]).astype(np.float32)
+
+
+class SvmModel:
+    """Support vectors with a radial basis function kernel.
+
+    ``exp(-gamma |x - v|²)`` is taken apart into ``exp(2 gamma v·x - gamma |v|²
+    - gamma |x|²)``, so that one window costs one matrix-vector product, one
+    exponential for each support vector and one small product, in float32.
+
+    Parameters
+    ----------
+    spec
+        What it takes and answers.
+    level
+        Mean and standard deviation of the log RMS of the training windows.
+    vectors
+        Support vectors as :func:`shape_and_level` gives them, shape (m, inputs).
+    weights
+        One row for regression; for classification one for each pair of
+        classes (one against one; positive votes for the first), shape (rows, m).
+    bias
+        Shape (rows,).
+    target
+        Mean and standard deviation of the targets of a regression, else (0, 1).
+    parameters
+        C, gamma and epsilon (0 for classification), as the search chose them.
+
+    Raises
+    ------
+    InputError
+        If the arrays do not fit together.
+    """
+
+    kind: ClassVar[str] = "svm"
+
+    def __init__(
+        self,
+        spec: Spec,
+        level: NDArray[np.float64],
+        vectors: NDArray[np.float32],
+        weights: NDArray[np.float32],
+        bias: NDArray[np.float32],
+        target: NDArray[np.float64],
+        parameters: NDArray[np.float64],
+    ) -> None:
+        k = len(spec.classes)
+        rows = 1 if spec.task is Task.REGRESSION else k * (k - 1) // 2
+        m = len(vectors)
+        expected = ((2,), (m, spec.samples * spec.channels + 1), (rows, m), (rows,), (2,), (3,))
+        self._arrays = dict(
+            zip(_NAMES, (level, vectors, weights, bias, target, parameters), strict=True)
+        )
+        if tuple(a.shape for a in self._arrays.values()) != expected:
+            raise InputError("the arrays of the SVM do not fit together: train it again")
+        self.spec = spec
+        self.parameters = parameters
+        self._level, self._slope = float(level[0]), LEVEL_WEIGHT / float(level[1])
+        self._gamma = float(parameters[1])
+        vectors = vectors.astype(np.float32)
+        self._steep = np.ascontiguousarray(np.float32(2 * self._gamma) * vectors)
+        self._norms = np.float32(-self._gamma) * np.einsum("ij,ij->i", vectors, vectors)
+        self._weights = np.ascontiguousarray(weights, dtype=np.float32)
+        self._bias = bias.astype(np.float32)
+        self._mean, self._scale = float(target[0]), float(target[1])
+        self._classes = np.array(spec.classes)
+        pairs = np.array(list(combinations(range(k), 2)), dtype=np.intp).reshape(-1, 2)
+        self._first, self._second = pairs[:, 0].copy(), pairs[:, 1].copy()
+
+    @property
+    def notes(self) -> Mapping[str, Any]:
+        """What the search chose, and how many support vectors that took."""
+        c, gamma, epsilon = (float(p) for p in self.parameters)
+        chosen = {"C": c, "gamma": gamma, "support_vectors": len(self._norms)}
+        return chosen | ({"epsilon": epsilon} if self.spec.task is Task.REGRESSION else {})
+
+    def predict(self, X: Windows) -> Values:
+        """Answers for windows (n, samples, channels), shape (n,)."""
+        self.spec.check(X)
+        inputs = shape_and_level(X, self._arrays["level"])
+        norms = np.float32(-self._gamma) * np.einsum("ij,ij->i", inputs, inputs)
+        kernel = np.exp(inputs @ self._steep.T + self._norms + norms[:, None])
+        decisions = kernel @ self._weights.T + self._bias
+        if self.spec.task is Task.REGRESSION:
+            return decisions[:, 0].astype(np.float64) * self._scale + self._mean
+        winners = np.where(decisions > 0, self._first, self._second)
+        votes = (winners[:, :, None] == np.arange(len(self._classes))).sum(axis=1)
+        return self._classes[votes.argmax(axis=1)]
+
+    def predict_one(self, window: Windows) -> float:
+        """Answer for one window (samples, channels)."""
+        self.spec.check_one(window)
+        flat = window.ravel()
+        rms = sqrt(float(flat.dot(flat)) / len(flat))
+        loud = (log(rms) - self._level) * self._slope
+        inputs = np.empty(len(flat) + 1, dtype=np.float32)
+        np.multiply(flat, 1.0 / rms, out=inputs[:-1], casting="same_kind")
+        inputs[-1] = loud
+        kernel = self._steep.dot(inputs)
+        kernel += self._norms
+        kernel -= self._gamma * (len(flat) + loud * loud)  # the shape's norm is known
+        np.exp(kernel, out=kernel)
+        decisions = self._weights.dot(kernel) + self._bias
+        if self.spec.task is Task.REGRESSION:
+            return float(decisions[0]) * self._scale + self._mean
+        winners = np.where(decisions > 0, self._first, self._second)
+        return self.spec.classes[int(np.bincount(winners).argmax())]
+
+    def to_arrays(self) -> Arrays:
+        """The constructor's arrays, by name."""
+        return dict(self._arrays)
+
+    @classmethod
+    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
+        """The inverse of :meth:`to_arrays`."""
+        return cls(spec, *(arrays[name] for name in _NAMES))

@@ -43,7 +43,7 @@ class FingerParameters(NamedTuple):
     """N s/m."""
     skin_mass: float = 0.00055
     """Front of the pad that moves with the skin, kg."""
-    pad_modulus: float = 4.34e6
+    pad_modulus: float = 4.43e6
     """Young's modulus of the pad's silicone, Pa (65 Shore A by Gent)."""
     tip_radius: float = 0.010
     """Radius of curvature where the tip touches, m."""

@@ -75,7 +75,7 @@ def run_study(
     return out / "report.html"
 
 
-_BAR = "{desc}: {percentage:3.0f} %|{bar}| {n_fmt}/{total_fmt} [{elapsed}] {postfix}"
+_BAR = "{desc}{percentage:3.0f} %|{bar}| {n_fmt}/{total_fmt} [{elapsed}] {postfix}"
 
 
 def _sources(

@@ -112,6 +112,8 @@ def contact_table(tree: Tree) -> Table | None:
         f"Out of fold: {folds.get('n', 1)} folds, whole {folds.get('held_out', 'sessions')} held "
         f"out; {entries[0]['n']:,} pinches."
     )
+    if early := tree["contact"].get("early_ms"):
+        caption += f" Labels may come up to {early:g} ms late, so earlier triggers are in time."
     return Table(caption, ["", *(NAMES[d] for d in detectors)], rows)
 
 

@@ -15,8 +15,14 @@ from firstcontact.study.subject import Figure
 EDGE = 15.0
 
 
-def delay_figure(dataset: Dataset, delays: Mapping[str, NDArray[np.float64]]) -> Figure:
-    """Histogram of the first decision after the known contact (ms), by detector."""
+def delay_figure(
+    dataset: Dataset, delays: Mapping[str, NDArray[np.float64]], early: float
+) -> Figure:
+    """Histogram of the first decision after the known contact (ms), by detector.
+
+    ``early`` is how much earlier than its label a contact may be, s.
+    """
+    late = f" (labels may come up to {1e3 * early:g} ms late)" if early else ""
     rate = dataset.layout.rate
     colours = {"three_sigma": ORANGE, "svm": BLUE}
     with canvas(len(delays), 1, (6.2, 1.2 + 1.4 * len(delays)), sharex=True) as (figure, axes):
@@ -48,6 +54,7 @@ def delay_figure(dataset: Dataset, delays: Mapping[str, NDArray[np.float64]]) ->
         "delays",
         "When the first trigger comes",
         "Right of the dashed line: how long after the known contact the detector had decided. "
-        "Left of it: a trigger before anything was touched. The outermost bars hold all beyond.",
+        f"Left of it: a trigger before the known contact{late}. The outermost bars hold all "
+        "beyond.",
         image,
     )

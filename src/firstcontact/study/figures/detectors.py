@@ -76,7 +76,8 @@ def detectors_figure(
         "detectors",
         "What the detectors say",
         "One pinch, zoomed to its noise. Below, each circle is a 20 ms window, drawn at its end; "
-        "filled: the detector says contact. The dashed line is the known contact; a filled circle left of it is a "
+        "filled: the detector says contact. The dashed line is the known contact; a filled circle "
+        "left of it is a "
         "false alarm.",
         image,
     )

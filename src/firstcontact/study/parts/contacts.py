@@ -117,7 +117,7 @@ def contacts(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
                 dataset.pinches[example], {name: verdicts[name][example] for name in names}
             )
         )
-        figures.append(delay_figure(dataset, _firsts(dataset, verdicts, names)))
+        figures.append(delay_figure(dataset, _firsts(dataset, verdicts, names), settings.early))
     else:
         left_out.append("Scores of contact detection: no pinch has a known first contact.")
     missing = sum(contact is None for contact in subject.found)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -76,7 +76,7 @@ def measure(job: Timing) -> dict[str, Any]:
 
 
 def _microseconds(
-    call: Callable[[Any], object], windows: NDArray[Any], calls: int
+    call: Callable[[Any], object], windows: Sequence[Any] | NDArray[Any], calls: int
 ) -> NDArray[np.float64]:
     """Time of each call, µs, shape (calls,)."""
     for i in range(min(WARM_UP, calls)):
@@ -90,7 +90,7 @@ def _microseconds(
     return spent / 1e3
 
 
-Reference = tuple[str, Callable[[Any], object], NDArray[Any]]
+Reference = tuple[str, Callable[[Any], object], Sequence[Any]]
 
 
 def _scikit_learn(learn: Examples, model: Model) -> Reference:
@@ -102,21 +102,24 @@ def _scikit_learn(learn: Examples, model: Model) -> Reference:
     inputs = shape_and_level(learn.X, arrays["level"])
     c, gamma, epsilon = (float(p) for p in arrays["parameters"])
     machine = machine_of(Task.REGRESSION, (c, gamma, epsilon)).fit(inputs, (learn.y - mean) / sd)
-    return "scikit-learn predict", machine.predict, inputs[:, None, :]
+    return "scikit-learn predict", machine.predict, list(inputs[:, None, :])
 
 
 def _eager_torch(learn: Examples, model: Model) -> Reference:
     import torch
 
+    from firstcontact.stiffness.cnn import as_input
     from firstcontact.stiffness.efficientnet import EfficientNet
 
+    # Weights do not matter for the time, so the reference stays untrained.
     network = EfficientNet(learn.X.shape[2], 1).eval()
+    network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
 
     def predict(window: NDArray[Any]) -> object:
         with torch.inference_mode():
-            return network(torch.from_numpy(window))
+            return network(window)
 
-    return "eager PyTorch", predict, np.ascontiguousarray(learn.X.transpose(0, 2, 1)[:, None])
+    return "eager PyTorch", predict, [as_input(window[None]) for window in learn.X]
 
 
 _REFERENCES: dict[str, Callable[[Examples, Model], Reference]] = {

@@ -66,7 +66,8 @@ real: $(VENV)/.study ## the study of real impacts (FIRSTCONTACT_DATA): firstcont
 		echo "    make real FIRSTCONTACT_DATA=/path/to/impact_hardness"; \
 		exit 2; \
 	fi >&2
-	$(BIN)/firstcontact study --recordings "$(FIRSTCONTACT_DATA)" --out $(OUT)/real
+	@# The labels are those of a trigger, which comes up to 4 ms after the hit.
+	$(BIN)/firstcontact study --recordings "$(FIRSTCONTACT_DATA)" --early-ms 4 --out $(OUT)/real
 
 # --- checks ------------------------------------------------------------------------------------
 

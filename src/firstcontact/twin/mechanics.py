@@ -67,7 +67,7 @@ def _finger(
     )
     force = 0.0
     arm_v = -arm / o.arm_relaxation
-    if touching and depth > 0.0:
+    if touching and depth >= 0.0:
         arm_v += rate
         slow = stiffness * depth * math.sqrt(depth) * (1.0 + 1.5 * o.contact_loss * rate)
         # A face that recovers more slowly than the finger leaves does not pull.
@@ -99,10 +99,10 @@ def _derivative(
     on_i = not math.isnan(gap[0])
     on_t = not math.isnan(gap[1])
     f_i = _finger(
-        x, dx, 0, index, o, stiffness[0], on_i, x[6] - gap[0] - x[n], x[7] - x[n + 1], push_i
+        x, dx, 0, index, o, stiffness[0], on_i, x[6] - x[n] - gap[0], x[7] - x[n + 1], push_i
     )
     f_t = _finger(
-        x, dx, 12, thumb, o, stiffness[1], on_t, x[18] - gap[1] + x[n + 2], x[19] + x[n + 3], push_t
+        x, dx, 12, thumb, o, stiffness[1], on_t, x[18] + x[n + 2] - gap[1], x[19] + x[n + 3], push_t
     )
     bulk = o.bulk_stiffness * (x[n] - x[n + 2]) + o.bulk_damping * (x[n + 1] - x[n + 3])
     dx[n] = x[n + 1]
@@ -182,43 +182,30 @@ def integrate(
     new = np.empty(STATES)
     k = np.empty((5, STATES))
     n = 2 * FINGER_STATES
+    first = 0 if touch[0] <= touch[1] else 1
     for sample in range(times.size):
         f_i, f_t = _derivative(x, k[0], index, thumb, o, stiffness, gap, 0.0, 0.0)
         out[sample, 0, CONTACT_FORCE] = f_i
         out[sample, 1, CONTACT_FORCE] = f_t
-        out[sample, 0, INDENTATION] = x[6] - gap[0] - x[n]
-        out[sample, 1, INDENTATION] = x[18] - gap[1] + x[n + 2]
+        out[sample, 0, INDENTATION] = x[6] - x[n] - gap[0]
+        out[sample, 1, INDENTATION] = x[18] + x[n + 2] - gap[1]
         out[sample, 0, BUFFER] = x[11]
         out[sample, 1, BUFFER] = x[FINGER_STATES + 11]
         if sample == times.size - 1:
             break
         interval = times[sample + 1] - times[sample]
-        near = times[sample + 1] >= min(touch[0], touch[1])
+        near = times[sample + 1] >= touch[first]
         steps = substeps if near else max(substeps // 2, 1)
-        dt = interval / steps
         for s in range(steps):
-            t = times[sample] + s * dt
-            # A finger that touches within this step: step freely, read where it
-            # is at that instant (cubic through both ends), then step again.
-            for f in range(2):
-                if math.isnan(gap[f]) and touch[f] < t + dt:
-                    _step(x, new, k, t, dt, index, thumb, o, stiffness, gap, noise, noise_dt)
-                    a = max((touch[f] - t) / dt, 0.0)
-                    skin = FINGER_STATES * f + 6
-                    face = n + 2 * f
-                    gap[f] = _hermite(x[skin], x[skin + 1], new[skin], new[skin + 1], a, dt)
-                    at = _hermite(x[face], x[face + 1], new[face], new[face + 1], a, dt)
-                    gap[f] += -at if f == 0 else at
-            _step(x, new, k, t, dt, index, thumb, o, stiffness, gap, noise, noise_dt)
+            t = times[sample] + interval * s / steps
+            end = times[sample] + interval * (s + 1) / steps
+            # A step in which a finger touches is cut in two at that instant.
+            for f in (first, 1 - first):
+                if math.isnan(gap[f]) and touch[f] < end:
+                    at = max(touch[f], t)
+                    _step(x, new, k, t, at - t, index, thumb, o, stiffness, gap, noise, noise_dt)
+                    x[:] = new
+                    gap[f] = x[6] - x[n] if f == 0 else x[18] + x[n + 2]
+                    t = at
+            _step(x, new, k, t, end - t, index, thumb, o, stiffness, gap, noise, noise_dt)
             x[:] = new
-
-
-@_njit
-def _hermite(x0: float, v0: float, x1: float, v1: float, a: float, dt: float) -> float:
-    """Position a share ``a`` into a step, from positions and speeds at its ends."""
-    return (
-        (1.0 + 2.0 * a) * (1.0 - a) ** 2 * x0
-        + a * (1.0 - a) ** 2 * dt * v0
-        + a * a * (3.0 - 2.0 * a) * x1
-        + a * a * (a - 1.0) * dt * v1
-    )

@@ -27,7 +27,7 @@ DURATION = 0.3
 #: Samples before the first that let the vibration build up.
 BURN_IN = 100
 #: Steps per sampling interval after the first contact, half as many before: 20 us
-#: each, where halving them moves the piezo's waveform by less than 0.2 %.
+#: each, where halving them moves the piezo's waveform by less than 0.1 %.
 SUBSTEPS = 10
 _LAYOUT = fingertip_layout()
 

@@ -1,0 +1,46 @@
+"""Halving the time step leaves the waveform as it is, with noise on and both contacts in it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from pinches import drawn
+
+from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition
+from firstcontact.twin.mechanics import BUFFER, INDENTATION
+from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS, TwinObject
+from firstcontact.twin.pinch import SUBSTEPS, mechanics_of
+
+TENNIS_BALL = EVERYDAY_OBJECTS[4]
+AVOCADO = EVERYDAY_OBJECTS[7]
+
+
+def output(
+    kind: TwinObject, number: int, condition: Condition, substeps: int
+) -> NDArray[np.float64]:
+    return mechanics_of(drawn(kind, number, condition), substeps=substeps)[1]
+
+
+@pytest.mark.parametrize("condition", [PAPER_RIG, EVERYDAY], ids=lambda c: c.name)
+@pytest.mark.parametrize("kind", [BLOCKS[0], BLOCKS[4], TENNIS_BALL, AVOCADO], ids=lambda k: k.name)
+def test_halving_the_step_moves_the_waveform_by_less_than_one_per_cent(
+    kind: TwinObject, condition: Condition
+) -> None:
+    for number in range(4):
+        here = output(kind, number, condition, SUBSTEPS)
+        finer = output(kind, number, condition, 2 * SUBSTEPS)
+        assert (here[-1, :, INDENTATION] > 0).all(), "both fingers have touched"
+        change = np.abs(here - finer)[..., BUFFER].max(axis=0)
+        assert (change / np.abs(finer[..., BUFFER]).max(axis=0) < 0.01).all()
+
+
+def test_the_error_falls_with_the_step() -> None:
+    reference = output(BLOCKS[4], 0, PAPER_RIG, 16 * SUBSTEPS)[..., BUFFER]
+    errors = [
+        np.abs(output(BLOCKS[4], 0, PAPER_RIG, n)[..., BUFFER] - reference).max()
+        for n in (SUBSTEPS // 2, SUBSTEPS, 2 * SUBSTEPS)
+    ]
+    # Of fourth order between the contacts, less at their edges.
+    assert errors[1] < errors[0] / 4
+    assert errors[2] < errors[1] / 2

@@ -1,0 +1,102 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pinches import SEED, drawn
+from scipy import stats
+
+from firstcontact.core.errors import InputError
+from firstcontact.twin.conditions import CONDITIONS, EVERYDAY, PAPER_RIG, condition
+from firstcontact.twin.draw import (
+    FIRST_CONTACT,
+    OFFSET_MAX,
+    OFFSET_MEAN,
+    OFFSET_SD,
+    draw_offset,
+    draw_pinch,
+    draw_specimen,
+    generator,
+)
+from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS
+from firstcontact.twin.pinch import DURATION
+
+
+def test_offsets_are_positive_with_the_published_mean_and_spread() -> None:
+    rng = np.random.default_rng(1)
+    offsets = np.array([draw_offset(rng) for _ in range(20_000)])
+    assert offsets.min() > 0
+    assert offsets.max() < OFFSET_MAX
+    assert offsets.mean() == pytest.approx(16.65e-3, abs=0.25e-3)
+    assert offsets.std() == pytest.approx(10.35e-3, abs=0.25e-3)
+    # A positive distribution with that mean and spread leans: about half are below 15 ms.
+    assert 0.45 < (offsets < 15e-3).mean() < 0.6
+    shape = (OFFSET_MEAN / OFFSET_SD) ** 2
+    assert stats.kstest(offsets, stats.gamma(shape, scale=OFFSET_MEAN / shape).cdf).pvalue > 0.01
+
+
+def test_either_finger_is_first_about_as_often() -> None:
+    first = [drawn(BLOCKS[0], i).timing.first_is_index for i in range(1000)]
+    assert stats.binomtest(sum(first), len(first)).pvalue > 0.01
+
+
+def test_quiet_before_and_room_after_both_contacts() -> None:
+    assert FIRST_CONTACT[0] >= 0.1
+    assert FIRST_CONTACT[1] + OFFSET_MAX + 0.05 < DURATION
+
+
+def test_a_pinch_depends_on_its_key_and_nothing_else() -> None:
+    assert drawn(BLOCKS[1], 3).fingers == drawn(BLOCKS[1], 3).fingers
+    assert drawn(BLOCKS[1], 3).fingers != drawn(BLOCKS[1], 4).fingers
+    assert generator(1, "a", "b").random() != generator(1, "ab").random()
+    assert generator(1, "a").random() != generator(2, "a").random()
+
+
+def test_the_two_fingers_differ_and_stay_themselves_through_a_session() -> None:
+    draws = [drawn(BLOCKS[1], 4 * i) for i in range(30)]
+    for name in ("mount_stiffness", "gain", "phalanx_mass", "link_stiffness"):
+        ratios = [getattr(d.fingers[0], name) / getattr(d.fingers[1], name) for d in draws]
+        assert abs(np.log(ratios).mean()) > 0.005, name
+        assert np.std(np.log(ratios)) < 1e-9, name
+
+
+def test_what_a_session_has_in_common_is_not_drawn_anew_in_each_pinch() -> None:
+    def gain(session: str, key: int) -> float:
+        return draw_pinch(SEED, PAPER_RIG, session, BLOCKS[0], key).fingers[0].gain
+
+    assert gain("a", 0) == gain("a", 1)
+    assert gain("a", 0) != gain("b", 0)
+
+
+@pytest.mark.parametrize("name", ["speed", "tip_radius", "pad_stiffness", "link_stiffness"])
+def test_everyday_pinches_vary_more_than_those_of_the_rig(name: str) -> None:
+    def spread(c: object) -> float:
+        assert c in (PAPER_RIG, EVERYDAY)
+        values = [getattr(drawn(BLOCKS[0], i, c).fingers[0], name) for i in range(200)]  # type: ignore[arg-type]
+        return float(np.std(np.log(values)))
+
+    assert spread(EVERYDAY) > 2 * spread(PAPER_RIG)
+
+
+def test_specimens_differ_and_one_specimen_is_always_the_same() -> None:
+    moduli = [draw_specimen(SEED, EVERYDAY, BLOCKS[2], i).nominal.modulus for i in range(3)]
+    assert len(set(moduli)) == 3
+    again = draw_specimen(SEED, EVERYDAY, BLOCKS[2], 1)
+    assert again.nominal.modulus == moduli[1]
+    assert again.shore_a == BLOCKS[2].shore_a
+
+
+def test_scatter_between_specimens_is_what_the_object_says() -> None:
+    apple = EVERYDAY_OBJECTS[0]
+    logs = [
+        np.log(draw_specimen(SEED, PAPER_RIG, apple, i).nominal.modulus / apple.nominal.modulus)
+        for i in range(2000)
+    ]
+    # Cut off at 2.5 standard deviations.
+    assert np.std(logs) == pytest.approx(apple.modulus_scatter, rel=0.06)
+    assert np.abs(logs).max() <= 2.5 * apple.modulus_scatter * 1.0001
+
+
+def test_an_unknown_condition_is_one_sentence_with_the_known_ones() -> None:
+    with pytest.raises(InputError, match="'lab'.*paper-rig, everyday"):
+        condition("lab")
+    assert list(CONDITIONS) == ["paper-rig", "everyday"]

@@ -1,0 +1,99 @@
+"""What the springs and masses hold never grows once the motor and the noise are off."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from firstcontact.twin.mechanics import (
+    FINGER_STATES,
+    INDENTATION,
+    OUTPUTS,
+    STATES,
+    contact_stiffness,
+    integrate,
+)
+from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS
+from firstcontact.twin.parameters import FingerParameters, ObjectParameters
+
+STEP = 5e-6
+Fingers = tuple[FingerParameters, FingerParameters]
+
+
+def run(
+    fingers: Fingers, o: ObjectParameters, touch: tuple[float, float], end: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """State and indentations at ``end``."""
+    times = np.linspace(0.0, end, max(round(end / STEP / 4), 1) + 1)
+    x = np.zeros(STATES)
+    for f, p in enumerate(fingers):
+        x[f * FINGER_STATES + 1 : f * FINGER_STATES + 8 : 2] = p.speed
+    out = np.empty((times.size, 2, OUTPUTS))
+    integrate(*fingers, o, np.array(touch), times, np.zeros((2, 2)), 1.0, 4, x, out)
+    return x, np.nan_to_num(out[-1, :, INDENTATION])
+
+
+def energy(
+    x: NDArray[np.float64], depth: NDArray[np.float64], fingers: Fingers, o: ObjectParameters
+) -> float:
+    """All that moves and all that is stretched, J."""
+    total = 0.0
+    for f, p in enumerate(fingers):
+        s = x[f * FINGER_STATES : (f + 1) * FINGER_STATES]
+        masses = (p.drive_mass, p.phalanx_mass, p.board_mass, p.skin_mass)
+        total += sum(0.5 * m * v**2 for m, v in zip(masses, s[1:8:2], strict=True))
+        total += 0.5 * p.link_stiffness * (s[0] - s[2]) ** 2
+        total += 0.5 * p.mount_stiffness * (s[2] - s[4]) ** 2
+        squeeze = s[4] - s[6]
+        total += 0.5 * p.pad_stiffness * squeeze**2 + 0.25 * p.pad_stiffening * squeeze**4
+        total += 0.5 * p.pad_arm_stiffness * s[8] ** 2
+        hertz = 0.4 * contact_stiffness(p, o)
+        total += hertz * max(depth[f], 0.0) ** 2.5
+        total += hertz * o.arm_share * max(s[9], 0.0) ** 2.5
+    face, face_v, other, other_v = x[2 * FINGER_STATES :]
+    total += 0.5 * o.face_mass * (face_v**2 + other_v**2)
+    total += 0.5 * o.bulk_stiffness * (face - other) ** 2
+    total += 0.25 * o.clamp_stiffness * (face**2 + other**2)
+    return float(total)
+
+
+def scattered(rng: np.random.Generator, parameters: tuple[float, ...]) -> NDArray[np.float64]:
+    """Each parameter times e^N(0, 0.5)."""
+    return np.asarray(parameters) * np.exp(0.5 * rng.standard_normal(len(parameters)))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_energy_never_grows(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    kinds = (*BLOCKS, *EVERYDAY_OBJECTS)
+    o = ObjectParameters(*scattered(rng, kinds[seed % len(kinds)].nominal))
+    fingers = tuple(
+        FingerParameters(*scattered(rng, FingerParameters()))._replace(drive_force=0.0)
+        for _ in range(2)
+    )
+    touch = (0.001, 0.001 + rng.uniform(0, 0.01))
+    history = []
+    for end in np.linspace(0.0005, 0.030, 120):
+        x, depth = run((fingers[0], fingers[1]), o, touch, float(end))
+        history.append(energy(x, depth, (fingers[0], fingers[1]), o))
+    grown = np.diff(history).max() / history[0]
+    assert grown < 1e-6
+    assert history[-1] < 0.999 * history[0], "nothing was lost: contact did not happen"
+
+
+def test_momentum_is_only_handed_over() -> None:
+    o = BLOCKS[2].nominal._replace(clamp_stiffness=0.0, clamp_damping=0.0)
+    p = FingerParameters()._replace(drive_force=0.0)
+
+    def momentum(x: NDArray[np.float64]) -> float:
+        masses = np.array([p.drive_mass, p.phalanx_mass, p.board_mass, p.skin_mass])
+        index, thumb = x[1:8:2], x[FINGER_STATES + 1 : FINGER_STATES + 8 : 2]
+        faces = x[2 * FINGER_STATES + 1 :: 2]
+        return float(masses @ (index - thumb) + o.face_mass * faces.sum())
+
+    slower = p._replace(speed=0.05)
+    before, _ = run((p, slower), o, (0.001, 0.004), STEP)
+    after, depth = run((p, slower), o, (0.001, 0.004), 0.02)
+    assert (depth > 0).all()
+    assert momentum(after) == pytest.approx(momentum(before), rel=1e-9)

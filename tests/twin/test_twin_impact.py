@@ -1,0 +1,85 @@
+"""The kernel in the limits that have closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from firstcontact.twin.materials import hertz_impact, plane_strain_modulus
+from firstcontact.twin.mechanics import (
+    CONTACT_FORCE,
+    FINGER_STATES,
+    OUTPUTS,
+    STATES,
+    integrate,
+)
+from firstcontact.twin.parameters import FingerParameters, ObjectParameters
+
+NEVER = 1e9
+#: Nothing but the skin: no drive, and nothing that ties it to the board.
+SKIN_ALONE = FingerParameters()._replace(
+    drive_force=0.0, link_stiffness=0.0, link_damping=0.0, pad_stiffness=0.0, pad_stiffening=0.0,
+    pad_arm_stiffness=0.0, pad_damping=0.0,
+)  # fmt: skip
+#: Phalanx, board and skin as one: springs so stiff that nothing between them moves.
+RIGID = SKIN_ALONE._replace(mount_stiffness=1e9, pad_stiffness=1e9)
+#: A flat face that does not move and loses nothing.
+WALL = ObjectParameters(
+    modulus=1e6, face_mass=1e9, clamp_stiffness=0.0, clamp_damping=0.0, arm_share=0.0,
+    contact_loss=0.0,
+)  # fmt: skip
+
+
+def impact(
+    p: FingerParameters, o: ObjectParameters, speed: float, duration: float, dt: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Times, contact force of the index, and the last state of one impact."""
+    times = np.arange(0.0, duration, dt)
+    state = np.zeros(STATES)
+    state[1 : FINGER_STATES - 4 : 2] = speed
+    out = np.empty((times.size, 2, OUTPUTS))
+    touch = np.array([10.25 * dt, NEVER])
+    integrate(p, p, o, touch, times, np.zeros((2, 2)), 1.0, 1, state, out)
+    return times, out[:, 0, CONTACT_FORCE], state
+
+
+def mass_of(p: FingerParameters) -> float:
+    return p.skin_mass if p is SKIN_ALONE else p.skin_mass + p.board_mass + p.phalanx_mass
+
+
+@pytest.mark.parametrize("p", [SKIN_ALONE, RIGID], ids=["skin alone", "rigid finger"])
+@pytest.mark.parametrize("modulus", [0.4e6, 4e6])
+@pytest.mark.parametrize("radius", [1e3, 0.035], ids=["flat", "round"])
+def test_peak_force_and_contact_time_are_those_of_hertz(
+    p: FingerParameters, modulus: float, radius: float
+) -> None:
+    speed = 0.13
+    o = WALL._replace(modulus=modulus, radius=radius)
+    tip = 1 / (1 / p.tip_radius + 1 / radius)
+    both = plane_strain_modulus(p.pad_modulus, modulus)
+    _, peak, lasts = hertz_impact(mass_of(p), speed, both, tip)
+    times, force, _ = impact(p, o, speed, 1.5 * lasts, 0.4e-6 if p is RIGID else 2e-6)
+    pressed = times[force > 0]
+    assert force.max() == pytest.approx(peak, rel=0.02)
+    assert pressed[-1] - pressed[0] == pytest.approx(lasts, rel=0.02)
+
+
+@pytest.mark.parametrize("loss", [0.05, 0.2, 0.4])
+def test_hunt_crossley_takes_the_share_of_speed_it_should(loss: float) -> None:
+    speed = 0.13
+    _, _, state = impact(SKIN_ALONE, WALL._replace(contact_loss=loss), speed, 0.02, 2e-6)
+    restitution = -state[7] / speed
+    # e = 1 - c v to first order; what is left out is of second order.
+    assert restitution == pytest.approx(1 - loss * speed, abs=(loss * speed) ** 2)
+
+
+def test_a_wall_without_loss_gives_all_speed_back() -> None:
+    _, _, state = impact(SKIN_ALONE, WALL, 0.13, 0.02, 2e-6)
+    assert state[7] == pytest.approx(-0.13, rel=1e-4)
+
+
+def test_the_maxwell_arm_takes_energy_and_never_pulls() -> None:
+    _, force, state = impact(SKIN_ALONE, WALL._replace(arm_share=0.5), 0.13, 0.02, 2e-6)
+    assert 0.5 < -state[7] / 0.13 < 0.99
+    assert force.min() >= 0

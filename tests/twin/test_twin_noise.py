@@ -1,0 +1,62 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import signal, stats
+
+from firstcontact.twin.noise import MotorNoise, phalanx_force, pickup
+
+RATE = 19_744.0
+QUIET = replace(MotorNoise(), rotor=0.0, mesh=0.0, friction=0.0, mains=0.0, click_rate=0.0)
+
+
+def series(noise: MotorNoise, duration: float = 4.0, seed: int = 5) -> np.ndarray:
+    return phalanx_force(noise, duration, RATE, np.random.default_rng(seed))
+
+
+def level(x: np.ndarray, frequency: float) -> float:
+    """Amplitude at about a frequency."""
+    f, p = signal.periodogram(x, RATE, "flattop", scaling="spectrum")
+    near = np.abs(f - frequency) < 0.02 * frequency + 2
+    return float(np.sqrt(2 * p[near].max()))
+
+
+def test_nothing_makes_no_force() -> None:
+    assert not series(QUIET).any()
+
+
+def test_the_rotor_and_its_harmonics_stand_where_the_speed_puts_them() -> None:
+    x = series(replace(QUIET, rotor=0.06, rotor_rate=150.0))
+    assert level(x, 150) == pytest.approx(0.06, rel=0.05)
+    assert level(x, 300) == pytest.approx(0.03, rel=0.05)
+    assert level(x, 450) == pytest.approx(0.02, rel=0.05)
+
+
+def test_rubbing_has_the_power_it_says_and_its_band() -> None:
+    x = series(replace(QUIET, friction=0.04, wander=0.0))
+    assert x.std() == pytest.approx(0.04, rel=0.1)
+    f, p = signal.welch(x, RATE, nperseg=4096)
+    assert p[(f > 100) & (f < 1000)].mean() > 20 * p[f > 5000].mean()
+
+
+def test_the_noise_is_not_gaussian() -> None:
+    x = series(replace(QUIET, friction=0.04, click_rate=3.0))
+    assert stats.kurtosis(x) > 0.3
+
+
+def test_clicks_come_as_often_as_said() -> None:
+    x = series(replace(QUIET, click_rate=2.0), duration=200.0)
+    clicks = np.sum((x[1:] != 0) & (x[:-1] == 0))
+    assert clicks == pytest.approx(400, abs=4 * 20)
+
+
+@pytest.mark.parametrize("mains", [50.0, 60.0])
+def test_mains_is_there_twice_as_torque_and_once_as_pickup(mains: float) -> None:
+    noise = replace(QUIET, mains=0.02, mains_rate=mains, electronics=0.0)
+    assert level(series(noise), 2 * mains) == pytest.approx(0.02, rel=0.05)
+    times = np.arange(round(4 * RATE)) / RATE
+    assert level(pickup(noise, times, np.random.default_rng(1)), mains) == pytest.approx(
+        noise.hum, rel=0.05
+    )

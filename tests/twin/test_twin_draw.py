@@ -6,7 +6,7 @@ from pinches import SEED, drawn
 from scipy import stats
 
 from firstcontact.core.errors import InputError
-from firstcontact.twin.conditions import CONDITIONS, EVERYDAY, PAPER_RIG, condition
+from firstcontact.twin.conditions import CONDITIONS, EVERYDAY, PAPER_RIG, Condition, condition
 from firstcontact.twin.draw import (
     FIRST_CONTACT,
     OFFSET_MAX,
@@ -69,9 +69,8 @@ def test_what_a_session_has_in_common_is_not_drawn_anew_in_each_pinch() -> None:
 
 @pytest.mark.parametrize("name", ["speed", "tip_radius", "pad_stiffness", "link_stiffness"])
 def test_everyday_pinches_vary_more_than_those_of_the_rig(name: str) -> None:
-    def spread(c: object) -> float:
-        assert c in (PAPER_RIG, EVERYDAY)
-        values = [getattr(drawn(BLOCKS[0], i, c).fingers[0], name) for i in range(200)]  # type: ignore[arg-type]
+    def spread(c: Condition) -> float:
+        values = [getattr(drawn(BLOCKS[0], i, c).fingers[0], name) for i in range(200)]
         return float(np.std(np.log(values)))
 
     assert spread(EVERYDAY) > 2 * spread(PAPER_RIG)

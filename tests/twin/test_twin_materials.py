@@ -16,7 +16,8 @@ from firstcontact.twin.parameters import FingerParameters, ObjectParameters
 
 
 @pytest.mark.parametrize(
-    ("shore_a", "megapascal"), [(10, 0.4127), (20, 0.7319), (43, 1.8913), (60, 3.6051), (65, 4.4260)]
+    ("shore_a", "megapascal"),
+    [(10, 0.4127), (20, 0.7319), (43, 1.8913), (60, 3.6051), (65, 4.4260)],
 )
 def test_gent_gives_the_values_of_its_formula(shore_a: float, megapascal: float) -> None:
     assert gent_modulus(shore_a) == pytest.approx(megapascal * 1e6, rel=2e-4)

@@ -1,0 +1,91 @@
+from __future__ import annotations
+
+import re
+import resource
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from firstcontact.cli.main import main
+from firstcontact.recording import read_recording
+
+COMMAND = [sys.executable, "-m", "firstcontact.cli.main", "simulate", "--out"]
+
+
+def test_simulate_writes_recordings_and_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "set"
+    assert (
+        main(
+            ["simulate", "--out", str(out), "--pinches-per-block", "1", "--pinches-per-object", "1"]
+        )
+        == 0
+    )
+    assert "13 pinches in 2 recordings" in capsys.readouterr().out
+    assert sorted(p.name for p in out.iterdir()) == ["blocks-01.mcap", "objects-01.mcap"]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--pinches-per-block", "-1"], "negative"),
+        (["--pinches-per-block", "0", "--pinches-per-object", "0"], "both 0"),
+        (["--seed", "-3"], "seed is -3"),
+        (["--workers", "0"], "workers is 0"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_exit_code_2(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], words: str
+) -> None:
+    assert main(["simulate", "--out", str(tmp_path / "set"), *options]) == 2
+    message = capsys.readouterr().err.splitlines()[-1]
+    assert message.startswith("firstcontact: ")
+    assert words in message
+    assert not (tmp_path / "set").exists()
+
+
+def test_a_folder_in_use_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "mine").write_text("mine")
+    assert main(["simulate", "--out", str(tmp_path)]) == 2
+    assert "not an empty folder" in capsys.readouterr().err
+    assert [p.name for p in tmp_path.iterdir()] == ["mine"]
+
+
+def test_an_unknown_condition_is_refused_with_exit_code_2(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [*COMMAND, str(tmp_path / "set"), "--condition", "lab"], capture_output=True, text=True
+    )
+    assert done.returncode == 2
+    assert "paper-rig" in done.stderr
+    assert not (tmp_path / "set").exists()
+
+
+def test_ctrl_c_leaves_whole_files_only(tmp_path: Path) -> None:
+    out = tmp_path / "set"
+    with subprocess.Popen(
+        [*COMMAND, str(out), "--pinches-per-block", "500"], stderr=subprocess.PIPE
+    ) as process:
+        assert process.stderr is not None
+        told = b""
+        # The bar shows that pinches are being written; the whole set takes far longer.
+        while not re.search(rb" [1-9]\d*/", told):
+            told += process.stderr.read(1)
+        process.send_signal(signal.SIGINT)
+        rest = process.stderr.read()
+    assert process.returncode == 130
+    assert rest.splitlines()[-1] == b"firstcontact: interrupted"
+    for path in out.iterdir():
+        assert path.suffix == ".mcap"
+        assert not path.name.startswith(".")
+        read_recording(path)
+
+
+@pytest.mark.slow
+def test_the_paper_size_set_stays_below_2_gb(tmp_path: Path) -> None:
+    subprocess.run([*COMMAND, str(tmp_path / "set")], check=True, capture_output=True)
+    kilobytes = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    assert kilobytes < 2e6

@@ -1,0 +1,132 @@
+"""What comes out has the published statistics."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from pinches import drawn, simulated
+from scipy import stats
+
+from firstcontact.core.layout import ChannelKind, fingertip_layout
+from firstcontact.core.pinch import Label, Pinch
+from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition
+from firstcontact.twin.draw import OFFSET_MEAN, OFFSET_SD
+from firstcontact.twin.objects import BLOCKS
+from firstcontact.twin.pinch import simulate_pinch
+
+LAYOUT = fingertip_layout()
+WINDOW = round(0.015 * LAYOUT.rate)
+
+
+@cache
+def pinches(condition: Condition = PAPER_RIG, each: int = 60) -> tuple[Pinch, ...]:
+    """``each`` pinches of every block."""
+    return tuple(simulated(kind, i, condition) for kind in BLOCKS for i in range(each))
+
+
+def test_a_pinch_is_what_the_device_sends() -> None:
+    for pinch in pinches():
+        assert pinch.layout == LAYOUT
+        assert pinch.data.dtype == np.int16
+        assert len(pinch.data) >= 0.3 * LAYOUT.rate
+        assert pinch.data.min() >= 0
+        assert pinch.data[:, :14].max() <= 1023 * 32
+
+
+def test_sample_numbers_count_from_where_the_pinch_starts() -> None:
+    at_zero = simulated(BLOCKS[0])
+    later = simulate_pinch(drawn(BLOCKS[0]), Label(), first_sample=5000)
+    assert (later.data == at_zero.data).all()
+    assert [c.sample - 5000 for c in later.truth] == [c.sample for c in at_zero.truth]
+
+
+def test_the_strips_tell_the_drawn_contacts_to_the_sample() -> None:
+    for number in range(20):
+        timing = drawn(BLOCKS[2], number).timing
+        pinch = simulated(BLOCKS[2], number)
+        assert pinch.first is not None
+        assert pinch.second is not None
+        assert (pinch.first.finger == 0) == timing.first_is_index
+        for contact, instant in zip(pinch.truth, timing[:2], strict=True):
+            late = contact.sample / LAYOUT.rate - instant
+            assert -0.05e-3 < late < 1.05 / LAYOUT.rate, "the first sample after it touched"
+            assert contact.decided == contact.sample
+
+
+def test_both_fingers_touch_once_and_at_least_100_ms_are_quiet() -> None:
+    for pinch in pinches():
+        assert {c.finger for c in pinch.truth} == {0, 1}
+        assert pinch.first is not None
+        assert pinch.first.sample > 0.1 * LAYOUT.rate
+        strips = pinch.data[:, list(LAYOUT.columns(ChannelKind.STRIP))]
+        assert not strips[: pinch.first.sample].any()
+
+
+def test_offsets_read_off_the_strips_are_the_published_ones() -> None:
+    offsets = np.array([p.offset for p in pinches()])
+    error = OFFSET_SD / np.sqrt(offsets.size)
+    assert offsets.mean() == pytest.approx(OFFSET_MEAN, abs=3 * error)
+    assert offsets.std() == pytest.approx(OFFSET_SD, rel=0.2)
+    assert offsets.min() >= 0
+    shape = (OFFSET_MEAN / OFFSET_SD) ** 2
+    # Offsets come in whole samples; half a sample of dither undoes that.
+    dither = np.random.default_rng(0).uniform(-0.5, 0.5, offsets.size) / LAYOUT.rate
+    gamma = stats.gamma(shape, scale=OFFSET_MEAN / shape)
+    assert stats.kstest(offsets + dither, gamma.cdf).pvalue > 0.01
+
+
+@pytest.mark.parametrize("condition", [PAPER_RIG, EVERYDAY], ids=lambda c: c.name)
+def test_force_is_silent_until_the_second_contact(condition: Condition) -> None:
+    rises = []
+    for pinch in pinches(condition, 20):
+        assert pinch.first is not None
+        assert pinch.second is not None
+        force = pinch.force(pinch.first.finger).sum(axis=1)
+        start = pinch.first.sample
+        stop = min(pinch.second.sample, start + WINDOW)
+        rest = force[:start].mean()
+        grip = force[-50:].mean() - rest
+        assert grip > 1.0, "both fingers squeeze in the end"
+        rises.append((force[start : stop + 1].max() - rest) / grip)
+    assert np.median(rises) < 0.01
+    assert np.percentile(rises, 95) < 0.05
+
+
+def peaks(condition: Condition) -> np.ndarray:
+    """Largest piezo deflection in the 15 ms after contact, V, shape (blocks, pinches)."""
+    out = []
+    for pinch in pinches(condition):
+        assert pinch.first is not None
+        start = pinch.first.sample
+        piezo = pinch.piezo()[:, pinch.first.finger]
+        after = piezo[start : start + WINDOW]
+        if pinch.second is not None:
+            after = after[: max(pinch.second.sample - start, 1)]
+        out.append(np.abs(after - piezo[:start].mean()).max())
+    return np.array(out).reshape(len(BLOCKS), -1)
+
+
+def test_the_piezo_peak_rises_about_in_proportion_to_shore_a() -> None:
+    medians = np.median(peaks(PAPER_RIG), axis=1)
+    assert (np.diff(medians) > 0).all()
+    shore = [kind.shore_a for kind in BLOCKS]
+    assert np.corrcoef(shore, medians)[0, 1] > 0.97
+
+
+def test_the_peak_alone_does_not_give_the_block_away() -> None:
+    # A twin in which it does is too easy.
+    each = peaks(EVERYDAY)
+    overlap = [(a.max() > b.min()) for a, b in zip(each[:-1], each[1:], strict=True)]
+    assert all(overlap)
+
+
+def test_a_contact_stands_out_of_the_noise_but_the_noise_is_there() -> None:
+    for pinch in pinches():
+        assert pinch.first is not None
+        piezo = pinch.piezo()[:, pinch.first.finger]
+        quiet = piezo[: pinch.first.sample].std()
+        touched = np.abs(piezo[pinch.first.sample :] - piezo[: pinch.first.sample].mean()).max()
+        assert 0.002 < quiet < 0.1
+        assert touched > 5 * quiet

@@ -1,0 +1,107 @@
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.core.errors import InputError
+from firstcontact.recording import load_dataset, read_recording
+from firstcontact.twin.simulate import simulate
+
+
+def digests(folder: Path) -> dict[str, str]:
+    return {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in sorted(folder.iterdir())}
+
+
+def made(folder: Path, seed: int = 3, workers: int = 1, condition: str = "everyday") -> Path:
+    simulate(folder, condition, 4, 2, seed, workers)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return made(tmp_path_factory.mktemp("set") / "new")
+
+
+@pytest.mark.parametrize("workers", [1, 2, 4])
+def test_same_seed_same_bytes_whatever_the_workers(
+    simulated: Path, tmp_path: Path, workers: int
+) -> None:
+    assert digests(made(tmp_path / "again", workers=workers)) == digests(simulated)
+
+
+def test_another_seed_or_condition_gives_another_set(simulated: Path, tmp_path: Path) -> None:
+    here = set(digests(simulated).values())
+    assert here.isdisjoint(digests(made(tmp_path / "seed", seed=4)).values())
+    assert here.isdisjoint(digests(made(tmp_path / "rig", condition="paper-rig")).values())
+
+
+def test_the_set_is_read_back_with_labels_and_contacts(simulated: Path) -> None:
+    dataset = load_dataset(simulated)
+    assert len(dataset) == 5 * 4 + 8 * 2
+    assert dataset.source == "twin"
+    assert set(dataset.shore_a[~dataset.test]) == {10, 20, 29, 43, 60}
+    assert set(dataset.shore_a[dataset.test]) == {28, 26, 35, 37, 45, 46, 59, 67}
+    for pinch in dataset.pinches:
+        assert len(pinch.truth) == 2
+        assert pinch.offset is not None
+        assert pinch.offset >= 0
+        strips = np.array([pinch.strip(c.finger)[:, 0] for c in pinch.truth])
+        for strip, contact in zip(strips, pinch.truth, strict=True):
+            assert np.argmax(strip > 0) == contact.sample - pinch.first_sample
+
+
+def test_a_recording_says_how_it_was_made(simulated: Path) -> None:
+    for path in simulated.iterdir():
+        header = read_recording(path).header
+        assert header.source == "twin"
+        assert "everyday" in header.notes
+        assert "seed 3" in header.notes
+
+
+def test_progress_counts_every_pinch(tmp_path: Path) -> None:
+    done: list[int] = []
+    simulate(tmp_path, "paper-rig", 1, 1, 0, 2, done.append)
+    assert sum(done) == 5 + 8
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("lab", 1, 1, 0, 1), "'lab'"),
+        (("paper-rig", -1, 1, 0, 1), "negative"),
+        (("paper-rig", 0, 0, 0, 1), "both 0"),
+        (("paper-rig", 1, 1, -1, 1), "seed is -1"),
+        (("paper-rig", 1, 1, 0, 0), "workers is 0"),
+    ],
+)
+def test_what_cannot_be_made_is_refused_and_nothing_is_written(
+    tmp_path: Path, arguments: tuple[str, int, int, int, int], words: str
+) -> None:
+    with pytest.raises(InputError, match=words):
+        simulate(tmp_path / "out", *arguments)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_with_something_in_it_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("mine")
+    with pytest.raises(InputError, match="not an empty folder"):
+        simulate(tmp_path, "paper-rig", 1, 0)
+    assert [p.name for p in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be made"):
+        simulate(tmp_path / "file" / "out", "paper-rig", 1, 0)
+
+
+def test_an_error_on_the_way_leaves_no_half_file(tmp_path: Path) -> None:
+    def stop(done: int) -> None:
+        raise RuntimeError("stop")
+
+    with pytest.raises(RuntimeError, match="stop"):
+        simulate(tmp_path / "out", "paper-rig", 4, 0, 0, 2, stop)
+    assert not list((tmp_path / "out").iterdir())

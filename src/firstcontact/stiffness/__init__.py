@@ -1,1 +1,20 @@
-"""Stiffness estimators, one a file, and the saved-model format."""
+"""Estimators, one a file, and the saved-model format."""
+
+from firstcontact.stiffness.estimator import Estimator, Model, Spec, Task, usable
+from firstcontact.stiffness.model_file import Card, load_model, read_card, save_model
+from firstcontact.stiffness.registry import ESTIMATORS, MODELS, make_estimator
+
+__all__ = [
+    "ESTIMATORS",
+    "MODELS",
+    "Card",
+    "Estimator",
+    "Model",
+    "Spec",
+    "Task",
+    "load_model",
+    "make_estimator",
+    "read_card",
+    "save_model",
+    "usable",
+]

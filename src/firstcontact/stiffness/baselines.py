@@ -103,7 +103,8 @@ class PeakModel:
             fitted: Values = np.clip(np.polyval(self.weights[:3], peak), low, high)
             return fitted
         nearest = np.abs(peak[:, None] - self.weights).argmin(axis=1)
-        return np.array(self.spec.classes)[nearest]
+        chosen: Values = np.array(self.spec.classes)[nearest]
+        return chosen
 
     def predict_one(self, window: Windows) -> float:
         """One answer."""

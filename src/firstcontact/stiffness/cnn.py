@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.stiffness.cnn_model import CnnModel, compress
-from firstcontact.stiffness.estimator import Spec, Task, Values, Windows, training_spec
+from firstcontact.stiffness.estimator import Task, Values, Windows, training_spec
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -79,7 +79,7 @@ def _train(
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
         network = EfficientNet(inputs.shape[2], wanted.shape[1])
-        network = network.to(memory_format=torch.channels_last)
+        network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         X, Y = as_input(inputs), torch.from_numpy(wanted)
         optimiser = torch.optim.Adam(network.parameters(), lr=LEARNING_RATE, fused=True)
         schedule = torch.optim.lr_scheduler.StepLR(optimiser, HALVE_EVERY, 0.5)
@@ -94,4 +94,5 @@ def _train(
                 loss(network(X[which]), Y[which]).backward()
                 optimiser.step()
             schedule.step()
-    return network.eval()
+    network.eval()
+    return network

@@ -108,8 +108,10 @@ class CnnModel:
         self.spec.check(X)
         out = self.outputs(X)
         if self._regression:
-            return out[:, 0].astype(np.float64) * self._target[1] + self._target[0]
-        return np.array(self.spec.classes)[out.argmax(axis=1)]
+            answers: Values = out[:, 0].astype(np.float64) * self._target[1] + self._target[0]
+            return answers
+        chosen: Values = np.array(self.spec.classes)[out.argmax(axis=1)]
+        return chosen
 
     def predict_one(self, window: Windows) -> float:
         """Answer for one window (samples, channels)."""

@@ -71,7 +71,7 @@ class _Builder:
         return out if linear else self.silu(out)
 
     def silu(self, x: str) -> str:
-        """x times its sigmoid."""
+        """SiLU: x times its sigmoid."""
         return self.op("Mul", x, self.op("Sigmoid", x))
 
     def linear(self, x: str, name: str, outputs: int, inputs: int) -> str:

@@ -19,7 +19,7 @@ SEARCH_WINDOWS = 800
 #: unit variance), epsilon in standard deviations of the target.
 C_GRID = (1.0, 10.0, 100.0)
 GAMMA_GRID = (0.1, 0.3, 1.0, 3.0)
-EPSILON_GRID = (0.15, 0.05)
+EPSILON_GRID = (0.3, 0.15, 0.05)
 #: The first candidate this close to the best is taken: wide tubes and small C
 #: come first, and with them fewer support vectors and a quicker answer.
 TOLERANCE = 1.01

@@ -89,10 +89,9 @@ class SvmModel:
         rows = 1 if spec.task is Task.REGRESSION else k * (k - 1) // 2
         m = len(vectors)
         expected = ((2,), (m, spec.samples * spec.channels + 1), (rows, m), (rows,), (2,), (3,))
-        self._arrays = dict(
-            zip(_NAMES, (level, vectors, weights, bias, target, parameters), strict=True)
-        )
-        if tuple(a.shape for a in self._arrays.values()) != expected:
+        given: tuple[NDArray[Any], ...] = (level, vectors, weights, bias, target, parameters)
+        self._arrays = dict(zip(_NAMES, given, strict=True))
+        if tuple(a.shape for a in given) != expected:
             raise InputError("the arrays of the SVM do not fit together: train it again")
         self.spec = spec
         self.parameters = parameters
@@ -123,10 +122,12 @@ class SvmModel:
         kernel = np.exp(inputs @ self._steep.T + self._norms + norms[:, None])
         decisions = kernel @ self._weights.T + self._bias
         if self.spec.task is Task.REGRESSION:
-            return decisions[:, 0].astype(np.float64) * self._scale + self._mean
+            answers: Values = decisions[:, 0].astype(np.float64) * self._scale + self._mean
+            return answers
         winners = np.where(decisions > 0, self._first, self._second)
         votes = (winners[:, :, None] == np.arange(len(self._classes))).sum(axis=1)
-        return self._classes[votes.argmax(axis=1)]
+        chosen: Values = self._classes[votes.argmax(axis=1)]
+        return chosen
 
     def predict_one(self, window: Windows) -> float:
         """Answer for one window (samples, channels)."""

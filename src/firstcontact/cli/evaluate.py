@@ -1,0 +1,102 @@
+"""``firstcontact evaluate``: a saved model asked about recordings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import tyro
+
+from firstcontact.cli.extras import need
+from firstcontact.cli.train import in_words, score, starts
+from firstcontact.core.errors import InputError
+
+if TYPE_CHECKING:
+    from firstcontact.stiffness import Model
+    from firstcontact.study.training import Examples
+
+
+@dataclass(frozen=True)
+class Evaluate:
+    """Score a saved model; pinches that it learned from are told apart."""
+
+    model: tyro.conf.Positional[Path]
+    """Folder of the model."""
+    data: tyro.conf.Positional[Path]
+    """A recording, or a folder of recordings."""
+    contacts: Literal["auto", "truth", "detected"] = "auto"
+    """Where windows start: known contacts or found ones; auto: known if there are any."""
+
+    def run(self) -> None:
+        """Print errors or accuracy, and a table of objects."""
+        import numpy as np
+
+        from firstcontact.recording import load_dataset
+        from firstcontact.stiffness import load_model, read_card
+        from firstcontact.study.training import examples
+
+        card = read_card(self.model)
+        if card.get("kind") == "cnn":
+            need("cnn", "onnx", "onnxruntime")
+        model = load_model(self.model)
+        dataset = load_dataset(self.data)
+        model.spec.require_rate(dataset.layout.rate)
+        target = card["data"].get("target", "shore_a")
+        values = dataset.hardness_rank if target == "hardness_rank" else dataset.shore_a
+        learned = np.isin(dataset.sessions, card["data"]["sessions"]) & ~dataset.test
+        known = any(p.first is not None for p in dataset.pinches)
+        truth = self.contacts == "truth" or (self.contacts == "auto" and known)
+        contacts, how = starts(dataset, dataset.take(learned), truth)
+        data = examples(dataset, contacts, model.spec.duration, values)
+        if not len(data):
+            raise InputError(
+                f"{self.data}: none of {len(dataset)} pinches has a contact ({how}), a whole "
+                f"window of {1e3 * model.spec.duration:.3g} ms and a {target}: there is nothing to score"
+            )
+        seen = learned[data.which]
+        left_out = len(dataset) - len(data)
+        print(f"contacts {how}; {len(data)} pinches scored, {left_out} without contact or label")
+        if seen.any():
+            print(
+                f"warning: {seen.sum()} pinches are of sessions that the model learned from: "
+                "they are reported apart and say nothing of its errors in use"
+            )
+        for title, which in (("not seen in training", ~seen), ("seen in training", seen)):
+            if which.any():
+                _report(title, model, data.take(which), target)
+
+
+def _report(title: str, model: Model, data: Examples, target: str) -> None:
+    import numpy as np
+
+    if model.spec.classes:
+        inside = np.isin(data.y, model.spec.classes)
+        if not inside.all():
+            print(
+                f"{title}: {(~inside).sum()} pinches are of no class that the model knows "
+                "and are left out"
+            )
+        data = data.take(inside)
+    if not len(data):
+        return
+    predicted = model.predict(data.X)
+    print(f"{title}: {in_words(score(model.spec.task, data, predicted, seed=0))}")
+    for line in _table(data, predicted, target):
+        print(f"  {line}")
+
+
+def _table(data: Examples, predicted: Any, target: str) -> list[str]:
+    from firstcontact.study.metrics import per_object
+
+    each = per_object(data.y, predicted, data.specimens, data.objects)
+    names = {name: name or "(unnamed)" for name in each}
+    width = max(len(n) for n in (*names.values(), "specimen"))
+    unit = "true" if target == "shore_a" else "rank"
+    lines = [f"{'specimen':<{width}}  {'n':>5}  {unit:>6}  {'mean':>6}  {'sd':>5}  {'rmse':>5}"]
+    for name, row in each.items():
+        lines.append(
+            f"{names[name]:<{width}}  {row['n']:>5}  {row['true']:>6.1f}  {row['mean']:>6.1f}  "
+            f"{row['sd']:>5.1f}  {row['rmse']:>5.1f}"
+        )
+    return lines

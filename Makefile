@@ -102,7 +102,7 @@ bench: $(VENV)/.dev ## what is timed: benchmarks/
 
 .PHONY: readme-numbers
 readme-numbers: $(VENV)/.study ## copy the numbers of both studies into docs/results and the tables
-	$(BIN)/python docs/numbers.py \
+	$(BIN)/python docs/write_tables.py \
 		--study $(OUT)/results.json --real $(OUT)/real/results.json
 
 .PHONY: clean

@@ -14,7 +14,7 @@ from pages import ROOT, name
 
 def load() -> ModuleType:
     """The script, as a module."""
-    spec = importlib.util.spec_from_file_location("numbers_of_docs", ROOT / "docs/numbers.py")
+    spec = importlib.util.spec_from_file_location("numbers_of_docs", ROOT / "docs/write_tables.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)

@@ -1,6 +1,6 @@
 """Write docs/reference/cli.md from what each verb says of itself.
 
-python docs/help.py
+python docs/write_cli.py
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ PAGE = Path(__file__).parent / "reference" / "cli.md"
 HEAD = """\
 # Command line
 
-Written by `docs/help.py` from `--help`; a test holds this page against it.
+Written by `docs/write_cli.py` from `--help`; a test holds this page against it.
 
 Exit codes: 0 done; 2 the input or the options cannot be used, with one sentence on standard
 error saying which and what to do; 130 interrupted.

@@ -1,7 +1,7 @@
 """Write the tables of results in the README and the docs from results files.
 
-    python docs/numbers.py                     the tables, from docs/results
-    python docs/numbers.py --study A --real B  copy A and B to docs/results first
+    python docs/write_tables.py                     the tables, from docs/results
+    python docs/write_tables.py --study A --real B  copy A and B to docs/results first
 
 Tables stand between ``<!-- numbers: NAME -->`` and ``<!-- /numbers -->``. Nothing in them is
 typed by hand, and a test holds them against docs/results.

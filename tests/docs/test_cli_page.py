@@ -11,8 +11,10 @@ from pages import ROOT
 
 def test_the_page_is_what_help_prints(tmp_path: Path) -> None:
     code = "import help_of_docs, pathlib; pathlib.Path('now.md').write_text(help_of_docs.page())"
-    (tmp_path / "help_of_docs.py").write_text((ROOT / "docs/help.py").read_text(encoding="utf-8"))
+    (tmp_path / "help_of_docs.py").write_text(
+        (ROOT / "docs/write_cli.py").read_text(encoding="utf-8")
+    )
     subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
     now = (tmp_path / "now.md").read_text(encoding="utf-8")
     there = (ROOT / "docs/reference/cli.md").read_text(encoding="utf-8")
-    assert there == now, "python docs/help.py"
+    assert there == now, "python docs/write_cli.py"

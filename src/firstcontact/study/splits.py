@@ -66,7 +66,7 @@ class Split:
             both = set(names[self.train]) & set(names[self.test])
             if both and group not in self.shares:
                 raise ValueError(
-                    f"split {self.name!r} has the {group} {min(both)!r} on both sides "
+                    f"split {self.name!r} has the {group} {str(min(both))!r} on both sides "
                     "and does not say so"
                 )
 

@@ -80,10 +80,10 @@ def _reason(subject: Subject) -> str:
         subject.dataset.specimens[~subject.dataset.test]
     )
     if shared:
-        return f"Unseen objects: the specimen {min(shared)!r} has both roles, so it is not unseen."
+        return f"Unseen objects: the specimen {str(min(shared))!r} has both roles, so it is not unseen."
     sessions = set(subject.dataset.sessions[subject.dataset.test]) & set(
         subject.dataset.sessions[~subject.dataset.test]
     )
     if sessions:
-        return f"Unseen objects: the session {min(sessions)!r} has pinches of both roles."
+        return f"Unseen objects: the session {str(min(sessions))!r} has pinches of both roles."
     return ""

@@ -1,0 +1,115 @@
+"""The study as a command: exit codes, files, and an interrupt that leaves no process behind."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.cli.study import Study
+from firstcontact.core import InputError
+
+
+@pytest.fixture
+def arrays(tmp_path: Path) -> Path:
+    """Pinches of two levels in two sessions that ring at different frequencies."""
+    rng = np.random.default_rng(0)
+    levels = np.repeat([10.0, 40.0], 20)
+    piezo = 0.002 * rng.standard_normal((40, 900, 1))
+    t = np.arange(400) / 4936.0
+    for wave, level in zip(piezo, levels, strict=True):
+        wave[500:, 0] += 0.3 * np.sin(2 * np.pi * (60 + 4 * level) * t) * np.exp(-t / 0.01)
+    path = tmp_path / "pinches.npz"
+    np.savez(
+        path,
+        piezo=piezo,
+        shore_a=levels,
+        session=np.array(["a", "b"] * 20),
+        first_contact=np.full(40, 500),
+        sample_rate_hz=4936.0,
+        piezo_unit="V",
+    )
+    return path
+
+
+def start(path: Path, out: Path) -> subprocess.Popen[str]:
+    arguments = ["study", "--quick", "--recordings", str(path), "--out", str(out)]
+    return subprocess.Popen(
+        [sys.executable, "-m", "firstcontact.cli.main", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def test_a_study_of_arrays_writes_both_files(arrays: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    process = start(arrays, out)
+    stdout, stderr = process.communicate()
+    assert process.returncode == 0, stderr
+    assert stdout.strip() == str(out / "report.html")
+    assert "done" in stderr
+    tree = json.loads((out / "results.json").read_text(encoding="utf-8"))
+    assert tree["study"]["complete"]
+    assert tree["blocks"]["cnn"]["by_session"]["n"] > 30
+    assert "--quick" in tree["study"]["command"]
+    assert "objects" not in tree
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_ends_all_processes_and_keeps_the_report(
+    arrays: Path, tmp_path: Path, number: signal.Signals
+) -> None:
+    out = tmp_path / "out"
+    process = start(arrays, out)
+    assert process.stderr is not None
+    # The bar names the second part once the first has been written.
+    seen = ""
+    while "contact detection" not in seen:
+        part = os.read(process.stderr.fileno(), 4096).decode("utf-8", "replace")
+        assert part, seen
+        seen += part
+    if number is signal.SIGINT:
+        os.killpg(process.pid, number)  # as a terminal does: workers get it too
+    else:
+        process.send_signal(number)
+    process.communicate()
+    assert process.returncode == 130
+    assert not living_in_group(process.pid)
+    tree = json.loads((out / "results.json").read_text(encoding="utf-8"))
+    assert not tree["study"]["complete"]
+    assert "Interrupted." in (out / "report.html").read_text(encoding="utf-8")
+    assert not list(out.glob(".*.part"))
+
+
+def living_in_group(group: int) -> list[str]:
+    """Processes of a group that are not just waiting to be reaped."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            text = stat.read_text(encoding="utf-8", errors="replace")
+        except OSError:
+            continue
+        state, _, pgrp = text.rsplit(")", 1)[1].split()[:3]
+        if int(pgrp) == group and state != "Z":
+            found.append(text)
+    return found
+
+
+def test_settings_that_make_no_sense_are_refused(tmp_path: Path) -> None:
+    for study in (Study(seed=-1), Study(workers=-1), Study(early_ms=50.0)):
+        with pytest.raises(InputError, match="must not be negative"):
+            study.run()
+
+
+def test_a_folder_that_cannot_be_made_is_one_sentence(arrays: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    with pytest.raises(InputError, match="choose another --out"):
+        Study(recordings=arrays, out=tmp_path / "file" / "out", quick=True).run()

@@ -1,0 +1,51 @@
+"""The score that needs no training, and the study of ranks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.core import Dataset
+from firstcontact.study.jobs import Serial
+from firstcontact.study.parts.hardness import hardness, spectral_centroid
+from firstcontact.study.settings import Settings
+from firstcontact.study.subject import Subject
+
+RATE = 4936.0
+
+
+def tone(hertz: float, n: int = 74) -> np.ndarray:
+    return np.sin(2 * np.pi * hertz * np.arange(n) / RATE).astype(np.float32)[None, :, None]
+
+
+@given(st.floats(300.0, 2000.0), st.floats(0.01, 10.0))
+def test_centroid_of_a_tone_is_near_its_frequency_and_blind_to_gain(
+    hertz: float, gain: float
+) -> None:
+    found = spectral_centroid(tone(hertz), RATE)[0]
+    # The window starts at full weight, so a tone leaks: within two lines of the spectrum.
+    assert found == pytest.approx(hertz, abs=2 * RATE / 74)
+    assert spectral_centroid(np.float32(gain) * tone(hertz), RATE)[0] == pytest.approx(
+        found, rel=1e-4
+    )
+
+
+def test_rings_that_are_faster_when_harder_come_in_order(ranks: Dataset) -> None:
+    outcome = hardness(Subject("recordings", ranks), Settings(), Serial())
+    tree = outcome.tree["hardness_order"]
+    assert tree["spectral_centroid"]["rho"] > 0.9
+    assert tree["spectral_centroid"]["n"] == 6
+    assert tree["spectral_centroid"]["exact"]
+    left_out = tree["leave_one_material_out"]["classification"]["svm"]
+    assert left_out["n"] == len(ranks)
+    assert tree["chance"] == pytest.approx(1 / 3)
+    assert len(outcome.figures) == 2
+
+
+def test_too_few_materials_are_left_out_with_the_reason(ranks: Dataset) -> None:
+    few = ranks.take(ranks.hardness_rank == 0)
+    outcome = hardness(Subject("recordings", few), Settings(), Serial())
+    assert outcome.tree == {}
+    assert "Hardness order" in outcome.left_out[0]

@@ -104,7 +104,7 @@ def test_what_is_not_there_is_named(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert command.main(arguments) == 2
-    err = capsys.readouterr().err
-    assert err.count("\n") == 1
-    assert "absent" in err
+    lines = capsys.readouterr().err.splitlines()
+    assert [line for line in lines if line.startswith("firstcontact: ")] == lines[-1:]
+    assert "absent" in lines[-1]
     assert not any(path.is_file() for path in tmp_path.rglob("*"))

@@ -96,6 +96,6 @@ def test_scatter_between_specimens_is_what_the_object_says() -> None:
 
 
 def test_an_unknown_condition_is_one_sentence_with_the_known_ones() -> None:
-    with pytest.raises(InputError, match="'lab'.*paper-rig, everyday"):
+    with pytest.raises(InputError, match=r"'lab'.*paper-rig, everyday"):
         condition("lab")
     assert list(CONDITIONS) == ["paper-rig", "everyday"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -118,7 +119,7 @@ def test_the_piezo_peak_rises_about_in_proportion_to_shore_a() -> None:
 def test_the_peak_alone_does_not_give_the_block_away() -> None:
     # A twin in which it does is too easy.
     each = peaks(EVERYDAY)
-    overlap = [(a.max() > b.min()) for a, b in zip(each[:-1], each[1:], strict=True)]
+    overlap = [a.max() > b.min() for a, b in pairwise(each)]
     assert all(overlap)
 
 

@@ -68,9 +68,9 @@ def _orange(k: int, shore_a: float) -> TwinObject:
 
 
 def _tennis_ball(k: int, shore_a: float) -> TwinObject:
-    # Hollow: between the halves there is the bending of a shell under pressure,
-    # softer than a column of rubber would be. The stiff first 0.1 ms, when only a
-    # cap of the shell moves (Cross 1999), is left out.
+    # Hollow. The wall is compressed where it is touched, which is the contact; then
+    # it bends, which is the bulk here: twice the static stiffness that the rules
+    # of tennis ask for at 6 mm. The mass of the bending cap alone is left out.
     solid = _round(shore_a, 0.033, 0.0577, 0.15)
     shell = solid._replace(bulk_stiffness=2.4e4, bulk_damping=6.0)
     return TwinObject(f"tennis ball {k}", shore_a, Role.TEST, shell, 0.06)

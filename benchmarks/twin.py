@@ -1,0 +1,159 @@
+"""Pinches a second, whether the step is converged, and memory at paper size.
+
+Compilation is done before any clock starts. The reference is SciPy's
+``solve_ivp`` on the same equations, with the same compiled derivative, so what is
+compared is the stepping alone; its waveform is compared too, since it shares
+nothing of the kernel's stepping. Run with nothing else on the machine:
+``OMP_NUM_THREADS=1 python benchmarks/twin.py``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import resource
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.recording import load_dataset
+from firstcontact.twin import pinch as pinch_module
+from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition
+from firstcontact.twin.draw import PinchDraw, draw_pinch, draw_specimen
+from firstcontact.twin.mechanics import (
+    BUFFER,
+    FINGER_STATES,
+    STATES,
+    _derivative,
+    contact_stiffness,
+)
+from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS, TwinObject
+from firstcontact.twin.pinch import BURN_IN, SUBSTEPS, mechanics_of
+from firstcontact.twin.simulate import simulate
+
+
+def drawn(kind: TwinObject, number: int, condition: Condition = PAPER_RIG) -> PinchDraw:
+    """One pinch's chance, the same each time."""
+    specimen = draw_specimen(0, condition, kind, 0)
+    return draw_pinch(0, condition, "benchmark", specimen, number)
+
+
+def halving(pinches: int) -> float:
+    """Largest change of any waveform on halving the step, as a share of its peak."""
+    worst = 0.0
+    for condition in (PAPER_RIG, EVERYDAY):
+        for kind in (*BLOCKS, *EVERYDAY_OBJECTS):
+            for i in range(pinches):
+                here = mechanics_of(drawn(kind, i, condition))[1][..., BUFFER]
+                fine = mechanics_of(drawn(kind, i, condition), substeps=2 * SUBSTEPS)[1][
+                    ..., BUFFER
+                ]
+                change = np.abs(here - fine).max(axis=0) / np.abs(fine).max(axis=0)
+                worst = max(worst, float(change.max()))
+    return worst
+
+
+def captured(draw: PinchDraw) -> tuple[object, ...]:
+    """What :func:`mechanics_of` hands to the kernel for a pinch."""
+    taken: list[tuple[object, ...]] = []
+    kernel = pinch_module.integrate
+    pinch_module.integrate = lambda *arguments: taken.append(arguments)
+    try:
+        mechanics_of(draw)
+    finally:
+        pinch_module.integrate = kernel
+    return taken[0]
+
+
+def plain(draw: PinchDraw) -> np.ndarray:
+    """The buffers' voltages of a pinch by ``solve_ivp``, shape (samples, 2)."""
+    index, thumb, o, touch, times, noise, noise_dt, _, start, _ = captured(draw)
+    stiffness = np.array([contact_stiffness(p, o) for p in (index, thumb)])
+    gap = np.full(2, np.nan)
+    dx = np.empty(STATES)
+    grid = np.arange(noise.shape[1]) * noise_dt
+
+    def rhs(t: float, x: np.ndarray) -> np.ndarray:
+        push = [np.interp(t, grid, line) for line in noise]
+        _derivative(x, dx, index, thumb, o, stiffness, gap, *push)
+        return dx.copy()
+
+    x = start.copy()
+    out = np.empty((times.size, 2))
+    order = np.argsort(touch)
+    edges = [times[0], *touch[order], times[-1]]
+    for stretch in range(3):
+        begin, end = edges[stretch : stretch + 2]
+        last = stretch == 2
+        inside = (times >= begin) & ((times < end) | last)
+        # No step longer than the noise's kinks are apart.
+        solved = solve_ivp(
+            rhs, (begin, end), x, "RK45", np.r_[times[inside], [] if last else end],
+            max_step=noise_dt, rtol=1e-6, atol=1e-12,
+        )  # fmt: skip
+        out[inside] = solved.y[[11, FINGER_STATES + 11], : inside.sum()].T
+        x = solved.y[:, -1]
+        if not last:
+            f = order[stretch]
+            gap[f] = x[6] - x[24] if f == 0 else x[18] + x[26]
+    return out
+
+
+def rate(folder: Path, workers: int, each: int) -> float:
+    """Pinches per second, recordings written."""
+    begin = time.perf_counter()
+    simulate(folder, "paper-rig", each, 0, 0, workers)
+    return 5 * each / (time.perf_counter() - begin)
+
+
+def main() -> None:
+    """Print what was measured."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--pinches", type=int, default=200, help="per block, for the rate")
+    parser.add_argument("--paper-size", action="store_true", help="memory of the full set")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        home = Path(folder)
+        begin = time.perf_counter()
+        simulate(home / "warm", "paper-rig", 1, 1, 0, 1)
+        print(
+            f"loading or compiling the kernel, not counted below: {time.perf_counter() - begin:.1f} s"
+        )
+        step = 1e6 / FINGERTIP_RATE / SUBSTEPS
+        print(f"step {step:.0f} us; halved, waveforms move by at most {100 * halving(5):.2f} %")
+        for workers in (1, 2):
+            best = max(rate(home / f"{workers}-{i}", workers, options.pinches) for i in range(3))
+            print(f"{workers} workers: {best:.0f} pinches/s of {pinch_module.DURATION} s")
+        draw = drawn(BLOCKS[4], 0)
+        begin = time.perf_counter()
+        reference = plain(draw)[BURN_IN:]
+        slow = time.perf_counter() - begin
+        best = np.inf
+        for _ in range(5):
+            draw = drawn(BLOCKS[4], 0)
+            begin = time.perf_counter()
+            ours = mechanics_of(draw)[1][..., BUFFER]
+            best = min(best, time.perf_counter() - begin)
+        off = np.abs(ours - reference).max() / np.abs(reference).max()
+        print(
+            f"solve_ivp with the compiled derivative: {slow:.2f} s a pinch, {slow / best:.0f} times "
+            f"the twin's {1e3 * best:.1f} ms; waveforms differ by {100 * off:.2f} %"
+        )
+        if options.paper_size:
+            begin = time.perf_counter()
+            simulate(home / "paper")
+            made = time.perf_counter() - begin
+            pinches = len(load_dataset(home / "paper"))
+            peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+            print(
+                f"paper size: {pinches} pinches in {made:.1f} s on {os.cpu_count()} cores; "
+                f"peak memory with the set loaded {peak:.2f} GB"
+            )
+
+
+if __name__ == "__main__":
+    main()

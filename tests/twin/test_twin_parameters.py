@@ -1,0 +1,91 @@
+"""The page of parameters has all of them, with the values that the code has."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from firstcontact.twin import draw, materials, noise, pinch, plan, sensor
+from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition, Spread
+from firstcontact.twin.noise import MotorNoise
+from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS
+from firstcontact.twin.parameters import FingerParameters, ObjectParameters
+from firstcontact.twin.sensor import VelostatParameters
+
+PAGE = Path(__file__).parents[2] / "docs/reference/twin-parameters.md"
+NOMINAL: dict[str, dict[str, float]] = {
+    "FingerParameters": FingerParameters()._asdict(),
+    "ObjectParameters": ObjectParameters()._asdict(),
+    "VelostatParameters": VelostatParameters()._asdict(),
+    "MotorNoise": {f.name: getattr(MotorNoise(), f.name) for f in fields(MotorNoise)},
+}
+CONSTANTS = {
+    "OFFSET_MEAN": draw.OFFSET_MEAN,
+    "OFFSET_SD": draw.OFFSET_SD,
+    "OFFSET_MAX": draw.OFFSET_MAX,
+    "FIRST_CONTACT[0]": draw.FIRST_CONTACT[0],
+    "FIRST_CONTACT[1]": draw.FIRST_CONTACT[1],
+    "DURATION": pinch.DURATION,
+    "BURN_IN": pinch.BURN_IN,
+    "SUBSTEPS": pinch.SUBSTEPS,
+    "OVERSAMPLING": noise.OVERSAMPLING,
+    "FORCE_READINGS": sensor.FORCE_READINGS,
+    "POISSON": materials.POISSON,
+    "BLOCK_SESSIONS": plan.BLOCK_SESSIONS,
+    "OBJECT_SESSIONS": plan.OBJECT_SESSIONS,
+}
+
+
+def rows(section: str) -> dict[str, list[str]]:
+    """Cells after the first of each row of a section's table, by the first."""
+    text = PAGE.read_text(encoding="utf-8").split(f"\n## {section}\n")[1].split("\n## ")[0]
+    lines = [line.strip("|").split("|") for line in text.splitlines() if line.startswith("| ")]
+    return {cells[0].strip().strip("`"): [c.strip() for c in cells[1:]] for cells in lines[1:]}
+
+
+@pytest.mark.parametrize("kind", NOMINAL)
+def test_every_parameter_is_there_with_its_value_and_where_it_is_from(kind: str) -> None:
+    table = rows(kind)
+    assert list(table) == list(NOMINAL[kind])
+    for field, value in NOMINAL[kind].items():
+        assert float(table[field][0]) == value, field
+        assert table[field][2], f"{field}: from where?"
+
+
+def test_every_object_is_there_with_what_the_mechanics_sees() -> None:
+    table = rows("Objects")
+    assert list(table) == [kind.name for kind in (*BLOCKS, *EVERYDAY_OBJECTS)]
+    for kind in (*BLOCKS, *EVERYDAY_OBJECTS):
+        o = kind.nominal
+        values = [
+            kind.shore_a, o.modulus / 1e6, o.radius, o.face_mass, o.bulk_stiffness, o.bulk_damping,
+            o.clamp_stiffness, o.clamp_damping, o.arm_share, o.contact_loss, kind.modulus_scatter,
+        ]  # fmt: skip
+        for shown, value in zip(table[kind.name], values, strict=True):
+            assert shown == "flat" or float(shown) == pytest.approx(value, rel=5e-3), kind.name
+
+
+def shown(value: object) -> list[float]:
+    if isinstance(value, Spread):
+        return [value.session, value.pinch]
+    if isinstance(value, tuple):
+        return list(value)
+    assert isinstance(value, int | float)
+    return [float(value)]
+
+
+def test_both_conditions_are_there() -> None:
+    table = rows("Conditions")
+    assert list(table) == [f.name for f in fields(Condition) if f.name != "name"]
+    for field, cells in table.items():
+        for cell, condition in zip(cells[:2], (PAPER_RIG, EVERYDAY), strict=True):
+            numbers = [float(n) for n in re.split(r" / | or ", cell)]
+            assert numbers == shown(getattr(condition, field)), f"{condition.name}: {field}"
+
+
+def test_the_constants_are_there() -> None:
+    table = rows("Constants")
+    assert {name: float(cells[0]) for name, cells in table.items()} == CONSTANTS

@@ -19,9 +19,8 @@ from firstcontact.study.metrics import (
 
 def test_errors_of_known_residuals() -> None:
     truth = np.array([10.0, 20.0, 30.0, 40.0])
-    scores = regression_scores(
-        truth, truth + np.array([3.0, -1.0, 3.0, -1.0]), np.array(list("aabb")), 0
-    )
+    answers = truth + np.array([3.0, -1.0, 3.0, -1.0])
+    scores = regression_scores(truth, answers, np.array(list("aabb")), 0)
     assert scores["mse"] == pytest.approx(5.0)
     assert scores["rmse"] == pytest.approx(np.sqrt(5.0))
     assert scores["mae"] == pytest.approx(2.0)

@@ -123,20 +123,20 @@ def run(
         Called with the title of each step before it begins.
     """
     by_name: dict[str, Findings] = {f.name: f for f in state.findings}
-    for step in steps:
-        tick(f"{step.subject}: {step.title}")
-        began = time.monotonic()
-        try:
-            outcome = step.run()
-        except KeyboardInterrupt:
-            state.interrupted = True
-            if state.done:
-                write(state, out)
-            raise
-        by_name[step.subject].take(outcome)
-        state.done += 1
-        state.part_seconds[f"{step.subject}: {step.title}"] = time.monotonic() - began
-        write(state, out)
+    try:
+        for step in steps:
+            title = f"{step.subject}: {step.title}"
+            tick(title)
+            began = time.monotonic()
+            by_name[step.subject].take(step.run())
+            state.part_seconds[title] = time.monotonic() - began
+            state.done += 1
+            write(state, out)
+    except KeyboardInterrupt:
+        state.interrupted = True
+        if state.done:
+            write(state, out)
+        raise
 
 
 def write(state: State, out: Path) -> None:

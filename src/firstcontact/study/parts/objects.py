@@ -80,7 +80,8 @@ def _reason(subject: Subject) -> str:
         subject.dataset.specimens[~subject.dataset.test]
     )
     if shared:
-        return f"Unseen objects: the specimen {str(min(shared))!r} has both roles, so it is not unseen."
+        name = str(min(shared))
+        return f"Unseen objects: the specimen {name!r} has both roles, so it is not unseen."
     sessions = set(subject.dataset.sessions[subject.dataset.test]) & set(
         subject.dataset.sessions[~subject.dataset.test]
     )

@@ -51,8 +51,8 @@ class Evaluate:
         data = examples(dataset, contacts, model.spec.duration, values)
         if not len(data):
             raise InputError(
-                f"{self.data}: none of {len(dataset)} pinches has a contact ({how}), a whole "
-                f"window of {1e3 * model.spec.duration:.3g} ms and a {target}: there is nothing to score"
+                f"{self.data}: none of {len(dataset)} pinches has a contact ({how}), a "
+                f"whole window of {1e3 * model.spec.duration:.3g} ms and a {target}"
             )
         seen = learned[data.which]
         left_out = len(dataset) - len(data)

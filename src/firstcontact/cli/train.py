@@ -68,8 +68,8 @@ class Train:
             cut = examples(asked, found, 1e-3 * self.window_ms, wanted)
             if len(cut) < 2:
                 raise InputError(
-                    f"{self.data}: {len(cut)} of {len(asked)} pinches have a contact, a whole "
-                    f"window of {self.window_ms:g} ms and a {target}: record or import more of each pinch"
+                    f"{self.data}: {len(cut)} of {len(asked)} pinches have a contact, a "
+                    f"whole window of {self.window_ms:g} ms and a {target}: import longer pinches"
                 )
             return cut, how
 
@@ -148,7 +148,8 @@ def _split(dataset: Dataset, values: Any, seed: int) -> Split:
     """One fold of five: whole sessions where they are known, else pinches."""
     import numpy as np
 
-    from firstcontact.study.splits import by_session, random_90_10
+    from firstcontact.stiffness.folds import inner_folds
+    from firstcontact.study.splits import Group, Split, by_session
 
     if np.isfinite(values).sum() < 10:
         raise InputError(
@@ -159,7 +160,8 @@ def _split(dataset: Dataset, values: Any, seed: int) -> Split:
     levels = np.nan_to_num(values, nan=-1.0)
     if len(sessions) > 1 and "" not in sessions:
         return by_session(dataset.sessions, levels, seed)[0]
-    return random_90_10(levels, seed)[0]
+    train, held = next(inner_folds(levels, None, seed, k=5))
+    return Split("random fifth", train, held, frozenset({Group.SESSION, Group.SPECIMEN}))
 
 
 def _words(split: Split, dataset: Dataset) -> str:

@@ -19,8 +19,11 @@ if TYPE_CHECKING:
 #: As published.
 LEARNING_RATE = 1e-3
 HALVE_EVERY = 5
-#: Small batches learn more in the few epochs before the rate is spent.
+#: Small batches learn more in the few epochs before the rate is spent: at least
+#: 16 to an epoch, of at least 8 windows, because they are normalised together.
 BATCH = 64
+STEPS = 16
+SMALLEST = 8
 
 
 @dataclass(frozen=True)
@@ -50,8 +53,12 @@ class Cnn:
             else (y[:, None] == np.array(spec.classes))
         )
         network = _train(compress(X, scale), wanted.astype(np.float32), self.epochs, seed)
-        training = np.array([self.epochs, BATCH], dtype=np.float64)
+        training = np.array([self.epochs, _batch(len(X))], dtype=np.float64)
         return CnnModel(spec, scale, target, training, network.weights())
+
+
+def _batch(n: int) -> int:
+    return min(n, BATCH, max(SMALLEST, n // STEPS))
 
 
 def _scale(X: Windows) -> NDArray[np.float64]:
@@ -85,7 +92,7 @@ def _train(
         schedule = torch.optim.lr_scheduler.StepLR(optimiser, HALVE_EVERY, 0.5)
         loss = torch.nn.MSELoss()
         # The rest of a shuffled epoch is left out: a normalisation needs a whole batch.
-        batch = min(BATCH, len(X))
+        batch = _batch(len(X))
         for _ in range(epochs):
             order = torch.randperm(len(X))
             for start in range(0, len(X) - batch + 1, batch):

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from firstcontact.core import InputError
-from firstcontact.core.files import replacing, write_json
+from firstcontact.core.files import replacing, write_text
 from firstcontact.stiffness.estimator import Arrays, Model, Spec, Task
 
 FORMAT = "firstcontact-model"
@@ -66,30 +66,29 @@ def save_model(model: Model, directory: Path, card: Card) -> Path:
 
     arrays = {name: np.ascontiguousarray(a) for name, a in model.to_arrays().items()}
     weights = save(arrays, metadata={"format": FORMAT})
+    spec = model.spec
+    tree = {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "kind": model.kind,
+        "task": spec.task.value,
+        "rate_hz": spec.rate,
+        "window_s": spec.duration,
+        "samples": spec.samples,
+        "channels": spec.channels,
+        "channel_order": _order(spec.channels),
+        "classes": list(spec.classes),
+        "training": dict(model.notes),
+        "data": dict(card.data),
+        "split": card.split,
+        "scores": dict(card.scores),
+        "versions": _versions(),
+        "sha256": hashlib.sha256(weights).hexdigest(),
+    }
+    text = json.dumps(tree, indent=2, allow_nan=False) + "\n"  # may refuse: before any file
     with replacing(directory / WEIGHTS) as temporary:
         temporary.write_bytes(weights)
-    spec = model.spec
-    write_json(
-        directory / CARD,
-        {
-            "format": FORMAT,
-            "format_version": FORMAT_VERSION,
-            "kind": model.kind,
-            "task": spec.task.value,
-            "rate_hz": spec.rate,
-            "window_s": spec.duration,
-            "samples": spec.samples,
-            "channels": spec.channels,
-            "channel_order": _order(spec.channels),
-            "classes": list(spec.classes),
-            "training": dict(model.notes),
-            "data": dict(card.data),
-            "split": card.split,
-            "scores": dict(card.scores),
-            "versions": _versions(),
-            "sha256": hashlib.sha256(weights).hexdigest(),
-        },
-    )
+    write_text(directory / CARD, text)
     return directory
 
 
@@ -142,6 +141,11 @@ def load_model(path: Path) -> Model:
         ) from None
     except InputError as error:
         raise InputError(f"{directory / WEIGHTS}: {error}") from None
+    except (ValueError, TypeError, IndexError, ArithmeticError):
+        raise InputError(
+            f"{directory / WEIGHTS}: the arrays are not those of a model of kind "
+            f"{card['kind']!r}: train again"
+        ) from None
 
 
 def read_card(path: Path) -> dict[str, Any]:

@@ -36,7 +36,7 @@ def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float3
     ndarray
         Shape (n, samples * channels + 1).
     """
-    flat = X.reshape(len(X), -1).astype(np.float32)
+    flat = X.reshape(len(X), X.shape[1] * X.shape[2]).astype(np.float32)
     rms = np.sqrt(np.einsum("ij,ij->i", flat, flat) / flat.shape[1])
     loud = (np.log(rms) - level[0]) * (LEVEL_WEIGHT / level[1])
     return np.column_stack([flat / rms[:, None], loud]).astype(np.float32)
@@ -87,7 +87,7 @@ class SvmModel:
     ) -> None:
         k = len(spec.classes)
         rows = 1 if spec.task is Task.REGRESSION else k * (k - 1) // 2
-        m = len(vectors)
+        m = vectors.shape[0] if vectors.ndim else 0
         expected = ((2,), (m, spec.samples * spec.channels + 1), (rows, m), (rows,), (2,), (3,))
         given: tuple[NDArray[Any], ...] = (level, vectors, weights, bias, target, parameters)
         self._arrays = dict(zip(_NAMES, given, strict=True))

@@ -103,11 +103,12 @@ def plain(draw: PinchDraw) -> np.ndarray:
     return out
 
 
-def rate(folder: Path, workers: int, each: int) -> float:
-    """Pinches per second, recordings written."""
-    begin = time.perf_counter()
+def rate(folder: Path, workers: int, each: int) -> tuple[float, float]:
+    """Pinches per second, recordings written, and processor time of each, s."""
+    begin, busy = time.perf_counter(), time.process_time()
     simulate(folder, "paper-rig", each, 0, 0, workers)
-    return 5 * each / (time.perf_counter() - begin)
+    pinches = 5 * each
+    return pinches / (time.perf_counter() - begin), (time.process_time() - busy) / pinches
 
 
 def main() -> None:
@@ -120,14 +121,17 @@ def main() -> None:
         home = Path(folder)
         begin = time.perf_counter()
         simulate(home / "warm", "paper-rig", 1, 1, 0, 1)
-        print(
-            f"loading or compiling the kernel, not counted below: {time.perf_counter() - begin:.1f} s"
-        )
+        ready = time.perf_counter() - begin
+        print(f"loading or compiling the kernel, not counted below: {ready:.1f} s")
         step = 1e6 / FINGERTIP_RATE / SUBSTEPS
         print(f"step {step:.0f} us; halved, waveforms move by at most {100 * halving(5):.2f} %")
         for workers in (1, 2):
-            best = max(rate(home / f"{workers}-{i}", workers, options.pinches) for i in range(3))
-            print(f"{workers} workers: {best:.0f} pinches/s of {pinch_module.DURATION} s")
+            runs = [rate(home / f"{workers}-{i}", workers, options.pinches) for i in range(3)]
+            most, busy = max(runs)
+            print(
+                f"{workers} workers: {most:.0f} pinches/s of {pinch_module.DURATION} s, "
+                f"{1e3 * busy:.1f} ms of processor time each"
+            )
         draw = drawn(BLOCKS[4], 0)
         begin = time.perf_counter()
         reference = plain(draw)[BURN_IN:]
@@ -140,8 +144,9 @@ def main() -> None:
             best = min(best, time.perf_counter() - begin)
         off = np.abs(ours - reference).max() / np.abs(reference).max()
         print(
-            f"solve_ivp with the compiled derivative: {slow:.2f} s a pinch, {slow / best:.0f} times "
-            f"the twin's {1e3 * best:.1f} ms; waveforms differ by {100 * off:.2f} %"
+            f"solve_ivp with the compiled derivative: {slow:.2f} s a pinch, "
+            f"{slow / best:.0f} times the twin's {1e3 * best:.1f} ms; "
+            f"waveforms differ by {100 * off:.2f} %"
         )
         if options.paper_size:
             begin = time.perf_counter()

@@ -117,8 +117,8 @@ class Layout:
             Shape (samples, len(columns)).
         """
         chosen = [self.channels[i] for i in columns]
-        offset = np.array([c.offset for c in chosen])
-        scale = np.array([c.scale for c in chosen])
+        offset = np.array([c.offset for c in chosen], dtype=np.float64)
+        scale = np.array([c.scale for c in chosen], dtype=np.float64)
         raw: NDArray[np.float64] = data[:, list(columns)].astype(np.float64)
         return (raw - offset) * scale
 

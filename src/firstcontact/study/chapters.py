@@ -93,7 +93,7 @@ _PLANS = (
     _Plan(
         "objects",
         "Unseen objects",
-        "Models learn from the pinches to learn from only. Small numbers are 95 % bootstrap "
+        "No model has seen these objects. Small numbers are 95 % bootstrap "
         "intervals over whole objects, of which there are few.",
         [object_table, per_object_table],
         ["boxes-svm", "boxes-cnn"],

@@ -169,7 +169,11 @@ def object_table(tree: Tree) -> Table | None:
             name = Cell(NAMES[model], "window starts at the known contact")
             rows.append(_object_row(name, aligned, False))
     head = ["", "RMSE", "MAE", "MSE", "Bias", "RMSE of means"]
-    return Table("Learned from blocks, asked about objects; Shore A.", head, rows) if rows else None
+    return (
+        Table("Asked about objects that nothing was learned from; Shore A.", head, rows)
+        if rows
+        else None
+    )
 
 
 def _object_row(name: Cell, scores: Tree, floor: bool) -> Row:
@@ -238,9 +242,9 @@ def second_table(tree: Tree) -> Table | None:
                 Cell(f"{scores['n']:,}"),
             ]
         )
-        for model, sides in found.items()
-        for side, places in sides.items()
-        for where, scores in places.items()
+        for side in ("blocks", "objects")
+        for model in found
+        for where, scores in found[model].get(side, {}).items()
     ]
     head = ["", "RMSE", "MAE", "MSE", "Bias", "Pinches"]
     return Table("The same predictions, divided; Shore A.", head, rows)
@@ -313,7 +317,7 @@ def inference_table(tree: Tree) -> Table | None:
             [
                 Cell(NAMES[model]),
                 Cell(f"{entry['p50']:.1f} µs"),
-                Cell(f"{entry['p99']:.1f} µs"),
+                Cell(f"{entry['p99']:.1f} µs", f"preempted {entry['preempted']} times"),
                 Cell(f"{entry['reference_p50']:.0f} µs", str(entry["reference"])),
                 Cell(f"{entry['speedup']:.1f} ×", "ratio of the medians"),
                 Cell(f"{entry['calls']:,}"),

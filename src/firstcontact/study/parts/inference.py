@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -55,24 +56,32 @@ def measure(job: Timing) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``p50`` and ``p99`` of single calls, µs, ``calls``, the same of the
-        ``reference`` and ``speedup``, the ratio of the medians.
+        ``p50`` and ``p99`` of single calls, µs; ``calls``; ``preempted``, how often the core was
+        taken away meanwhile; the same of the ``reference``; ``speedup``, the ratio of the medians.
     """
     model = train(job.fit)
     windows = job.fit.learn.X
+    before = _preemptions()
     own = _microseconds(model.predict_one, windows, job.calls)
+    preempted = _preemptions() - before
     name, reference, inputs = _REFERENCES[job.fit.model](job.fit.learn, model)
     theirs = _microseconds(reference, inputs, max(1, job.calls // REFERENCE_SHARE))
     return {
         "p50": float(np.percentile(own, 50)),
         "p99": float(np.percentile(own, 99)),
         "calls": len(own),
+        "preempted": preempted,
         "reference": name,
         "reference_p50": float(np.percentile(theirs, 50)),
         "reference_p99": float(np.percentile(theirs, 99)),
         "reference_calls": len(theirs),
         "speedup": float(np.percentile(theirs, 50) / np.percentile(own, 50)),
     }
+
+
+def _preemptions() -> int:
+    """How often other processes took the core away, which makes a p99 theirs."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_nivcsw
 
 
 def _microseconds(

@@ -53,6 +53,6 @@ def boxes_figure(model: str, data: Examples, predicted: Values) -> Figure:
         f"boxes-{model}",
         f"Unseen objects, {NAMES[model]}",
         "Estimates for each object (box: middle half, whiskers: 1.5 times that) by a model that "
-        "learned from blocks only; thick bars are the true values.",
+        "has never seen it; thick bars are the true values.",
         image,
     )

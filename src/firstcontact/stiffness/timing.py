@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import resource
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,9 @@ REFERENCE_SHARE = 10
 Call = Callable[[Any], object]
 
 
-def microseconds(call: Call, windows: NDArray[Any], calls: int) -> NDArray[np.float64]:
+def microseconds(
+    call: Call, windows: Sequence[Any] | NDArray[Any], calls: int
+) -> NDArray[np.float64]:
     """Time of each of ``calls`` single calls over the windows in turn, µs, shape (calls,)."""
     for i in range(min(WARM_UP, calls)):
         call(windows[i % len(windows)])
@@ -37,7 +40,12 @@ def microseconds(call: Call, windows: NDArray[Any], calls: int) -> NDArray[np.fl
     return spent / 1e3
 
 
-def reference(model: Model, X: Windows, y: Values) -> tuple[str, Call, NDArray[Any]]:
+def preemptions() -> int:
+    """How often other processes have taken the core away from this one."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_nivcsw
+
+
+def reference(model: Model, X: Windows, y: Values) -> tuple[str, Call, Sequence[Any]]:
     """The training library's own answer to one window, its inputs ready made.
 
     Parameters
@@ -65,20 +73,21 @@ def reference(model: Model, X: Windows, y: Values) -> tuple[str, Call, NDArray[A
         c, gamma, epsilon = (float(p) for p in arrays["parameters"])
         machine = machine_of(model.spec.task, (c, gamma, epsilon))
         machine.fit(inputs, (y - mean) / deviation)
-        return "scikit-learn predict", machine.predict, inputs[:, None, :]
+        return "scikit-learn predict", machine.predict, list(inputs[:, None, :])
     if isinstance(model, CnnModel):
         import torch
 
         from firstcontact.stiffness.efficientnet import EfficientNet
 
         network = EfficientNet(model.spec.channels, len(model.spec.classes) or 1).eval()
+        network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
 
-        def predict(window: NDArray[Any]) -> object:
+        def predict(window: torch.Tensor) -> object:
             with torch.inference_mode():
-                return network(torch.from_numpy(window))
+                return network(window)
 
         compressed = compress(X, model.to_arrays()["scale"])
-        return "eager PyTorch", predict, as_input(compressed).contiguous().numpy()[:, None]
+        return "eager PyTorch", predict, [as_input(window[None]) for window in compressed]
     raise InputError(f"a {model.kind} model has no training library to be timed against")
 
 
@@ -97,19 +106,23 @@ def time_inference(model: Model, X: Windows, y: Values, calls: int = 10_000) -> 
     Returns
     -------
     dict
-        ``p50`` and ``p99``, µs, ``calls``, the same of the ``reference``, and
-        ``speedup``, the ratio of the medians.
+        ``p50`` and ``p99``, µs; ``calls``; ``preempted``, how often the core was
+        taken away meanwhile, which makes a p99 another process's; the same of
+        the ``reference``; ``speedup``, the ratio of the medians.
     """
     import threadpoolctl
 
     name, call, inputs = reference(model, X, y)
     with threadpoolctl.threadpool_limits(1):
+        before = preemptions()
         own = microseconds(model.predict_one, X, calls)
+        preempted = preemptions() - before
         theirs = microseconds(call, inputs, max(1, calls // REFERENCE_SHARE))
     return {
         "p50": float(np.percentile(own, 50)),
         "p99": float(np.percentile(own, 99)),
         "calls": len(own),
+        "preempted": preempted,
         "reference": name,
         "reference_p50": float(np.percentile(theirs, 50)),
         "reference_p99": float(np.percentile(theirs, 99)),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -52,10 +53,16 @@ def run_study(
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{out} cannot be made ({error.strerror}): choose another --out") from None
-    with terminations_interrupt(), tqdm(unit="part", bar_format=_BAR) as bar:
+    # A log is no terminal: there, a line every ten seconds is enough.
+    often = 0.1 if sys.stderr.isatty() else 10.0
+    with (
+        terminations_interrupt(),
+        tqdm(unit="part", bar_format=_BAR, miniters=0, mininterval=often) as bar,
+    ):
 
         def within(done: int, total: int) -> None:
-            bar.set_postfix_str(f"{done} of {total}")
+            bar.set_postfix_str(f"{done} of {total}", refresh=False)
+            bar.update(0)
 
         with parallel(settings.workers, within) as runner:
             sources = _sources(settings, out, recordings, within)

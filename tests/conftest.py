@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
+import pytest
 from hypothesis import settings
 
 # Tests assert no times: neither here nor by the way.
@@ -12,3 +14,14 @@ settings.load_profile("firstcontact")
 
 # Figures are drawn to files; no test needs a display.
 os.environ["MPLBACKEND"] = "Agg"
+
+
+@pytest.fixture(scope="session")
+def impacts() -> Path:
+    """The folder of real impacts: ``FIRSTCONTACT_DATA``, or a copy beside the checkout."""
+    beside = Path(__file__).parents[2] / "shared" / "data"
+    place = Path(os.environ.get("FIRSTCONTACT_DATA") or beside).resolve()
+    for folder in (place, place / "impact_hardness"):
+        if (folder / "labels.csv").is_file():
+            return folder
+    pytest.skip("no real impacts: set FIRSTCONTACT_DATA, see docs/how-to/real-impacts.md")

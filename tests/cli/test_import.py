@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -238,13 +237,8 @@ def test_an_empty_output_folder_is_used(tmp_path):
     assert len(imported(npz(tmp_path), tmp_path / "out")) == 4
 
 
-@pytest.mark.skipif(
-    "FIRSTCONTACT_DATA" not in os.environ and not Path("../shared/data/impact_hardness").is_dir(),
-    reason="needs the impact recordings: set FIRSTCONTACT_DATA (docs: import recordings)",
-)
-def test_real_impacts_come_in(tmp_path):
-    data = Path(os.environ.get("FIRSTCONTACT_DATA", "../shared/data"))
-    dataset = imported(data / "impact_hardness", tmp_path / "out")
+def test_real_impacts_come_in(tmp_path, impacts):
+    dataset = imported(impacts, tmp_path / "out")
     assert (len(dataset), dataset.layout.rate) == (54, 16000)
     assert sorted(set(dataset.hardness_rank.tolist())) == [0, 1, 2]
     assert {p.first.sample - p.first_sample for p in dataset.pinches if p.first} == {800}

@@ -70,14 +70,6 @@ def run(page: Path, folder: Path, marks: set[str]) -> None:
     assert done.returncode == 0, f"{name(page)}\n{script}\n{done.stdout}\n{done.stderr}"
 
 
-def impacts() -> Path | None:
-    """The folder of real impacts, where there is one."""
-    folder = Path(
-        os.environ.get("FIRSTCONTACT_DATA") or ROOT.parent / "shared/data/impact_hardness"
-    )
-    return folder if (folder / "labels.csv").is_file() else None
-
-
 @pytest.mark.parametrize("page", pages_with(""), ids=name)
 def test_commands_run(page: Path, tmp_path: Path) -> None:
     run(page, tmp_path, {""})
@@ -85,12 +77,9 @@ def test_commands_run(page: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("page", pages_with("data"), ids=name)
 def test_commands_run_on_the_real_impacts(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    page: Path, tmp_path: Path, impacts: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    folder = impacts()
-    if folder is None:
-        pytest.skip("no real impacts: set FIRSTCONTACT_DATA, see docs/how-to/real-impacts.md")
-    monkeypatch.setenv("FIRSTCONTACT_DATA", str(folder))
+    monkeypatch.setenv("FIRSTCONTACT_DATA", str(impacts))
     run(page, tmp_path, {"", "data"})
 
 

@@ -96,7 +96,7 @@ docs: $(VENV)/.dev ## the documentation into site/
 	$(BIN)/mkdocs build --strict
 
 bench: $(VENV)/.dev ## what is timed: benchmarks/
-	for file in benchmarks/*.py; do $(BIN)/python $$file || exit 1; done
+	for file in benchmarks/*.py; do OMP_NUM_THREADS=1 $(BIN)/python $$file || exit 1; done
 
 # --- numbers in the docs -----------------------------------------------------------------------
 

@@ -15,7 +15,7 @@ from firstcontact.core import (
     Pinch,
     fingertip_layout,
 )
-from firstcontact.signal import resample, resample_dataset
+from firstcontact.signal import lookahead, resample, resample_dataset
 
 
 @pytest.mark.parametrize(("old", "new"), [(16_000.0, 4936.0), (2000.0, 4936.0), (4936.0, 5000.0)])
@@ -45,6 +45,7 @@ def test_truth_moves_along_and_it_is_noted():
     assert p.first_sample == round(8000 * 4936 / 16_000)
     assert p.layout.rate == 4936.0
     assert "16000 Hz to 4936 Hz" in out.notes[-1]
+    assert out.recorded_rate == out.take([0]).recorded_rate == 16_000.0
 
 
 def test_strips_stay_switches():
@@ -60,3 +61,16 @@ def test_strips_stay_switches():
 def test_data_at_the_rate_are_left_alone():
     dataset = Dataset((Pinch(np.zeros((9, 16), dtype=np.int16), fingertip_layout()),))
     assert resample_dataset(dataset, 4936.0) is dataset
+
+
+@pytest.mark.parametrize(("old", "new"), [(44100.0, 4936.0), (2500.0, 5000.0)])
+def test_nothing_comes_earlier_than_the_lookahead(old, new):
+    n = 2000
+    impulse = np.zeros((n, 1))
+    impulse[n // 2] = 1.0
+    out = np.abs(resample(impulse, old, new)[:, 0])
+    began = np.flatnonzero(out > 1e-9)[0] / new
+    ahead = (n // 2) / old - began
+    assert ahead <= lookahead(old, new)
+    assert ahead > 0.8 * lookahead(old, new)
+    assert lookahead(new, new) == 0.0

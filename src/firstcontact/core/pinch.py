@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
 from typing import Any
 
@@ -116,12 +116,15 @@ class Dataset:
     All pinches share the layout (:class:`firstcontact.core.errors.InputError`
     is raised where they are loaded if they do not). ``source`` says "twin",
     "real" or "synthetic"; ``notes`` is what was done or left out on the way
-    (resampling, skipped chunks), one sentence each, for the report.
+    (resampling, skipped chunks), one sentence each, for the report;
+    ``recorded_rate`` is the rate, Hz, before the pinches were resampled to
+    that of their layout, None where they were not.
     """
 
     pinches: tuple[Pinch, ...]
     source: str = "real"
     notes: tuple[str, ...] = ()
+    recorded_rate: float | None = None
 
     def __len__(self) -> int:
         return len(self.pinches)
@@ -173,4 +176,4 @@ class Dataset:
         index = np.asarray(which)
         if index.dtype == np.bool_:
             index = np.flatnonzero(index)
-        return Dataset(tuple(self.pinches[int(i)] for i in index), self.source, self.notes)
+        return replace(self, pinches=tuple(self.pinches[int(i)] for i in index))

@@ -1,7 +1,6 @@
 """Filters that carry their state, resampling, and windows after a contact."""
 
-from firstcontact.signal.moving_average import MovingAverage
-from firstcontact.signal.resample import resample, resample_dataset
+from firstcontact.signal.resample import lookahead, resample, resample_dataset
 from firstcontact.signal.savgol import SavitzkyGolay
 from firstcontact.signal.smoothing import ExponentialSmoothing
 from firstcontact.signal.windowing import (
@@ -16,10 +15,10 @@ __all__ = [
     "Conditioner",
     "ContactWindow",
     "ExponentialSmoothing",
-    "MovingAverage",
     "SavitzkyGolay",
     "WindowStream",
     "contact_windows",
+    "lookahead",
     "resample",
     "resample_dataset",
     "samples_in",

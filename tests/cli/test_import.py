@@ -292,7 +292,6 @@ BAD_ARRAYS: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"second_contact": np.array([30, -1, 40, 33])}, ("second_contact", "pinch 2")),
     ({"second_contact": np.array([30, -1, -1, 60])}, ("second_contact", "outside")),
     ({"first_finger": np.array([0, 1, 2, 0])}, ("first_finger", "'2'")),
-    ({"piezo": np.zeros((4, LENGTH, 1))}, ("first_finger", "thumb", "pinch 1")),
 ]
 
 

@@ -108,3 +108,13 @@ def test_what_is_not_there_is_named(
     assert [line for line in lines if line.startswith("firstcontact: ")] == lines[-1:]
     assert "absent" in lines[-1]
     assert not any(path.is_file() for path in tmp_path.rglob("*"))
+
+
+def test_a_path_that_cannot_be_is_one_sentence(tmp_path, capsys):
+    file = tmp_path / "file"
+    file.write_text("")
+    out = str(file / "below")
+    assert command.main(["simulate", "--out", out, "--pinches-per-block", "1"]) == 2
+    said = capsys.readouterr().err.strip().splitlines()[-1]
+    assert said.startswith("firstcontact: ")
+    assert str(file) in said

@@ -84,7 +84,7 @@ def test_seen_and_unseen_are_told_apart(
     capsys.readouterr()
     assert run("evaluate", tmp_path / "m", data) == 0
     said = capsys.readouterr().out
-    assert "warning: 60 pinches are of sessions that the model learned from" in said
+    assert "warning: 60 pinches are of sessions and specimens that the model learned from" in said
     unseen, seen = said.split("\nseen in training:")
     assert "4 pinches" in unseen
     assert "apple 1" in unseen
@@ -95,8 +95,27 @@ def test_seen_and_unseen_are_told_apart(
     assert run("evaluate", tmp_path / "m", other) == 0
     said = capsys.readouterr().out
     assert "warning" not in said
-    assert "seen in training: rmse" in said
-    assert "34 pinches" in said
+    new, familiar = said.split("\nspecimens of the training, other sessions:")
+    assert "4 pinches" in new
+    assert "apple 1" in new
+    assert "30 pinches" in familiar
+
+
+def test_a_stranger_with_the_same_session_name_is_not_seen_in_training(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("train", data, "--out", tmp_path / "m") == 0
+    rng = np.random.default_rng(5)
+    label = Label("ball", 40.0, None, "ball 1", "a")
+    pinches = tuple(touch(40.0, label, rng, True) for _ in range(5))
+    folder = tmp_path / "stranger"
+    folder.mkdir()
+    write_dataset(Dataset(pinches, "synthetic"), folder, Header(LAYOUT, "synthetic"))
+    capsys.readouterr()
+    assert run("evaluate", tmp_path / "m", folder) == 0
+    said = capsys.readouterr().out
+    assert "warning" not in said
+    assert "not seen in training:" in said
 
 
 @pytest.mark.parametrize("model", ["peak", "train_mean", "cnn"])

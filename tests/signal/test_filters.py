@@ -9,11 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firstcontact.signal import ExponentialSmoothing, MovingAverage, SavitzkyGolay
+from firstcontact.signal import ExponentialSmoothing, SavitzkyGolay
 
 FILTERS = {
     "smoothing": ExponentialSmoothing,
-    "moving average": lambda: MovingAverage(7),
     "savgol": SavitzkyGolay,
     "savgol 7/3": lambda: SavitzkyGolay(7, 3),
 }
@@ -62,12 +61,6 @@ def test_smoothing_is_the_recursion_of_the_microcontroller():
     np.testing.assert_allclose(ExponentialSmoothing(0.5).update(x[:, None])[:, 0], y, rtol=1e-12)
 
 
-def test_moving_average_is_a_mean():
-    x = noise(40, 1)
-    out = MovingAverage(5).update(x)
-    assert out[20, 0] == pytest.approx(x[16:21, 0].mean())
-
-
 @pytest.mark.parametrize(("length", "order"), [(5, 2), (7, 3), (9, 4)])
 def test_savgol_leaves_polynomials_up_to_its_order(length, order):
     t = np.linspace(-1.0, 1.0, 40)
@@ -102,7 +95,6 @@ def test_savgol_output_uses_nothing_beyond_its_lookahead():
     [
         lambda: ExponentialSmoothing(0.0),
         lambda: ExponentialSmoothing(1.5),
-        lambda: MovingAverage(0),
         lambda: SavitzkyGolay(4, 2),
         lambda: SavitzkyGolay(5, 5),
     ],

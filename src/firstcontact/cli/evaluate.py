@@ -44,7 +44,11 @@ class Evaluate:
         model.spec.require_rate(dataset.layout.rate)
         target = card["data"].get("target", "shore_a")
         values = dataset.hardness_rank if target == "hardness_rank" else dataset.shore_a
-        learned = np.isin(dataset.sessions, card["data"]["sessions"]) & ~dataset.test
+        known_specimen = np.isin(dataset.specimens, card["data"]["specimens"]) & ~dataset.test
+        # Other people's sessions have the same names: only together with source and specimen
+        # does a name say that the model has learned from it.
+        learned = known_specimen & np.isin(dataset.sessions, card["data"]["sessions"])
+        learned &= card["data"]["source"] == dataset.source
         known = any(p.first is not None for p in dataset.pinches)
         truth = self.contacts == "truth" or (self.contacts == "auto" and known)
         contacts, how = starts(dataset, dataset.take(learned), truth)
@@ -59,10 +63,15 @@ class Evaluate:
         print(f"contacts {how}; {len(data)} pinches scored, {left_out} without contact or label")
         if seen.any():
             print(
-                f"warning: {seen.sum()} pinches are of sessions that the model learned from: "
-                "they are reported apart and say nothing of its errors in use"
+                f"warning: {seen.sum()} pinches are of sessions and specimens that the model "
+                "learned from: they are reported apart and say nothing of its errors in use"
             )
-        for title, which in (("not seen in training", ~seen), ("seen in training", seen)):
+        other_session = known_specimen[data.which] & ~seen
+        for title, which in (
+            ("not seen in training", ~seen & ~other_session),
+            ("specimens of the training, other sessions", other_session),
+            ("seen in training", seen),
+        ):
             if which.any():
                 _report(title, model, data.take(which), target)
 

@@ -51,6 +51,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 130
     except BrokenPipeError:
         return 0
+    except OSError as error:
+        # A path that cannot be read or written is the user's to mend, wherever it shows up.
+        if error.filename is None:
+            raise
+        print(f"firstcontact: {error.filename}: {error.strerror}: check this path", file=sys.stderr)
+        return 2
     return 0
 
 

@@ -2,7 +2,6 @@
 
 from firstcontact.core.block import Block
 from firstcontact.core.errors import InputError
-from firstcontact.core.estimate import Estimate
 from firstcontact.core.layout import Channel, ChannelKind, Finger, Layout, fingertip_layout
 from firstcontact.core.pinch import Contact, Dataset, Label, Pinch, Role
 
@@ -12,7 +11,6 @@ __all__ = [
     "ChannelKind",
     "Contact",
     "Dataset",
-    "Estimate",
     "Finger",
     "InputError",
     "Label",

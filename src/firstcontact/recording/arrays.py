@@ -91,14 +91,15 @@ def from_arrays(path: Path, arrays: Arrays) -> Dataset:
     given = {name: _one(path, arrays, name) for name in SETTINGS if name in arrays}
     settings = read_settings(str(path), given)
     data, piezos = _signals(path, arrays)
-    pinches, samples = data.shape[:2]
+    pinches = len(data)
     columns = {
         name: list(_per_pinch(path, name, arrays[name], pinches))
         for name in (*LABEL_COLUMNS, *CONTACT_COLUMNS)
         if name in arrays
     }
     labels, notes = make_labels(str(path), columns, pinches)
-    contacts = make_contacts(str(path), columns, [samples] * pinches, piezos)
+    contacts, assumed = make_contacts(str(path), columns, list(data[:, :, :piezos]), settings.rate)
+    notes += assumed
     unknown = sorted(set(arrays) - _KNOWN)
     if unknown:
         notes.append(f"{path.name}: arrays not known and left out: {', '.join(unknown)}")

@@ -19,7 +19,7 @@ SETTINGS = ("sample_rate_hz", "piezo_unit", "smoothing_alpha", "source")
 #: Slowest rate at which 15 ms of a contact still say something, Hz.
 LOWEST_RATE = 2_000.0
 #: Faster than any sensor of this kind: most likely a slip of unit, Hz.
-HIGHEST_RATE = 10_000_000.0
+HIGHEST_RATE = 1_000_000.0
 #: Units of a piezo channel: scale and offset of ``(raw - offset) * scale``.
 PIEZO_UNITS = {
     "V": (1.0, 0.0),

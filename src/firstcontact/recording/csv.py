@@ -71,8 +71,6 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
     ]
     data = joined([_signal(path, columns, name)[:, None] for name in names])
     bounds = _bounds(path, columns["pinch"])
-    starts = [start for start, _ in bounds]
-    lengths = [stop - start for start, stop in bounds]
 
     given = {n: _constant(path, columns, n, [(0, len(data))])[0] for n in SETTINGS if n in columns}
     given["sample_rate_hz"] = str(_rate(path, columns, bounds, given.get("sample_rate_hz"), rate))
@@ -84,7 +82,11 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
     }
     piezos = sum(n in columns for n in PIEZO)
     labels, notes = make_labels(str(path), of_pinches, len(bounds))
-    contacts = make_contacts(str(path), of_pinches, lengths, piezos)
+    cuts = [data[start:stop] for start, stop in bounds]
+    contacts, assumed = make_contacts(
+        str(path), of_pinches, [cut[:, :piezos] for cut in cuts], settings.rate
+    )
+    notes += assumed
     unknown = sorted(set(columns) - _KNOWN)
     if unknown:
         notes.append(f"{path.name}: columns not known and left out: {', '.join(unknown)}")
@@ -97,8 +99,8 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
         smoothing_alpha=settings.smoothing_alpha,
     )
     pinches = [
-        Pinch(data[start : start + length], layout, label, 0, truth)
-        for start, length, label, truth in zip(starts, lengths, labels, contacts, strict=True)
+        Pinch(cut, layout, label, 0, truth)
+        for cut, label, truth in zip(cuts, labels, contacts, strict=True)
     ]
     return Dataset(pause_between(pinches), settings.source, tuple(notes))
 

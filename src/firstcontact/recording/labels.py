@@ -6,6 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from firstcontact.core import Contact, Finger, InputError, Label, Role
 
 #: Names of hardness classes, from soft to hard.
@@ -23,6 +26,8 @@ LABEL_COLUMNS = (
 )
 #: Columns that say when it was touched.
 CONTACT_COLUMNS = ("first_contact", "pre_trigger_samples", "second_contact", "first_finger")
+#: How long after a contact the fingers are compared where the labels name none, s.
+_LISTEN = 0.005
 
 Columns = Mapping[str, Sequence[Any]]
 
@@ -83,8 +88,8 @@ def make_labels(where: str, columns: Columns, pinches: int) -> tuple[list[Label]
 
 
 def make_contacts(
-    where: str, columns: Columns, lengths: Sequence[int], piezos: int
-) -> list[tuple[Contact, ...]]:
+    where: str, columns: Columns, piezos: Sequence[NDArray[Any]], rate: float
+) -> tuple[list[tuple[Contact, ...]], list[str]]:
     """Known contacts of each pinch, counted from its own first sample.
 
     Parameters
@@ -93,32 +98,38 @@ def make_contacts(
         File that messages name.
     columns
         Any of :data:`CONTACT_COLUMNS`; -1 is not known.
-    lengths
-        Samples of each pinch.
     piezos
-        Number of piezo channels: a single one is the index finger's.
+        Raw piezo of each pinch, shape (samples, 1 or 2).
+    rate
+        Sampling rate, Hz.
+
+    Returns
+    -------
+    contacts, notes
+        What had to be assumed is said in the notes, one sentence each.
 
     Raises
     ------
     InputError
-        A contact outside its pinch, the second before the first, an unknown
-        finger, or the thumb's contact without the thumb's channel.
+        A contact outside its pinch, the second before the first, or an unknown
+        finger.
     """
     if "first_contact" in columns and "pre_trigger_samples" in columns:
         raise InputError(f"{where} has first_contact and pre_trigger_samples: keep one of the two")
     name = "pre_trigger_samples" if "pre_trigger_samples" in columns else "first_contact"
-    unknown = [-1] * len(lengths)
+    unknown = [-1] * len(piezos)
     firsts = _each(where, columns, name, _whole) or unknown
     seconds = _each(where, columns, "second_contact", _whole) or unknown
-    fingers = _each(where, columns, "first_finger", _finger) or [Finger.INDEX] * len(lengths)
+    fingers = _each(where, columns, "first_finger", _finger) or [None] * len(piezos)
     contacts = []
-    for i, (first, second, finger, length) in enumerate(
-        zip(firsts, seconds, fingers, lengths, strict=True)
+    guessed = moved = 0
+    for i, (first, second, finger, piezo) in enumerate(
+        zip(firsts, seconds, fingers, piezos, strict=True)
     ):
         for field, sample in ((name, first), ("second_contact", second)):
-            if not -1 <= sample < length:
+            if not -1 <= sample < len(piezo):
                 raise InputError(
-                    f"{where}: {field} of pinch {i} is {sample}, outside its {length} samples: "
+                    f"{where}: {field} of pinch {i} is {sample}, outside its {len(piezo)} samples: "
                     "count from 0 within the pinch, -1 where not known"
                 )
         if second >= 0 and not 0 <= first <= second:
@@ -126,14 +137,42 @@ def make_contacts(
                 f"{where}: second_contact of pinch {i} ({second}) is before its {name} "
                 f"({first if first >= 0 else 'not known'}): correct one of them"
             )
-        if piezos == 1 and first >= 0 and finger is Finger.THUMB:
-            raise InputError(
-                f"{where}: first_finger of pinch {i} is the thumb, but the one piezo channel is "
-                "the index finger's: leave first_finger out, or give both channels"
-            )
-        known = [(finger, first), (finger.other, second)]
-        contacts.append(tuple(Contact(f, s, s) for f, s in known if s >= 0))
-    return contacts
+        touched = finger
+        if piezo.shape[1] == 1:
+            touched = Finger.INDEX
+            moved += finger is Finger.THUMB and first >= 0
+        elif touched is None and first >= 0:
+            touched = _livelier(piezo, first, second, rate)
+            guessed += 1
+        if first >= 0 and touched is not None:
+            known = [(touched, first), (touched.other, second)]
+            contacts.append(tuple(Contact(f, s, s) for f, s in known if s >= 0))
+        else:
+            contacts.append(())
+    notes = []
+    if guessed:
+        notes.append(
+            f"first_finger of {guessed} pinches is not known: taken as the finger whose piezo "
+            "moved more in the 5 ms after the first contact"
+        )
+    if moved:
+        notes.append(
+            f"first_finger of {moved} pinches is the thumb, but there is one piezo channel: it was "
+            "taken as that of the finger that touched first, whichever it is"
+        )
+    return contacts, notes
+
+
+def _livelier(piezo: NDArray[Any], first: int, second: int, rate: float) -> Finger:
+    """The finger that moved more right after the contact, each against its own quiet."""
+    volts = piezo.astype(np.float64)
+    quiet = volts[: max(first, 1)]
+    end = max(first + round(_LISTEN * rate), first + 2)
+    if second > first + 1:
+        end = min(end, second)
+    moved = np.abs(volts[first:end] - quiet.mean(axis=0)).max(axis=0)
+    scale = np.maximum(quiet.std(axis=0), 1e-9 * max(float(moved.max()), 1e-30))
+    return Finger(int(np.argmax(moved / scale)))
 
 
 def _each(where: str, columns: Columns, name: str, read: Any) -> list[Any] | None:
@@ -218,11 +257,11 @@ def _role(value: Any) -> Role:
         raise ValueError("which is neither train nor test") from None
 
 
-def _finger(value: Any) -> Finger:
+def _finger(value: Any) -> Finger | None:
     text = _text(value).lower()
     for finger in Finger:
         if text in (str(int(finger)), finger.name.lower()):
             return finger
     if text in ("", "-1"):
-        return Finger.INDEX
+        return None
     raise ValueError("which is neither index (0) nor thumb (1)")

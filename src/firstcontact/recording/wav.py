@@ -54,8 +54,8 @@ def import_wav(folder: Path) -> Dataset:
                 f"{rate} Hz: correct the table"
             )
     labels, notes = make_labels(str(table), columns, len(files))
-    lengths = [len(data) for _, data in sounds]
-    contacts = make_contacts(str(table), columns, lengths, first.shape[1])
+    contacts, assumed = make_contacts(str(table), columns, [d for _, d in sounds], float(rate))
+    notes += assumed
     unknown = sorted(set(columns) - _KNOWN)
     if unknown:
         notes.append(f"{LABELS}: columns not known and left out: {', '.join(unknown)}")

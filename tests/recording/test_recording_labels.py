@@ -1,0 +1,53 @@
+"""Contacts out of a stranger's columns, and what is assumed where they say too little."""
+
+import numpy as np
+import pytest
+
+from firstcontact.core import Contact, Finger
+from firstcontact.recording.labels import make_contacts
+
+RATE = 4936.0
+
+
+def two_fingers(seed: int, first: Finger, touch: int, second: int) -> np.ndarray:
+    """Noise on both channels, a step response on each after its finger touches."""
+    piezo = np.random.default_rng(seed).normal(0, 0.01, (300, 2))
+    # The fingers' gains differ, so the larger trace is not always the livelier one.
+    piezo[:, 1] *= 20
+    for finger, start in ((first, touch), (first.other, second)):
+        t = np.arange(300 - start) / RATE
+        gain = 20 if finger is Finger.THUMB else 1
+        piezo[start:, finger] += gain * np.sin(2 * np.pi * 80 * t) * np.exp(-t / 0.01)
+    return piezo
+
+
+@pytest.mark.parametrize("finger", Finger)
+@pytest.mark.parametrize("unknown", [{}, {"first_finger": [-1]}, {"first_finger": [""]}])
+def test_an_unknown_first_finger_is_the_livelier_one_and_said(finger, unknown):
+    piezo = two_fingers(1, finger, 150, 180)
+    columns = {"first_contact": [150], "second_contact": [180], **unknown}
+    contacts, notes = make_contacts("x", columns, [piezo], RATE)
+    assert contacts == [(Contact(finger, 150, 150), Contact(finger.other, 180, 180))]
+    assert len(notes) == 1
+    assert "first_finger of 1 pinches is not known" in notes[0]
+
+
+def test_a_given_first_finger_is_taken_as_it_is():
+    piezo = two_fingers(2, Finger.INDEX, 150, 180)
+    columns = {"first_contact": [150], "first_finger": ["thumb"]}
+    contacts, notes = make_contacts("x", columns, [piezo], RATE)
+    assert contacts == [(Contact(Finger.THUMB, 150, 150),)]
+    assert notes == []
+
+
+def test_one_channel_is_that_of_the_finger_that_touched_and_said():
+    columns = {"first_contact": [20, 20], "first_finger": [0, 1]}
+    contacts, notes = make_contacts("x", columns, [np.zeros((60, 1))] * 2, RATE)
+    assert contacts == [(Contact(Finger.INDEX, 20, 20),)] * 2
+    assert len(notes) == 1
+    assert "one piezo channel" in notes[0]
+
+
+def test_no_contact_needs_no_finger():
+    columns = {"first_contact": [-1]}
+    assert make_contacts("x", columns, [np.zeros((60, 2))], RATE) == ([()], [])

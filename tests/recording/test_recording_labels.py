@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Contact, Finger
+from firstcontact.recording.checks import read_settings
 from firstcontact.recording.labels import make_contacts
 
 RATE = 4936.0
@@ -51,3 +52,11 @@ def test_one_channel_is_that_of_the_finger_that_touched_and_said():
 def test_no_contact_needs_no_finger():
     columns = {"first_contact": [-1]}
     assert make_contacts("x", columns, [np.zeros((60, 2))], RATE) == ([()], [])
+
+
+@pytest.mark.parametrize(
+    ("alpha", "rate", "said"), [(0.5, 4936, 0), (1, 9000, 0), (0.9, 4936, 1), (0.5, 16000, 1)]
+)
+def test_smoothing_unlike_the_device_is_said(alpha, rate, said):
+    given = {"sample_rate_hz": rate, "piezo_unit": "V", "smoothing_alpha": alpha}
+    assert len(read_settings("x", given).notes) == said

@@ -99,7 +99,7 @@ def from_arrays(path: Path, arrays: Arrays) -> Dataset:
     }
     labels, notes = make_labels(str(path), columns, pinches)
     contacts, assumed = make_contacts(str(path), columns, list(data[:, :, :piezos]), settings.rate)
-    notes += assumed
+    notes += [*assumed, *settings.notes]
     unknown = sorted(set(arrays) - _KNOWN)
     if unknown:
         notes.append(f"{path.name}: arrays not known and left out: {', '.join(unknown)}")

@@ -11,7 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Channel, ChannelKind, Finger, InputError, Layout
-from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, PIEZO_OFFSET_VOLTS, TAXELS
+from firstcontact.core.layout import (
+    ADC_COUNTS,
+    ADC_VOLTS,
+    FINGERTIP_RATE,
+    FINGERTIP_SMOOTHING,
+    PIEZO_OFFSET_VOLTS,
+    TAXELS,
+)
 from firstcontact.recording.header import SOURCES
 
 #: What holds for all pinches of a file; the first two must be given.
@@ -56,6 +63,18 @@ class Settings:
     unit: str
     smoothing_alpha: float
     source: str
+
+    @property
+    def notes(self) -> list[str]:
+        """What a reader of results must know of these settings, one sentence each."""
+        usual = self.smoothing_alpha == FINGERTIP_SMOOTHING and self.rate == FINGERTIP_RATE
+        if self.smoothing_alpha == 1.0 or usual:
+            return []
+        return [
+            f"the piezo was smoothed before (alpha {self.smoothing_alpha:g} at {self.rate:g} Hz) and "
+            f"is not smoothed again, so it differs from the device's {FINGERTIP_SMOOTHING:g} at "
+            f"{FINGERTIP_RATE:g} Hz"
+        ]
 
 
 def read_settings(where: str, given: Mapping[str, Any]) -> Settings:

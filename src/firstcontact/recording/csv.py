@@ -86,7 +86,7 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
     contacts, assumed = make_contacts(
         str(path), of_pinches, [cut[:, :piezos] for cut in cuts], settings.rate
     )
-    notes += assumed
+    notes += [*assumed, *settings.notes]
     unknown = sorted(set(columns) - _KNOWN)
     if unknown:
         notes.append(f"{path.name}: columns not known and left out: {', '.join(unknown)}")

@@ -71,8 +71,8 @@ class Settings:
         if self.smoothing_alpha == 1.0 or usual:
             return []
         return [
-            f"the piezo was smoothed before (alpha {self.smoothing_alpha:g} at {self.rate:g} Hz) and "
-            f"is not smoothed again, so it differs from the device's {FINGERTIP_SMOOTHING:g} at "
+            f"the piezo came smoothed (alpha {self.smoothing_alpha:g} at {self.rate:g} Hz) and is "
+            f"not smoothed again, so it differs from the device's {FINGERTIP_SMOOTHING:g} at "
             f"{FINGERTIP_RATE:g} Hz"
         ]
 

@@ -2,7 +2,7 @@
 
 Trains an SVM and a CNN on simulated block pinches of the published size and
 asks them for one window at a time, on one thread:
-``OMP_NUM_THREADS=1 python benchmarks/bench_inference.py``.
+``OMP_NUM_THREADS=1 python benchmarks/inference.py``.
 """
 
 from __future__ import annotations

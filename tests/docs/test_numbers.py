@@ -54,6 +54,13 @@ def test_an_interval_stands_beside_its_value(tmp_path: Path) -> None:
     assert "| 5 blocks, SVM: RMSE, by session | – | 3.00 |" in made
 
 
+def test_a_share_is_not_rounded_up_to_all(tmp_path: Path) -> None:
+    study = {"contact": {"svm": {"window_accuracy": 0.99964}}}
+    (tmp_path / "study.json").write_text(json.dumps(study))
+    made = numbers.tables(tmp_path)["study"]
+    assert "| contact, SVM: windows right | 100 % | 99.964 % |" in made
+
+
 def test_filling_twice_changes_nothing(tmp_path: Path) -> None:
     made = numbers.tables(tmp_path)
     text = "a\n\n<!-- numbers: study -->\n<!-- /numbers -->\n\nb\n"

@@ -8,7 +8,7 @@ from firstcontact.study.comparison import compare, percent
 
 
 def remark(tree: dict, label: str, twin: bool = True) -> str:
-    (row,) = [r for r in compare([tree], twin) if r.label == label]
+    (row,) = [r for r in compare([tree], ["A"], twin) if r.label == label]
     return row.remark
 
 
@@ -34,14 +34,34 @@ def test_the_published_accuracy_is_placed_against_the_interval(
     assert f"lies {verdict}" in remark(tree, "Blocks, SVM: accuracy, random 90/10")
 
 
-def test_a_missed_target_is_said() -> None:
-    label = "Contact, SVM: pinches right"
-    met = {"contact": {"svm": {"window_accuracy": 0.9995, "pinch_success": 0.998}}}
-    missed = {"contact": {"svm": {"window_accuracy": 0.9995, "pinch_success": 0.99}}}
-    assert "is reached" in remark(met, label)
-    assert "is not reached." in remark(missed, label)
-    rows = compare([met, missed], True)
-    assert "not reached in every" in next(r.remark for r in rows if r.label == label)
+def judged(windows: float, pinches: float, delay: float) -> dict:
+    scores = {"window_accuracy": windows, "pinch_success": pinches, "delay_ms": {"median": delay}}
+    return {"contact": {"svm": scores}}
+
+
+DELAY = "Contact, SVM: median delay of the decision"
+
+
+@pytest.mark.parametrize(
+    ("scores", "verdict"),
+    [
+        ((0.9995, 0.998, 2.9), "A: reached."),
+        ((0.9995, 0.99, 2.9), "A: not reached (pinches)."),
+        ((0.9985, 0.998, 3.1), "A: not reached (windows, delay)."),
+    ],
+)
+def test_the_target_has_three_parts(scores: tuple[float, float, float], verdict: str) -> None:
+    assert verdict in remark(judged(*scores), DELAY)
+
+
+def test_the_target_is_judged_where_it_could_be_and_named() -> None:
+    met, missed = judged(1.0, 1.0, 2.0), judged(1.0, 0.9, 2.0)
+    for trees, verdict in (
+        ([met, missed], "A: reached; B: not reached (pinches)."),
+        ([met, {"data": {}}], ": A: reached."),
+    ):
+        rows = compare(trees, ["A", "B"], True)
+        assert verdict in next(r.remark for r in rows if r.label == DELAY)
 
 
 def test_agreement_of_an_input_is_not_called_a_result() -> None:
@@ -51,10 +71,14 @@ def test_agreement_of_an_input_is_not_called_a_result() -> None:
 
 
 def test_what_is_not_there_has_no_row() -> None:
-    assert compare([{"data": {}}], True) == []
+    assert compare([{"data": {}}], ["A"], True) == []
 
 
 def test_percentages_are_not_rounded_up_to_all() -> None:
     assert percent(1.0) == "100.0 %"
     assert percent(0.99996) == "99.996 %"
+    assert percent(0.9999999) == "99.999 %"
     assert percent(0.972) == "97.2 %"
+    scores = {"accuracy": 0.99, "n": 9, "intervals": {"accuracy": [0.9, 0.9997]}}
+    rows = compare([{"blocks": {"svm": {"by_session": scores}}}], ["A"], True)
+    assert rows[0].here == ["99.0 % [90.0, 99.970]"]

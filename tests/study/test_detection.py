@@ -85,10 +85,33 @@ def test_a_perfect_detector():
 )
 def test_each_way_to_fail(firings, outcome):
     scores = score(*firings)
-    assert scores.pinch_success == 0.0
+    assert scores.pinch_success == scores.decided_within_3_ms == 0.0
     assert scores.to_json()[outcome] == 1
-    assert scores.delay_ms is None
-    assert "delay_ms" not in scores.to_json()
+    assert ("delay_ms" in scores.to_json()) == (outcome == "late")
+
+
+def test_placed_in_time_is_not_decided_in_time():
+    # The contact is at 300: 14 samples later are 2.8 ms, 29 are 5.9 ms.
+    assert score((314, Finger.THUMB, 302)).decided_within_3_ms == 1.0
+    slow = score((329, Finger.THUMB, 302))
+    assert (slow.pinch_success, slow.decided_within_3_ms) == (1.0, 0.0)
+    assert slow.delay_ms["median"] == pytest.approx(1e3 * 29 / 4936)
+
+
+def test_late_triggers_are_in_the_delay():
+    late = score((359, Finger.THUMB, 340))
+    assert late.pinch_success == 0.0
+    assert late.delay_ms["median"] == pytest.approx(1e3 * 59 / 4936)
+
+
+def test_what_the_resampler_waits_for_is_in_the_delay():
+    dataset = Dataset((pinch(),), recorded_rate=44_100.0)
+    scores = score_detector(Scripted(GOOD), dataset)
+    waited = 1e3 * 10 / 4936
+    assert scores.lookahead_ms == pytest.approx(waited)
+    assert scores.delay_ms["median"] == pytest.approx(1e3 * 14 / 4936 + waited)
+    assert (scores.pinch_success, scores.decided_within_3_ms) == (1.0, 0.0)
+    assert "lookahead_ms" not in score(GOOD).to_json()
 
 
 def test_the_earlier_onset_of_one_window_is_the_first_trigger():

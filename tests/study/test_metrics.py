@@ -93,6 +93,7 @@ def test_each_object_by_itself_and_all_alike() -> None:
     assert each["a"]["bias"] == pytest.approx(2.0)
     assert each["a"]["sd"] == pytest.approx(1.0)
     assert each["b"]["n"] == 1
+    assert "sd" not in each["b"]
     means = over_objects(each)
     assert means["rmse"] == pytest.approx(np.sqrt((2**2 + 4**2) / 2))
     assert means["n"] == 2

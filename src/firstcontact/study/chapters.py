@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from firstcontact.study.comparison import get
+from firstcontact.study.contact_tables import answer_table, contact_table
 from firstcontact.study.figures.style import NAMES
 from firstcontact.study.state import Findings
 from firstcontact.study.subject import Figure
 from firstcontact.study.tables import (
     Table,
     block_table,
-    contact_table,
     data_table,
     hardness_table,
     inference_table,
@@ -67,7 +67,9 @@ _PLANS = (
         "contact",
         "Contact detection",
         "20 ms windows, 3 ms of them new. Every pinch is judged by a detector that did not learn "
-        "from it, and the windows that stiffness is read from start where that detector says.",
+        "from it, and the windows that stiffness is read from start where that detector says. "
+        "Where a contact is placed and when that is decided are two things, because a detector "
+        "looks back from its trigger: both are scored.",
         [contact_table],
         ["detectors", "delays"],
     ),
@@ -107,6 +109,14 @@ _PLANS = (
         "materials come in the right order.",
         [hardness_table],
         ["hardness", "materials"],
+    ),
+    _Plan(
+        "answer",
+        "Time to an answer",
+        "How long after the first contact a stiffness could be told, and in how many pinches that "
+        "is before the other finger touches.",
+        [answer_table],
+        [],
     ),
     _Plan("time", "Time of one estimate", "", [inference_table], []),
 )

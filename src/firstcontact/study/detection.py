@@ -12,7 +12,7 @@ from firstcontact.contact.detector import Detector, Verdicts, latch
 from firstcontact.core.block import Block
 from firstcontact.core.errors import InputError
 from firstcontact.core.pinch import Contact, Dataset, Pinch
-from firstcontact.signal import samples_in
+from firstcontact.signal import lookahead, samples_in
 
 #: A contact younger than this, s, need not show in a window yet.
 GUARD = 0.001
@@ -46,14 +46,18 @@ class DetectionScores:
     quiet_windows_silent, contact_windows_found
         Shares right of quiet and of contact windows.
     pinch_success
-        Share of pinches whose first trigger is the touching finger's, with its
-        onset within 3 ms of the contact.
+        Share of pinches whose first trigger is the touching finger's and
+        places the contact within 3 ms of where it was. The trigger itself
+        comes later than the contact it places: see the next.
+    decided_within_3_ms
+        Share of pinches that succeeded and in which the trigger was decided
+        no later than 3 ms after the contact.
     false_alarms
-        Pinches whose first trigger comes more than 3 ms before the contact.
+        Pinches whose first trigger places a contact more than 3 ms too early.
     wrong_finger
         Pinches whose first trigger is in time but the other finger's.
     late
-        Pinches whose first trigger is more than 3 ms late.
+        Pinches whose first trigger places the contact more than 3 ms too late.
     misses
         Pinches without any trigger.
     false_alarms_per_minute
@@ -62,7 +66,11 @@ class DetectionScores:
         length; None where there was none.
     delay_ms
         Median and 95th percentile of the time from the contact to the sample
-        that decided, over the pinches that succeeded; None where none did.
+        that decided, over all first triggers that are the touching finger's
+        and not early, late ones too; None where there are none.
+    lookahead_ms
+        How long the resampler waited for later samples, which is in both of
+        these; None where nothing was resampled.
     """
 
     n: int
@@ -72,12 +80,14 @@ class DetectionScores:
     quiet_windows_silent: float | None
     contact_windows_found: float | None
     pinch_success: float
+    decided_within_3_ms: float
     false_alarms: int
     wrong_finger: int
     late: int
     misses: int
     false_alarms_per_minute: float | None
     delay_ms: dict[str, float] | None
+    lookahead_ms: float | None
 
     def to_json(self) -> dict[str, Any]:
         """A JSON-ready form without the keys of what is not known."""
@@ -134,6 +144,8 @@ def score_detector(
     counts = _Counts()
     outcomes = dict.fromkeys(("success", "false_alarms", "wrong_finger", "late", "misses"), 0)
     delays: list[float] = []
+    decided = 0
+    waited = resampler_lookahead(dataset)
     known = [(p, p.first) for p in dataset.pinches if p.first is not None]
     if not known:
         raise InputError("no pinch has a known first contact: detection cannot be scored")
@@ -154,8 +166,10 @@ def score_detector(
         contacts = latch(verdicts, fingers, set())
         outcome = _outcome(contacts, truth, pinch, early, tolerance)
         outcomes[outcome] += 1
-        if outcome == "success":
-            delays.append(1e3 * (contacts[0].decided - truth.sample) / rate)
+        if contacts and right_and_not_early(contacts[0], truth, rate, early, tolerance):
+            delay = (contacts[0].decided - truth.sample) / rate + waited
+            delays.append(1e3 * delay)
+            decided += outcome == "success" and delay <= tolerance
     return DetectionScores(
         n=len(known),
         left_out=len(dataset) - len(known),
@@ -166,13 +180,41 @@ def score_detector(
         quiet_windows_silent=_share(counts.quiet_right, counts.quiet),
         contact_windows_found=_share(counts.contact_right, counts.contact),
         pinch_success=outcomes["success"] / len(known),
+        decided_within_3_ms=decided / len(known),
         false_alarms=outcomes["false_alarms"],
         wrong_finger=outcomes["wrong_finger"],
         late=outcomes["late"],
         misses=outcomes["misses"],
         false_alarms_per_minute=(60.0 * counts.alarms / counts.seconds if counts.seconds else None),
-        delay_ms=_quantiles(np.array(delays)) if delays else None,
+        delay_ms=quantiles(np.array(delays)) if delays else None,
+        lookahead_ms=1e3 * waited if waited else None,
     )
+
+
+def resampler_lookahead(dataset: Dataset) -> float:
+    """How long the samples of a resampled dataset waited for later ones, s; else 0."""
+    rate = dataset.layout.rate
+    return lookahead(dataset.recorded_rate or rate, rate)
+
+
+def right_and_not_early(
+    contact: Contact, truth: Contact, rate: float, early: float, tolerance: float = TOLERANCE
+) -> bool:
+    """Whether a first trigger is the touching finger's and does not lie before the contact.
+
+    Parameters
+    ----------
+    contact, truth
+        As found, and as known.
+    rate
+        Of their samples, Hz.
+    early
+        How much earlier than its label the contact may be, s.
+    tolerance
+        How much earlier still it may be placed, s.
+    """
+    placed = (contact.sample - truth.sample) / rate
+    return contact.finger is truth.finger and placed >= -(early + tolerance)
 
 
 def _outcome(
@@ -192,5 +234,6 @@ def _share(part: int, whole: int) -> float | None:
     return part / whole if whole else None
 
 
-def _quantiles(delays: NDArray[np.float64]) -> dict[str, float]:
+def quantiles(delays: NDArray[np.float64]) -> dict[str, float]:
+    """Median and 95th percentile."""
     return {"median": float(np.median(delays)), "p95": float(np.percentile(delays, 95))}

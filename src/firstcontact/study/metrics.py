@@ -150,8 +150,8 @@ def per_object(
     Returns
     -------
     dict
-        Specimen to ``object``, ``n``, ``true``, ``mean``, ``sd``, ``bias``,
-        ``rmse``, ``mae`` and ``mse``.
+        Specimen to ``object``, ``n``, ``true``, ``mean``, ``sd`` (of two
+        pinches or more), ``bias``, ``rmse``, ``mae`` and ``mse``.
     """
     out: dict[str, dict[str, Any]] = {}
     for specimen in np.unique(specimens):
@@ -162,7 +162,8 @@ def per_object(
             "n": int(its.sum()),
             "true": float(truth[its].mean()),
             "mean": float(predicted[its].mean()),
-            "sd": float(predicted[its].std(ddof=1)) if its.sum() > 1 else 0.0,
+            # Of a single pinch there is no spread to tell.
+            **({"sd": float(predicted[its].std(ddof=1))} if its.sum() > 1 else {}),
             "bias": float(error.mean()),
             "rmse": float(np.sqrt((error**2).mean())),
             "mae": float(np.abs(error).mean()),

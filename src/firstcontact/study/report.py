@@ -24,14 +24,15 @@ def render(state: State) -> str:
     )
     shown = [f for f in state.findings if f.tree]
     trees = [f.tree for f in shown]
+    names = [subject_title(f) for f in shown]
     twin = any(get(tree, "data.source") == "twin" for tree in trees)
     return environment.from_string(template).render(
         state=state,
         twin=twin,
         kind=_kind(trees),
-        subjects=[subject_title(f) for f in shown],
+        subjects=names,
         cards=cards(shown),
-        compared=compare(trees, twin) if trees else [],
+        compared=compare(trees, names, twin) if trees else [],
         sections=chapters(shown),
         notes=[(subject_title(f), get(f.tree, "data.notes") or []) for f in shown],
         left_out=[(subject_title(f), f.left_out) for f in shown if f.left_out],

@@ -69,54 +69,6 @@ def _accuracy(scores: Tree) -> Cell:
     return Cell(percent(scores["accuracy"]), _interval(scores, "accuracy", 100, 1))
 
 
-def contact_table(tree: Tree) -> Table | None:
-    """Both detectors, per window and per pinch."""
-    detectors = [k for k in ("three_sigma", "svm") if get(tree, f"contact.{k}")]
-    if not detectors:
-        return None
-    entries = [tree["contact"][name] for name in detectors]
-
-    def row(label: str, path: str, form: str, small: str = "") -> Row:
-        values = [get(e, path) for e in entries]
-        return Row(
-            [
-                Cell(label, small),
-                *(Cell("–" if v is None else form.format(v)) for v in values),
-            ]
-        )
-
-    def shares(label: str, path: str, small: str = "") -> Row:
-        values = [get(e, path) for e in entries]
-        return Row([Cell(label, small), *(Cell("–" if v is None else percent(v)) for v in values)])
-
-    rows = [
-        shares("Windows right", "window_accuracy", "all 20 ms windows that were counted"),
-        shares("Quiet windows silent", "quiet_windows_silent"),
-        shares("Contact windows found", "contact_windows_found"),
-        shares("Pinches right", "pinch_success", "right finger, ±3 ms, nothing before"),
-        row(
-            "False alarms a minute",
-            "false_alarms_per_minute",
-            "{:,.2f}",
-            "of closing without contact",
-        ),
-        row("Delay, median", "delay_ms.median", "{:.2f} ms", "from contact to decision"),
-        row("Delay, 95th percentile", "delay_ms.p95", "{:.2f} ms"),
-        row("Pinches: too early", "false_alarms", "{:,}"),
-        row("Pinches: wrong finger", "wrong_finger", "{:,}"),
-        row("Pinches: too late", "late", "{:,}"),
-        row("Pinches: never", "misses", "{:,}"),
-    ]
-    folds = tree["contact"].get("folds", {})
-    caption = (
-        f"Out of fold: {folds.get('n', 1)} folds, whole {folds.get('held_out', 'sessions')} held "
-        f"out; {entries[0]['n']:,} pinches."
-    )
-    if early := tree["contact"].get("early_ms"):
-        caption += f" Labels may come up to {early:g} ms late, so earlier triggers are in time."
-    return Table(caption, ["", *(NAMES[d] for d in detectors)], rows)
-
-
 def block_table(tree: Tree, split: str) -> Table | None:
     """All models in one split of the blocks."""
     rows = []
@@ -134,7 +86,8 @@ def block_table(tree: Tree, split: str) -> Table | None:
     said = {
         "random_90_10": "Random 90/10, as published. Sessions and specimens lie on both sides.",
         "by_session": "By session: whole sessions held out. Blocks lie on both sides.",
-        "leave_one_shore_out": "One Shore A level left out, sessions on both sides (regression).",
+        "leave_one_shore_out": "One Shore A level left out, sessions on both sides (regression). "
+        "The detector that places the windows has learned from that level too.",
     }
     head = ["", "Accuracy", "RMSE", "MAE", "MSE", "Bias"]
     if not any(
@@ -199,7 +152,8 @@ def per_object_table(tree: Tree) -> Table | None:
             if o is None:
                 cells += [Cell("–"), Cell("–")]
                 continue
-            cells.append(Cell(f"{o['mean']:.1f} ± {o['sd']:.1f}", f"RMSE {o['rmse']:.2f}"))
+            spread = f" ± {o['sd']:.1f}" if "sd" in o else ""
+            cells.append(Cell(f"{o['mean']:.1f}{spread}", f"RMSE {o['rmse']:.2f}"))
             cells.append(Cell(_number(o["bias"], 1, "+")))
         rows.append(Row(cells))
     head = ["", "True"]
@@ -304,7 +258,30 @@ def hardness_table(tree: Tree) -> Table | None:
             True,
         )
     )
-    return Table("Hardness order from the first 15 ms.", ["", "Here", "Beside"], rows)
+    caption = (
+        "Hardness order from the first 15 ms. For a material left out, the detector that places "
+        "the windows has learned from that material too."
+    )
+    return Table(caption, ["", "Here", "Beside"], rows)
+
+
+def timed(found: Tree) -> list[tuple[str, Tree]]:
+    """Every model that was timed and its entry, regression first.
+
+    A classifier's entry lies in its model's, or under ``classification``.
+    """
+    out = [(NAMES[m], e) for m, e in found.items() if "p50" in e]
+    for model in ("svm", "cnn"):
+        for path in (f"{model}.classification", f"classification.{model}"):
+            entry = get(found, path)
+            if entry is not None and "p50" in entry:
+                out.append((f"{NAMES[model]}, classification", entry))
+    return out
+
+
+def _vectors(entry: Tree) -> str:
+    count = entry.get("support_vectors")
+    return "" if count is None else f"{count:,} support vectors"
 
 
 def inference_table(tree: Tree) -> Table | None:
@@ -315,7 +292,7 @@ def inference_table(tree: Tree) -> Table | None:
     rows = [
         Row(
             [
-                Cell(NAMES[model]),
+                Cell(name, _vectors(entry)),
                 Cell(f"{entry['p50']:.1f} µs"),
                 Cell(f"{entry['p99']:.1f} µs", f"preempted {entry['preempted']} times"),
                 Cell(f"{entry['reference_p50']:.0f} µs", str(entry["reference"])),
@@ -323,10 +300,16 @@ def inference_table(tree: Tree) -> Table | None:
                 Cell(f"{entry['calls']:,}"),
             ]
         )
-        for model, entry in found.items()
+        for name, entry in timed(found)
     ]
     head = ["", "p50", "p99", "Reference p50", "Quicker by", "Calls"]
     return Table("One window at a time, one thread, this machine.", head, rows)
+
+
+def _rate(data: Tree) -> str:
+    recorded = f"{data['sample_rate_hz']:g} Hz"
+    model = data.get("model_rate_hz")
+    return recorded if model is None else f"{recorded}, resampled to {model:g} Hz"
 
 
 def data_table(tree: Tree) -> Table | None:
@@ -345,7 +328,7 @@ def data_table(tree: Tree) -> Table | None:
             ),
             ("Specimens", f"{data['specimens']:,}"),
             ("Sessions", f"{data['sessions']:,}"),
-            ("Rate", f"{data['sample_rate_hz']:g} Hz"),
+            ("Rate", _rate(data)),
         )
     ]
     missing = get(tree, "contact.not_found")

@@ -8,7 +8,17 @@ import numpy as np
 
 from firstcontact.contact.detector import Verdicts
 from firstcontact.core import Pinch
-from firstcontact.study.figures.style import BLUE, GREY, INK, NAMES, ORANGE, RED, canvas, uri
+from firstcontact.study.figures.style import (
+    BLUE,
+    GREY,
+    INK,
+    NAMES,
+    ORANGE,
+    RED,
+    canvas,
+    piezo_axis,
+    uri,
+)
 from firstcontact.study.subject import Figure
 
 #: First part of a pinch that the threshold's sigma is drawn from, s.
@@ -22,11 +32,12 @@ def detectors_figure(
     assert pinch.first is not None
     rate, fingers = pinch.layout.rate, pinch.layout.piezo_fingers
     column = fingers.index(pinch.first.finger) if pinch.first.finger in fingers else 0
-    volts = pinch.piezo()[:, column]
-    numbers = pinch.first_sample + np.arange(len(volts))
+    label, factor = piezo_axis(pinch.layout, milli=True)
+    values = factor * pinch.piezo()[:, column]
+    numbers = pinch.first_sample + np.arange(len(values))
     time = 1e3 * (numbers - pinch.first.sample) / rate
     shown = (time >= -1e3 * before) & (time <= 1e3 * after)
-    quiet = volts[: max(2, round(STEADY * rate))]
+    quiet = values[: max(2, round(STEADY * rate))]
     mean, sigma = float(quiet.mean()), float(quiet.std())
     colours = {"three_sigma": ORANGE, "svm": BLUE}
     with canvas(2, 1, (6.2, 4.2), sharex=True, gridspec_kw={"height_ratios": [3, 1]}) as (
@@ -35,17 +46,17 @@ def detectors_figure(
     ):
         top, low = axes[:, 0]
         top.axhspan(
-            1e3 * (mean - 3 * sigma),
-            1e3 * (mean + 3 * sigma),
+            mean - 3 * sigma,
+            mean + 3 * sigma,
             color=ORANGE,
             alpha=0.15,
             lw=0,
             label="±3σ of the steady state",
         )
-        top.plot(time[shown], 1e3 * volts[shown], color=INK, lw=1.0, label="piezo")
+        top.plot(time[shown], values[shown], color=INK, lw=1.0, label="piezo")
         # Zoomed to where detectors decide: the contact itself runs out of the picture.
-        top.set_ylim(1e3 * (mean - 12 * sigma), 1e3 * (mean + 20 * sigma))
-        top.set_ylabel("Piezo (mV)")
+        top.set_ylim(mean - 12 * sigma, mean + 20 * sigma)
+        top.set_ylabel(label)
         top.legend(loc="upper left", ncols=2)
         for row, (name, verdict) in enumerate(verdicts.items()):
             ends = 1e3 * (verdict.ends - pinch.first.sample) / rate

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.core.layout import ChannelKind, Layout
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
@@ -91,6 +93,15 @@ def uri(figure: Canvas) -> str:
     figure.savefig(buffer, format="svg", dpi=192, metadata={"Date": None, "Creator": None})
     svg = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.DOTALL)
     return "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode()
+
+
+def piezo_axis(layout: Layout, milli: bool = False) -> tuple[str, float]:
+    """Label of a piezo axis and what values are multiplied by for it.
+
+    ``milli`` asks for mV, which only data in V can be shown in.
+    """
+    unit = layout.channels[layout.columns(ChannelKind.PIEZO)[0]].unit
+    return ("Piezo (mV)", 1e3) if milli and unit == "V" else (f"Piezo ({unit})", 1.0)
 
 
 def shades(n: int) -> list[Any]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from firstcontact.core import Finger, Pinch
 from firstcontact.core.layout import ChannelKind
-from firstcontact.study.figures.style import BLUE, INK, ORANGE, canvas, uri
+from firstcontact.study.figures.style import BLUE, INK, ORANGE, canvas, piezo_axis, uri
 from firstcontact.study.subject import Figure
 
 COLOURS = {Finger.INDEX: BLUE, Finger.THUMB: ORANGE}
@@ -30,7 +30,7 @@ def timing_figure(pinch: Pinch, before: float = 0.030, after: float = 0.110) -> 
             axes[0, 0].plot(
                 time[shown], volts[shown], color=COLOURS[finger], lw=1.1, label=finger.name.lower()
             )
-        axes[0, 0].set_ylabel("Piezo (V)")
+        axes[0, 0].set_ylabel(piezo_axis(pinch.layout)[0])
         axes[0, 0].legend(loc="lower right", ncols=2)
         if rows == 2:
             for finger in Finger:

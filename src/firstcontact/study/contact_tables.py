@@ -1,0 +1,121 @@
+"""Tables of contact detection and of the time to an answer, from ``results.json`` alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from firstcontact.study.comparison import get, percent
+from firstcontact.study.figures.style import NAMES
+from firstcontact.study.tables import Cell, Row, Table, timed
+
+Tree = Mapping[str, Any]
+
+
+def contact_table(tree: Tree) -> Table | None:
+    """Both detectors, per window and per pinch."""
+    detectors = [k for k in ("three_sigma", "svm") if get(tree, f"contact.{k}")]
+    if not detectors:
+        return None
+    entries = [tree["contact"][name] for name in detectors]
+
+    def row(label: str, path: str, form: str, small: str = "") -> Row:
+        values = [get(e, path) for e in entries]
+        cells = (Cell("–" if v is None else form.format(v)) for v in values)
+        return Row([Cell(label, small), *cells])
+
+    def shares(label: str, path: str, small: str = "") -> Row:
+        values = [get(e, path) for e in entries]
+        return Row([Cell(label, small), *(Cell("–" if v is None else percent(v)) for v in values)])
+
+    early = tree["contact"].get("early_ms")
+    known = "label" if early else "known contact"
+    waited = entries[0].get("lookahead_ms")
+    counted = f"; {waited:.1f} ms of it is the resampler's look-ahead" if waited else ""
+    rows = [
+        shares("Windows right", "window_accuracy", "all 20 ms windows that were counted"),
+        shares("Quiet windows silent", "quiet_windows_silent"),
+        shares("Contact windows found", "contact_windows_found"),
+        shares(
+            "Contact placed within ±3 ms",
+            "pinch_success",
+            "share of pinches: first trigger on the right finger, placing the contact within "
+            f"±3 ms of the {known}, nothing before it",
+        ),
+        shares(
+            "... and decided within 3 ms",
+            "decided_within_3_ms",
+            f"the same, and the trigger came no later than 3 ms after the {known}",
+        ),
+        row(
+            "False alarms a minute",
+            "false_alarms_per_minute",
+            "{:,.2f}",
+            "of closing without contact",
+        ),
+        row(
+            f"Delay after its {'label' if early else 'contact'}, median",
+            "delay_ms.median",
+            "{:.2f} ms",
+            f"to the decision, over all first triggers on the right finger that are not early"
+            f"{counted}",
+        ),
+        row("Delay, 95th percentile", "delay_ms.p95", "{:.2f} ms"),
+        row("Pinches: placed too early", "false_alarms", "{:,}"),
+        row("Pinches: wrong finger", "wrong_finger", "{:,}"),
+        row("Pinches: placed too late", "late", "{:,}"),
+        row("Pinches: never", "misses", "{:,}"),
+    ]
+    return Table(_caption(tree), ["", *(NAMES[d] for d in detectors)], rows)
+
+
+def _caption(tree: Tree) -> str:
+    folds = tree["contact"].get("folds", {})
+    n = next(tree["contact"][k]["n"] for k in ("three_sigma", "svm") if k in tree["contact"])
+    text = (
+        f"Out of fold: {folds.get('n', 1)} folds, whole {folds.get('held_out', 'sessions')} held "
+        f"out; {n:,} pinches."
+    )
+    if "specimen" in folds.get("shares", ()):
+        unseen = get(tree, "data.test_pinches")
+        text += " Specimens lie on both sides" + (", but for unseen objects." if unseen else ".")
+    if early := tree["contact"].get("early_ms"):
+        text += f" Labels may come up to {early:g} ms late, so earlier triggers are in time."
+    return text
+
+
+def answer_table(tree: Tree) -> Table | None:
+    """When a window is complete after contact, and how often the other finger had not touched."""
+    found = get(tree, "answer_ms")
+    if not found:
+        return None
+    lengths = found["window_length_ms"]
+    rows = [
+        Row(
+            [
+                Cell(f"{ms} ms window", "" if ms != "15" else _arithmetic(tree)),
+                *(Cell(f"{entry[k]:.2f} ms" if k in entry else "–") for k in ("median", "p95")),
+                Cell(percent(entry["before_second"]) if "before_second" in entry else "–"),
+                Cell(f"{entry['n']:,}", f"of {entry['of']:,}"),
+            ]
+        )
+        for ms, entry in sorted(lengths.items(), key=lambda item: float(item[0]))
+    ]
+    late = "label" if get(tree, "contact.early_ms") else "known contact"
+    twin = " Twin results." if get(tree, "data.source") == "twin" else ""
+    caption = (
+        f"From the {late} to a complete window: the decision waited for, the look-ahead of the "
+        "filters counted. An answer before the second contact is counted over all pinches whose "
+        "second contact is known; one whose first trigger is missed, early or on the wrong finger "
+        f"has no answer.{twin}"
+    )
+    return Table(caption, ["", "Median", "p95", "Before second contact", "Answers"], rows)
+
+
+def _arithmetic(tree: Tree) -> str:
+    """What the estimate itself adds, where it has been timed."""
+    times = [
+        f"{name} {1e-3 * entry['p50']:.2f} ms"
+        for name, entry in timed(get(tree, "inference_us") or {})
+    ]
+    return f"plus the estimate (p50): {', '.join(times)}" if times else ""

@@ -113,8 +113,8 @@ _PLANS = (
     _Plan(
         "answer",
         "Time to an answer",
-        "How long after the first contact a stiffness could be told, and in how many pinches that "
-        "is before the other finger touches.",
+        "How long after the first contact a stiffness could be told. Where second contacts are "
+        "known: in how many pinches that is before the other finger touches.",
         [answer_table],
         [],
     ),

@@ -116,6 +116,7 @@ def _offset(trees: Sequence[Tree], twin: bool) -> list[Compared]:
 
 def _contact(trees: Sequence[Tree], names: Sequence[str]) -> list[Compared]:
     rows = []
+    late = any(get(tree, "contact.early_ms") for tree in trees)
     for key, value in (
         ("three_sigma", published.CONTACT_THREE_SIGMA),
         ("svm", published.CONTACT_SVM),
@@ -145,7 +146,7 @@ def _contact(trees: Sequence[Tree], names: Sequence[str]) -> list[Compared]:
                 "contact.",
             ),
             Compared(
-                f"{name}: median delay of the decision",
+                f"{name}: median delay of the decision{' after its label' if late else ''}",
                 "–",
                 _here(trees, f"{at}.delay_ms.median", "{:.2f} ms"),
                 f"All first triggers on the right finger that are not early. {target}".strip(),
@@ -189,8 +190,8 @@ def _answer(trees: Sequence[Tree]) -> list[Compared]:
             "First contact to a complete 15 ms window, median",
             "–",
             _here(trees, "answer_ms.median", "{:.2f} ms"),
-            "With the look-ahead of the filters and the wait for the decision. The estimate's "
-            "arithmetic comes on top: see below.",
+            "With the look-ahead of the filters and the wait for the decision, without the "
+            "estimate's arithmetic.",
         ),
         Compared(
             "Answered before the second contact",

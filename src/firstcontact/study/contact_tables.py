@@ -89,27 +89,26 @@ def answer_table(tree: Tree) -> Table | None:
     found = get(tree, "answer_ms")
     if not found:
         return None
-    lengths = found["window_length_ms"]
-    rows = [
-        Row(
-            [
-                Cell(f"{ms} ms window", "" if ms != "15" else _arithmetic(tree)),
-                *(Cell(f"{entry[k]:.2f} ms" if k in entry else "–") for k in ("median", "p95")),
-                Cell(percent(entry["before_second"]) if "before_second" in entry else "–"),
-                Cell(f"{entry['n']:,}", f"of {entry['of']:,}"),
-            ]
-        )
-        for ms, entry in sorted(lengths.items(), key=lambda item: float(item[0]))
-    ]
+    lengths = sorted(found["window_length_ms"].items(), key=lambda item: float(item[0]))
+    both = any("before_second" in entry for _, entry in lengths)
+    rows = []
+    for ms, entry in lengths:
+        cells = [Cell(f"{ms} ms window", _arithmetic(tree) if ms == "15" else "")]
+        cells += [Cell(f"{entry[k]:.2f} ms" if k in entry else "–") for k in ("median", "p95")]
+        if both:
+            cells.append(Cell(percent(entry["before_second"])))
+        rows.append(Row([*cells, Cell(f"{entry['n']:,}", f"of {entry['of']:,}")]))
     late = "label" if get(tree, "contact.early_ms") else "known contact"
-    twin = " Twin results." if get(tree, "data.source") == "twin" else ""
     caption = (
         f"From the {late} to a complete window: the decision waited for, the look-ahead of the "
-        "filters counted. An answer before the second contact is counted over all pinches whose "
-        "second contact is known; one whose first trigger is missed, early or on the wrong finger "
-        f"has no answer.{twin}"
+        "filters counted. A pinch whose first trigger is missed, early or on the wrong finger has "
+        "no answer"
     )
-    return Table(caption, ["", "Median", "p95", "Before second contact", "Answers"], rows)
+    caption += " and counts as not answered before the second contact." if both else "."
+    if get(tree, "data.source") == "twin":
+        caption += " Twin results."
+    head = ["", "Median", "p95", *(["Before second contact"] if both else []), "Answers"]
+    return Table(caption, head, rows)
 
 
 def _arithmetic(tree: Tree) -> str:

@@ -26,9 +26,12 @@ def answer_time(subject: Subject, settings: Settings) -> Outcome:
     known = [i for i, p in enumerate(subject.dataset.pinches) if p.first is not None]
     if not known or not subject.found:
         return Outcome(left_out=["Time to an answer: no pinch has a known first contact."])
-    lengths = {f"{1e3 * d:g}": _at(subject, d, settings.early) for d in settings.durations}
-    answer = _at(subject, DURATION, settings.early)
-    return Outcome({"answer_ms": {**answer, "window_length_ms": lengths}})
+    by_length = {
+        duration: _at(subject, duration, settings.early)
+        for duration in sorted({*settings.durations, DURATION})
+    }
+    lengths = {f"{1e3 * duration:g}": scores for duration, scores in by_length.items()}
+    return Outcome({"answer_ms": {**by_length[DURATION], "window_length_ms": lengths}})
 
 
 def answered(pinch: Pinch, contact: Contact, duration: float) -> int:

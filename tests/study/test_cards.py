@@ -1,0 +1,26 @@
+"""Headlines show both models, and only what is there."""
+
+from __future__ import annotations
+
+from firstcontact.study.cards import cards
+from firstcontact.study.state import Findings
+
+
+def test_both_models_stand_in_a_headline_whichever_is_better() -> None:
+    tree = {"objects": {"svm": {"rmse": 9.0}, "cnn": {"rmse": 5.0}, "train_mean": {"rmse": 12.0}}}
+    (card,) = cards([Findings("paper-rig", tree)])
+    assert [(line.name, line.value) for line in card.lines] == [
+        ("SVM", "9.0 Shore A"),
+        ("CNN", "5.0 Shore A"),
+    ]
+    assert "12.0" in card.foot
+    (card,) = cards([Findings("paper-rig", tree), Findings("everyday", {})])
+    assert [line.name for line in card.lines] == ["SVM, Paper rig", "CNN, Paper rig"]
+
+
+def test_the_answer_is_said_to_be_the_twins() -> None:
+    tree = {"data": {"source": "twin"}, "answer_ms": {"median": 16.0, "before_second": 0.4}}
+    (card,) = cards([Findings("paper-rig", tree)])
+    assert card.lines[0].value == "40.0 %"
+    assert "twin" in card.foot
+    assert cards([Findings("recordings", {"answer_ms": {"n": 0, "of": 3}})]) == []

@@ -13,7 +13,7 @@ from firstcontact.stiffness.estimator import Spec, Task, Values, Windows, traini
 from firstcontact.stiffness.folds import inner_folds
 from firstcontact.stiffness.svm_model import SvmModel, shape_and_level
 
-#: The search learns from at most this many windows; the answer is refitted on all.
+#: Windows of a search, unless told otherwise.
 SEARCH_WINDOWS = 800
 #: What is searched. gamma is given as a multiple of 1 / inputs (each input has
 #: unit variance), epsilon in standard deviations of the target.
@@ -27,10 +27,19 @@ TOLERANCE = 1.02
 
 @dataclass(frozen=True)
 class Svm:
-    """SVC (one against one) or SVR on the shape and the level of a window."""
+    """SVC (one against one) or SVR on the shape and the level of a window.
+
+    Parameters
+    ----------
+    task, rate
+        As for every estimator.
+    search_windows
+        The search learns from at most this many windows; the answer is refitted on all.
+    """
 
     task: Task
     rate: float
+    search_windows: int = SEARCH_WINDOWS
     name: str = "svm"
 
     def fit(
@@ -42,7 +51,7 @@ class Svm:
         inputs = shape_and_level(X, level)
         target = _target(self.task, y)
         scaled = (y - target[0]) / target[1]
-        parameters = search(self.task, inputs, scaled, groups, seed)
+        parameters = search(self.task, inputs, scaled, groups, seed, self.search_windows)
         machine = machine_of(self.task, parameters).fit(inputs, scaled)
         return _model(spec, level, machine, target, np.array(parameters))
 
@@ -75,8 +84,9 @@ def search(
     y: Values,
     groups: NDArray[Any] | None,
     seed: int,
+    most: int = SEARCH_WINDOWS,
 ) -> tuple[float, float, float]:
-    """Choose C, gamma and epsilon on three grouped folds of at most 800 windows.
+    """Choose C, gamma and epsilon on three grouped folds of at most ``most`` windows.
 
     Parameters
     ----------
@@ -90,6 +100,8 @@ def search(
         Session of each window.
     seed
         Of the sample and the folds.
+    most
+        Windows to search with.
 
     Returns
     -------
@@ -97,7 +109,7 @@ def search(
         C, gamma, epsilon (0 for classification).
     """
     rng = np.random.default_rng(seed)
-    chosen = np.sort(rng.permutation(len(y))[:SEARCH_WINDOWS])
+    chosen = np.sort(rng.permutation(len(y))[:most])
     inputs, y = inputs[chosen], y[chosen]
     folds = [
         (train, held)

@@ -65,9 +65,15 @@ class Parallel:
         from concurrent.futures import as_completed
 
         futures = [self._executor.submit(function, job) for job in jobs]
-        for done, future in enumerate(as_completed(futures), start=1):
-            future.result()
-            self._tick(done, len(futures))
+        try:
+            for done, future in enumerate(as_completed(futures), start=1):
+                future.result()
+                self._tick(done, len(futures))
+        except Exception:
+            # Whoever goes on after an error is not to wait for the rest.
+            for future in futures:
+                future.cancel()
+            raise
         return [future.result() for future in futures]
 
     def close(self) -> None:

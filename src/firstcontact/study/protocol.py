@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from firstcontact.core import Dataset
+from firstcontact.core import Dataset, InputError
 from firstcontact.core.files import write_json, write_text
 from firstcontact.study.jobs import Runner
 from firstcontact.study.parts.blocks import blocks
@@ -43,11 +44,14 @@ class Step:
         For the progress bar and the report.
     run
         Does it.
+    vital
+        Whether the study ends where it cannot be done.
     """
 
     subject: str
     title: str
     run: Callable[[], Outcome]
+    vital: bool = False
 
 
 def plan(
@@ -77,7 +81,7 @@ def plan(
             return describe(subjects[name])
 
         steps += [
-            Step(name, "data", opened),
+            Step(name, "data", opened, vital=True),
             step(name, "contact detection", lambda s: contacts(s, settings, runner)),
             step(name, "waveforms", waveforms),
             step(name, "blocks, SVM and baselines", lambda s: blocks(s, settings, runner, FAST)),
@@ -90,10 +94,8 @@ def plan(
             step(name, "objects, CNN", lambda s: objects(s, settings, runner, SLOW)),
             step(name, "blocks, CNN", lambda s: blocks(s, settings, runner, SLOW)),
             step(name, "second contact", lambda s: second_contact(s, settings)),
+            step(name, "inference time", lambda s: inference(s, settings, runner)),
         ]
-    # Timed once: a model's arithmetic does not depend on the condition.
-    first = sources[0][0]
-    steps.append(step(first, "inference time", lambda s: inference(s, settings, runner)))
     return steps
 
 
@@ -121,14 +123,23 @@ def run(
         Folder of the two files.
     tick
         Called with the title of each step before it begins.
+
+    Raises
+    ------
+    InputError
+        The data of a subject cannot be used. In any other part it becomes a
+        sentence among what was left out, and the study goes on.
+    Exception
+        Whatever else a part raises; the report then says where it stopped.
     """
     by_name: dict[str, Findings] = {f.name: f for f in state.findings}
+    title = ""
     try:
         for step in steps:
             title = f"{step.subject}: {step.title}"
             tick(title)
             began = time.monotonic()
-            by_name[step.subject].take(step.run())
+            by_name[step.subject].take(_done(step))
             state.part_seconds[title] = time.monotonic() - began
             state.done += 1
             write(state, out)
@@ -137,6 +148,22 @@ def run(
         if state.done:
             write(state, out)
         raise
+    except Exception as error:
+        state.stopped = f"{title}: {str(error) or type(error).__name__}"
+        if state.done:
+            # What ended the study is to be read, not what went wrong after it.
+            with suppress(OSError):
+                write(state, out)
+        raise
+
+
+def _done(step: Step) -> Outcome:
+    try:
+        return step.run()
+    except InputError as error:
+        if step.vital:
+            raise
+        return Outcome(left_out=[f"{step.title.capitalize()}: {error}."])
 
 
 def write(state: State, out: Path) -> None:

@@ -24,8 +24,6 @@ class Settings:
         Folds of a split by session.
     epochs
         Epochs of the CNN.
-    cnn_by_session
-        Whether the CNN is cross-validated by session and by Shore level too.
     calls
         Single-window predictions that are timed.
     early
@@ -42,7 +40,6 @@ class Settings:
     durations: tuple[float, ...] = (0.002, 0.003, 0.005, 0.008, 0.010, 0.015)
     folds: int = 5
     epochs: int = 40
-    cnn_by_session: bool = True
     calls: int = 10_000
     early: float = 0.0
     seed: int = 0

@@ -17,6 +17,8 @@ from firstcontact.study.settings import MODEL_RATE, Settings
 CONDITIONS = ("paper-rig", "everyday")
 #: Says that a folder of recordings was made by a study and may be made again.
 MARK = "made-by-study.json"
+#: What makes a folder one that can be imported.
+LABELS = "labels.csv"
 
 
 def simulated(
@@ -63,15 +65,30 @@ def recorded(path: Path, out: Path) -> Dataset:
     Raises
     ------
     InputError
-        Nothing is there that can be used.
+        Nothing is there that can be used, or recordings that a study left
+        behind, beside others or by themselves: those are studied again only
+        when their own folder is given.
     """
     if not path.exists():
         raise InputError(f"{path} does not exist: give a folder of recordings, or data to import")
-    if (path.is_file() and path.suffix == ".mcap") or (path.is_dir() and any(path.rglob("*.mcap"))):
-        dataset = load_dataset(path)
-    else:
-        dataset = _imported(path, out)
+    own, made = _found(path)
+    if made and (own or not (path / LABELS).is_file()):
+        only = "recordings of their own beside those" if own else "only recordings"
+        raise InputError(
+            f"{path} holds {only} that an earlier study left in {made[0]}: give the one folder "
+            "that is to be studied"
+        )
+    dataset = load_dataset(own) if own else _imported(path, out)
     return resample_dataset(dataset, MODEL_RATE)
+
+
+def _found(path: Path) -> tuple[list[Path], list[Path]]:
+    """Recordings at or below a path, and folders below it that a study made."""
+    if path.is_file():
+        return [path] if path.suffix == ".mcap" else [], []
+    made = sorted(mark.parent for mark in path.rglob(MARK) if mark.parent != path)
+    files = sorted(path.rglob("*.mcap"))
+    return [f for f in files if not any(f.is_relative_to(m) for m in made)], made
 
 
 def _imported(path: Path, out: Path) -> Dataset:

@@ -84,10 +84,18 @@ def random_90_10(classes: NDArray[Any], seed: int) -> list[Split]:
 
 
 def random_folds(classes: NDArray[Any], seed: int, folds: int = FOLDS) -> list[Split]:
-    """Cut at random into stratified folds: optimistic, a warning beside honest splits."""
+    """Cut at random into stratified folds: optimistic, a warning beside honest splits.
+
+    Raises
+    ------
+    ValueError
+        A class with fewer than two pinches, or no pinch at all.
+    """
     from sklearn.model_selection import StratifiedKFold
 
-    fewest = int(np.unique(classes, return_counts=True)[1].min())
+    fewest = int(np.unique(classes, return_counts=True)[1].min(initial=len(classes)))
+    if fewest < 2:
+        raise ValueError("random folds need two pinches of each class or more")
     splitter = StratifiedKFold(min(folds, fewest), shuffle=True, random_state=seed)
     shares = frozenset({Group.SESSION, Group.SPECIMEN})
     return [
@@ -153,6 +161,21 @@ def leave_one_out(values: NDArray[Any], shares: Sequence[Group] = (Group.SESSION
     ]
 
 
-def unseen_objects(test: NDArray[np.bool_]) -> Split:
+def unseen_objects(test: NDArray[np.bool_], shares: Sequence[Group] = ()) -> Split:
     """Learn from all pinches with the role ``train``, ask about those with ``test``."""
-    return Split("unseen objects", np.flatnonzero(~test), np.flatnonzero(test))
+    learn, ask = np.flatnonzero(~test), np.flatnonzero(test)
+    return Split("unseen objects", learn, ask, frozenset(shares))
+
+
+def learns_one_value(splits: Sequence[Split], values: NDArray[Any]) -> bool:
+    """Whether some training side has fewer than two values: nothing to tell apart."""
+    return any(len(np.unique(values[split.train])) < 2 for split in splits)
+
+
+def never_learned(splits: Sequence[Split], classes: NDArray[Any]) -> NDArray[Any]:
+    """Classes that some split asks about without having learned them, ascending.
+
+    No model can answer with them: an accuracy over such a split says nothing.
+    """
+    lacking = [np.setdiff1d(classes[split.test], classes[split.train]) for split in splits]
+    return np.unique(np.concatenate(lacking)) if lacking else classes[:0]

@@ -78,6 +78,12 @@ class State:
         One a subject; the first is the top level of ``results.json``.
     steps
         Titles of all parts, in order.
+    done
+        How many of them are done.
+    interrupted
+        Whether it was ended from outside.
+    stopped
+        The part that ended it and its error, else empty.
     """
 
     command: str
@@ -87,6 +93,7 @@ class State:
     steps: Sequence[str]
     done: int = 0
     interrupted: bool = False
+    stopped: str = ""
     began: float = field(default_factory=time.monotonic)
     started: str = field(default_factory=lambda: time.strftime("%Y-%m-%d %H:%M %Z"))
     part_seconds: dict[str, float] = field(default_factory=dict)
@@ -119,6 +126,7 @@ class State:
             "quick": self.quick,
             "started": self.started,
             "complete": not self.pending,
+            **({"stopped": self.stopped} if self.stopped else {}),
             "settings": asdict(self.settings),
             "seed": self.settings.seed,
         }

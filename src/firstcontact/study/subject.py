@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Contact, Dataset
-from firstcontact.study.training import Examples, examples
+from firstcontact.study.training import Examples, distinct_specimens, examples
 
 Values = NDArray[np.float64]
 Contacts = tuple[Contact | None, ...]
+#: What the import notes where labels have no sessions.
+NO_SESSIONS = "no session column"
 
 
 @dataclass(slots=True, eq=False)
@@ -55,15 +57,21 @@ class Subject:
         return np.unique(shore[np.isfinite(shore)])
 
     @property
-    def has_sessions(self) -> bool:
-        """Whether the pinches to learn from lie in two known sessions or more."""
-        sessions = np.unique(self.dataset.sessions[~self.dataset.test])
-        return len(sessions) > 1 and "" not in sessions
+    def sessions_assumed(self) -> bool:
+        """Whether the labels named no session, so that the import took all as one."""
+        return any(NO_SESSIONS in note for note in self.dataset.notes)
 
     def windows(self, duration: float, contacts: Contacts | None = None) -> Examples:
         """Windows with a Shore A, from where contacts were found unless told otherwise."""
+        return self.examples(duration, self.dataset.shore_a, contacts)
+
+    def examples(
+        self, duration: float, target: Values, contacts: Contacts | None = None
+    ) -> Examples:
+        """Windows with a target, shape (pinches,); specimens are told apart by name."""
         starts = self.starts if contacts is None else contacts
-        return examples(self.dataset, starts, duration, self.dataset.shore_a)
+        data = examples(self.dataset, starts, duration, target)
+        return replace(data, specimens=distinct_specimens(self.dataset)[data.which])
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Contact, Dataset
+from firstcontact.core import Contact, Dataset, Label
 from firstcontact.signal import contact_windows
 from firstcontact.stiffness.estimator import Model, Task
 from firstcontact.study.jobs import Runner
@@ -51,11 +51,17 @@ class Examples:
         return len(self.X)
 
     @property
+    def has_sessions(self) -> bool:
+        """Whether these windows lie in two known sessions or more."""
+        return len(np.unique(self.sessions)) > 1 and bool((self.sessions != "").all())
+
+    @property
     def clusters(self) -> NDArray[np.str_]:
         """What an interval resamples as a whole: sessions, else specimens, else pinches."""
-        for names in (self.sessions, self.specimens):
-            if len(np.unique(names)) > 1 and (names != "").all():
-                return names
+        if self.has_sessions:
+            return self.sessions
+        if len(np.unique(self.specimens)) > 1 and (self.specimens != "").all():
+            return self.specimens
         return np.arange(len(self)).astype(np.str_)
 
     def take(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> Examples:
@@ -70,6 +76,31 @@ class Examples:
             self.which[which],
             self.rate,
         )
+
+
+def distinct_specimens(dataset: Dataset) -> NDArray[np.str_]:
+    """Specimen of each pinch, one name for one thing, shape (pinches,).
+
+    People number the specimens of each object, or call all of them after the
+    material. A name that comes with several objects, levels or ranks is several
+    specimens: it is then told with what it belongs to.
+    """
+
+    def kind(label: Label) -> tuple[str, ...]:
+        level = label.hardness_rank if label.shore_a is None else label.shore_a
+        return tuple(s for s in (label.object, "" if level is None else f"{level:g}") if s)
+
+    labels = [pinch.label for pinch in dataset.pinches]
+    kinds: dict[str, set[tuple[str, ...]]] = {}
+    for label in labels:
+        kinds.setdefault(label.specimen, set()).add(kind(label))
+    names = [
+        label.specimen
+        if len(kinds[label.specimen]) == 1
+        else f"{label.specimen or 'unnamed'} ({', '.join(kind(label)) or 'unknown'})"
+        for label in labels
+    ]
+    return np.array(names, dtype=np.str_)
 
 
 def examples(
@@ -121,6 +152,8 @@ class Fit:
         Of the training.
     epochs
         Of the CNN.
+    options
+        Further fields of the estimator.
     """
 
     model: str
@@ -129,6 +162,7 @@ class Fit:
     ask: Windows
     seed: int
     epochs: int
+    options: Mapping[str, int] = field(default_factory=dict)
 
 
 def train(fit: Fit) -> Model:
@@ -142,7 +176,7 @@ def train(fit: Fit) -> Model:
 
 
 def _options(fit: Fit) -> dict[str, int]:
-    return {"epochs": fit.epochs} if fit.model == "cnn" else {}
+    return {**fit.options, **({"epochs": fit.epochs} if fit.model == "cnn" else {})}
 
 
 def answer(fit: Fit) -> Values:
@@ -152,12 +186,13 @@ def answer(fit: Fit) -> Values:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Question:
-    """A model, a task and the splits to do it in."""
+    """A model, a task, the splits to do it in, and options of the estimator."""
 
     model: str
     task: Task
     data: Examples
     splits: Sequence[Split]
+    options: Mapping[str, int] = field(default_factory=dict)
 
 
 def held_out(runner: Runner, questions: Sequence[Question], seed: int, epochs: int) -> list[Values]:
@@ -187,6 +222,7 @@ def held_out(runner: Runner, questions: Sequence[Question], seed: int, epochs: i
                     data.X[split.test],
                     seed,
                     epochs,
+                    question.options,
                 )
             )
             places.append((number, split))

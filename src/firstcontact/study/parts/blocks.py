@@ -13,12 +13,21 @@ from firstcontact.study.figures.levels import leave_one_out_figure
 from firstcontact.study.jobs import Runner
 from firstcontact.study.metrics import classification_scores, regression_scores
 from firstcontact.study.settings import DURATION, Settings
-from firstcontact.study.splits import Split, by_session, leave_one_out, random_90_10
+from firstcontact.study.splits import (
+    Split,
+    by_session,
+    learns_one_value,
+    leave_one_out,
+    never_learned,
+    random_90_10,
+)
 from firstcontact.study.subject import Figure, Outcome, Subject
 from firstcontact.study.training import Examples, Question, Values, held_out
 
 #: Splits in the order of the report.
 RANDOM, SESSION, LEVEL = "random_90_10", "by_session", "leave_one_shore_out"
+
+Splits = dict[tuple[str, Task], list[Split]]
 
 
 def blocks(subject: Subject, settings: Settings, runner: Runner, models: Sequence[str]) -> Outcome:
@@ -34,15 +43,17 @@ def blocks(subject: Subject, settings: Settings, runner: Runner, models: Sequenc
             ]
         )
     data = _learnable(subject, subject.windows(DURATION))
-    splits = _splits(subject, data, settings)
-    left_out = _why_left_out(subject, splits)
+    splits, left_out = _splits(data, settings)
     questions, places = _questions(data, splits, models)
     aligned = _learnable(subject, subject.windows(DURATION, subject.truth))
     strip = bool(subject.found) and "svm" in models and len(aligned) > 0
     if strip:
         # Leaving a level out is about levels, not about alignment: the two pinch splits do.
-        strip_splits = _splits(subject, aligned, settings)
-        strip_splits.pop(LEVEL, None)
+        strip_splits = {
+            place: folds
+            for place, folds in _splits(aligned, settings)[0].items()
+            if place[0] != LEVEL
+        }
         more, more_places = _questions(aligned, strip_splits, ["svm"])
         questions += more
         places += [("strip", split, task) for _, split, task in more_places]
@@ -69,38 +80,56 @@ def _learnable(subject: Subject, data: Examples) -> Examples:
     return data.take(~data.test & np.isin(data.y, subject.levels))
 
 
-def _splits(subject: Subject, data: Examples, settings: Settings) -> dict[str, list[Split]]:
+def _splits(data: Examples, settings: Settings) -> tuple[Splits, list[str]]:
+    """What these windows permit, and why not the rest."""
     counts = np.unique(data.y, return_counts=True)[1]
-    out: dict[str, list[Split]] = {}
+    out: Splits = {}
+    left_out = []
     if len(counts) >= 2 and counts.min() >= 2 and len(data) >= 10 * len(counts):
-        out[RANDOM] = random_90_10(data.y, settings.seed)
-    if subject.has_sessions and len(np.unique(data.sessions)) > 1:
-        out[SESSION] = by_session(data.sessions, data.y, settings.seed, settings.folds)
+        folds = random_90_10(data.y, settings.seed)
+        out[RANDOM, Task.CLASSIFICATION] = out[RANDOM, Task.REGRESSION] = folds
+    else:
+        left_out.append("Random 90/10 split: too few pinches for ten a level.")
+    if data.has_sessions:
+        folds = by_session(data.sessions, data.y, settings.seed, settings.folds)
+        if learns_one_value(folds, data.y):
+            left_out.append(
+                "Split by session: with some sessions held out, a single Shore A level is left to "
+                "learn from."
+            )
+        else:
+            out[SESSION, Task.REGRESSION] = folds
+            unknown = never_learned(folds, data.y)
+            if len(unknown):
+                left_out.append(_one_session(unknown, data))
+            else:
+                out[SESSION, Task.CLASSIFICATION] = folds
+    else:
+        left_out.append("Split by session: the windows do not lie in two named sessions.")
     if len(counts) >= 3:
-        out[LEVEL] = leave_one_out(data.y)
-    return out
+        out[LEVEL, Task.REGRESSION] = leave_one_out(data.y)
+    else:
+        left_out.append("Leaving one Shore level out: there are fewer than three levels.")
+    return out, left_out
 
 
-def _why_left_out(subject: Subject, splits: dict[str, list[Split]]) -> list[str]:
-    reasons = {
-        RANDOM: "Random 90/10 split: too few pinches for ten a level.",
-        SESSION: "Split by session: the pinches do not name two sessions.",
-        LEVEL: "Leaving one Shore level out: there are fewer than three levels.",
-    }
-    return [reason for name, reason in reasons.items() if name not in splits]
+def _one_session(levels: Values, data: Examples) -> str:
+    alone = all(len(np.unique(data.sessions[data.y == level])) == 1 for level in levels)
+    where = "in one session each" if alone else "in sessions that are held out together"
+    return (
+        f"Discrimination by session: the levels {', '.join(f'{v:g}' for v in levels)} lie {where}, "
+        "so no model could have learned them before it is asked about them."
+    )
 
 
 def _questions(
-    data: Examples, splits: dict[str, list[Split]], models: Sequence[str]
+    data: Examples, splits: Splits, models: Sequence[str]
 ) -> tuple[list[Question], list[tuple[str, str, Task]]]:
     questions, places = [], []
-    for name, folds in splits.items():
-        for task in (Task.CLASSIFICATION, Task.REGRESSION):
-            if name == LEVEL and task is Task.CLASSIFICATION:
-                continue
-            for model in models:
-                questions.append(Question(model, task, data, folds))
-                places.append((model, name, task))
+    for (name, task), folds in splits.items():
+        for model in models:
+            questions.append(Question(model, task, data, folds))
+            places.append((model, name, task))
     return questions, places
 
 
@@ -124,11 +153,12 @@ def _per_level(data: Examples, predicted: Values, seed: int) -> dict[str, Any]:
 
 
 def _figures(subject: Subject, tree: dict[str, Any]) -> list[Figure]:
-    split = SESSION if any(SESSION in scores for scores in tree.values()) else RANDOM
+    told = any("confusion" in scores.get(SESSION, {}) for scores in tree.values())
+    split = SESSION if told else RANDOM
     figures = [
         confusion_figure(model, split, tree[model][split])
         for model in ("svm", "cnn")
-        if split in tree.get(model, {})
+        if "confusion" in tree.get(model, {}).get(split, {})
     ]
     drawn = {
         model: subject.predictions[model, LEVEL]

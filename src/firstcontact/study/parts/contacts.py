@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from firstcontact.contact.detector import Detector, Verdicts, latch
 from firstcontact.contact.registry import make_detector
 from firstcontact.contact.svm import SvmDetector
-from firstcontact.core import Block, Contact, Dataset, Layout
+from firstcontact.core import Block, Contact, Dataset, InputError, Layout
 from firstcontact.core.layout import ChannelKind
 from firstcontact.study.detection import score_detector
 from firstcontact.study.figures.delays import delay_figure
@@ -24,6 +24,8 @@ from firstcontact.study.subject import Figure, Outcome, Subject
 
 #: The paper's two, in the order of the report; windows start where the last one says.
 NAMES = ("three_sigma", "svm")
+#: Where windows start when the SVM cannot be trained but labels know the contacts.
+KNOWN = "known"
 #: Folds: a detector needs fewer than an estimator, and takes longer to train.
 FOLDS = 3
 
@@ -79,28 +81,37 @@ class Replayed:
 def contacts(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
     """Find all first contacts out of fold, and score both detectors against the truth.
 
-    Sets ``subject.found``. Where no contact is known the SVM cannot be
-    trained: the threshold, which needs no training, then finds the contacts.
+    Sets ``subject.found``. Where the SVM cannot be trained, windows start at
+    the contacts that the labels know or, if it finds more than those, at those
+    of the threshold, which needs no training.
     """
     dataset = subject.dataset
     known = np.array([p.first is not None for p in dataset.pinches])
     left_out = []
-    names: Sequence[str] = NAMES
-    splits = detection_splits(dataset, settings.seed) if known[~dataset.test].sum() > 1 else []
-    if not splits:
-        left_out.append(
-            "SVM contact detector: too few pinches with a known first contact to train it on and "
-            "to judge it by; windows start where the 3σ threshold fires."
-        )
-        names = NAMES[:1]
+    splits = detection_splits(dataset, settings.seed)
+    why = ""
+    try:
+        verdicts = _judge(dataset, splits, NAMES, settings.early, runner)
+        start = NAMES[-1]
+    except InputError as error:
         everyone = np.arange(len(dataset))
         splits = [Split("all", everyone[:0], everyone)]
-    verdicts = _judge(dataset, splits, names, settings.early, runner)
+        verdicts = _judge(dataset, splits, NAMES[:1], settings.early, runner)
+        start = NAMES[0]
+        why = str(error)
+    names = tuple(verdicts)
     fingers = dataset.layout.piezo_fingers
-    subject.found = tuple(
-        next(iter(latch(verdict, fingers, set())), None) for verdict in verdicts[names[-1]]
-    )
-    tree: dict[str, Any] = {}
+    found = tuple(next(iter(latch(v, fingers, set())), None) for v in verdicts[names[-1]])
+    missing = sum(contact is None for contact in found)
+    if start == NAMES[-1]:
+        subject.found = found
+    elif known.sum() >= len(dataset) - missing:
+        start = KNOWN
+        left_out.append(f"SVM contact detector: {why}; windows start at the known contacts.")
+    else:
+        subject.found = found
+        left_out.append(f"SVM contact detector: {why}; windows start where the 3σ threshold fires.")
+    tree: dict[str, Any] = {"windows_start_at": start}
     figures: list[Figure] = []
     if known.any():
         for name in names:
@@ -111,7 +122,7 @@ def contacts(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
             tree[name] = scores.to_json()
         tree["folds"] = _told(splits)
         tree["early_ms"] = 1e3 * settings.early
-        example = _example(dataset, subject.found)
+        example = _example(dataset, found)
         figures.append(
             detectors_figure(
                 dataset.pinches[example], {name: verdicts[name][example] for name in names}
@@ -120,7 +131,6 @@ def contacts(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
         figures.append(delay_figure(dataset, _firsts(dataset, verdicts, names), settings.early))
     else:
         left_out.append("Scores of contact detection: no pinch has a known first contact.")
-    missing = sum(contact is None for contact in subject.found)
     tree["not_found"] = {"by": names[-1], "pinches": missing, "of": len(dataset)}
     return Outcome({"contact": tree}, figures, left_out)
 
@@ -129,15 +139,17 @@ def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
     """Folds over all pinches that learn from those with the role ``train`` only.
 
     Whole sessions are held out where sessions are known; else folds are drawn
-    at random and say that they share sessions and specimens.
+    at random and say that they share sessions and specimens. None where there
+    is a single pinch.
     """
+    if len(dataset) < 2:
+        return []
     sessions = dataset.sessions
     if len(np.unique(sessions)) > 1 and "" not in sessions:
         folds = by_session(sessions, dataset.objects, seed, FOLDS)
     else:
         folds = random_folds(np.zeros(len(dataset)), seed, FOLDS)
-    learnable = [replace(f, train=f.train[~dataset.test[f.train]]) for f in folds]
-    return learnable if all(len(f.train) > 1 for f in learnable) else []
+    return [replace(f, train=f.train[~dataset.test[f.train]]) for f in folds]
 
 
 def judge(job: Judging) -> list[Verdicts]:
@@ -145,7 +157,7 @@ def judge(job: Judging) -> list[Verdicts]:
     detector: Detector = (
         SvmDetector(early=job.early) if job.name == "svm" else make_detector(job.name)
     )
-    if len(job.learn):
+    if job.name == "svm":
         detector = detector.fit(job.learn)
     out = []
     for pinch in job.ask.pinches:
@@ -157,6 +169,8 @@ def judge(job: Judging) -> list[Verdicts]:
 def _judge(
     dataset: Dataset, splits: Sequence[Split], names: Sequence[str], early: float, runner: Runner
 ) -> dict[str, list[Verdicts]]:
+    if not splits:
+        raise InputError("it takes two pinches or more to train it on some and judge it by others")
     slim = _piezo_only(dataset)
     jobs, places = [], []
     for split in splits:

@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from firstcontact.core import Dataset
 from firstcontact.study.figures.offsets import offset_figure
 from firstcontact.study.figures.timing import timing_figure
 from firstcontact.study.settings import DURATION
 from firstcontact.study.subject import Figure, Outcome, Subject
+from firstcontact.study.training import distinct_specimens
 
 
 def describe(subject: Subject) -> Outcome:
@@ -19,8 +21,8 @@ def describe(subject: Subject) -> Outcome:
         "data": {
             "source": dataset.source,
             "pinches": len(dataset),
-            "specimens": len(set(dataset.specimens) - {""}),
-            "sample_rate_hz": float(dataset.layout.rate),
+            "specimens": len(set(distinct_specimens(dataset)) - {""}),
+            **_rates(dataset),
             "sessions": len(set(dataset.sessions) - {""}),
             "train_pinches": int((~dataset.test).sum()),
             "test_pinches": int(dataset.test.sum()),
@@ -34,7 +36,8 @@ def describe(subject: Subject) -> Outcome:
     if len(offsets):
         tree["offset_ms"] = {
             "mean": float(offsets.mean()),
-            "sd": float(offsets.std(ddof=1)) if len(offsets) > 1 else 0.0,
+            # Of a single offset there is no spread to tell.
+            **({"sd": float(offsets.std(ddof=1))} if len(offsets) > 1 else {}),
             "share_below_15": float((offsets < 1e3 * DURATION).mean()),
             "share_below_8": float((offsets < 8.0).mean()),
             "median": float(np.median(offsets)),
@@ -51,6 +54,16 @@ def describe(subject: Subject) -> Outcome:
             "Offset between the contacts: no pinch has a known first and second contact."
         )
     return Outcome(tree, figures, left_out)
+
+
+def _rates(dataset: Dataset) -> dict[str, float]:
+    """What the data were recorded at, and what the models are given where that differs."""
+    if dataset.recorded_rate is None:
+        return {"sample_rate_hz": float(dataset.layout.rate)}
+    return {
+        "sample_rate_hz": float(dataset.recorded_rate),
+        "model_rate_hz": float(dataset.layout.rate),
+    }
 
 
 def _merged(notes: tuple[str, ...], most: int = 12) -> list[str]:

@@ -16,14 +16,23 @@ from firstcontact.study.metrics import (
     regression_scores,
 )
 from firstcontact.study.settings import DURATION, Settings
-from firstcontact.study.splits import leave_one_out, random_folds
+from firstcontact.study.splits import (
+    learns_one_value,
+    leave_one_out,
+    never_learned,
+    random_folds,
+)
 from firstcontact.study.subject import Outcome, Subject
-from firstcontact.study.training import Examples, Question, examples, held_out
+from firstcontact.study.training import Examples, Question, held_out
 
 #: The score that orders materials without any training. Declared before any
 #: result was seen: a harder surface gives a shorter contact (Hertz), so more
 #: of the energy of the first 15 ms lies at high frequencies.
 SCORE = "spectral centroid of the first 15 ms after contact, Hz"
+#: A whole material left out, and random folds with every material on both sides.
+HELD, MIXED = "leave_one_material_out", "random_folds"
+#: What is asked for the class, floors last.
+CLASSIFIERS = ("svm", "peak", "train_mean")
 
 
 def spectral_centroid(X: np.ndarray[Any, np.dtype[np.float32]], rate: float) -> Values:
@@ -55,61 +64,89 @@ def hardness(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
     dataset = subject.dataset
     rank = dataset.hardness_rank
     known = np.isfinite(rank) & (dataset.objects != "")
-    if len(np.unique(rank[known])) < 2 or len(np.unique(dataset.objects[known])) < 3:
+    data = subject.examples(DURATION, np.where(known, rank, np.nan))
+    if len(np.unique(data.y)) < 2 or len(np.unique(data.objects)) < 3:
         return Outcome(
-            left_out=["Hardness order: fewer than three materials or two hardness ranks."]
+            left_out=[
+                "Hardness order: fewer than three materials or two hardness ranks, counting those "
+                "of which a window was found."
+            ]
         )
-    target = np.where(known, rank, np.nan)
-    data = examples(dataset, subject.starts, DURATION, target)
     centroid = spectral_centroid(data.X, data.rate)
-    held = leave_one_out(data.objects)
-    mixed = random_folds(data.y, settings.seed)
-    questions = [
-        Question("svm", Task.REGRESSION, data, held),
-        Question("svm", Task.CLASSIFICATION, data, held),
-        Question("svm", Task.CLASSIFICATION, data, mixed),
-        Question("train_mean", Task.CLASSIFICATION, data, held),
-        Question("peak", Task.CLASSIFICATION, data, held),
-    ]
-    ranked, classes, random, floor, peak = held_out(
-        runner, questions, settings.seed, settings.epochs
-    )
-    by_material = _by_material(data, centroid, ranked)
-    materials = list(by_material)
-    order = np.array([by_material[m]["rank"] for m in materials])
     seed = settings.seed
+    questions, left_out = _questions(data, seed)
+    predicted = dict(
+        zip(
+            questions,
+            held_out(runner, list(questions.values()), seed, settings.epochs),
+            strict=True,
+        )
+    )
+    ranked = predicted.get((HELD, "rank"))
+    by_material = _by_material(data, centroid, ranked)
+    order = np.array([entry["rank"] for entry in by_material.values()])
+
+    def correlation(key: str) -> dict[str, Any]:
+        return rank_correlation(order, np.array([e[key] for e in by_material.values()]), seed)
+
+    def classes(place: str) -> dict[str, dict[str, Any]]:
+        return {
+            model: classification_scores(data.y, predicted[place, model], data.objects, seed)
+            for model in CLASSIFIERS
+            if (place, model) in predicted
+        }
+
     chance = _chance(data)
-    mixed_scores = classification_scores(data.y, random, data.objects, seed)
-    left_out_scores = {
-        "svm": classification_scores(data.y, classes, data.objects, seed),
-        "peak": classification_scores(data.y, peak, data.objects, seed),
-        "train_mean": classification_scores(data.y, floor, data.objects, seed),
-    }
+    held: dict[str, Any] = {}
+    if ranked is not None:
+        errors = regression_scores(data.y, ranked, data.objects, seed)
+        held["rank_regression"] = {**correlation("predicted"), "errors": errors}
+    if found := classes(HELD):
+        held["classification"] = found
     tree = {
         "n_pinches": len(data),
         "pinches": int(known.sum()),
         "score": SCORE,
-        "spectral_centroid": rank_correlation(
-            order, np.array([by_material[m]["centroid_hz"] for m in materials]), seed
-        ),
-        "leave_one_material_out": {
-            "rank_regression": {
-                **rank_correlation(
-                    order, np.array([by_material[m]["predicted"] for m in materials]), seed
-                ),
-                "errors": regression_scores(data.y, ranked, data.objects, seed),
-            },
-            "classification": left_out_scores,
-        },
-        "random_folds": {"svm": mixed_scores},
+        "spectral_centroid": correlation("centroid_hz"),
         "chance": chance,
         "by_material": by_material,
     }
-    figures = [
-        hardness_figure(data, centroid),
-        materials_figure(left_out_scores["svm"], mixed_scores, chance),
-    ]
-    return Outcome({"hardness_order": tree}, figures)
+    mixed = classes(MIXED)
+    tree.update({place: part for place, part in ((HELD, held), (MIXED, mixed)) if part})
+    figures = [hardness_figure(data, centroid)]
+    if found and mixed:
+        figures.append(materials_figure(found["svm"], mixed["svm"], chance))
+    return Outcome({"hardness_order": tree}, figures, left_out)
+
+
+def _questions(data: Examples, seed: int) -> tuple[dict[tuple[str, str], Question], list[str]]:
+    """What these windows permit, and why not the rest."""
+    out: dict[tuple[str, str], Question] = {}
+    left_out = []
+    held = leave_one_out(data.objects)
+    if learns_one_value(held, data.y):
+        left_out.append(
+            "Order of hardness by regression: without one of the materials, a single hardness rank "
+            "is left to learn from."
+        )
+    else:
+        out[HELD, "rank"] = Question("svm", Task.REGRESSION, data, held)
+    unknown = never_learned(held, data.y)
+    if len(unknown):
+        left_out.append(
+            "Hardness class with a material left out: the ranks "
+            f"{', '.join(f'{r:g}' for r in unknown)} have one material each, so no model could "
+            "have learned them without it."
+        )
+    elif not learns_one_value(held, data.y):
+        for model in CLASSIFIERS:
+            out[HELD, model] = Question(model, Task.CLASSIFICATION, data, held)
+    if np.unique(data.y, return_counts=True)[1].min() < 2:
+        left_out.append("Hardness class in random folds: a rank has a single pinch.")
+    else:
+        folds = random_folds(data.y, seed)
+        out[MIXED, "svm"] = Question("svm", Task.CLASSIFICATION, data, folds)
+    return out, left_out
 
 
 def _chance(data: Examples) -> float:
@@ -118,7 +155,9 @@ def _chance(data: Examples) -> float:
     return float((share**2).sum())
 
 
-def _by_material(data: Examples, centroid: Values, predicted: Values) -> dict[str, dict[str, Any]]:
+def _by_material(
+    data: Examples, centroid: Values, predicted: Values | None
+) -> dict[str, dict[str, Any]]:
     out = {}
     for material in np.unique(data.objects):
         its = data.objects == material
@@ -126,6 +165,7 @@ def _by_material(data: Examples, centroid: Values, predicted: Values) -> dict[st
             "rank": float(data.y[its].mean()),
             "n": int(its.sum()),
             "centroid_hz": float(centroid[its].mean()),
-            "predicted": float(predicted[its].mean()),
         }
+        if predicted is not None:
+            out[str(material)]["predicted"] = float(predicted[its].mean())
     return out

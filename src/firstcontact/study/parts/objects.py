@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from firstcontact.core import Dataset
 from firstcontact.stiffness.estimator import Task
 from firstcontact.study.figures.boxes import boxes_figure
 from firstcontact.study.jobs import Runner
 from firstcontact.study.metrics import over_objects, per_object, regression_scores
 from firstcontact.study.settings import DURATION, Settings
-from firstcontact.study.splits import unseen_objects
+from firstcontact.study.splits import Group, Split, learns_one_value, unseen_objects
 from firstcontact.study.subject import Outcome, Subject
 from firstcontact.study.training import Examples, Question, Values, held_out
 
@@ -26,13 +27,20 @@ def objects(subject: Subject, settings: Settings, runner: Runner, models: Sequen
     if reason:
         return Outcome(left_out=[reason])
     data = subject.windows(DURATION)
-    if not data.test.any() or data.test.all():
-        return Outcome(left_out=["Unseen objects: no contact was found on one of the two sides."])
-    questions = [_question(model, data) for model in models]
+    splits = object_splits(subject, data)
+    if not splits:
+        return Outcome(
+            left_out=[
+                "Unseen objects: windows were found of no unseen object, or of fewer than two "
+                "Shore A levels to learn from."
+            ]
+        )
+    questions = [Question(model, Task.REGRESSION, data, splits) for model in models]
     names = [*models]
     aligned = subject.windows(DURATION, subject.truth)
-    if subject.found and "svm" in models and aligned.test.any() and not aligned.test.all():
-        questions.append(_question("svm", aligned))
+    aligned_splits = object_splits(subject, aligned)
+    if subject.found and "svm" in models and aligned_splits:
+        questions.append(Question("svm", Task.REGRESSION, aligned, aligned_splits))
         names.append("strip")
     answers = held_out(runner, questions, settings.seed, settings.epochs)
     tree: dict[str, Any] = {}
@@ -49,11 +57,23 @@ def objects(subject: Subject, settings: Settings, runner: Runner, models: Sequen
         if name in ("svm", "cnn")
     ]
     known = np.isfinite(subject.dataset.shore_a)
-    counts = {
+    tree["windows"] = {
         "pinches": int((subject.dataset.test & known).sum()),
         "with_window": int(data.test.sum()),
     }
-    return Outcome({"objects": {**tree, "windows": counts}}, figures)
+    shares = sorted(splits[0].shares)
+    if shares:
+        tree["shares"] = [str(s) for s in shares]
+    said = ["Unseen objects: sessions are not known and may be shared by both roles."]
+    return Outcome({"objects": tree}, figures, said if shares else [])
+
+
+def object_splits(subject: Subject, data: Examples) -> list[Split]:
+    """The one split of the roles, or none where it cannot be done with these windows."""
+    if _reason(subject) or not data.test.any() or data.test.all():
+        return []
+    split = unseen_objects(data.test, [Group.SESSION] if _sessions_unknown(subject) else [])
+    return [] if learns_one_value([split], data.y) else [split]
 
 
 def object_scores(data: Examples, predicted: Values, seed: int) -> dict[str, Any]:
@@ -66,25 +86,37 @@ def object_scores(data: Examples, predicted: Values, seed: int) -> dict[str, Any
     return {**scores, "per_object": each, "over_objects": over_objects(each)}
 
 
-def _question(model: str, data: Examples) -> Question:
-    return Question(model, Task.REGRESSION, data, [unseen_objects(data.test)])
+def _sessions_unknown(subject: Subject) -> bool:
+    return subject.sessions_assumed or "" in subject.dataset.sessions
 
 
 def _reason(subject: Subject) -> str:
-    known = np.isfinite(subject.dataset.shore_a)
-    if not (subject.dataset.test & known).any():
+    dataset = subject.dataset
+    if not (dataset.test & np.isfinite(dataset.shore_a)).any():
         return "Unseen objects: no pinch has the role `test` and a Shore A."
     if len(subject.levels) < 2:
         return "Unseen objects: fewer than two Shore A levels to learn from."
-    shared = set(subject.dataset.specimens[subject.dataset.test]) & set(
-        subject.dataset.specimens[~subject.dataset.test]
-    )
-    if shared:
-        name = str(min(shared))
-        return f"Unseen objects: the specimen {name!r} has both roles, so it is not unseen."
-    sessions = set(subject.dataset.sessions[subject.dataset.test]) & set(
-        subject.dataset.sessions[~subject.dataset.test]
-    )
-    if sessions:
+    specimens = _specimens(dataset.take(dataset.test)) & _specimens(dataset.take(~dataset.test))
+    if specimens:
+        kind, name = min(specimens)
+        return (
+            f"Unseen objects: the specimen {name!r} of {kind!r} has both roles, so it is not "
+            "unseen."
+        )
+    sessions = set(dataset.sessions[dataset.test]) & set(dataset.sessions[~dataset.test]) - {""}
+    if sessions and not subject.sessions_assumed:
         return f"Unseen objects: the session {str(min(sessions))!r} has pinches of both roles."
     return ""
+
+
+def _specimens(dataset: Dataset) -> set[tuple[str, str]]:
+    """Object, or level where none is named, and specimen.
+
+    Not the level beside the object: what is measured twice may differ, and is
+    the same thing all the same.
+    """
+    labels = [pinch.label for pinch in dataset.pinches]
+    return {
+        (label.object or ("" if label.shore_a is None else f"{label.shore_a:g}"), label.specimen)
+        for label in labels
+    }

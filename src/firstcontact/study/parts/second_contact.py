@@ -6,31 +6,30 @@ from typing import Any
 
 import numpy as np
 
+from firstcontact.signal import samples_in
 from firstcontact.study.figures.second import second_figure
 from firstcontact.study.metrics import regression_scores
 from firstcontact.study.parts.blocks import SESSION
 from firstcontact.study.parts.objects import UNSEEN
 from firstcontact.study.settings import DURATION, Settings
 from firstcontact.study.subject import Outcome, Subject
+from firstcontact.study.training import Values
 
 
 def second_contact(subject: Subject, settings: Settings) -> Outcome:
     """Errors of the predictions made so far, by where the second contact lies."""
-    offsets = np.array([np.nan if p.offset is None else p.offset for p in subject.dataset.pinches])
-    if not np.isfinite(offsets).any():
+    room = samples_to_spare(subject)
+    if not np.isfinite(room).any():
         return Outcome(left_out=["Second contact in the window: second contacts are not known."])
     tree: dict[str, Any] = {}
     for (model, split), (data, predicted) in subject.predictions.items():
         side = {SESSION: "blocks", UNSEEN: "objects"}.get(split)
         if side is None or model not in ("svm", "cnn"):
             continue
-        offset = offsets[data.which]
-        asked = np.isfinite(predicted) & np.isfinite(offset)
+        after = room[data.which]
+        asked = np.isfinite(predicted) & np.isfinite(after)
         clusters = data.clusters if side == "blocks" else data.specimens
-        for name, its in (
-            ("with", asked & (offset < DURATION)),
-            ("without", asked & (offset >= DURATION)),
-        ):
+        for name, its in (("with", asked & (after < 0)), ("without", asked & (after >= 0))):
             if its.any():
                 scores = regression_scores(
                     data.y[its], predicted[its], clusters[its], settings.seed
@@ -41,3 +40,18 @@ def second_contact(subject: Subject, settings: Settings) -> Outcome:
             left_out=["Second contact in the window: no split by session or of unseen objects."]
         )
     return Outcome({"second_contact_in_window": tree}, [second_figure(tree)])
+
+
+def samples_to_spare(subject: Subject) -> Values:
+    """Samples from the end of each pinch's window to its second contact, shape (pinches,).
+
+    Negative: the second contact is in the window, or came before it. NaN where
+    it is not known or there is no window. A window begins where its contact was
+    found, which is not quite where the first contact was.
+    """
+    out = np.full(len(subject.dataset), np.nan)
+    for i, (pinch, start) in enumerate(zip(subject.dataset.pinches, subject.starts, strict=True)):
+        if pinch.second is not None and start is not None:
+            end = start.sample + samples_in(DURATION, pinch.layout.rate)
+            out[i] = pinch.second.sample - end
+    return out

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firstcontact.study.figures.responses import peak_figure, response_figure
 from firstcontact.study.settings import DURATION
@@ -23,7 +24,7 @@ def waveforms(subject: Subject) -> Outcome:
     by_level = {
         f"{level:g}": {
             "mean": float(peaks[blocks.y == level].mean()),
-            "sd": float(peaks[blocks.y == level].std()),
+            **_spread(peaks[blocks.y == level]),
             "n": int((blocks.y == level).sum()),
         }
         for level in np.unique(blocks.y)
@@ -32,3 +33,7 @@ def waveforms(subject: Subject) -> Outcome:
         {"peak_v": by_level},
         [response_figure(blocks), peak_figure(blocks.y, peaks)],
     )
+
+
+def _spread(values: NDArray[np.float64]) -> dict[str, float]:
+    return {"sd": float(values.std(ddof=1))} if len(values) > 1 else {}

@@ -10,34 +10,47 @@ from firstcontact.stiffness.estimator import Task
 from firstcontact.study.figures.lengths import lengths_figure
 from firstcontact.study.jobs import Runner
 from firstcontact.study.metrics import regression_scores
-from firstcontact.study.parts.objects import object_scores
+from firstcontact.study.parts.objects import object_scores, object_splits
 from firstcontact.study.settings import Settings
-from firstcontact.study.splits import by_session, unseen_objects
+from firstcontact.study.splits import by_session, learns_one_value
 from firstcontact.study.subject import Outcome, Subject
 from firstcontact.study.training import Question, held_out
 
 KEPT = ("rmse", "mae", "mse", "bias", "n", "intervals")
+#: Windows that each search learns from: half of those elsewhere, as there is a
+#: search for every length and fold. All lengths are searched alike.
+SEARCH_WINDOWS = 400
 
 
 def window_length(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
     """SVM regression error against the length of the window, blocks and objects."""
-    if len(subject.levels) < 2 or not subject.has_sessions:
-        return Outcome(
-            left_out=[
-                "Error against window length: it needs two Shore A levels in two sessions or more."
-            ]
-        )
     questions, places = [], []
+    options = {"search_windows": SEARCH_WINDOWS}
     for duration in settings.durations:
         data = subject.windows(duration)
         blocks = data.take(~data.test)
+        if not blocks.has_sessions:
+            continue
         folds = by_session(blocks.sessions, blocks.y, settings.seed, settings.folds)
-        questions.append(Question("svm", Task.REGRESSION, blocks, folds))
+        if learns_one_value(folds, blocks.y):
+            continue
+        questions.append(Question("svm", Task.REGRESSION, blocks, folds, options))
         places.append((duration, "blocks"))
-        if data.test.any():
-            split = [unseen_objects(data.test)]
-            questions.append(Question("svm", Task.REGRESSION, data, split))
+        split = object_splits(subject, data)
+        if split:
+            questions.append(Question("svm", Task.REGRESSION, data, split, options))
             places.append((duration, "objects"))
+    done = {duration for duration, _ in places}
+    missing = [f"{1e3 * d:g}" for d in settings.durations if d not in done]
+    left_out = []
+    if missing:
+        which = f" ({', '.join(missing)} ms)" if done else ""
+        left_out.append(
+            f"Error against window length{which}: it needs windows of two Shore A levels to learn "
+            "from whichever sessions are held out."
+        )
+    if not done:
+        return Outcome(left_out=left_out)
     answers = held_out(runner, questions, settings.seed, settings.epochs)
     tree: dict[str, Any] = {}
     for (duration, side), question, predicted in zip(places, questions, answers, strict=True):
@@ -51,4 +64,5 @@ def window_length(subject: Subject, settings: Settings, runner: Runner) -> Outco
         )
         entry = tree.setdefault(f"{1e3 * duration:g}", {}).setdefault("svm", {})
         entry[side] = {key: scores[key] for key in KEPT}
-    return Outcome({"window_length_ms": tree}, [lengths_figure(tree)])
+    found = {"window_length_ms": tree, "window_length_search": {"windows": SEARCH_WINDOWS}}
+    return Outcome(found, [lengths_figure(tree)], left_out)

@@ -10,8 +10,8 @@ from firstcontact.study.subject import Figure
 from firstcontact.study.training import Examples
 
 
-def response_figure(blocks: Examples) -> Figure:
-    """Median waveform of each level with its middle half, from contact on."""
+def response_figure(blocks: Examples, unit: str = "V") -> Figure:
+    """Median waveform of each level with its middle half, from contact on, in ``unit``."""
     levels = np.unique(blocks.y)
     time = 1e3 * np.arange(blocks.X.shape[1]) / blocks.rate
     with canvas() as (figure, axes):
@@ -22,7 +22,7 @@ def response_figure(blocks: Examples) -> Figure:
             ax.fill_between(time, low, high, color=colour, alpha=0.18, lw=0)
             ax.plot(time, middle, color=colour, label=f"{level:g}")
         ax.axhline(0, color=INK, lw=0.6)
-        ax.set(xlabel="Time after contact (ms)", ylabel="Piezo, finger that touched (V)")
+        ax.set(xlabel="Time after contact (ms)", ylabel=f"Piezo, finger that touched ({unit})")
         ax.set_xlim(0, time[-1])
         ax.legend(title="Shore A", title_fontsize=8.5, ncols=1, loc="upper right")
         image = uri(figure)
@@ -35,8 +35,10 @@ def response_figure(blocks: Examples) -> Figure:
     )
 
 
-def peak_figure(shore_a: NDArray[np.float64], peaks: NDArray[np.float64]) -> Figure:
-    """Largest piezo amplitude within the window against Shore A."""
+def peak_figure(
+    shore_a: NDArray[np.float64], peaks: NDArray[np.float64], unit: str = "V"
+) -> Figure:
+    """Largest piezo amplitude within the window (in ``unit``) against Shore A."""
     levels = np.unique(shore_a)
     rng = np.random.default_rng(0)
     with canvas() as (figure, axes):
@@ -58,7 +60,7 @@ def peak_figure(shore_a: NDArray[np.float64], peaks: NDArray[np.float64]) -> Fig
         ax.errorbar(
             levels, means, yerr=sds, fmt="o-", color=INK, capsize=3, ms=4.5, lw=1, label="mean ± SD"
         )
-        ax.set(xlabel="Shore A", ylabel="Peak piezo amplitude (V)", ylim=(0, None))
+        ax.set(xlabel="Shore A", ylabel=f"Peak piezo amplitude ({unit})", ylim=(0, None))
         ax.set_xticks(levels)
         ax.legend(loc="upper left")
         image = uri(figure)

@@ -95,12 +95,17 @@ def uri(figure: Canvas) -> str:
     return "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode()
 
 
+def piezo_unit(layout: Layout) -> str:
+    """Unit of the piezo channels."""
+    return layout.channels[layout.columns(ChannelKind.PIEZO)[0]].unit
+
+
 def piezo_axis(layout: Layout, milli: bool = False) -> tuple[str, float]:
     """Label of a piezo axis and what values are multiplied by for it.
 
     ``milli`` asks for mV, which only data in V can be shown in.
     """
-    unit = layout.channels[layout.columns(ChannelKind.PIEZO)[0]].unit
+    unit = piezo_unit(layout)
     return ("Piezo (mV)", 1e3) if milli and unit == "V" else (f"Piezo ({unit})", 1.0)
 
 

@@ -64,7 +64,7 @@ def test_an_answer_is_shown_against_the_second_contact_where_it_is_known() -> No
     assert answer_table({}) is None
 
 
-def test_every_timed_model_has_a_row_wherever_it_lies() -> None:
+def test_every_timed_model_has_a_row() -> None:
     entry = {
         "p50": 5.0,
         "p99": 9.0,
@@ -74,11 +74,8 @@ def test_every_timed_model_has_a_row_wherever_it_lies() -> None:
         "reference_p50": 50.0,
         "speedup": 10.0,
     }
-    for tree in (
-        {"svm": {**entry, "support_vectors": 800, "classification": entry}},
-        {"svm": {**entry, "support_vectors": 800}, "classification": {"svm": entry}},
-    ):
-        table = inference_table({"inference_us": tree})
-        assert list(texts(table)) == ["SVM", "SVM, classification"]
-        assert table is not None
-        assert table.rows[0].cells[0].small == "800 support vectors"
+    tree = {"svm": {**entry, "support_vectors": 800, "classification": entry}, "cnn": entry}
+    table = inference_table({"inference_us": tree})
+    assert list(texts(table)) == ["SVM", "CNN", "SVM, classification"]
+    assert table is not None
+    assert table.rows[0].cells[0].small == "800 support vectors"

@@ -9,7 +9,6 @@ from typing import Any
 from firstcontact.study.comparison import get, percent
 from firstcontact.study.figures.style import NAMES
 from firstcontact.study.state import Findings
-from firstcontact.study.tables import timed
 
 Tree = Mapping[str, Any]
 
@@ -125,7 +124,7 @@ def _object_card(shown: Sequence[Findings]) -> Card:
         for f in shown
         if (floor := get(f.tree, "objects.train_mean.rmse")) is not None
     ]
-    beside = f"; answering the mean always gives {' and '.join(floors)}" if floors else ""
+    beside = f"; answering the mean always gives {' and '.join(dict.fromkeys(floors))}" if floors else ""
     return Card(
         "Unseen objects",
         _by_model(
@@ -166,10 +165,13 @@ def _material_card(shown: Sequence[Findings]) -> Card:
 
 
 def _time_card(shown: Sequence[Findings]) -> Card:
-    found = get(shown[0].tree, "inference_us") if shown else None
-    lines = [
-        Line(name, f"{e['p99']:.0f} µs", f"{e['speedup']:.1f} × quicker than {e['reference']}")
-        for name, e in timed({m: found[m] for m in ("svm", "cnn") if m in found} if found else {})
-        if "classification" not in name
-    ]
-    return Card("One estimate takes (p99)", lines, "one window at a time, one thread, this machine")
+    return Card(
+        "One estimate takes (p99)",
+        _by_model(
+            shown,
+            "inference_us.{}",
+            lambda e: f"{e['p99']:.0f} µs",
+            lambda e: f"{e['speedup']:.1f} × quicker than {e['reference']}",
+        ),
+        "regression, one window at a time, one thread, this machine",
+    )

@@ -267,17 +267,10 @@ def hardness_table(tree: Tree) -> Table | None:
 
 
 def timed(found: Tree) -> list[tuple[str, Tree]]:
-    """Every model that was timed and its entry, regression first.
-
-    A classifier's entry lies in its model's, or under ``classification``.
-    """
-    out = [(NAMES[m], e) for m, e in found.items() if "p50" in e]
-    for model in ("svm", "cnn"):
-        for path in (f"{model}.classification", f"classification.{model}"):
-            entry = get(found, path)
-            if entry is not None and "p50" in entry:
-                out.append((f"{NAMES[model]}, classification", entry))
-    return out
+    """Every model that was timed and its entry, regression first."""
+    out = [(NAMES[m], e) for m, e in found.items()]
+    classifiers = ((m, e.get("classification")) for m, e in found.items())
+    return out + [(f"{NAMES[m]}, classification", e) for m, e in classifiers if e]
 
 
 def _vectors(entry: Tree) -> str:

@@ -67,6 +67,10 @@ def test_results_have_the_promised_keys(done: Path) -> None:
     assert set(tree["window_length_ms"]) == {"5", "15"}
     for model in ("svm", "cnn"):
         assert set(tree["inference_us"][model]) >= {"p50", "p99", "speedup"}
+        assert set(tree["inference_us"][model]["classification"]) >= {"p50", "p99", "speedup"}
+    assert 0 < tree["inference_us"]["svm"]["support_vectors"] <= 36
+    assert "support_vectors" not in tree["inference_us"]["cnn"]
+    assert tree["window_length_search"]["windows"] > 0
     assert tree["seconds"] > 0
     assert tree["study"]["complete"]
     assert "pending" not in tree
@@ -130,6 +134,12 @@ def test_without_known_contacts_the_threshold_finds_them(
     assert tree["contact"]["not_found"]["by"] == "three_sigma"
     assert "offset_ms" not in tree
     assert "peak_v" in tree
+
+
+def test_every_condition_is_timed_by_its_own_models() -> None:
+    steps = protocol.plan([(n, Dataset) for n in ("paper-rig", "everyday")], SMALL, Serial())
+    timed = [step.subject for step in steps if step.title == "inference time"]
+    assert timed == ["paper-rig", "everyday"]
 
 
 def test_an_interrupt_leaves_what_was_found(shore: Dataset, tmp_path: Path) -> None:

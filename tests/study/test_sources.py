@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.io import wavfile
 
 from firstcontact.core import InputError
 from firstcontact.study.settings import MODEL_RATE, Settings
@@ -55,6 +57,28 @@ def test_arrays_are_imported_resampled_and_that_is_noted(tmp_path: Path) -> None
     again = recorded(tmp_path / "out" / "recordings" / "imported", tmp_path / "other")
     assert len(again) == len(dataset)
     assert not (tmp_path / "other").exists()
+
+
+def test_what_an_earlier_study_left_is_not_swept_up(tmp_path: Path) -> None:
+    out = tmp_path / "firstcontact-study"
+    made = out / "recordings" / "imported"
+    recorded(arrays(tmp_path / "a.npz"), out)
+    with pytest.raises(InputError, match="only recordings that an earlier study left in") as error:
+        recorded(tmp_path, out)
+    assert str(made) in str(error.value)
+    mine = next(made.rglob("*.mcap"))
+    shutil.copy(mine, tmp_path / "mine.mcap")
+    with pytest.raises(InputError, match="beside those that an earlier study left in"):
+        recorded(tmp_path, out)
+    assert len(recorded(tmp_path / "mine.mcap", out)) == len(recorded(made, out)) == 4
+
+
+def test_a_folder_to_import_may_hold_an_earlier_study(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    wavfile.write(tmp_path / "a.wav", 8000, (1000 * rng.standard_normal(3000)).astype(np.int16))
+    (tmp_path / "labels.csv").write_text("file,shore_a\na.wav,20\n", encoding="utf-8")
+    for _ in range(2):
+        assert len(recorded(tmp_path, tmp_path / "firstcontact-study")) == 1
 
 
 def test_bad_input_leaves_nothing_behind(tmp_path: Path) -> None:

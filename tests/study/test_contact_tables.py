@@ -25,7 +25,7 @@ def test_placing_and_deciding_are_two_rows() -> None:
     rows = texts(contact_table({"contact": {"svm": SCORES, "early_ms": 0.0}}))
     assert rows["Contact placed within ±3 ms"] == ["90.0 %"]
     assert rows["... and decided within 3 ms"] == ["40.0 %"]
-    assert rows["Delay after its contact, median"] == ["4.00 ms"]
+    assert rows["Delay after contact, median"] == ["4.00 ms"]
 
 
 def test_late_labels_and_look_ahead_are_said() -> None:

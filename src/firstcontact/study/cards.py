@@ -94,9 +94,15 @@ def _answer_card(shown: Sequence[Findings]) -> Card:
     )
 
 
-def _ends(scores: Tree, key: str, factor: float = 1.0, digits: int = 1) -> str:
+def _ends(scores: Tree, key: str) -> str:
     ends = get(scores, f"intervals.{key}")
-    return f"95 %: {factor * ends[0]:.{digits}f} – {factor * ends[1]:.{digits}f}" if ends else ""
+    return f"95 %: {ends[0]:.1f} – {ends[1]:.1f}" if ends else ""
+
+
+def _accuracy_ends(scores: Tree) -> str:
+    ends = get(scores, "intervals.accuracy") or ()
+    shown = " – ".join(percent(end).removesuffix(" %") for end in ends)
+    return f"95 %: {shown}" if shown else ""
 
 
 def _accuracy_card(shown: Sequence[Findings]) -> Card:
@@ -112,7 +118,7 @@ def _accuracy_card(shown: Sequence[Findings]) -> Card:
             shown,
             "blocks.{}.by_session",
             lambda s: percent(s["accuracy"]),
-            lambda s: _ends(s, "accuracy", 100),
+            _accuracy_ends,
         ),
         "accuracy in sessions that were not learned from",
     )
@@ -124,7 +130,9 @@ def _object_card(shown: Sequence[Findings]) -> Card:
         for f in shown
         if (floor := get(f.tree, "objects.train_mean.rmse")) is not None
     ]
-    beside = f"; answering the mean always gives {' and '.join(dict.fromkeys(floors))}" if floors else ""
+    beside = (
+        f"; answering the mean always gives {' and '.join(dict.fromkeys(floors))}" if floors else ""
+    )
     return Card(
         "Unseen objects",
         _by_model(
@@ -158,7 +166,7 @@ def _material_card(shown: Sequence[Findings]) -> Card:
             shown,
             "hardness_order.leave_one_material_out.classification.svm",
             lambda s: percent(s["accuracy"]),
-            lambda s: _ends(s, "accuracy", 100),
+            _accuracy_ends,
         ),
         "" if chance is None else f"accuracy; chance is {percent(chance)}",
     )

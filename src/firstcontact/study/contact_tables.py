@@ -54,7 +54,7 @@ def contact_table(tree: Tree) -> Table | None:
             "of closing without contact",
         ),
         row(
-            f"Delay after its {'label' if early else 'contact'}, median",
+            f"Delay after {'its label' if early else 'contact'}, median",
             "delay_ms.median",
             "{:.2f} ms",
             f"to the decision, over all first triggers on the right finger that are not early"

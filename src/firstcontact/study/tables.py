@@ -39,11 +39,11 @@ class Table:
     rows: Sequence[Row]
 
 
-def _interval(scores: Tree, key: str, factor: float = 1.0, digits: int = 2) -> str:
+def _interval(scores: Tree, key: str, digits: int) -> str:
     ends = get(scores, f"intervals.{key}")
     if not ends:
         return ""
-    return ", ".join(_number(factor * end, digits) for end in ends)
+    return ", ".join(_number(end, digits) for end in ends)
 
 
 def _number(value: float, digits: int, sign: str = "") -> str:
@@ -60,13 +60,14 @@ def _error(scores: Tree, key: str) -> Cell:
         return Cell("–")
     sign = "+" if key == "bias" else ""
     digits = 0 if key == "mse" and value >= 100 else 1
-    return Cell(_number(value, 2, sign), _interval(scores, key, digits=digits))
+    return Cell(_number(value, 2, sign), _interval(scores, key, digits))
 
 
 def _accuracy(scores: Tree) -> Cell:
     if "accuracy" not in scores:
         return Cell("–")
-    return Cell(percent(scores["accuracy"]), _interval(scores, "accuracy", 100, 1))
+    ends = get(scores, "intervals.accuracy") or ()
+    return Cell(percent(scores["accuracy"]), ", ".join(percent(e).removesuffix(" %") for e in ends))
 
 
 def block_table(tree: Tree, split: str) -> Table | None:

@@ -13,7 +13,7 @@ from firstcontact.study.subject import Figure
 
 def offset_figure(offsets: NDArray[np.float64]) -> Figure:
     """Histogram of offsets (ms) with mean and SD, here and published."""
-    mean, sd = float(offsets.mean()), float(offsets.std())
+    mean, sd = float(offsets.mean()), float(offsets.std(ddof=min(1, len(offsets) - 1)))
     window = 1e3 * DURATION
     with canvas() as (figure, axes):
         ax = axes[0, 0]

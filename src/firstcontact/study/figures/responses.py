@@ -56,7 +56,8 @@ def peak_figure(
                 rasterized=True,
             )
         means = [peaks[shore_a == level].mean() for level in levels]
-        sds = [peaks[shore_a == level].std() for level in levels]
+        groups = (peaks[shore_a == level] for level in levels)
+        sds = [its.std(ddof=min(1, len(its) - 1)) for its in groups]
         ax.errorbar(
             levels, means, yerr=sds, fmt="o-", color=INK, capsize=3, ms=4.5, lw=1, label="mean ± SD"
         )

@@ -54,4 +54,5 @@ class Settings:
             durations=(0.003, 0.008, 0.015),
             folds=3,
             epochs=8,
+            calls=2_000,
         )

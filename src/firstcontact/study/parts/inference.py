@@ -41,15 +41,19 @@ def inference(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
             ]
         )
     tree: dict[str, Any] = {}
-    for model in ("svm", "cnn"):
-        for task in (Task.REGRESSION, Task.CLASSIFICATION):
-            fit = Fit(model, task, blocks, blocks.X, settings.seed, TIMED_EPOCHS)
-            # One job at a time: what is timed has the machine to itself.
-            found = runner.map(measure, [Timing(fit, settings.calls)])[0]
-            if task is Task.REGRESSION:
-                tree[model] = found
-            else:
-                tree[model][task.value] = found
+    for model, task in (
+        ("svm", Task.REGRESSION),
+        # One machine a pair of classes. The network only has a few more outputs.
+        ("svm", Task.CLASSIFICATION),
+        ("cnn", Task.REGRESSION),
+    ):
+        fit = Fit(model, task, blocks, blocks.X, settings.seed, TIMED_EPOCHS)
+        # One job at a time: what is timed has the machine to itself.
+        found = runner.map(measure, [Timing(fit, settings.calls)])[0]
+        if task is Task.REGRESSION:
+            tree[model] = found
+        else:
+            tree[model][task.value] = found
     return Outcome({"inference_us": tree})
 
 

@@ -72,10 +72,12 @@ def _contact_card(shown: Sequence[Findings]) -> Card:
             said.append(f"median delay {delay:.1f} ms")
         return ", ".join(said)
 
+    early = max((get(f.tree, "contact.early_ms") or 0.0 for f in shown), default=0.0)
+    late = f"; labels may come up to {early:g} ms late" if early else ""
     return Card(
         "First contacts placed, SVM",
         _lines(shown, "contact.svm", lambda s: percent(s["pinch_success"]), note),
-        "of pinches: right finger, contact placed within ±3 ms, nothing before it",
+        f"of pinches: right finger, contact placed within ±3 ms, nothing before it{late}",
     )
 
 
@@ -96,13 +98,18 @@ def _answer_card(shown: Sequence[Findings]) -> Card:
 
 def _ends(scores: Tree, key: str) -> str:
     ends = get(scores, f"intervals.{key}")
-    return f"95 %: {ends[0]:.1f} – {ends[1]:.1f}" if ends else ""
+    return _whole(f"95 %: {ends[0]:.1f} to {ends[1]:.1f}") if ends else ""
 
 
 def _accuracy_ends(scores: Tree) -> str:
     ends = get(scores, "intervals.accuracy") or ()
-    shown = " – ".join(percent(end).removesuffix(" %") for end in ends)
-    return f"95 %: {shown}" if shown else ""
+    shown = " to ".join(percent(end).removesuffix(" %") for end in ends)
+    return _whole(f"95 %: {shown}") if shown else ""
+
+
+def _whole(text: str) -> str:
+    """The text with spaces that no line breaks at."""
+    return text.replace(" ", "\N{NO-BREAK SPACE}")
 
 
 def _accuracy_card(shown: Sequence[Findings]) -> Card:

@@ -7,7 +7,7 @@ from typing import Any
 
 from firstcontact.study.comparison import get, percent
 from firstcontact.study.figures.style import NAMES
-from firstcontact.study.tables import Cell, Row, Table, timed
+from firstcontact.study.tables import Cell, Row, Table
 
 Tree = Mapping[str, Any]
 
@@ -114,7 +114,7 @@ def answer_table(tree: Tree) -> Table | None:
 def _arithmetic(tree: Tree) -> str:
     """What the estimate itself adds, where it has been timed."""
     times = [
-        f"{name} {1e-3 * entry['p50']:.2f} ms"
-        for name, entry in timed(get(tree, "inference_us") or {})
+        f"{NAMES[model]} {1e-3 * entry['p50']:.2f} ms"
+        for model, entry in (get(tree, "inference_us") or {}).items()
     ]
     return f"plus the estimate (p50): {', '.join(times)}" if times else ""

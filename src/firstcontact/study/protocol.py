@@ -13,6 +13,7 @@ import numpy as np
 from firstcontact.core import Dataset, InputError
 from firstcontact.core.files import write_json, write_text
 from firstcontact.study.jobs import Runner
+from firstcontact.study.parts.answer_time import answer_time
 from firstcontact.study.parts.blocks import blocks
 from firstcontact.study.parts.contacts import contacts
 from firstcontact.study.parts.data import describe
@@ -83,6 +84,7 @@ def plan(
         steps += [
             Step(name, "data", opened, vital=True),
             step(name, "contact detection", lambda s: contacts(s, settings, runner)),
+            step(name, "time to an answer", lambda s: answer_time(s, settings)),
             step(name, "waveforms", waveforms),
             step(name, "blocks, SVM and baselines", lambda s: blocks(s, settings, runner, FAST)),
             step(name, "objects, SVM and baselines", lambda s: objects(s, settings, runner, FAST)),

@@ -9,8 +9,6 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check
 
 # The real impacts: their folder, or one that has it in it; a copy beside the checkout is found.
 FIRSTCONTACT_DATA ?= ../shared/data
-IMPACTS := $(firstword $(wildcard $(FIRSTCONTACT_DATA)/labels.csv \
-	$(FIRSTCONTACT_DATA)/impact_hardness/labels.csv))
 
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
@@ -59,15 +57,16 @@ quick: $(VENV)/.study ## the same study, small (a minute): firstcontact-study/qu
 	$(BIN)/firstcontact study --quick --out $(OUT)/quick
 
 real: $(VENV)/.study ## the study of real impacts (FIRSTCONTACT_DATA): firstcontact-study/real/report.html
-	@if [ -z "$(IMPACTS)" ]; then \
-		echo "make real: no labels.csv in FIRSTCONTACT_DATA=$(FIRSTCONTACT_DATA)"; \
-		echo "Get the recordings (MIT licence) from github.com/Kev-HL/acoustic-hardness-classifier,"; \
-		echo "converted to WAV as docs/how-to/real-impacts.md says, and name their folder:"; \
-		echo "    make real FIRSTCONTACT_DATA=/path/to/impact_hardness"; \
-		exit 2; \
-	fi >&2
 	@# The labels are those of a trigger, which comes up to 4 ms after the hit.
-	$(BIN)/firstcontact study --recordings "$(dir $(IMPACTS))" --early-ms 4 --out $(OUT)/real
+	@for place in "$(FIRSTCONTACT_DATA)" "$(FIRSTCONTACT_DATA)/impact_hardness"; do \
+		if [ -f "$$place/labels.csv" ]; then \
+			exec $(BIN)/firstcontact study --recordings "$$place" --early-ms 4 --out $(OUT)/real; \
+		fi; \
+	done; \
+	{ echo "make real: no labels.csv in FIRSTCONTACT_DATA=$(FIRSTCONTACT_DATA)"; \
+	echo "Get the recordings (MIT licence) from github.com/Kev-HL/acoustic-hardness-classifier,"; \
+	echo "converted to WAV as docs/how-to/real-impacts.md says, and name their folder:"; \
+	echo "    make real FIRSTCONTACT_DATA=/path/to/impact_hardness"; } >&2; exit 2
 
 # --- checks ------------------------------------------------------------------------------------
 

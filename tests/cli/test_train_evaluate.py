@@ -115,7 +115,19 @@ def test_a_stranger_with_the_same_session_name_is_not_seen_in_training(
     assert run("evaluate", tmp_path / "m", folder) == 0
     said = capsys.readouterr().out
     assert "warning" not in said
-    assert "not seen in training:" in said
+    assert "sessions of the training by name, other specimens:" in said
+
+
+def test_a_specimen_of_one_pinch_has_no_spread(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("train", data, "--out", tmp_path / "m") == 0
+    pinch = touch(40.0, Label("ball", 40.0, None, "b", "z"), np.random.default_rng(6), True)
+    folder = tmp_path / "one"
+    folder.mkdir()
+    write_dataset(Dataset((pinch,), "synthetic"), folder, Header(LAYOUT, "synthetic"))
+    assert run("evaluate", tmp_path / "m", folder) == 0
+    assert "–" in capsys.readouterr().out.splitlines()[-1]
 
 
 @pytest.mark.parametrize("model", ["peak", "train_mean", "cnn"])

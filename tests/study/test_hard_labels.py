@@ -13,7 +13,7 @@ import pytest
 
 from firstcontact.core import Contact, Dataset, InputError, Label, Pinch, Role
 from firstcontact.recording.labels import make_labels
-from firstcontact.signal import samples_in
+from firstcontact.signal import Conditioner, samples_in
 from firstcontact.study import protocol
 from firstcontact.study.jobs import Serial
 from firstcontact.study.parts.blocks import blocks
@@ -227,7 +227,7 @@ def test_the_second_contact_is_looked_for_where_the_window_is(shore: Dataset) ->
     assert pinch.first is not None
     assert pinch.second is not None
     for end, room in ((pinch.second.sample, 0), (pinch.second.sample + 1, -1)):
-        start = end - length
+        start = end - length - Conditioner(shore.layout).lookahead
         subject.found = (
             Contact(pinch.first.finger, start, start),
             *[None] * (len(shore) - 1),
@@ -280,8 +280,8 @@ def test_the_rate_of_the_recordings_is_told(shore: Dataset) -> None:
 # -- errors in a part ----------------------------------------------------------------------
 
 
-def failing(error: Exception, shore: Dataset, out: Path, number: int = 2) -> None:
-    steps = protocol.plan([("recordings", lambda: shore)], SMALL, Serial())[:4]
+def failing(error: Exception, shore: Dataset, out: Path, number: int = 3) -> None:
+    steps = protocol.plan([("recordings", lambda: shore)], SMALL, Serial())[:5]
 
     def fail() -> Outcome:
         raise error

@@ -67,8 +67,12 @@ class Evaluate:
                 "learned from: they are reported apart and say nothing of its errors in use"
             )
         other_session = known_specimen[data.which] & ~seen
+        same_session = np.isin(dataset.sessions, card["data"]["sessions"]) & ~dataset.test
+        same_session &= card["data"]["source"] == dataset.source
+        same_session = same_session[data.which] & ~seen & ~other_session
         for title, which in (
-            ("not seen in training", ~seen & ~other_session),
+            ("not seen in training", ~seen & ~other_session & ~same_session),
+            ("sessions of the training by name, other specimens", same_session),
             ("specimens of the training, other sessions", other_session),
             ("seen in training", seen),
         ):
@@ -104,8 +108,9 @@ def _table(data: Examples, predicted: Any, target: str) -> list[str]:
     unit = "true" if target == "shore_a" else "rank"
     lines = [f"{'specimen':<{width}}  {'n':>5}  {unit:>6}  {'mean':>6}  {'sd':>5}  {'rmse':>5}"]
     for name, row in each.items():
+        spread = f"{row['sd']:.1f}" if "sd" in row else "–"
         lines.append(
             f"{names[name]:<{width}}  {row['n']:>5}  {row['true']:>6.1f}  {row['mean']:>6.1f}  "
-            f"{row['sd']:>5.1f}  {row['rmse']:>5.1f}"
+            f"{spread:>5}  {row['rmse']:>5.1f}"
         )
     return lines

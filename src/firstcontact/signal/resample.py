@@ -14,8 +14,8 @@ from firstcontact.core.pinch import Contact, Dataset, Pinch
 
 #: Half of the anti-aliasing filter, in samples of the lower of the two rates.
 HALF_LENGTH = 10
-#: Largest denominator of the ratio of the rates. Usual rates are met exactly and any up to 1 MHz
-#: within 250 ppm, 0.08 ms in a pinch of 0.3 s; a larger one makes the filter too long to run.
+#: Largest denominator of the ratio of the rates. Usual rates are met within 2 ppm and any up to
+#: 1 MHz within 250 ppm, 0.08 ms in a pinch of 0.3 s; a larger one makes the filter too long to run.
 LARGEST_RATIO = 2000
 
 

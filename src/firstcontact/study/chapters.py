@@ -67,7 +67,8 @@ _PLANS = (
         "contact",
         "Contact detection",
         "20 ms windows, 3 ms of them new. Every pinch is judged by a detector that did not learn "
-        "from it, and the windows that stiffness is read from start where that detector says. "
+        "from it, and the windows that stiffness is read from start where that detector says, "
+        "unless the labels could not train one (what was left out says so). "
         "Where a contact is placed and when that is decided are two things, because a detector "
         "looks back from its trigger: both are scored.",
         [contact_table],

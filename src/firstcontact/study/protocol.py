@@ -165,7 +165,7 @@ def _done(step: Step) -> Outcome:
     except InputError as error:
         if step.vital:
             raise
-        return Outcome(left_out=[f"{step.title.capitalize()}: {error}."])
+        return Outcome(left_out=[f"{step.title[:1].upper() + step.title[1:]}: {error}."])
 
 
 def write(state: State, out: Path) -> None:

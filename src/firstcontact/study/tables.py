@@ -181,7 +181,14 @@ def length_table(tree: Tree) -> Table | None:
             )
         rows.append(Row(cells))
     head = ["Window", "Blocks RMSE", "MAE", "MSE", "Objects RMSE", "MAE", "MSE"]
-    return Table("SVM regression. Blocks by session, objects unseen; Shore A.", head, rows)
+    searched = get(tree, "window_length_search.windows")
+    caption = "SVM regression. Blocks by session, objects unseen; Shore A."
+    if searched:
+        caption += (
+            f" Hyper-parameters are searched on {searched} windows here, twice that elsewhere, so "
+            "the last row is not quite the number above."
+        )
+    return Table(caption, head, rows)
 
 
 def second_table(tree: Tree) -> Table | None:
@@ -330,7 +337,7 @@ def data_table(tree: Tree) -> Table | None:
         )
     ]
     missing = get(tree, "contact.not_found")
-    if missing:
+    if missing and get(tree, "contact.windows_start_at") != "known":
         rows.append(
             Row(
                 [

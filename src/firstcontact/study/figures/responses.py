@@ -10,7 +10,7 @@ from firstcontact.study.subject import Figure
 from firstcontact.study.training import Examples
 
 
-def response_figure(blocks: Examples, unit: str = "V") -> Figure:
+def response_figure(blocks: Examples, unit: str) -> Figure:
     """Median waveform of each level with its middle half, from contact on, in ``unit``."""
     levels = np.unique(blocks.y)
     time = 1e3 * np.arange(blocks.X.shape[1]) / blocks.rate
@@ -35,9 +35,7 @@ def response_figure(blocks: Examples, unit: str = "V") -> Figure:
     )
 
 
-def peak_figure(
-    shore_a: NDArray[np.float64], peaks: NDArray[np.float64], unit: str = "V"
-) -> Figure:
+def peak_figure(shore_a: NDArray[np.float64], peaks: NDArray[np.float64], unit: str) -> Figure:
     """Largest piezo amplitude within the window (in ``unit``) against Shore A."""
     levels = np.unique(shore_a)
     rng = np.random.default_rng(0)

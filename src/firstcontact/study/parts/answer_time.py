@@ -24,7 +24,11 @@ def answer_time(subject: Subject, settings: Settings) -> Outcome:
     before the second contact.
     """
     known = [i for i, p in enumerate(subject.dataset.pinches) if p.first is not None]
-    if not known or not subject.found:
+    if known and not subject.found:
+        return Outcome(
+            left_out=["Time to an answer: windows start at the known contacts, not at found ones."]
+        )
+    if not known:
         return Outcome(left_out=["Time to an answer: no pinch has a known first contact."])
     by_length = {
         duration: _at(subject, duration, settings.early)

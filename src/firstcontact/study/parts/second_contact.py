@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from firstcontact.signal import samples_in
+from firstcontact.signal import Conditioner, samples_in
 from firstcontact.study.figures.second import second_figure
 from firstcontact.study.metrics import regression_scores
 from firstcontact.study.parts.blocks import SESSION
@@ -52,6 +52,8 @@ def samples_to_spare(subject: Subject) -> Values:
     out = np.full(len(subject.dataset), np.nan)
     for i, (pinch, start) in enumerate(zip(subject.dataset.pinches, subject.starts, strict=True)):
         if pinch.second is not None and start is not None:
-            end = start.sample + samples_in(DURATION, pinch.layout.rate)
+            # The filter has looked at the samples just beyond the window, too.
+            ahead = Conditioner(pinch.layout).lookahead
+            end = start.sample + samples_in(DURATION, pinch.layout.rate) + ahead
             out[i] = pinch.second.sample - end
     return out

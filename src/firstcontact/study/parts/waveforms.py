@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.study.figures.responses import peak_figure, response_figure
+from firstcontact.study.figures.style import piezo_unit
 from firstcontact.study.settings import DURATION
 from firstcontact.study.subject import Outcome, Subject
 
@@ -20,6 +21,7 @@ def waveforms(subject: Subject) -> Outcome:
     blocks = data.take(~data.test)
     if len(blocks) < 2:
         return Outcome(left_out=["Responses by stiffness: no contact was found to start from."])
+    unit = piezo_unit(subject.dataset.layout)
     peaks = np.abs(blocks.X[:, :, 0]).max(axis=1).astype(np.float64)
     by_level = {
         f"{level:g}": {
@@ -31,7 +33,7 @@ def waveforms(subject: Subject) -> Outcome:
     }
     return Outcome(
         {"peak_v": by_level},
-        [response_figure(blocks), peak_figure(blocks.y, peaks)],
+        [response_figure(blocks, unit), peak_figure(blocks.y, peaks, unit)],
     )
 
 

@@ -68,8 +68,13 @@ def test_resampling_is_waited_for():
 
 
 def test_labels_that_may_be_late_allow_an_earlier_trigger():
-    assert answer((80, found(-30, -20)))["n"] == 0
-    assert answer((80, found(-30, -20)), early=0.004)["n"] == 1
+    assert answer((80, found(-30, -19)))["n"] == 0
+    assert answer((80, found(-30, -19)), early=0.004)["n"] == 1
+
+
+def test_what_is_decided_before_the_contact_is_no_answer():
+    assert answer((80, found(-5, -1)))["n"] == 0
+    assert answer((80, found(-5, 0)))["n"] == 1
 
 
 def test_without_known_contacts_it_is_left_out():

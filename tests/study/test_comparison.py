@@ -14,7 +14,7 @@ def remark(tree: dict, label: str, twin: bool = True) -> str:
 
 @pytest.mark.parametrize(
     ("rmse", "verdict"),
-    [(9.0, "larger than under either"), (3.0, "between the two"), (1.0, "smaller than under")],
+    [(9.0, "A: above both."), (3.0, "A: between."), (1.0, "A: below both.")],
 )
 def test_the_ambiguous_error_is_compared_both_ways(rmse: float, verdict: str) -> None:
     tree = {"objects": {"svm": {"rmse": rmse, "mae": rmse, "mse": rmse**2}}}

@@ -200,7 +200,10 @@ def resampler_lookahead(dataset: Dataset) -> float:
 def right_and_not_early(
     contact: Contact, truth: Contact, rate: float, early: float, tolerance: float = TOLERANCE
 ) -> bool:
-    """Whether a first trigger is the touching finger's and does not lie before the contact.
+    """Whether a first trigger is the touching finger's and does not come before the contact.
+
+    It is placed no more than ``tolerance`` before the contact, and decided after
+    it: what fires before anything has touched is chance, wherever it points.
 
     Parameters
     ----------
@@ -214,7 +217,8 @@ def right_and_not_early(
         How much earlier still it may be placed, s.
     """
     placed = (contact.sample - truth.sample) / rate
-    return contact.finger is truth.finger and placed >= -(early + tolerance)
+    decided = (contact.decided - truth.sample) / rate
+    return contact.finger is truth.finger and placed >= -(early + tolerance) and decided >= -early
 
 
 def _outcome(

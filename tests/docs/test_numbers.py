@@ -41,8 +41,26 @@ def test_a_table_has_the_values_of_its_results(tmp_path: Path) -> None:
     assert "| first to second contact, mean | 16.65 ms | 16.50 ms | 17.25 ms |" in made["study"]
     assert "| contact, SVM: windows right | 100 % | 99.9 % | – |" in made["study"]
     assert "CNN" not in made["study"]
-    assert "| the whole study | – | 600 s |" in made["speed"]
+    assert "| the whole study | – | 600 s | – |" in made["speed"]
     assert made["real"] == "*Not run yet.*\n"
+
+
+def test_speed_has_both_conditions_and_the_classifier(tmp_path: Path) -> None:
+    svm = {"p50": 20.0, "classification": {"p99": 63.0, "speedup": 9.1}}
+    study = {"inference_us": {"svm": svm}, "everyday": {"inference_us": {"svm": {"p50": 31.0}}}}
+    (tmp_path / "study.json").write_text(json.dumps(study))
+    made = numbers.tables(tmp_path)["speed"]
+    assert "| SVM: one window, median | < 1 ms | 20 µs | 31 µs |" in made
+    assert "| SVM classifier: one window, p99 | – | 63 µs | – |" in made
+    assert "| SVM classifier: faster than its training library | – | 9.1 times | – |" in made
+
+
+def test_contact_windows_stand_beside_all_windows(tmp_path: Path) -> None:
+    svm = {"window_accuracy": 0.976, "contact_windows_found": 0.0}
+    (tmp_path / "study.json").write_text(json.dumps({"contact": {"svm": svm}}))
+    lines = numbers.tables(tmp_path)["study"].splitlines()
+    at = lines.index("| contact, SVM: windows right | 100 % | 97.6 % |")
+    assert lines[at + 1] == "| contact, SVM: contact windows found | – | 0.0 % |"
 
 
 def test_an_interval_stands_beside_its_value(tmp_path: Path) -> None:

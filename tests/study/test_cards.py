@@ -23,4 +23,5 @@ def test_the_answer_is_said_to_be_the_twins() -> None:
     (card,) = cards([Findings("paper-rig", tree)])
     assert card.lines[0].value == "40.0 %"
     assert "twin" in card.foot
+    assert "without the estimate's own arithmetic" in card.foot
     assert cards([Findings("recordings", {"answer_ms": {"n": 0, "of": 3}})]) == []

@@ -34,6 +34,30 @@ def test_the_published_accuracy_is_placed_against_the_interval(
     assert f"lies {verdict}" in remark(tree, "Blocks, SVM: accuracy, random 90/10")
 
 
+def test_each_subject_is_judged_by_name() -> None:
+    def tree(ends: list[float], rmse: float) -> dict:
+        scores = {"accuracy": 0.97, "n": 250, "intervals": {"accuracy": ends}}
+        errors = {"rmse": rmse, "mae": rmse, "mse": rmse**2}
+        return {"blocks": {"svm": {"random_90_10": scores}}, "objects": {"svm": errors}}
+
+    rows = compare([tree([0.96, 0.98], 9.0), tree([0.5, 0.9], 3.0)], ["A", "B"], True)
+    remarks = {row.label: row.remark for row in rows}
+    interval = remarks["Blocks, SVM: accuracy, random 90/10"]
+    assert "inside that of A (250 test pinches) and above that of B" in interval
+    assert "A: above both; B: between." in remarks["Unseen objects, SVM: RMSE"]
+
+
+def test_the_accuracy_over_windows_says_what_silence_would_score() -> None:
+    def tree(windows: int) -> dict:
+        return {"contact": {"svm": {"window_accuracy": 0.98, "windows": windows, "n": 10}}}
+
+    label = "Contact, SVM: 20 ms windows judged right"
+    rows = compare([tree(410), tree(500)], ["A", "B"], True)
+    said = next(row.remark for row in rows if row.label == label)
+    assert "never fires would score about 97.6 % (A), about 98.0 % (B)." in said
+    assert "never fires would have most of them right." in remark(judged(0.98, 1.0, 2.0), label)
+
+
 def judged(windows: float, pinches: float, delay: float) -> dict:
     scores = {"window_accuracy": windows, "pinch_success": pinches, "delay_ms": {"median": delay}}
     return {"contact": {"svm": scores}}

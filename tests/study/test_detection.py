@@ -98,6 +98,17 @@ def test_placed_in_time_is_not_decided_in_time():
     assert slow.delay_ms["median"] == pytest.approx(1e3 * 29 / 4936)
 
 
+def test_a_trigger_before_the_contact_is_not_decided_in_time():
+    # It places the contact 2.8 ms too early, which is near enough, but fires before it.
+    lucky = score((299, Finger.THUMB, 286), GOOD)
+    assert (lucky.pinch_success, lucky.decided_within_3_ms) == (1.0, 0.0)
+    assert lucky.delay_ms is None
+    # Where the contact may be that much before its label, it is in time.
+    allowed = score((299, Finger.THUMB, 286), GOOD, early=1 / 4936)
+    assert allowed.decided_within_3_ms == 1.0
+    assert allowed.delay_ms["median"] == pytest.approx(-1e3 / 4936)
+
+
 def test_late_triggers_are_in_the_delay():
     late = score((359, Finger.THUMB, 340))
     assert late.pinch_success == 0.0

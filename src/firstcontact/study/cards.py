@@ -92,8 +92,8 @@ def _answer_card(shown: Sequence[Findings]) -> Card:
             lambda a: percent(a["before_second"]),
             lambda a: f"median {a['median']:.1f} ms after the first" if "median" in a else "",
         ),
-        "of pinches; 15 ms window, waits and look-aheads counted, without the estimate's arithmetic"
-        + (", twin" if twin else ""),
+        "of pinches; 15 ms window, waits and look-aheads counted, without the estimate's own "
+        "arithmetic" + (", twin" if twin else ""),
     )
 
 

@@ -51,7 +51,7 @@ class DetectionScores:
         comes later than the contact it places: see the next.
     decided_within_3_ms
         Share of pinches that succeeded and in which the trigger was decided
-        no later than 3 ms after the contact.
+        no earlier than the contact and no later than 3 ms after it.
     false_alarms
         Pinches whose first trigger places a contact more than 3 ms too early.
     wrong_finger
@@ -67,7 +67,8 @@ class DetectionScores:
     delay_ms
         Median and 95th percentile of the time from the contact to the sample
         that decided, over all first triggers that are the touching finger's
-        and not early, late ones too; None where there are none.
+        and neither placed early nor decided before the contact, late ones too;
+        None where there are none.
     lookahead_ms
         How long the resampler waited for later samples, which is in both of
         these; None where nothing was resampled.
@@ -217,8 +218,11 @@ def right_and_not_early(
         How much earlier still it may be placed, s.
     """
     placed = (contact.sample - truth.sample) / rate
-    decided = (contact.decided - truth.sample) / rate
-    return contact.finger is truth.finger and placed >= -(early + tolerance) and decided >= -early
+    return (
+        contact.finger is truth.finger
+        and placed >= -(early + tolerance)
+        and contact.decided >= truth.sample - samples_in(early, rate)
+    )
 
 
 def _outcome(

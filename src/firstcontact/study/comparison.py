@@ -130,10 +130,11 @@ def _contact(trees: Sequence[Tree], names: Sequence[str]) -> list[Compared]:
                 f"{_quiet_remark(trees, names, at)}",
             ),
             Compared(
-                f"{name}: first windows that show the contact found",
+                f"{name}: contact windows found",
                 "–",
                 _percents(trees, f"{at}.contact_windows_found"),
-                "One window a pinch. Missing it costs time, not the pinch: the next may find it.",
+                "The first that holds 1 ms of the contact, one a pinch. Missing it costs time, "
+                "not the pinch: the next may find it.",
             ),
             Compared(
                 f"{name}: contact placed within ±3 ms",

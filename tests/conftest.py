@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,10 @@ settings.load_profile("firstcontact")
 
 # Figures are drawn to files; no test needs a display.
 os.environ["MPLBACKEND"] = "Agg"
+
+# A shell that runs the tests in the background has Ctrl-C ignored, and every process that a
+# test starts would inherit that and never be interrupted.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

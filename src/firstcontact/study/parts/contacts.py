@@ -68,14 +68,15 @@ class Replayed:
     def start(self, layout: Layout) -> None:
         """Move on to the next pinch."""
         self._now = next(self._verdicts)
+        self._fingers = layout.piezo_fingers
 
     def judge(self, block: Block) -> Verdicts:
         """What was said of this pinch."""
         return self._now
 
     def update(self, block: Block) -> list[Contact]:
-        """Not asked of a replay: contacts come from the verdicts."""
-        raise NotImplementedError
+        """The contacts in what was said of this pinch."""
+        return latch(self._now, self._fingers, set())
 
 
 def contacts(subject: Subject, settings: Settings, runner: Runner) -> Outcome:

@@ -47,8 +47,9 @@ class Evaluate:
         known_specimen = np.isin(dataset.specimens, card["data"]["specimens"]) & ~dataset.test
         # Other people's sessions have the same names: only together with source and specimen
         # does a name say that the model has learned from it.
-        learned = known_specimen & np.isin(dataset.sessions, card["data"]["sessions"])
-        learned &= card["data"]["source"] == dataset.source
+        known_session = np.isin(dataset.sessions, card["data"]["sessions"]) & ~dataset.test
+        known_session &= card["data"]["source"] == dataset.source
+        learned = known_specimen & known_session
         known = any(p.first is not None for p in dataset.pinches)
         truth = self.contacts == "truth" or (self.contacts == "auto" and known)
         contacts, how = starts(dataset, dataset.take(learned), truth)
@@ -67,9 +68,7 @@ class Evaluate:
                 "learned from: they are reported apart and say nothing of its errors in use"
             )
         other_session = known_specimen[data.which] & ~seen
-        same_session = np.isin(dataset.sessions, card["data"]["sessions"]) & ~dataset.test
-        same_session &= card["data"]["source"] == dataset.source
-        same_session = same_session[data.which] & ~seen & ~other_session
+        same_session = known_session[data.which] & ~seen
         for title, which in (
             ("not seen in training", ~seen & ~other_session & ~same_session),
             ("sessions of the training by name, other specimens", same_session),

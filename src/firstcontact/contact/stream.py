@@ -15,9 +15,9 @@ from firstcontact.contact.detector import Verdicts, latch
 from firstcontact.contact.onset import pick_onset
 from firstcontact.core.block import Block
 from firstcontact.core.errors import InputError
-from firstcontact.core.layout import FINGERTIP_SMOOTHING, ChannelKind, Finger, Layout
+from firstcontact.core.layout import ChannelKind, Finger, Layout
 from firstcontact.core.pinch import Contact, Dataset
-from firstcontact.signal import ExponentialSmoothing, samples_in
+from firstcontact.signal import missing_smoothing, samples_in
 
 #: Longest piece of a block that is worked on at once, samples: bounds the memory.
 PIECE = 30_000
@@ -55,13 +55,6 @@ class SteadyState:
         """Distance from the mean in sigmas; 0 for channels that do not move."""
         scale = np.where(self.alive, self.sigma, 1.0)
         return np.where(self.alive, (x - self.mean) / scale, 0.0)
-
-
-def conditioner(layout: Layout) -> ExponentialSmoothing | None:
-    """The microcontroller's smoothing, for data that it has not smoothed yet."""
-    if layout.smoothing_alpha == 1.0:
-        return ExponentialSmoothing(FINGERTIP_SMOOTHING, layout.rate)
-    return None
 
 
 class WindowDetector(ABC):
@@ -124,7 +117,7 @@ class WindowDetector(ABC):
         self._restart(0)
 
     def _restart(self, first_sample: int) -> None:
-        self._smoothing = conditioner(self._layout)
+        self._smoothing = missing_smoothing(self._layout)
         self._state: SteadyState | None = None
         #: Samples still needed, and the device's number of the first of them.
         self._past = np.zeros((0, len(self._columns)))

@@ -9,9 +9,9 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from firstcontact.contact.features import feature_count, window_features
-from firstcontact.contact.stream import SteadyState, WindowSizes, conditioner
+from firstcontact.contact.stream import SteadyState, WindowSizes
 from firstcontact.core.pinch import Dataset, Pinch
-from firstcontact.signal import samples_in
+from firstcontact.signal import missing_smoothing, samples_in
 
 #: A contact younger than this, s, looks like the start of a click of the gears:
 #: such windows teach nothing. Chosen with gamma and cost in folds of the training
@@ -109,7 +109,7 @@ def _of_finger(
 ) -> Examples:
     layout = pinch.layout
     volts = pinch.piezo()[:, column : column + 1]
-    smoothing = conditioner(layout)
+    smoothing = missing_smoothing(layout)
     smooth = volts if smoothing is None else smoothing.update(volts)
     steady = SteadyState.of(smooth[: sizes.steady])
     x = steady.normalise(smooth)[:, 0]

@@ -2,7 +2,7 @@
 
 from firstcontact.signal.resample import lookahead, resample, resample_dataset
 from firstcontact.signal.savgol import SavitzkyGolay
-from firstcontact.signal.smoothing import ExponentialSmoothing
+from firstcontact.signal.smoothing import ExponentialSmoothing, missing_smoothing
 from firstcontact.signal.windowing import (
     Conditioner,
     ContactWindow,
@@ -19,6 +19,7 @@ __all__ = [
     "WindowStream",
     "contact_windows",
     "lookahead",
+    "missing_smoothing",
     "resample",
     "resample_dataset",
     "samples_in",

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.layout import FINGERTIP_RATE, FINGERTIP_SMOOTHING
+from firstcontact.core.layout import FINGERTIP_RATE, FINGERTIP_SMOOTHING, Layout
 
 
 class ExponentialSmoothing:
@@ -68,3 +68,10 @@ class ExponentialSmoothing:
         y, self._state = lfilter([self.alpha], [1.0, -keep], samples, axis=0, zi=state)
         out: NDArray[np.float64] = y
         return out
+
+
+def missing_smoothing(layout: Layout) -> ExponentialSmoothing | None:
+    """The microcontroller's smoothing, for data that it has not smoothed yet."""
+    if layout.smoothing_alpha == 1.0:
+        return ExponentialSmoothing(FINGERTIP_SMOOTHING, layout.rate)
+    return None

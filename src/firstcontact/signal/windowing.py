@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.block import Block
-from firstcontact.core.layout import FINGERTIP_SMOOTHING, ChannelKind, Layout
+from firstcontact.core.layout import ChannelKind, Layout
 from firstcontact.core.pinch import Contact, Dataset
 from firstcontact.signal.savgol import SavitzkyGolay
-from firstcontact.signal.smoothing import ExponentialSmoothing
+from firstcontact.signal.smoothing import missing_smoothing
 
 #: The baseline is the mean of this much quiet before the contact, s ...
 BASELINE = 0.020
@@ -42,8 +42,7 @@ class Conditioner:
     """
 
     def __init__(self, layout: Layout) -> None:
-        raw = layout.smoothing_alpha == 1.0
-        self._smoothing = ExponentialSmoothing(FINGERTIP_SMOOTHING, layout.rate) if raw else None
+        self._smoothing = missing_smoothing(layout)
         self._savgol = SavitzkyGolay(rate=layout.rate)
 
     @property

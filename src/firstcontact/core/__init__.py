@@ -1,20 +1,24 @@
 """The nouns: small frozen types that every room shares."""
 
 from firstcontact.core.block import Block
+from firstcontact.core.calibration import Calibration, ForceCurve, PiezoCalibration
 from firstcontact.core.errors import InputError
 from firstcontact.core.layout import Channel, ChannelKind, Finger, Layout, fingertip_layout
 from firstcontact.core.pinch import Contact, Dataset, Label, Pinch, Role
 
 __all__ = [
     "Block",
+    "Calibration",
     "Channel",
     "ChannelKind",
     "Contact",
     "Dataset",
     "Finger",
+    "ForceCurve",
     "InputError",
     "Label",
     "Layout",
+    "PiezoCalibration",
     "Pinch",
     "Role",
     "fingertip_layout",

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from firstcontact.core import Contact, Finger, Label, Layout
+from firstcontact.core import Calibration, Contact, Finger, Label, Layout
 
 #: Name and version of the format; a reader refuses any other.
 FORMAT = "firstcontact.recording"
@@ -38,6 +38,8 @@ class Header:
     created
         ISO 8601 time. A simulated recording leaves it empty, since the same
         seed must give the same bytes.
+    calibration
+        What was measured of the fingertips, where that was done.
     """
 
     layout: Layout
@@ -49,6 +51,7 @@ class Header:
     session: str = ""
     notes: str = ""
     created: str = ""
+    calibration: Calibration | None = None
 
     def __post_init__(self) -> None:
         if self.source not in SOURCES:
@@ -59,12 +62,16 @@ class Header:
     def to_json(self) -> dict[str, Any]:
         """A JSON-ready form, with the name and version of the format."""
         tree = {"format": FORMAT, "version": VERSION, **asdict(self)}
+        if self.calibration is None:
+            del tree["calibration"]
         return {**tree, "layout": self.layout.to_json()}
 
     @classmethod
     def from_json(cls, tree: Mapping[str, Any]) -> Header:
         """The inverse of :meth:`to_json`."""
         fields = {k: v for k, v in tree.items() if k not in ("format", "version")}
+        if "calibration" in fields:
+            fields["calibration"] = Calibration.from_json(fields["calibration"])
         return cls(**{**fields, "layout": Layout.from_json(tree["layout"])})
 
 

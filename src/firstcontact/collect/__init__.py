@@ -1,0 +1,1 @@
+"""Collecting labelled data: calibration, the guided protocol, independent checks."""

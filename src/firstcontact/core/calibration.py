@@ -1,0 +1,106 @@
+"""What was measured of one fingertip pair before recording with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core.layout import ADC_VOLTS, Finger
+
+#: Resistor of the published divider, ohm.
+DIVIDER_OHM = 4700.0
+
+
+@dataclass(frozen=True, slots=True)
+class PiezoCalibration:
+    """One piezo with nothing touching and the motor at rest.
+
+    Parameters
+    ----------
+    finger
+        Whose.
+    noise
+        RMS around the mean, V.
+    offset
+        Mean, V (0 when the buffer sits exactly at its 1.65 V).
+    tap
+        Peak of the response to a tap, V; None where no tap was made.
+    """
+
+    finger: Finger
+    noise: float
+    offset: float = 0.0
+    tap: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ForceCurve:
+    """Velostat of one finger: from the divider's voltage to newtons.
+
+    The sheet's conductance rises with the force, ``g = leak + gain F^exponent``;
+    over the divider's resistor R it gives ``V = 3.3 R g / (1 + R g)``.
+
+    Parameters
+    ----------
+    finger
+        Whose.
+    leak
+        Conductance unloaded, S.
+    gain
+        S / N^exponent.
+    exponent
+        Of the force.
+    rms
+        Of the fit's residuals, N.
+    resistor
+        Of the divider, ohm.
+    """
+
+    finger: Finger
+    leak: float
+    gain: float
+    exponent: float
+    rms: float
+    resistor: float = DIVIDER_OHM
+
+    def newtons(self, volts: NDArray[Any]) -> NDArray[np.float64]:
+        """Force on a taxel, N, for voltages over the divider, same shape."""
+        ratio = np.clip(np.asarray(volts, dtype=np.float64) / ADC_VOLTS, 0.0, 0.999)
+        conductance = ratio / (1.0 - ratio) / self.resistor
+        out: NDArray[np.float64] = (np.maximum(conductance - self.leak, 0.0) / self.gain) ** (
+            1.0 / self.exponent
+        )
+        return out
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """Of one pair of fingertips; goes into the header of every recording.
+
+    ``created`` is an ISO 8601 time; fingers that were not measured are absent.
+    """
+
+    piezo: tuple[PiezoCalibration, ...] = ()
+    force: tuple[ForceCurve, ...] = ()
+    created: str = ""
+
+    def noise(self, finger: Finger) -> float | None:
+        """Noise floor of a finger's piezo, V RMS, where it was measured."""
+        return next((p.noise for p in self.piezo if p.finger is finger), None)
+
+    def to_json(self) -> dict[str, Any]:
+        """A JSON-ready form."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, tree: Mapping[str, Any]) -> Calibration:
+        """The inverse of :meth:`to_json`."""
+        return cls(
+            tuple(PiezoCalibration(**{**p, "finger": Finger(p["finger"])}) for p in tree["piezo"]),
+            tuple(ForceCurve(**{**f, "finger": Finger(f["finger"])}) for f in tree["force"]),
+            tree["created"],
+        )

@@ -1,0 +1,204 @@
+"""The wire protocol of ``docs/protocol.md``, version 1: pure bytes, no I/O."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+VERSION = 1
+#: Most samples in a frame: 1 ms at 4936 Hz.
+FRAME_SAMPLES = 5
+#: Longest text of a marker, bytes.
+MARKER_BYTES = 200
+#: Longer than any frame, stuffed: a descriptor of 100 channels fits.
+LONGEST = 16_384
+_HEAD = struct.Struct("<BI")
+_CRC = struct.Struct("<I")
+_SAMPLES = struct.Struct("<IIB")
+_DESCRIPTOR = struct.Struct("<BI")
+_STOPPED = struct.Struct("<II")
+_MARKER = struct.Struct("<I")
+
+
+class FrameType(IntEnum):
+    """First byte of a frame."""
+
+    DESCRIPTOR = 0x01
+    SAMPLES = 0x02
+    MARKER = 0x03
+    STOPPED = 0x04
+    REFUSED = 0x05
+    HELLO = 0x81
+    START = 0x82
+    STOP = 0x83
+    MARK = 0x84
+
+
+class FrameError(ValueError):
+    """Bytes that are not a frame: too short, wrongly stuffed, wrong CRC, wrong payload."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One frame, its CRC checked and taken off."""
+
+    type: int
+    counter: int
+    payload: bytes
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SamplesFrame:
+    """Payload of a samples frame; ``data`` has shape (n, channels), int16."""
+
+    first_sample: int
+    overflow: int
+    data: NDArray[np.int16]
+
+
+def stuff(data: bytes) -> bytes:
+    """COBS: a form of ``data`` without zeros, without the zero that ends it."""
+    out = bytearray()
+    for run in data.split(b"\0"):
+        # A run of 254 or more is told in pieces that no zero follows.
+        while len(run) >= 254:
+            out += b"\xff" + run[:254]
+            run = run[254:]
+        out.append(len(run) + 1)
+        out += run
+    return bytes(out)
+
+
+def unstuff(stuffed: bytes) -> bytes:
+    """Undo :func:`stuff`.
+
+    Raises
+    ------
+    FrameError
+        A zero inside, or a run that reaches beyond the end.
+    """
+    n = len(stuffed)
+    if n == 0 or 0 in stuffed:
+        raise FrameError("a frame is empty or has a zero in it")
+    out = bytearray(stuffed)
+    place = 0
+    full = []
+    while place < n:
+        code = stuffed[place]
+        out[place] = 0
+        place += code
+        if code == 255 and place < n:
+            full.append(place)
+    if place != n:
+        raise FrameError("a frame's last run reaches beyond its end")
+    # A code behind a full run stands for no zero.
+    for place in reversed(full):
+        del out[place]
+    return bytes(out[1:])
+
+
+def encode(kind: int, counter: int, payload: bytes = b"") -> bytes:
+    """One frame as it goes over the line, with the zero that ends it."""
+    body = _HEAD.pack(kind, counter & 0xFFFFFFFF) + payload
+    return stuff(body + _CRC.pack(zlib.crc32(body))) + b"\0"
+
+
+def decode(stuffed: bytes) -> Frame:
+    """One frame, given what stood before its ending zero.
+
+    Raises
+    ------
+    FrameError
+        It is damaged.
+    """
+    body = unstuff(stuffed)
+    if len(body) < _HEAD.size + _CRC.size:
+        raise FrameError("a frame is too short")
+    if _CRC.unpack_from(body, len(body) - _CRC.size)[0] != zlib.crc32(body[: -_CRC.size]):
+        raise FrameError("a frame's CRC does not match")
+    kind, counter = _HEAD.unpack_from(body)
+    return Frame(kind, counter, body[_HEAD.size : -_CRC.size])
+
+
+def samples_payload(first_sample: int, overflow: int, data: NDArray[np.int16]) -> bytes:
+    """Payload of a samples frame; ``data`` has shape (1 to 5, channels)."""
+    head = _SAMPLES.pack(first_sample & 0xFFFFFFFF, overflow & 0xFFFFFFFF, len(data))
+    return head + np.ascontiguousarray(data, dtype="<i2").tobytes()
+
+
+def read_samples(payload: bytes, channels: int) -> SamplesFrame:
+    """Take the payload of a samples frame apart.
+
+    Raises
+    ------
+    FrameError
+        It does not have the columns, or no sample at all.
+    """
+    if len(payload) < _SAMPLES.size:
+        raise FrameError("a samples frame is too short")
+    first, overflow, n = _SAMPLES.unpack_from(payload)
+    if n < 1 or len(payload) != _SAMPLES.size + 2 * n * channels:
+        raise FrameError(f"a samples frame does not hold {n} samples of {channels} channels")
+    data = np.frombuffer(payload, dtype="<i2", offset=_SAMPLES.size).reshape(n, channels)
+    return SamplesFrame(first, overflow, data)
+
+
+def descriptor_payload(boot: int, text: str, version: int = VERSION) -> bytes:
+    """Payload of a descriptor frame."""
+    return _DESCRIPTOR.pack(version, boot) + text.encode()
+
+
+def read_descriptor(payload: bytes) -> tuple[int, int, str]:
+    """Protocol version, boot number and text of a descriptor frame.
+
+    Raises
+    ------
+    FrameError
+        Too short, or not UTF-8.
+    """
+    if len(payload) < _DESCRIPTOR.size:
+        raise FrameError("a descriptor frame is too short")
+    version, boot = _DESCRIPTOR.unpack_from(payload)
+    return version, boot, _text(payload[_DESCRIPTOR.size :])
+
+
+def marker_payload(sample: int, text: str) -> bytes:
+    """Payload of a marker frame; a text too long is cut at a character."""
+    return _MARKER.pack(sample & 0xFFFFFFFF) + marker_text(text)
+
+
+def marker_text(text: str) -> bytes:
+    """UTF-8 of a marker's text, cut at a character to what a frame takes."""
+    return text.encode()[:MARKER_BYTES].decode(errors="ignore").encode()
+
+
+def read_marker(payload: bytes) -> tuple[int, str]:
+    """Sample number (32 bits) and text of a marker frame; FrameError when damaged."""
+    if len(payload) < _MARKER.size:
+        raise FrameError("a marker frame is too short")
+    return int(_MARKER.unpack_from(payload)[0]), _text(payload[_MARKER.size :])
+
+
+def stopped_payload(next_sample: int, overflow: int) -> bytes:
+    """Payload of a stopped frame."""
+    return _STOPPED.pack(next_sample & 0xFFFFFFFF, overflow & 0xFFFFFFFF)
+
+
+def read_stopped(payload: bytes) -> tuple[int, int]:
+    """Next sample's number and overflow count, 32 bits each; FrameError when damaged."""
+    if len(payload) != _STOPPED.size:
+        raise FrameError("a stopped frame has the wrong length")
+    next_sample, overflow = _STOPPED.unpack(payload)
+    return next_sample, overflow
+
+
+def _text(data: bytes) -> str:
+    try:
+        return data.decode()
+    except UnicodeDecodeError as error:
+        raise FrameError("a frame's text is not UTF-8") from error

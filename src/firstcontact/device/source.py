@@ -1,0 +1,186 @@
+"""What a source of samples is: a fingertip on a port, the twin, a recording being replayed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Protocol, Self
+
+from firstcontact.core import Block, InputError, Layout
+from firstcontact.recording import Marker, PinchMark
+
+
+@dataclass(frozen=True, slots=True)
+class Descriptor:
+    """What a device says about itself when asked. "" means not known.
+
+    Parameters
+    ----------
+    layout
+        The columns of a sample and their rate.
+    firmware, sensor, hand
+        What sends.
+    source
+        "real", "twin" or "synthetic", as in a recording's header.
+    dtype
+        Of the samples; a device on the wire sends int16.
+    """
+
+    layout: Layout
+    firmware: str = ""
+    sensor: str = ""
+    hand: str = ""
+    source: str = "real"
+    dtype: str = "int16"
+
+    def to_text(self) -> str:
+        """JSON, as it goes over the wire."""
+        tree = {
+            "firmware": self.firmware,
+            "sensor": self.sensor,
+            "hand": self.hand,
+            "source": self.source,
+            "layout": self.layout.to_json(),
+        }
+        return json.dumps(tree, separators=(",", ":"), ensure_ascii=False)
+
+    @classmethod
+    def from_text(cls, text: str) -> Self:
+        """The inverse of :meth:`to_text`.
+
+        Raises
+        ------
+        InputError
+            It is not JSON, a field is missing, or it has no piezo channel.
+        """
+        try:
+            tree: Mapping[str, Any] = json.loads(text)
+            names = ("firmware", "sensor", "hand", "source")
+            layout = Layout.from_json(tree["layout"])
+            descriptor = cls(layout, *(str(tree[name]) for name in names))
+        except (ValueError, KeyError, TypeError) as error:
+            raise InputError(
+                f"the device's descriptor cannot be used ({error!r}): flash the firmware that "
+                "belongs to this version of firstcontact"
+            ) from error
+        if not layout.piezo_fingers or not layout.rate > 0:
+            raise InputError(
+                "the device's descriptor has no piezo channel or no rate: flash the firmware that "
+                "belongs to this version of firstcontact"
+            )
+        return descriptor
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arrival:
+    """Consecutive samples, and when the host had the last byte of them.
+
+    Parameters
+    ----------
+    block
+        The samples; sample numbers are 64 bits.
+    host
+        ``time.monotonic()``, s.
+    markers
+        Words pinned to samples that came with them.
+    pinches
+        Marks of the pinches that end in them (only a replayed recording has these).
+    """
+
+    block: Block
+    host: float
+    markers: tuple[Marker, ...] = ()
+    pinches: tuple[PinchMark, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Health:
+    """How a source is doing, counted since it was opened.
+
+    Parameters
+    ----------
+    connected
+        Whether the device is there now.
+    epoch
+        Of the newest sample.
+    samples
+        Received.
+    lost_samples
+        Missing in the device's count, for whatever reason; exact for all that
+        lies between two samples received, or before a ``stopped`` frame.
+    overflow_samples
+        Of these, the ones that the device says it dropped itself.
+    lost_frames
+        Missing in the device's count of frames.
+    bad_frames
+        Damaged on the way; each is also one of the lost ones.
+    doubled_frames
+        Came twice or out of order and were left out.
+    reconnects
+        Times that the device came back; each begins an epoch.
+    host_rate
+        Samples per second of the host's clock over the last epoch, Hz; 0 before
+        it can be told.
+    """
+
+    connected: bool = False
+    epoch: int = 0
+    samples: int = 0
+    lost_samples: int = 0
+    overflow_samples: int = 0
+    lost_frames: int = 0
+    bad_frames: int = 0
+    doubled_frames: int = 0
+    reconnects: int = 0
+    host_rate: float = 0.0
+
+
+class Source(Protocol):
+    """Gives samples as they come, in order, each once.
+
+    Opened by ``with``. A thread of its own takes them off the line, whatever
+    its reader does meanwhile; :meth:`read` may be called from one thread.
+    """
+
+    @property
+    def name(self) -> str:
+        """What a person calls it: the port, "twin" or the file."""
+
+    @property
+    def descriptor(self) -> Descriptor:
+        """What it says about itself; known once it is open."""
+
+    @property
+    def health(self) -> Health:
+        """Counts up to now; may be asked from any thread."""
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing more will come and all that came was read."""
+
+    def read(self, timeout: float) -> list[Arrival]:
+        """All that has come since the last call, waiting up to ``timeout`` s for something.
+
+        Raises
+        ------
+        InputError
+            The device is not the one that was opened any more (another layout),
+            or its port is gone for good.
+        """
+
+    def mark(self, text: str) -> None:
+        """Have a word pinned to the next sample."""
+
+    def close(self) -> None:
+        """Stop the device and let go of it. Closing twice is fine."""
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None: ...

@@ -1,0 +1,1 @@
+"""Live: samples in, contacts and estimates out, in real time; the page."""

@@ -1,0 +1,128 @@
+"""What the live pipeline says, as it happens."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from firstcontact.core import Contact, Finger
+
+
+class Case(StrEnum):
+    """Whether an estimate came in time to be acted upon."""
+
+    IN_TIME = "before the second contact"
+    TOO_LATE = "after the second contact"
+
+
+@dataclass(frozen=True, slots=True)
+class Armed:
+    """A closing began: from here on contacts count."""
+
+    sample: int
+    epoch: int
+
+
+@dataclass(frozen=True, slots=True)
+class Touched:
+    """A finger touched.
+
+    ``first`` says whether it is the closing's first; ``host`` is when that was
+    known (monotonic, s); sample numbers are in ``contact``.
+    """
+
+    contact: Contact
+    first: bool
+    epoch: int
+    host: float
+
+
+@dataclass(frozen=True, slots=True)
+class Estimated:
+    """How stiff what the first finger touched is.
+
+    Parameters
+    ----------
+    contact
+        The first contact.
+    value
+        Shore A, or the class.
+    low, high
+        Bounds of the interval; equal to the value where the model has none.
+    level
+        Share of intervals that hold the truth, as calibrated; 0 without one.
+    duration
+        Of the window, s.
+    complete
+        Number of the sample that completed the window.
+    epoch
+        Of the samples.
+    case
+        Whether the second finger was known to touch when the estimate came.
+    used
+        Whether it may be acted upon: in time, and the first of this closing
+        with this window.
+    host
+        When it came (monotonic, s).
+    compute
+        From having the block that completed the window to the estimate, s.
+    """
+
+    contact: Contact
+    value: float
+    low: float
+    high: float
+    level: float
+    duration: float
+    complete: int
+    epoch: int
+    case: Case
+    used: bool
+    host: float
+    compute: float
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """A closing whose window could not be used, and why, in a few words."""
+
+    contact: Contact
+    reason: str
+    epoch: int
+
+
+@dataclass(frozen=True, slots=True)
+class PinchDone:
+    """A closing is over: all that was found in it.
+
+    Parameters
+    ----------
+    number
+        Counts closings with a contact from 1.
+    armed
+        Sample from which contacts counted.
+    end
+        One past the last sample that belongs to it.
+    epoch
+        Of these samples.
+    contacts
+        As detected: the first, and the second where there was one.
+    strips
+        As the strips say, where there are strips: sample of each finger.
+    estimates
+        In the order of their windows.
+    refused
+        Why there is none, or "".
+    """
+
+    number: int
+    armed: int
+    end: int
+    epoch: int
+    contacts: tuple[Contact, ...]
+    strips: tuple[tuple[Finger, int], ...]
+    estimates: tuple[Estimated, ...]
+    refused: str = ""
+
+
+Event = Armed | Touched | Estimated | Refused | PinchDone

@@ -1,0 +1,92 @@
+"""Where what happens live goes: viewers, other programs, a hand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+from firstcontact.device import Arrival, Descriptor, Health
+from firstcontact.live.events import Event
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingStatus:
+    """What the recorder is doing.
+
+    Parameters
+    ----------
+    path
+        File being written, None while nothing is.
+    samples
+        Written to it.
+    waiting
+        Samples that wait to be written.
+    failed
+        Why recording stopped by itself, or "".
+    """
+
+    path: Path | None = None
+    samples: int = 0
+    waiting: int = 0
+    failed: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Update:
+    """What came since the last one, and how everything is doing.
+
+    Parameters
+    ----------
+    arrivals
+        Samples, in order.
+    events
+        What the pipeline found in them.
+    health
+        Of the source.
+    recording
+        Of the recorder.
+    ledger
+        The time ledger's figures so far, by name; times in s.
+    """
+
+    arrivals: tuple[Arrival, ...] = ()
+    events: tuple[Event, ...] = ()
+    health: Health = field(default_factory=Health)
+    recording: RecordingStatus = field(default_factory=RecordingStatus)
+    ledger: Mapping[str, float] = field(default_factory=dict)
+
+
+class Sink(Protocol):
+    """Takes updates in a thread of its own.
+
+    It may be slow or raise: its queue is bounded, what does not fit is dropped
+    and counted, and nothing else notices.
+    """
+
+    @property
+    def name(self) -> str:
+        """What drops are reported under."""
+
+    def open(self, descriptor: Descriptor) -> None:
+        """Begin: called once, before the first update."""
+
+    def take(self, update: Update) -> None:
+        """Use an update."""
+
+    def close(self) -> None:
+        """End; called once, on every way out."""
+
+
+class Controls(Protocol):
+    """What a viewer may ask for; safe to call from any thread."""
+
+    def start_recording(self) -> Path:
+        """Begin a recording; InputError when one is running or cannot be made."""
+
+    def stop_recording(self) -> None:
+        """Close the recording; nothing happens when none is running."""
+
+    def mark(self, text: str) -> None:
+        """Pin a word to the next sample."""

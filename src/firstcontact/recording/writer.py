@@ -10,10 +10,10 @@ from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
-from mcap.writer import CompressionType, Writer
 
 from firstcontact.core import Block, InputError, Pinch
 from firstcontact.recording import samples
+from firstcontact.recording.chunk_file import ChunkFile
 from firstcontact.recording.header import Header, Marker, PinchMark
 
 #: Samples of at most this time wait for the operating system, s; half of what
@@ -52,7 +52,7 @@ class RecordingWriter:
         self.path = path
         self.header = header
         try:
-            self._stream = path.open("xb")
+            self._stream = path.open("x+b")
         except FileExistsError as error:
             raise InputError(
                 f"{path} exists and recordings are never overwritten: choose another name"
@@ -72,12 +72,8 @@ class RecordingWriter:
             header.layout.rate * len(header.layout.channels) * np.dtype(header.dtype).itemsize
         )
         self._chunk_size = int(bytes_a_second * HANDED_OVER_EVERY)
-        self._writer = Writer(
-            self._stream,
-            chunk_size=self._chunk_size,
-            compression=CompressionType.NONE,
-        )
         try:
+            self._file = ChunkFile(self._stream, self._chunk_size, "ros2", "firstcontact")
             self._start()
         except OSError as error:
             raise self._failed(error) from error
@@ -142,7 +138,7 @@ class RecordingWriter:
         try:
             # Once more, so that one damaged chunk never costs the header.
             self._add_json(self._headers, self.header.to_json(), self._end or 0)
-            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._file.finish()
             self._stream.flush()
         except OSError as error:
             raise self._failed(error) from error
@@ -161,18 +157,12 @@ class RecordingWriter:
         self.close()
 
     def _start(self) -> None:
-        writer = self._writer
-        writer.start(profile="ros2", library="firstcontact")
-
         def json_channel(topic: str, name: str) -> int:
-            kind = writer.register_schema(name, "jsonschema", _JSON_SCHEMA)
-            return int(writer.register_channel(topic, "json", kind))
+            return self._file.register(topic, "json", (name, "jsonschema", _JSON_SCHEMA))
 
         self._headers = json_channel("/header", "firstcontact.Header")
-        kind = writer.register_schema(
-            "firstcontact_msgs/msg/Samples", "ros2msg", samples.schema(self.header.dtype)
-        )
-        self._samples = int(writer.register_channel("/samples", "cdr", kind))
+        kind = ("firstcontact_msgs/msg/Samples", "ros2msg", samples.schema(self.header.dtype))
+        self._samples = self._file.register("/samples", "cdr", kind)
         self._pinches = json_channel("/pinch", "firstcontact.PinchMark")
         self._markers = json_channel("/marker", "firstcontact.Marker")
         # Filled up with spaces to a whole chunk, so that it does not wait for samples.
@@ -187,7 +177,7 @@ class RecordingWriter:
             raise InputError(f"{self.path} is closed: begin a new recording")
         time = max(0, round((self._origin + sample) * _NANO / self.header.layout.rate))
         try:
-            self._writer.add_message(channel, time, data, time, self._sequence)
+            self._file.add(channel, time, data, self._sequence)
             self._stream.flush()
         except OSError as error:
             raise self._failed(error) from error

@@ -1,0 +1,217 @@
+"""Write MCAP chunk by chunk and keep nothing of what was written in memory.
+
+The library's own writer holds an index entry for every chunk until it is closed,
+some tens of MB an hour. Here the index is read back from the file when it is
+closed. Otherwise the bytes are the same as the library's.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Iterator
+from io import BufferedRandom
+from os import pread
+
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import (
+    Channel,
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    McapRecord,
+    Message,
+    MessageIndex,
+    Schema,
+    Statistics,
+    SummaryOffset,
+)
+
+MAGIC = b"\x89MCAP0\r\n"
+_FRAME = struct.Struct("<BQ")
+#: Of a chunk that is not compressed: start and end time, size, CRC, empty name, size.
+_CHUNK = struct.Struct("<QQQIIQ")
+_FOOTER = struct.Struct("<BQQQ")
+_CHANNEL = struct.Struct("<H")
+
+
+class ChunkFile:
+    """An MCAP file of chunks that are not compressed.
+
+    Parameters
+    ----------
+    stream
+        An empty file, open for writing and reading; it is not closed here.
+    chunk_size
+        A chunk is written as soon as it is longer than this, bytes.
+    profile, library
+        Of the file's header.
+
+    Raises
+    ------
+    OSError
+        From any method: the file cannot be written.
+    """
+
+    def __init__(self, stream: BufferedRandom, chunk_size: int, profile: str, library: str) -> None:
+        self._stream = stream
+        self._chunk_size = chunk_size
+        self._schemas: list[Schema] = []
+        self._channels: list[Channel] = []
+        self._counts: dict[int, int] = {}
+        self._chunks = 0
+        self._times: tuple[int, int] | None = None  # of all messages: first and last
+        self._span: tuple[int, int] | None = None  # of the messages in this chunk
+        self._begin_chunk()
+        stream.write(MAGIC + _packed(Header(profile, library)))
+        self._start = stream.tell()
+
+    def register(self, topic: str, encoding: str, schema: tuple[str, str, bytes]) -> int:
+        """Declare a channel with a schema (name, encoding, text); its number, from 1 on."""
+        name, kind, text = schema
+        known = [s.id for s in self._schemas if s.name == name]
+        number = known[0] if known else len(self._schemas) + 1
+        if not known:
+            self._schemas.append(Schema(data=text, encoding=kind, id=number, name=name))
+            self._schemas[-1].write(self._chunk)
+        channel = Channel(
+            id=len(self._channels) + 1,
+            topic=topic,
+            message_encoding=encoding,
+            metadata={},
+            schema_id=number,
+        )
+        self._channels.append(channel)
+        channel.write(self._chunk)
+        return int(channel.id)
+
+    def add(self, channel: int, time: int, data: bytes, sequence: int) -> None:
+        """Append a message; ``time`` in ns."""
+        self._entries.setdefault(channel, []).append((time, self._chunk.count))
+        message = Message(
+            channel_id=channel, log_time=time, data=data, publish_time=time, sequence=sequence
+        )
+        message.write(self._chunk)
+        self._span = _around(self._span, time)
+        self._times = _around(self._times, time)
+        self._counts[channel] = self._counts.get(channel, 0) + 1
+        if self._chunk.count > self._chunk_size:
+            self._end_chunk()
+
+    def finish(self) -> None:
+        """Write the last chunk, the index of all and the footer."""
+        if self._entries:
+            self._end_chunk()
+        stop = self._stream.tell()
+        self._stream.write(_packed(DataEnd(0)))
+        start = self._stream.tell()
+        crc = 0
+        place = start
+        groups: list[SummaryOffset] = []
+        for kind, parts in (
+            (Opcode.SCHEMA, iter(self._schemas)),
+            (Opcode.CHANNEL, iter(self._channels)),
+            (Opcode.STATISTICS, iter([self._statistics()])),
+            (Opcode.CHUNK_INDEX, self._index(stop)),
+            (Opcode.ATTACHMENT_INDEX, iter(())),
+            (Opcode.METADATA_INDEX, iter(())),
+        ):
+            before = place
+            for record in parts:
+                data = _packed(record)
+                crc = zlib.crc32(data, crc)
+                place += self._stream.write(data)
+            groups.append(
+                SummaryOffset(group_length=place - before, group_opcode=kind, group_start=before)
+            )
+        data = _packed(*groups)
+        crc = zlib.crc32(_FOOTER.pack(Opcode.FOOTER, 20, start, place), zlib.crc32(data, crc))
+        footer = Footer(summary_crc=crc, summary_offset_start=place, summary_start=start)
+        self._stream.write(data + _packed(footer) + MAGIC)
+
+    def _begin_chunk(self) -> None:
+        self._chunk = RecordBuilder()
+        self._entries: dict[int, list[tuple[int, int]]] = {}
+        self._span = None
+
+    def _end_chunk(self) -> None:
+        data = _bytes(self._chunk)
+        start, end = self._span or (0, 0)
+        chunk = Chunk(
+            compression="",
+            data=data,
+            message_end_time=end,
+            message_start_time=start,
+            uncompressed_crc=zlib.crc32(data),
+            uncompressed_size=len(data),
+        )
+        index = [MessageIndex(channel, entries) for channel, entries in self._entries.items()]
+        self._begin_chunk()
+        self._chunks += 1
+        self._stream.write(_packed(chunk, *index))
+
+    def _statistics(self) -> Statistics:
+        start, end = self._times or (0, 0)
+        return Statistics(
+            attachment_count=0,
+            channel_count=len(self._channels),
+            channel_message_counts=self._counts,
+            chunk_count=self._chunks,
+            message_count=sum(self._counts.values()),
+            message_end_time=end,
+            message_start_time=start,
+            metadata_count=0,
+            schema_count=len(self._schemas),
+        )
+
+    def _index(self, stop: int) -> Iterator[ChunkIndex]:
+        """An entry for each chunk before ``stop``, read back from the file."""
+        self._stream.flush()
+        file = self._stream.fileno()
+        place = self._start
+        while place < stop:
+            start = place
+            _, length = _FRAME.unpack(pread(file, _FRAME.size, place))
+            first, last, size, _, _, packed = _CHUNK.unpack(
+                pread(file, _CHUNK.size, place + _FRAME.size)
+            )
+            place = behind = start + _FRAME.size + length
+            offsets: dict[int, int] = {}
+            while place < stop:
+                head = pread(file, _FRAME.size + 2, place)
+                kind, length = _FRAME.unpack_from(head)
+                if kind != Opcode.MESSAGE_INDEX:
+                    break
+                offsets[_CHANNEL.unpack_from(head, _FRAME.size)[0]] = place
+                place += _FRAME.size + length
+            yield ChunkIndex(
+                chunk_length=behind - start,
+                chunk_start_offset=start,
+                compression="",
+                compressed_size=packed,
+                message_end_time=last,
+                message_index_length=place - behind,
+                message_index_offsets=offsets,
+                message_start_time=first,
+                uncompressed_size=size,
+            )
+
+
+def _packed(*records: McapRecord) -> bytes:
+    builder = RecordBuilder()
+    for record in records:
+        record.write(builder)
+    return _bytes(builder)
+
+
+def _bytes(builder: RecordBuilder) -> bytes:
+    """Take everything out of it."""
+    out: bytes = builder.end()  # type: ignore[no-untyped-call]
+    return out
+
+
+def _around(span: tuple[int, int] | None, time: int) -> tuple[int, int]:
+    return (time, time) if span is None else (min(span[0], time), max(span[1], time))

@@ -1,0 +1,121 @@
+"""The closings in a stream and the contacts in each: what live and record share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from firstcontact.contact.detector import Detector
+from firstcontact.contact.gate import ClosingGate, Turn
+from firstcontact.core.block import Block
+from firstcontact.core.calibration import Calibration
+from firstcontact.core.layout import Layout
+from firstcontact.core.pinch import Contact
+
+
+@dataclass(frozen=True, slots=True)
+class Began:
+    """A closing began with this sample."""
+
+    sample: int
+    epoch: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Went:
+    """Samples of a closing, and the contacts that they made known."""
+
+    block: Block
+    contacts: tuple[Contact, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """A closing ended before this sample.
+
+    ``whole`` is False where samples are missing behind it: it did not end by itself.
+    """
+
+    sample: int
+    epoch: int
+    whole: bool
+
+
+Stage = Began | Went | Ended
+
+
+class Closings:
+    """Cuts a stream into closings and finds the contacts in each.
+
+    From the sample at which a closing begins the detector sees exactly what it
+    would see of a pinch cut out there, so that live and offline agree.
+
+    Parameters
+    ----------
+    layout
+        The columns of the blocks.
+    detector
+        Fitted or loaded.
+    calibration
+        With the noise floors, see :class:`firstcontact.contact.gate.ClosingGate`.
+
+    Raises
+    ------
+    InputError
+        When the detector cannot be used with this layout.
+    """
+
+    def __init__(
+        self, layout: Layout, detector: Detector, calibration: Calibration | None = None
+    ) -> None:
+        detector.start(layout)
+        self._layout = layout
+        self._detector = detector
+        self._gate = ClosingGate(layout, calibration)
+        self._open = False
+        self._end = 0
+        self._epoch = 0
+        self._latched = 0
+
+    @property
+    def open(self) -> bool:
+        """Whether a closing is going on."""
+        return self._open
+
+    @property
+    def end(self) -> int:
+        """Number of the sample that would come next."""
+        return self._end
+
+    def update(self, block: Block) -> list[Stage]:
+        """Take the next block: what happened in it, in order."""
+        stages: list[Stage] = []
+        follows = block.first_sample == self._end and block.epoch == self._epoch
+        place = block.first_sample
+        for event in self._gate.update(block):
+            if event.turn is Turn.SHUTS:
+                if follows:
+                    place = self._go_on(block, place, event.sample, stages)
+                stages.append(Ended(event.sample, self._epoch, follows))
+                self._open = False
+            else:
+                place = event.sample
+                self._detector.start(self._layout)
+                self._latched = 0
+                self._open = True
+                stages.append(Began(event.sample, block.epoch))
+        self._go_on(block, place, block.end, stages)
+        self._end, self._epoch = block.end, block.epoch
+        return stages
+
+    def _go_on(self, block: Block, start: int, stop: int, stages: list[Stage]) -> int:
+        """Feed what belongs to the closing."""
+        if self._open and start < stop:
+            first = start - block.first_sample
+            piece = Block(block.data[first : stop - block.first_sample], start, block.epoch)
+            contacts: list[Contact] = []
+            # With both fingers on the object there is nothing left to detect.
+            if self._latched < len(self._layout.piezo_fingers):
+                contacts = self._detector.update(piece)
+                self._latched += len(contacts)
+            stages.append(Went(piece, tuple(contacts)))
+        return max(start, stop)

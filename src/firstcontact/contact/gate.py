@@ -1,0 +1,223 @@
+"""When a closing begins and ends in a stream: the motor runs, and nothing is held yet.
+
+A detector measures its steady state from where a closing begins. Begun at rest,
+it would take the start of the motor for a contact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, auto
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from firstcontact.core.block import Block
+from firstcontact.core.calibration import Calibration
+from firstcontact.core.layout import ChannelKind, Layout
+from firstcontact.signal import samples_in
+
+#: Length of a step, s: the grid on which a closing can begin or end.
+STEP = 0.003
+#: Rest, and the settling of the motor, are judged over so many steps: 39 ms.
+STEPS = 13
+#: A motor that is heard in most of these steps has run since this many steps ago.
+HEARD_SINCE = STEPS // 2
+#: The motor runs where the RMS of a piezo exceeds its noise floor by this factor.
+#: An RMS over 39 ms scatters by about 5 %; a motor that is not heard above this
+#: cannot disturb a detector either.
+RUNNING = 1.6
+#: A taxel is loaded this far above its unloaded level, V; its noise is about 4 mV.
+LOADED = 0.1
+
+
+class Turn(Enum):
+    """What happens at the gate."""
+
+    OPENS = auto()
+    SHUTS = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class GateEvent:
+    """The gate opens or shuts before this sample."""
+
+    turn: Turn
+    sample: int
+
+
+class _State(Enum):
+    #: What went before is not known: wait for rest.
+    LOST = auto()
+    REST = auto()
+    #: The motor has started, and either settles or still lets go of something.
+    STARTING = auto()
+    OPEN = auto()
+
+
+class ClosingGate:
+    """Opens when the motor has run for 39 ms with nothing held, shuts when it rests.
+
+    Everything is decided on a grid of 3 ms that begins with an epoch (or after a
+    gap), so that blocks of any size give the same. Needs the noise floor of the
+    calibration; without it the gate opens at each epoch's first sample and shuts
+    at its end, as for recordings that hold one closing an epoch.
+
+    Parameters
+    ----------
+    layout
+        The columns of the blocks.
+    calibration
+        With the noise floor of every finger that has a piezo, or None.
+    """
+
+    def __init__(self, layout: Layout, calibration: Calibration | None) -> None:
+        self._layout = layout
+        self._piezo = layout.columns(ChannelKind.PIEZO)
+        self._force = layout.columns(ChannelKind.FORCE)
+        floors = [calibration.noise(f) if calibration else None for f in layout.piezo_fingers]
+        known = [f for f in floors if f is not None]
+        self._limit = RUNNING * np.array(known) if len(known) == len(floors) else None
+        self._step = samples_in(STEP, layout.rate)
+        self._open = False
+        self._started = False
+        self._next = 0
+        self._epoch = 0
+
+    @property
+    def opened(self) -> bool:
+        """Whether it is open now."""
+        return self._open
+
+    def update(self, block: Block) -> list[GateEvent]:
+        """Take the next block.
+
+        Returns
+        -------
+        list of GateEvent
+            In order. A sample number may lie up to one step before the block's
+            own only where the block does not follow the one before: then the
+            gate shuts where the samples ended.
+        """
+        events: list[GateEvent] = []
+        if not self._started or block.first_sample != self._next or block.epoch != self._epoch:
+            new_epoch = not self._started or block.epoch != self._epoch
+            if self._open:
+                events.append(GateEvent(Turn.SHUTS, self._next))
+            self._restart(block.first_sample, block.epoch)
+            if self._limit is None and new_epoch:
+                self._open = True
+                events.append(GateEvent(Turn.OPENS, block.first_sample))
+        self._next = block.end
+        if self._limit is not None:
+            events += self._watch(block)
+        return events
+
+    def _restart(self, first_sample: int, epoch: int) -> None:
+        self._started = True
+        self._open = False
+        self._epoch = epoch
+        self._state = _State.LOST
+        self._since = 0  # step in which this state began
+        self._waiting = np.zeros((0, len(self._piezo) + len(self._force)))
+        self._grid = first_sample  # of the first sample that waits
+        self._steps = 0  # seen in this stretch
+        self._sums = np.zeros((0, 2, len(self._piezo)))  # of the last steps
+        self._unloaded: NDArray[np.float64] | None = None
+        self._held = -STEPS  # last step in which something was held
+
+    def _watch(self, block: Block) -> list[GateEvent]:
+        volts = self._layout.physical(block.data, self._piezo + self._force)
+        waiting = np.concatenate([self._waiting, volts])
+        steps = len(waiting) // self._step
+        used = steps * self._step
+        self._waiting = waiting[used:]
+        if not steps:
+            return []
+        parts = waiting[:used].reshape(steps, self._step, -1)
+        quiet = self._quiet(parts[:, :, : len(self._piezo)])
+        events = self._turns(quiet, parts[:, :, len(self._piezo) :].mean(axis=1))
+        self._grid += used
+        self._steps += steps
+        return events
+
+    def _quiet(self, piezo: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Whether most of the 13 steps up to each are at rest, shape (steps,)."""
+        assert self._limit is not None
+        new = np.stack([piezo.sum(axis=1), (piezo**2).sum(axis=1)], axis=1)
+        sums = np.concatenate([self._sums, new])
+        self._sums = sums[-(STEPS - 1) :]
+        quiet = np.zeros(len(new), dtype=np.bool_)  # not known for the first steps
+        if len(sums) >= STEPS:
+            total, squares = sliding_window_view(sums, STEPS, axis=0).transpose(1, 0, 2, 3)
+            # Medians: a knock or a click is loud, but not for seven steps.
+            mean = np.median(total, axis=2, keepdims=True) / self._step
+            power = (squares - 2 * mean * total) / self._step + mean**2
+            calm = (np.median(power, axis=2) <= self._limit**2).all(axis=1)
+            quiet[len(quiet) - len(calm) :] = calm
+        return quiet
+
+    def _turns(self, quiet: NDArray[np.bool_], force: NDArray[np.float64]) -> list[GateEvent]:
+        """Run the states over the steps of a block, from change to change."""
+        events: list[GateEvent] = []
+        k = 0
+        while k < len(quiet):
+            number = self._steps + k
+            if self._state in (_State.LOST, _State.OPEN):
+                # The steady state of the motor must be younger than the gate's opening.
+                first = max(k, self._since + STEPS - self._steps)
+                found = _first(quiet, first)
+                if found is None:
+                    break
+                if self._state is _State.OPEN:
+                    self._open = False
+                    events.append(GateEvent(Turn.SHUTS, self._sample_after(found)))
+                k = self._go(_State.REST, found)
+            elif self._state is _State.REST:
+                found = _first(~quiet, k)
+                self._learn_unloaded(quiet, force, k, found)
+                if found is None:
+                    break
+                k = self._go(_State.STARTING, found)
+                self._since -= HEARD_SINCE
+            elif quiet[k]:
+                k = self._go(_State.REST, k) - 1
+            else:
+                if self._loaded(force[k]):
+                    self._held = number
+                if number - max(self._since, self._held) >= STEPS:
+                    self._open = True
+                    events.append(GateEvent(Turn.OPENS, self._sample_after(k)))
+                    self._go(_State.OPEN, k)
+                k += 1
+        return events
+
+    def _go(self, state: _State, k: int) -> int:
+        self._state = state
+        self._since = self._steps + k
+        return k + 1
+
+    def _sample_after(self, k: int) -> int:
+        return self._grid + (k + 1) * self._step
+
+    def _loaded(self, force: NDArray[np.float64]) -> bool:
+        return self._unloaded is not None and bool((force > self._unloaded + LOADED).any())
+
+    def _learn_unloaded(
+        self, quiet: NDArray[np.bool_], force: NDArray[np.float64], start: int, stop: int | None
+    ) -> None:
+        """The lowest level at rest: something held at rest lies above it."""
+        levels = force[start:stop]
+        if force.shape[1] and len(levels):
+            lowest = levels.min(axis=0)
+            known = self._unloaded
+            self._unloaded = lowest if known is None else np.minimum(known, lowest)
+
+
+def _first(flags: NDArray[np.bool_], start: int) -> int | None:
+    """Position of the first true flag from ``start`` on."""
+    if start >= len(flags):
+        return None
+    found = start + int(np.argmax(flags[start:]))
+    return found if flags[found] else None

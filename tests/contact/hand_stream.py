@@ -1,0 +1,83 @@
+"""A hand that closes again and again, as simple numbers: rest, motor, contact, hold, opening."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Calibration, Finger, PiezoCalibration, fingertip_layout
+
+LAYOUT = fingertip_layout()
+RATE = LAYOUT.rate
+#: Of the piezos at rest, V; the running motor is three times as loud.
+FLOOR = 0.005
+CALIBRATION = Calibration(tuple(PiezoCalibration(f, FLOOR) for f in Finger))
+UNLOADED = 2000
+
+
+@dataclass(frozen=True)
+class Closing:
+    """Sample numbers of what happened."""
+
+    motor: int
+    first: int
+    second: int
+    rest: int
+
+
+def samples(seconds: float) -> int:
+    return round(seconds * RATE)
+
+
+def hand_stream(closings: int, seed: int = 0) -> tuple[NDArray[np.int16], list[Closing]]:
+    """Raw samples, shape (n, 16), and the closings in them."""
+    rng = np.random.default_rng(seed)
+    phases: list[NDArray[np.float64]] = []  # columns: two piezos in V, two loads, two strips
+    truth: list[Closing] = []
+    at = 0
+
+    def phase(seconds: float, loud: float) -> NDArray[np.float64]:
+        out = np.zeros((samples(seconds), 6))
+        out[:, :2] = loud * FLOOR * rng.standard_normal((len(out), 2))
+        phases.append(out)
+        return out
+
+    for _ in range(closings):
+        at += len(phase(rng.uniform(0.3, 0.5), 1.0))
+        motor = at
+        closing = phase(rng.uniform(0.15, 0.2), 3.0)
+        first = at = at + len(closing)
+        offset = samples(rng.uniform(0.008, 0.03))
+        touching = phase(0.12, 3.0)
+        finger = int(rng.integers(2))
+        t = np.arange(len(touching)) / RATE
+        ring = 0.3 * np.exp(-t / 0.01) * np.sin(2 * np.pi * 150 * t)
+        touching[:, finger] += ring
+        touching[offset:, 1 - finger] += ring[: len(ring) - offset]
+        touching[:, 4 + finger] = 1
+        touching[offset:, 5 - finger] = 1
+        touching[offset:, 2:4] = np.minimum(t[: len(t) - offset] / 0.05, 1.0)[:, None]
+        at += len(touching)
+        hold = phase(0.3, 1.0)
+        hold[:, 2:] = 1
+        rest = at
+        opening = phase(0.25, 3.0)
+        fall = np.exp(-np.arange(len(opening)) / RATE / 0.03)
+        opening[:, 2:4] = fall[:, None]
+        opening[:200, :2] -= 0.2 * np.exp(-np.arange(200) / 60)[:, None]
+        at += len(hold) + len(opening)
+        truth.append(Closing(motor, first, first + offset, rest))
+    phase(0.4, 1.0)
+    return _raw(np.concatenate(phases)), truth
+
+
+def _raw(x: NDArray[np.float64]) -> NDArray[np.int16]:
+    out = np.zeros((len(x), 16), dtype=np.int16)
+    volt = LAYOUT.channels[0].scale
+    out[:, :2] = np.clip(x[:, :2] / volt + LAYOUT.channels[0].offset, 0, 32_736)
+    out[:, 2:8] = (UNLOADED + 8000 * x[:, 2])[:, None]
+    out[:, 8:14] = (UNLOADED + 8000 * x[:, 3])[:, None]
+    out[:, 14:] = x[:, 4:]
+    return out

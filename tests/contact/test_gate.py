@@ -1,0 +1,111 @@
+"""The gate opens once a closing, whatever the blocks, and never on rest, knocks or opening."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hand_stream import CALIBRATION, FLOOR, LAYOUT, hand_stream, samples
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.contact.gate import ClosingGate, GateEvent, Turn
+from firstcontact.core import Block, Calibration, Finger, PiezoCalibration
+
+DATA, CLOSINGS = hand_stream(6)
+
+
+def run(data: np.ndarray, cuts: list[int], first: int = 0) -> list[GateEvent]:
+    gate = ClosingGate(LAYOUT, CALIBRATION)
+    edges = [0, *sorted(cuts), len(data)]
+    return [
+        event
+        for a, b in itertools.pairwise(edges)
+        for event in gate.update(Block(data[a:b], first + a))
+    ]
+
+
+WHOLE = run(DATA, [])
+
+
+def test_opens_once_a_closing_between_motor_and_contact() -> None:
+    opened = [e.sample for e in WHOLE if e.turn is Turn.OPENS]
+    # The opening hand runs its motor too; nothing touches then, and nothing is missed.
+    for closing in CLOSINGS:
+        inside = [s for s in opened if closing.motor < s < closing.first]
+        assert len(inside) == 1
+        assert inside[0] - closing.motor <= samples(0.065)
+    held = [s for s in opened if any(c.first <= s < c.rest for c in CLOSINGS)]
+    assert held == []
+
+
+def test_opens_and_shuts_in_turn() -> None:
+    turns = [e.turn for e in WHOLE]
+    assert turns == [Turn.OPENS, Turn.SHUTS] * (len(turns) // 2)
+    places = [e.sample for e in WHOLE]
+    assert places == sorted(places)
+
+
+def test_while_the_object_is_let_go_of_it_stays_shut() -> None:
+    for closing in CLOSINGS:
+        released = closing.rest + samples(0.05)  # the force is still a fifth of what it was
+        assert not [
+            e for e in WHOLE if e.turn is Turn.OPENS and closing.second <= e.sample <= released
+        ]
+
+
+@given(st.lists(st.integers(1, len(DATA) - 1), max_size=40))
+def test_blocks_do_not_matter(cuts: list[int]) -> None:
+    assert run(DATA, cuts) == WHOLE
+
+
+@pytest.mark.parametrize("size", [1, 5, 15, 16])
+def test_small_blocks_do_not_matter(size: int) -> None:
+    part = DATA[: CLOSINGS[1].motor]
+    assert run(part, list(range(size, len(part), size))) == run(part, [])
+
+
+def test_counting_from_elsewhere_moves_it_all() -> None:
+    moved = run(DATA, [], first=10**9)
+    assert [(e.turn, e.sample - 10**9) for e in moved] == [(e.turn, e.sample) for e in WHOLE]
+
+
+def test_a_knock_at_rest_does_not_open_it() -> None:
+    rng = np.random.default_rng(1)
+    data = np.array(DATA[:1])
+    data = np.repeat(data, samples(1.0), axis=0)
+    data[:, :2] = LAYOUT.channels[0].offset
+    noise = FLOOR / LAYOUT.channels[0].scale * rng.standard_normal((len(data), 2))
+    noise[samples(0.5) : samples(0.505)] += 5000
+    data[:, :2] = (data[:, :2] + noise).astype(np.int16)
+    assert run(data, []) == []
+
+
+def test_a_gap_shuts_it_and_rest_must_come_first() -> None:
+    gate = ClosingGate(LAYOUT, CALIBRATION)
+    opened = next(e.sample for e in WHOLE if e.turn is Turn.OPENS)
+    cut = opened + 20
+    assert gate.update(Block(DATA[:cut]))[-1] == GateEvent(Turn.OPENS, opened)
+    events = gate.update(Block(DATA[cut + 10 : CLOSINGS[0].second], cut + 10))
+    assert events == [GateEvent(Turn.SHUTS, cut)]
+    assert not gate.opened
+
+
+def test_a_new_epoch_shuts_it_where_the_old_one_ended() -> None:
+    gate = ClosingGate(LAYOUT, CALIBRATION)
+    opened = next(e.sample for e in WHOLE if e.turn is Turn.OPENS)
+    gate.update(Block(DATA[: opened + 7]))
+    assert gate.update(Block(DATA[:100], 0, epoch=1)) == [GateEvent(Turn.SHUTS, opened + 7)]
+
+
+@pytest.mark.parametrize(
+    "calibration", [None, Calibration((PiezoCalibration(Finger.INDEX, FLOOR),))]
+)
+def test_without_noise_floors_an_epoch_is_a_closing(calibration: Calibration | None) -> None:
+    gate = ClosingGate(LAYOUT, calibration)
+    assert gate.update(Block(DATA[:50], 7)) == [GateEvent(Turn.OPENS, 7)]
+    assert gate.update(Block(DATA[50:90], 57)) == []
+    # After a gap the steady state would be of an unknown phase: not before the next epoch.
+    assert gate.update(Block(DATA[100:200], 107)) == [GateEvent(Turn.SHUTS, 97)]
+    assert gate.update(Block(DATA[:50], 0, epoch=1)) == [GateEvent(Turn.OPENS, 0)]

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.twin import draw, materials, noise, pinch, plan, sensor
+from firstcontact.twin import draw, materials, noise, pinch, plan
 from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition, Spread
+from firstcontact.twin.filter import FORCE_READINGS
 from firstcontact.twin.noise import MotorNoise
 from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS
 from firstcontact.twin.parameters import FingerParameters, ObjectParameters
@@ -32,7 +33,7 @@ CONSTANTS = {
     "BURN_IN": pinch.BURN_IN,
     "SUBSTEPS": pinch.SUBSTEPS,
     "OVERSAMPLING": noise.OVERSAMPLING,
-    "FORCE_READINGS": sensor.FORCE_READINGS,
+    "FORCE_READINGS": FORCE_READINGS,
     "POISSON": materials.POISSON,
     "BLOCK_SESSIONS": plan.BLOCK_SESSIONS,
     "OBJECT_SESSIONS": plan.OBJECT_SESSIONS,

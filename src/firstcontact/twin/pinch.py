@@ -7,9 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.layout import FINGERTIP_RATE, Finger, fingertip_layout
+from firstcontact.core.layout import FINGERTIP_RATE, TAXELS, Finger, fingertip_layout
 from firstcontact.core.pinch import Contact, Label, Pinch
 from firstcontact.twin.draw import PinchDraw
+from firstcontact.twin.filter import ROUND, DeviceFilter
 from firstcontact.twin.mechanics import (
     BUFFER,
     CONTACT_FORCE,
@@ -20,7 +21,7 @@ from firstcontact.twin.mechanics import (
     integrate,
 )
 from firstcontact.twin.noise import OVERSAMPLING, phalanx_force, pickup
-from firstcontact.twin.sensor import force_counts, piezo_counts
+from firstcontact.twin.sensor import SCAN, force_readings, open_reading, piezo_readings
 
 #: Length of a pinch, s.
 DURATION = 0.3
@@ -67,6 +68,24 @@ def mechanics_of(
     return clock[BURN_IN:] - lead, out[BURN_IN:]
 
 
+def pinch_scans(draw: PinchDraw, duration: float = DURATION) -> NDArray[np.uint16]:
+    """What the converters read during one pinch, shape (samples, 6), in the order of ``SCAN``."""
+    times, out = mechanics_of(draw, duration)
+    scans = np.empty((times.size, len(SCAN)), np.uint16)
+    for f in Finger:
+        volts = out[:, f, BUFFER] + pickup(draw.noise[f], times, draw.rng)
+        scans[:, f] = piezo_readings(volts)
+        v = draw.velostat[f]
+        chatter = v.noise * draw.rng.standard_normal(times.size)
+        # The array lies between pad and board: it feels the contact, not the mount.
+        scans[:, 2 + f] = force_readings(
+            out[:, f, CONTACT_FORCE], draw.shares[f], v, chatter, 1 / FINGERTIP_RATE,
+            np.zeros((2, TAXELS)), 0,
+        )  # fmt: skip
+        scans[:, 4 + f] = out[:, f, INDENTATION] > 0
+    return scans
+
+
 def simulate_pinch(
     draw: PinchDraw, label: Label, first_sample: int = 0, duration: float = DURATION
 ) -> Pinch:
@@ -89,20 +108,16 @@ def simulate_pinch(
         int16, :func:`firstcontact.core.layout.fingertip_layout`; its truth is
         read off the strips.
     """
-    times, out = mechanics_of(draw, duration)
-    data = np.empty((times.size, 16), np.int16)
+    scans = pinch_scans(draw, duration)
+    device = DeviceFilter()
+    # The device has been reading the unloaded sheets before the first sample.
+    before = np.tile(scans[0], (ROUND, 1))
+    before[:, 2:4] = [open_reading(v) for v in draw.velostat]
+    device.update(before)
+    data = device.update(scans)
     truth = []
     for f in Finger:
-        volts = out[:, f, BUFFER] + pickup(draw.noise[f], times, draw.rng)
-        data[:, f] = piezo_counts(volts)
-        v = draw.velostat[f]
-        chatter = v.noise * draw.rng.standard_normal(times.size)
-        # The array lies between pad and board: it feels the contact, not the mount.
-        data[:, 2 + 6 * f : 8 + 6 * f] = force_counts(
-            out[:, f, CONTACT_FORCE], draw.shares[f], v, chatter, 1 / FINGERTIP_RATE
-        )
-        closed = out[:, f, INDENTATION] > 0
-        data[:, 14 + f] = closed
+        closed = scans[:, 4 + f]
         if closed.any():
             sample = first_sample + int(np.argmax(closed))
             truth.append(Contact(f, sample, sample))

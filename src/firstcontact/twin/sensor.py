@@ -1,6 +1,7 @@
-"""From voltages and forces to what the microcontroller sends.
+"""What the fingertips' converters read: raw counts, before the microcontroller touches them.
 
-Integer arithmetic throughout, so that firmware can give the same bits.
+One scan is six readings of one instant: both piezos, one taxel of either force
+array, both strips. What is made of them is in :mod:`firstcontact.twin.filter`.
 """
 
 from __future__ import annotations
@@ -15,12 +16,11 @@ from firstcontact.core.layout import (
     ADC_COUNTS,
     ADC_VOLTS,
     PIEZO_OFFSET_VOLTS,
-    SUBCOUNTS,
     TAXELS,
 )
 
-#: Readings of a taxel that the sliding mean covers.
-FORCE_READINGS = 8
+#: Columns of a scan, uint16.
+SCAN = ("piezo_index", "piezo_thumb", "force_index", "force_thumb", "strip_index", "strip_thumb")
 
 
 class VelostatParameters(NamedTuple):
@@ -50,8 +50,8 @@ class VelostatParameters(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def piezo_counts(volts: NDArray[np.float64]) -> NDArray[np.int16]:
-    """Convert and smooth the piezo as the microcontroller does.
+def piezo_readings(volts: NDArray[np.float64]) -> NDArray[np.uint16]:
+    """Convert the piezo's voltage.
 
     Parameters
     ----------
@@ -61,28 +61,26 @@ def piezo_counts(volts: NDArray[np.float64]) -> NDArray[np.int16]:
     Returns
     -------
     ndarray
-        1/32 ADC counts; y += (x - y) / 2 in integers, rounding down: exponential
-        smoothing with alpha = 0.5.
+        ADC counts, 0 to 1023.
     """
-    out = np.empty(volts.size, np.int16)
-    y = -1
+    out = np.empty(volts.size, np.uint16)
     for i in range(volts.size):
         count = int(np.floor((volts[i] + PIEZO_OFFSET_VOLTS) * (ADC_COUNTS / ADC_VOLTS)))
-        x = min(max(count, 0), ADC_COUNTS - 1) * SUBCOUNTS
-        y = x if y < 0 else (y + x) >> 1
-        out[i] = y
+        out[i] = min(max(count, 0), ADC_COUNTS - 1)
     return out
 
 
 @njit(cache=True, nogil=True)
-def force_counts(
+def force_readings(
     force: NDArray[np.float64],
     shares: NDArray[np.float64],
     p: VelostatParameters,
     noise: NDArray[np.float64],
     dt: float,
-) -> NDArray[np.int16]:
-    """Read one force array: one taxel a sample, row by row, each under a sliding mean.
+    felt: NDArray[np.float64],
+    first: int,
+) -> NDArray[np.uint16]:
+    """Read one force array: one taxel a sample, row by row.
 
     Parameters
     ----------
@@ -96,39 +94,41 @@ def force_counts(
         At the converter, V, shape (samples,).
     dt
         Sampling interval, s.
+    felt
+        What the sheet still feels of the past, N, changed in place: its quick
+        and its late part, shape (2, 6); zeros for an unloaded sheet.
+    first
+        Number of the first sample: sample i reads taxel i modulo 6.
 
     Returns
     -------
     ndarray
-        1/32 ADC counts, shape (samples, 6).
+        ADC counts, 0 to 1023, shape (samples,).
     """
-    out = np.empty((force.size, TAXELS), np.int16)
-    quick = np.zeros(TAXELS)
-    late = np.zeros(TAXELS)
-    # The device has been reading the unloaded sheet before the first sample.
-    open_hand = _divider_count(p, p.leak, p.leak, 0.0)
-    readings = np.full((TAXELS, FORCE_READINGS), open_hand)
-    taken = 0
+    out = np.empty(force.size, np.uint16)
+    quick, late = felt[0], felt[1]
     for i in range(force.size):
         for k in range(TAXELS):
             load = max(force[i] * shares[k] - p.threshold, 0.0)
             tau = p.rise if load > quick[k] else p.fall
             quick[k] += (load - quick[k]) * dt / tau
             late[k] += (load - late[k]) * dt / p.creep
-        taxel = i % TAXELS
+        taxel = (first + i) % TAXELS
         # Row neighbours: taxels 2r and 2r + 1 share a row.
         neighbour = taxel + 1 if taxel % 2 == 0 else taxel - 1
-        readings[taxel, taken] = _divider_count(
+        out[i] = _divider_count(
             p,
             _conductance(p, quick[taxel], late[taxel]),
             _conductance(p, quick[neighbour], late[neighbour]),
             noise[i],
         )
-        if taxel == TAXELS - 1:
-            taken = (taken + 1) % FORCE_READINGS
-        for k in range(TAXELS):
-            out[i, k] = readings[k].sum() * (SUBCOUNTS // FORCE_READINGS)
     return out
+
+
+@njit(cache=True, nogil=True)
+def open_reading(p: VelostatParameters) -> int:
+    """ADC count of every taxel of an unloaded sheet, without noise."""
+    return _divider_count(p, p.leak, p.leak, 0.0)
 
 
 @njit(cache=True, nogil=True)

@@ -1,0 +1,113 @@
+"""The microcontroller's filters against a plain reference, and whatever the blocks."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
+from pinches import drawn, simulated
+
+from firstcontact.core.errors import InputError
+from firstcontact.core.layout import ADC_COUNTS, SUBCOUNTS, TAXELS
+from firstcontact.twin.filter import FORCE_READINGS, ROUND, DeviceFilter
+from firstcontact.twin.objects import BLOCKS
+from firstcontact.twin.pinch import pinch_scans
+from firstcontact.twin.scans import read_scans, scan_bytes, write_scans
+from firstcontact.twin.sensor import open_reading
+
+TOP = (ADC_COUNTS - 1) * SUBCOUNTS
+
+
+def random_scans(seed: int, n: int) -> NDArray[np.uint16]:
+    rng = np.random.default_rng(seed)
+    scans = rng.integers(0, ADC_COUNTS, (n, 6)).astype(np.uint16)
+    scans[:, 4:] = rng.integers(0, 2, (n, 2))
+    return scans
+
+
+def reference(scans: NDArray[np.uint16]) -> list[list[int]]:
+    """The filters as one would write them down."""
+    out = []
+    for i, scan in enumerate(scans.tolist()):
+        row = [0] * 16
+        for f in range(2):
+            row[f] = scan[f] * SUBCOUNTS if i == 0 else (out[-1][f] + scan[f] * SUBCOUNTS) // 2
+            for k in range(TAXELS):
+                read = scans[k : i + 1 : TAXELS, 2 + f].tolist()
+                if read:
+                    last = ([read[0]] * FORCE_READINGS + read)[-FORCE_READINGS:]
+                    row[2 + 6 * f + k] = sum(last) * SUBCOUNTS // FORCE_READINGS
+            row[14 + f] = scan[4 + f]
+        out.append(row)
+    return out
+
+
+@given(st.integers(0, 2**32 - 1), st.lists(st.integers(0, 200), max_size=6))
+def test_any_blocks_give_the_plain_reference(seed: int, cuts: list[int]) -> None:
+    scans = random_scans(seed, 200)
+    device = DeviceFilter()
+    edges = [0, *sorted(cuts), 200]
+    out = np.concatenate([device.update(scans[a:b]) for a, b in pairwise(edges)])
+    assert out.dtype == np.int16
+    assert out.tolist() == reference(scans)
+
+
+@given(arrays(np.uint16, (60, 6), elements=st.sampled_from([0, ADC_COUNTS - 1])))
+def test_the_rails_stay_in_range(scans: NDArray[np.uint16]) -> None:
+    scans[:, 4:] = 0
+    out = DeviceFilter().update(scans)
+    assert 0 <= out.min() <= out.max() <= TOP
+
+
+def test_smoothing_is_the_float_one_within_one_subcount() -> None:
+    scans = random_scans(2, 4000)
+    y = np.empty(len(scans))
+    y[0] = scans[0, 0] * SUBCOUNTS
+    for i in range(1, y.size):
+        y[i] = y[i - 1] + 0.5 * (int(scans[i, 0]) * SUBCOUNTS - y[i - 1])
+    error = DeviceFilter().update(scans)[:, 0] - y
+    assert np.abs(error).max() <= 1
+    assert (error <= 0).all(), "rounding is down"
+
+
+def test_a_restart_forgets() -> None:
+    scans = random_scans(3, 100)
+    device = DeviceFilter()
+    device.update(random_scans(4, 77))
+    device.reset()
+    assert (device.update(scans) == DeviceFilter().update(scans)).all()
+
+
+def test_scans_of_another_shape_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"\(5, 16\)"):
+        DeviceFilter().update(np.zeros((5, 16), np.uint16))
+
+
+def test_a_simulated_pinch_is_its_scans_filtered_after_a_round_with_an_open_hand() -> None:
+    scans = pinch_scans(drawn(BLOCKS[1]))
+    before = np.repeat(scans[:1], ROUND, axis=0)
+    before[:, 2:4] = [open_reading(v) for v in drawn(BLOCKS[1]).velostat]
+    out = DeviceFilter().update(np.concatenate([before, scans]))[ROUND:]
+    assert (simulated(BLOCKS[1]).data == out).all()
+
+
+def test_scans_come_back_from_their_file(tmp_path: Path) -> None:
+    scans = random_scans(5, 100)
+    write_scans(tmp_path / "scans.bin", (scans[:30], scans[30:]))
+    assert (read_scans(tmp_path / "scans.bin") == scans).all()
+    first = scan_bytes(np.array([[1, 2, 3, 4, 0, 0x0102]], np.uint16))
+    assert first == b"\1\0\2\0\3\0\4\0\0\0\2\1"
+
+
+def test_a_file_of_scans_that_is_cut_off_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "scans.bin").write_bytes(bytes(13))
+    with pytest.raises(InputError, match=r"scans\.bin does not end with a whole record"):
+        read_scans(tmp_path / "scans.bin")
+    with pytest.raises(InputError, match="cannot be read"):
+        read_scans(tmp_path / "none.bin")

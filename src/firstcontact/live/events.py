@@ -54,7 +54,7 @@ class Estimated:
     duration
         Of the window, s.
     complete
-        Number of the sample that completed the window.
+        Number of the sample with which window and contact were both known.
     epoch
         Of the samples.
     case

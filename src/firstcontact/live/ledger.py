@@ -1,0 +1,102 @@
+"""The time ledger: where the milliseconds between a contact and its estimate went."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from firstcontact.live.events import Estimated
+
+#: Pinches that the figures are about: the last so many.
+KEPT = 10_000
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """Times of one estimate, s.
+
+    The device's clock counts samples; the host's clock begins when the last byte
+    of a block had been read.
+
+    Parameters
+    ----------
+    decide
+        Device: from the contact to the sample that decided it.
+    window
+        Device: from the contact to the sample that completed the window, the
+        filter's look-ahead included.
+    compute
+        Host: from having that sample to the estimate.
+    """
+
+    decide: float
+    window: float
+    compute: float
+
+    @property
+    def total(self) -> float:
+        """From the contact to the estimate, without the way through the cable, s."""
+        return self.window + self.compute
+
+
+class Ledger:
+    """Collects the times of a run.
+
+    Parameters
+    ----------
+    rate
+        Of the samples, Hz.
+    """
+
+    def __init__(self, rate: float) -> None:
+        self.rate = rate
+        self.entries: deque[Entry] = deque(maxlen=KEPT)
+        #: Estimates so far.
+        self.estimates = 0
+        #: Blocks that took longer to work on than their samples last.
+        self.overruns = 0
+        #: Blocks so far.
+        self.blocks = 0
+        #: Time spent on them, s.
+        self.busy = 0.0
+
+    def worked(self, spent: float, samples: int) -> None:
+        """Note that ``samples`` took ``spent`` s to work on."""
+        self.blocks += 1
+        self.busy += spent
+        self.overruns += spent * self.rate > samples
+
+    def add(self, estimate: Estimated) -> None:
+        """Note an estimate."""
+        contact = estimate.contact
+        self.estimates += 1
+        self.entries.append(
+            Entry(
+                (contact.decided - contact.sample) / self.rate,
+                (estimate.complete - contact.sample) / self.rate,
+                estimate.compute,
+            )
+        )
+
+    def summary(self) -> Mapping[str, float]:
+        """Figures so far: counts, and p50, p99 and max of each time, s."""
+        figures = {
+            "estimates": float(self.estimates),
+            "overruns": float(self.overruns),
+            "blocks": float(self.blocks),
+            "busy": self.busy,
+        }
+        if self.entries:
+            entries = list(self.entries)
+            for name in ("decide", "window", "compute", "total"):
+                values = np.array([getattr(e, name) for e in entries])
+                p50, p99 = np.percentile(values, [50, 99])
+                figures |= {
+                    f"{name}_p50": float(p50),
+                    f"{name}_p99": float(p99),
+                    f"{name}_max": float(values.max()),
+                }
+        return figures

@@ -1,0 +1,292 @@
+"""Samples in, contacts and estimates out: the objects of the study, fed block by block."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from firstcontact.contact.closing import Began, Closings, Ended, Went
+from firstcontact.contact.detector import Detector
+from firstcontact.core import (
+    Block,
+    Calibration,
+    ChannelKind,
+    Contact,
+    Finger,
+    InputError,
+    Layout,
+)
+from firstcontact.live.events import Armed, Case, Estimated, Event, PinchDone, Refused, Touched
+from firstcontact.live.ledger import Ledger
+from firstcontact.signal import samples_in
+from firstcontact.signal.windowing import ContactWindow, WindowStream
+
+if TYPE_CHECKING:
+    from firstcontact.stiffness import Model
+    from firstcontact.stiffness.interval import Interval
+
+#: A pinch is over so long after its first contact (or after the longest window, if
+#: that is longer), s: all offsets are shorter.
+AFTER = 0.2
+#: With no closing going on, samples are worked on in lots of this length, s.
+IDLE = 0.003
+
+
+@dataclass(frozen=True, slots=True)
+class Answerer:
+    """A model and the interval around its answers, None where it has none."""
+
+    model: Model
+    interval: Interval | None = None
+
+    def bounds(self, value: float) -> tuple[float, float, float]:
+        """Lower and upper bound of an answer, and the level of the interval."""
+        if self.interval is None:
+            return value, value, 0.0
+        return *self.interval.around(value), self.interval.level
+
+
+@dataclass(slots=True)
+class _Pinch:
+    """What is known of the closing that goes on."""
+
+    armed: int
+    epoch: int
+    windows: list[WindowStream]
+    end: int = 0
+    contacts: list[Contact] = field(default_factory=list)
+    estimates: list[Estimated] = field(default_factory=list)
+    strips: dict[Finger, int] = field(default_factory=dict)
+    open_strips: set[Finger] = field(default_factory=set)
+    refused: str = ""
+
+
+class Pipeline:
+    """Detects, cuts windows and estimates, as samples come.
+
+    A closing gives exactly what the same detector and models give offline for a
+    pinch that is cut out from where it began, whatever the blocks.
+
+    Parameters
+    ----------
+    layout
+        The columns of the blocks.
+    detector
+        Fitted or loaded.
+    answerers
+        Models, each for windows of its own length; an estimate comes as soon as
+        each window is complete.
+    calibration
+        With the noise floors of the fingers; without, a closing begins with each
+        epoch.
+    clock
+        Gives the host's time, s.
+
+    Raises
+    ------
+    InputError
+        A detector or model that is not for this layout.
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        detector: Detector,
+        answerers: Sequence[Answerer] = (),
+        calibration: Calibration | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        for answerer in answerers:
+            spec = answerer.model.spec
+            spec.require_rate(layout.rate)
+            if spec.channels != 1:
+                raise InputError(
+                    f"the model takes {spec.channels} channels and live windows have the one of "
+                    "the finger that touched: train a model on these"
+                )
+        self.layout = layout
+        self.ledger = Ledger(layout.rate)
+        self._answerers = sorted(answerers, key=lambda a: a.model.spec.samples)
+        self._closings = Closings(layout, detector, calibration)
+        self._clock = clock
+        longest = max((a.model.spec.duration for a in answerers), default=0.0)
+        self._after = samples_in(max(AFTER, 1.5 * longest), layout.rate)
+        self._idle = samples_in(IDLE, layout.rate)
+        self._strips = {f: layout.columns(ChannelKind.STRIP, f) for f in Finger}
+        self._pinch: _Pinch | None = None
+        self._number = 0
+        self._waiting: list[Block] = []
+        self._waiting_samples = 0
+
+    def update(self, block: Block, host: float) -> list[Event]:
+        """Take the next block.
+
+        Parameters
+        ----------
+        block
+            The samples.
+        host
+            When its last byte had been read, on the host's clock, s.
+
+        Returns
+        -------
+        list of Event
+            In order.
+        """
+        if self._waiting and (
+            self._waiting[-1].end != block.first_sample or self._waiting[-1].epoch != block.epoch
+        ):
+            events = self._work(host)
+        else:
+            events = []
+        self._waiting.append(block)
+        self._waiting_samples += len(block.data)
+        if self._closings.open or self._waiting_samples >= self._idle:
+            events += self._work(host)
+        return events
+
+    def finish(self) -> list[Event]:
+        """No more samples come: what is still known of the last pinch."""
+        events = self._work(self._clock()) if self._waiting else []
+        if self._pinch is not None:
+            events += self._end(self._closings.end, "the stream ended")
+        return events
+
+    def _work(self, host: float) -> list[Event]:
+        began = self._clock()
+        block = _joined(self._waiting)
+        self._waiting = []
+        self._waiting_samples = 0
+        events: list[Event] = []
+        for stage in self._closings.update(block):
+            match stage:
+                case Began():
+                    self._begin(stage)
+                    events.append(Armed(stage.sample, stage.epoch))
+                case Went():
+                    events += self._go_on(stage, host)
+                case Ended():
+                    why = "" if stage.whole else "samples were lost"
+                    events += self._end(stage.sample, why)
+        self.ledger.worked(self._clock() - began, len(block.data))
+        return events
+
+    def _begin(self, stage: Began) -> None:
+        windows = [WindowStream(self.layout, a.model.spec.duration) for a in self._answerers]
+        self._pinch = _Pinch(stage.sample, stage.epoch, windows)
+
+    def _go_on(self, went: Went, host: float) -> list[Event]:
+        pinch = self._pinch
+        if pinch is None:
+            return []
+        # By the sample that each became known with: the order is the same for all blocks.
+        events: list[tuple[int, Event]] = []
+        told = []
+        for contact in went.contacts:
+            if not pinch.contacts:
+                pinch.end = contact.sample + self._after
+                told = [contact]
+            elif contact.decided >= pinch.end:
+                continue
+            first = not pinch.contacts
+            pinch.contacts.append(contact)
+            events.append((contact.decided, Touched(contact, first, pinch.epoch, self._clock())))
+        self._watch_strips(pinch, went.block)
+        for answerer, stream in zip(self._answerers, pinch.windows, strict=True):
+            refused = stream.refused
+            for window in stream.update(went.block, told):
+                # A short window can be whole before its contact is decided.
+                known = max(window.complete, window.contact.decided)
+                events.append((known, self._estimate(pinch, answerer, window, known, host)))
+            if stream.refused > refused:
+                dead = self._refuse(pinch, "the window is not whole, or the piezo is dead")
+                events.append((went.block.end, dead))
+        events.sort(key=lambda known: known[0])
+        found = [event for _, event in events]
+        if pinch.contacts and went.block.end >= pinch.end:
+            found += self._end(pinch.end, "")
+        return found
+
+    def _estimate(
+        self, pinch: _Pinch, answerer: Answerer, window: ContactWindow, known: int, host: float
+    ) -> Estimated | Refused:
+        try:
+            value = answerer.model.predict_one(window.samples)
+        except InputError as error:
+            return self._refuse(pinch, str(error))
+        low, high, level = answerer.bounds(value)
+        others = pinch.contacts[1:]
+        late = any(c.decided <= known for c in others)
+        now = self._clock()
+        estimate = Estimated(
+            contact=window.contact,
+            value=value,
+            low=low,
+            high=high,
+            level=level,
+            duration=answerer.model.spec.duration,
+            complete=known,
+            epoch=pinch.epoch,
+            case=Case.TOO_LATE if late else Case.IN_TIME,
+            used=not late,
+            host=now,
+            compute=now - host,
+        )
+        pinch.estimates.append(estimate)
+        self.ledger.add(estimate)
+        return estimate
+
+    def _refuse(self, pinch: _Pinch, why: str) -> Refused:
+        pinch.refused = why
+        return Refused(pinch.contacts[0], why, pinch.epoch)
+
+    def _watch_strips(self, pinch: _Pinch, block: Block) -> None:
+        """Note where each strip closed for the first time in this closing."""
+        for finger, columns in self._strips.items():
+            if not columns or finger in pinch.strips:
+                continue
+            closed = block.data[:, columns[0]] > 0
+            if finger not in pinch.open_strips:
+                if closed.all():
+                    continue  # held since before this closing
+                pinch.open_strips.add(finger)
+                closed = closed & (np.cumsum(~closed) > 0)
+            if closed.any():
+                sample = block.first_sample + int(np.argmax(closed))
+                if not pinch.contacts or sample < pinch.end:
+                    pinch.strips[finger] = sample
+
+    def _end(self, sample: int, why: str) -> list[Event]:
+        pinch, self._pinch = self._pinch, None
+        if pinch is None or not pinch.contacts:
+            return []
+        events: list[Event] = []
+        if len(pinch.estimates) < len(self._answerers) and not pinch.refused:
+            events.append(self._refuse(pinch, why or "the closing ended before the window"))
+        self._number += 1
+        strips = sorted(pinch.strips.items(), key=lambda item: item[1])
+        events.append(
+            PinchDone(
+                number=self._number,
+                armed=pinch.armed,
+                end=sample,
+                epoch=pinch.epoch,
+                contacts=tuple(pinch.contacts),
+                strips=tuple((f, s) for f, s in strips),
+                estimates=tuple(pinch.estimates),
+                refused=pinch.refused,
+            )
+        )
+        return events
+
+
+def _joined(blocks: Sequence[Block]) -> Block:
+    """Blocks that follow one another, as one."""
+    if len(blocks) == 1:
+        return blocks[0]
+    data = np.concatenate([b.data for b in blocks])
+    return Block(data, blocks[0].first_sample, blocks[0].epoch)

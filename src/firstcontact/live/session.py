@@ -1,0 +1,184 @@
+"""A live session: a source, the pipeline, a recorder and whoever looks on."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from datetime import datetime
+from pathlib import Path
+
+from firstcontact.core import Calibration, Contact
+from firstcontact.device import Arrival, Source
+from firstcontact.device.recorder import Recorder
+from firstcontact.live.events import Event, PinchDone
+from firstcontact.live.fanout import Fanout
+from firstcontact.live.pipeline import Pipeline
+from firstcontact.live.sink import RecordingStatus, Sink, Update
+from firstcontact.recording import Header, PinchMark
+
+#: Longest wait for samples, s: how soon a stop is noticed.
+WAIT = 0.05
+#: Samples go to sinks together for so long, s; events at once.
+TOGETHER = 0.02
+
+#: Called in the session's own thread with each event as it happens.
+Actor = Callable[[Event], None]
+
+
+class Session:
+    """Runs a pipeline on a source until either ends; is what viewers control.
+
+    Parameters
+    ----------
+    source
+        Open.
+    pipeline
+        For the source's layout.
+    sinks
+        Viewers and other programs.
+    actors
+        Called with each event before anything else sees it; must be quick.
+    recordings
+        Folder for recordings that a viewer starts.
+    calibration
+        Goes into their headers.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        pipeline: Pipeline,
+        sinks: Sequence[Sink] = (),
+        actors: Sequence[Actor] = (),
+        recordings: Path = Path(),
+        calibration: Calibration | None = None,
+    ) -> None:
+        self.source = source
+        self.pipeline = pipeline
+        self.pinches = 0
+        self.fanout: Fanout | None = None
+        self._sinks = sinks
+        self._actors = actors
+        self._folder = recordings
+        self._calibration = calibration
+        self._recorder = Recorder()
+        self._stopping = threading.Event()
+        self._number = 0
+        self._from: tuple[int, int] | None = None
+        self._figures: Mapping[str, float] = {}
+
+    def run(self, seconds: float | None = None, pinches: int | None = None) -> None:
+        """Work until the source ends, :meth:`stop`, or one of these bounds.
+
+        Parameters
+        ----------
+        seconds
+            Longest time, s.
+        pinches
+            Most pinches.
+
+        Raises
+        ------
+        InputError
+            What the source raises.
+        """
+        self.fanout = Fanout(self._sinks, self.source.descriptor)
+        until = None if seconds is None else time.monotonic() + seconds
+        arrivals: list[Arrival] = []
+        events: list[Event] = []
+        told = time.monotonic()
+        try:
+            while not self._stopping.is_set() and (until is None or time.monotonic() < until):
+                new = self.source.read(WAIT)
+                if not new and self.source.ended:
+                    break
+                self._recorder.put(new)
+                if self._from is None and new:
+                    self._from = (new[0].block.epoch, new[0].block.first_sample)
+                found = [e for a in new for e in self._act(self.pipeline.update(a.block, a.host))]
+                arrivals += new
+                events += found
+                now = time.monotonic()
+                if found or now - told >= TOGETHER:
+                    self._tell(arrivals, events)
+                    arrivals, events, told = [], [], now
+                if pinches is not None and self.pinches >= pinches:
+                    break
+            self._tell(arrivals, events + self._act(self.pipeline.finish()))
+        finally:
+            try:
+                self._recorder.stop()
+            finally:
+                self.fanout.close()
+
+    def stop(self) -> None:
+        """Have :meth:`run` return soon; may be called from any thread."""
+        self._stopping.set()
+
+    def start_recording(self) -> Path:
+        """Begin a recording in the session's folder."""
+        path = self._folder / f"live-{datetime.now():%Y%m%d-%H%M%S}.mcap"
+        descriptor = self.source.descriptor
+        header = Header(
+            layout=descriptor.layout,
+            source=descriptor.source,
+            dtype=descriptor.dtype,
+            sensor=descriptor.sensor,
+            hand=descriptor.hand,
+            firmware=descriptor.firmware,
+            session=path.stem,
+            created=datetime.now().astimezone().isoformat(timespec="seconds"),
+            calibration=self._calibration,
+        )
+        self._folder.mkdir(parents=True, exist_ok=True)
+        self._number = 0
+        self._from = None
+        self._recorder.start(path, header)
+        return path
+
+    def stop_recording(self) -> None:
+        """Close the recording; nothing happens when none is running."""
+        self._recorder.stop()
+
+    def mark(self, text: str) -> None:
+        """Pin a word to the next sample."""
+        self.source.mark(text)
+
+    @property
+    def recording(self) -> RecordingStatus:
+        """What the recorder is doing."""
+        s = self._recorder.status
+        return RecordingStatus(s.path, s.samples, s.waiting, s.failed)
+
+    def _act(self, events: list[Event]) -> list[Event]:
+        for event in events:
+            for actor in self._actors:
+                actor(event)
+            if isinstance(event, PinchDone):
+                self.pinches += 1
+                self._note(event)
+        return events
+
+    def _note(self, done: PinchDone) -> None:
+        """Mark the pinch in the recording, if there is one; the strips are its truth."""
+        whole = self._from is not None and (done.epoch, done.armed) >= self._from
+        if self.recording.path is None or not whole:
+            return
+        truth = tuple(Contact(f, s, s) for f, s in done.strips)
+        self._recorder.mark(PinchMark(self._number, done.armed, done.end, done.epoch, truth=truth))
+        self._number += 1
+
+    def _tell(self, arrivals: list[Arrival], events: list[Event]) -> None:
+        assert self.fanout is not None
+        if any(isinstance(event, PinchDone) for event in events):
+            self._figures = self.pipeline.ledger.summary()
+        self.fanout.put(
+            Update(
+                tuple(arrivals),
+                tuple(events),
+                self.source.health,
+                self.recording,
+                self._figures,
+            )
+        )

@@ -1,0 +1,165 @@
+"""Live gives what offline gives, bit for bit, whatever the blocks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from streams import cut, offline, run, told
+
+from firstcontact.contact import Detector, ThresholdDetector
+from firstcontact.core import Block, Dataset, Finger, InputError, fingertip_layout
+from firstcontact.live.events import Case, Estimated, PinchDone, Refused, Touched
+from firstcontact.live.pipeline import Answerer, Pipeline
+
+LAYOUT = fingertip_layout()
+
+
+def blocks_of(dataset: Dataset) -> list[Block]:
+    """Each pinch an epoch, as a simulated recording has them."""
+    return [Block(p.data, p.first_sample, epoch) for epoch, p in enumerate(dataset.pinches)]
+
+
+def test_live_is_offline(fresh: Dataset, detector: Detector, answerers: list[Answerer]) -> None:
+    done = [
+        e
+        for e in run(Pipeline(LAYOUT, detector, answerers), blocks_of(fresh))
+        if isinstance(e, PinchDone)
+    ]
+    assert len(done) == len(fresh)
+    for live, pinch in zip(done, fresh.pinches, strict=True):
+        assert [e.duration for e in live.estimates] == [a.model.spec.duration for a in answerers]
+        for estimate, answerer in zip(live.estimates, answerers, strict=True):
+            first, value = offline(detector, answerer, pinch)
+            assert (live.contacts[0], estimate.value) == (first, value)
+
+
+@settings(max_examples=25)
+@given(data=st.data())
+def test_blocks_do_not_matter(
+    fresh: Dataset, detector: Detector, answerers: list[Answerer], data: st.DataObject
+) -> None:
+    some = fresh.take([0, 1, 2])
+    whole = told(run(Pipeline(LAYOUT, detector, answerers), blocks_of(some)))
+    pieces = []
+    for block in blocks_of(some):
+        edges = data.draw(st.lists(st.integers(1, len(block.data) - 1), max_size=60))
+        pieces += cut(block, edges)
+    assert told(run(Pipeline(LAYOUT, detector, answerers), pieces)) == whole
+
+
+@pytest.mark.parametrize("size", [1, 5, 14, 15, 16, 74, 494])
+def test_block_sizes_do_not_matter(
+    size: int, fresh: Dataset, detector: Detector, answerers: list[Answerer]
+) -> None:
+    some = fresh.take([3, 4])
+    whole = told(run(Pipeline(LAYOUT, detector, answerers), blocks_of(some)))
+    pieces = [p for b in blocks_of(some) for p in cut(b, list(range(size, len(b.data), size)))]
+    assert told(run(Pipeline(LAYOUT, detector, answerers), pieces)) == whole
+
+
+def test_truth_is_read_off_the_strips(fresh: Dataset, detector: Detector) -> None:
+    done = [
+        e for e in run(Pipeline(LAYOUT, detector), blocks_of(fresh)) if isinstance(e, PinchDone)
+    ]
+    for live, pinch in zip(done, fresh.pinches, strict=True):
+        assert [(f, s) for f, s in live.strips] == [(c.finger, c.sample) for c in pinch.truth]
+
+
+def test_an_estimate_says_whether_the_second_finger_was_there(
+    fresh: Dataset, detector: Detector, answerers: list[Answerer]
+) -> None:
+    events = run(Pipeline(LAYOUT, detector, answerers), blocks_of(fresh))
+    cases = set()
+    for done in (e for e in events if isinstance(e, PinchDone)):
+        for estimate in done.estimates:
+            known = [c for c in done.contacts[1:] if c.decided <= estimate.complete]
+            assert estimate.case is (Case.TOO_LATE if known else Case.IN_TIME)
+            assert estimate.used is (not known)
+            cases.add(estimate.case)
+    assert cases == set(Case)  # the offsets of these pinches give both
+
+
+def test_a_window_across_a_gap_is_refused(
+    fresh: Dataset, detector: Detector, answerers: list[Answerer]
+) -> None:
+    pinch = fresh.pinches[0]
+    contact = offline(detector, answerers[-1], pinch)[0]
+    at = contact.decided - pinch.first_sample + 2  # type: ignore[attr-defined]
+    before = Block(pinch.data[:at], pinch.first_sample)
+    after = Block(pinch.data[at + 3 :], pinch.first_sample + at + 3)
+    events = run(Pipeline(LAYOUT, detector, answerers[-1:]), [before, after])
+    assert not [e for e in events if isinstance(e, Estimated)]
+    refused = [e for e in events if isinstance(e, Refused)]
+    assert [r.reason for r in refused] == ["samples were lost"]
+    done = [e for e in events if isinstance(e, PinchDone)]
+    assert [d.refused for d in done] == ["samples were lost"]
+
+
+def test_a_stream_that_ends_early_says_so(
+    fresh: Dataset, detector: Detector, answerers: list[Answerer]
+) -> None:
+    pinch = fresh.pinches[0]
+    contact = offline(detector, answerers[-1], pinch)[0]
+    end = contact.decided - pinch.first_sample + 1  # type: ignore[attr-defined]
+    pipeline = Pipeline(LAYOUT, detector, answerers[-1:])
+    events = run(pipeline, [Block(pinch.data[:end], pinch.first_sample)])
+    assert [type(e) for e in events if isinstance(e, Touched | Refused | PinchDone)] == [
+        Touched,
+        Refused,
+        PinchDone,
+    ]
+    assert pipeline.finish() == []
+
+
+@pytest.mark.parametrize("level", [0, 16_384, 32_736], ids=["low rail", "flat", "high rail"])
+def test_a_dead_piezo_gives_no_estimate(
+    level: int, fresh: Dataset, detector: Detector, answerers: list[Answerer]
+) -> None:
+    pinch = fresh.pinches[0]
+    data = np.array(pinch.data)
+    data[:, pinch.truth[0].finger] = level
+    done = [
+        e
+        for e in run(Pipeline(LAYOUT, detector, answerers), [Block(data, 0)])
+        if isinstance(e, PinchDone | Estimated)
+    ]
+    # What the other finger feels later is not this finger's contact.
+    dead = Finger(pinch.truth[0].finger)
+    for event in done:
+        contacts = event.contacts if isinstance(event, PinchDone) else (event.contact,)
+        assert dead not in [c.finger for c in contacts]
+
+
+def test_motor_vibration_without_contact_says_nothing(
+    fresh: Dataset, detector: Detector, answerers: list[Answerer]
+) -> None:
+    quiet = [
+        Block(p.data[: p.truth[0].sample - p.first_sample], p.first_sample, i)
+        for i, p in enumerate(fresh.pinches)
+    ]
+    events = run(Pipeline(LAYOUT, detector, answerers), quiet)
+    assert not [e for e in events if isinstance(e, Touched | Estimated | PinchDone)]
+
+
+def test_a_model_for_another_rate_is_refused(detector: Detector, answerers: list[Answerer]) -> None:
+    from dataclasses import replace
+
+    with pytest.raises(InputError, match="4936"):
+        Pipeline(replace(LAYOUT, rate=8000.0), ThresholdDetector(), answerers)
+
+
+def test_the_ledger_adds_up(fresh: Dataset, detector: Detector, answerers: list[Answerer]) -> None:
+    ticks = iter(range(10**9))
+    pipeline = Pipeline(LAYOUT, detector, answerers[-1:], clock=lambda: float(next(ticks)))
+    events = run(pipeline, blocks_of(fresh))
+    estimates = [e for e in events if isinstance(e, Estimated)]
+    figures = pipeline.ledger.summary()
+    assert figures["estimates"] == len(estimates) > 0
+    assert figures["compute_max"] == max(e.host for e in estimates)
+    rate = LAYOUT.rate
+    waits = [(e.complete - e.contact.sample) / rate for e in estimates]
+    assert figures["window_max"] == max(waits)
+    # 74 samples and two of look-ahead after the contact's own.
+    assert min(waits) == pytest.approx(75 / rate)

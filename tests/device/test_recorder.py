@@ -1,0 +1,278 @@
+import os
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.core import Block, Channel, ChannelKind, Finger, InputError, Label, Layout
+from firstcontact.device import Arrival
+from firstcontact.device.recorder import Recorder
+from firstcontact.recording import Header, Marker, PinchMark, Recording, read_recording
+
+LAYOUT = Layout(
+    (
+        Channel("piezo_index", ChannelKind.PIEZO, Finger.INDEX, "V", 0.001),
+        Channel("piezo_thumb", ChannelKind.PIEZO, Finger.THUMB, "V", 0.001),
+    ),
+    2000.0,
+)
+HEADER = Header(LAYOUT, "synthetic")
+
+
+def counted(first: int, samples: int, epoch: int = 0) -> Block:
+    """A block that says its sample numbers: low and high bits."""
+    number = np.arange(first, first + samples, dtype=np.int64)
+    return Block(np.stack([number & 0x7FFF, number >> 15], axis=1).astype(np.int16), first, epoch)
+
+
+def arrivals(first: int, lengths: list[int], epoch: int = 0) -> Iterator[Arrival]:
+    """Blocks of these lengths, one after the other."""
+    for length in lengths:
+        yield Arrival(counted(first, length, epoch), 0.0)
+        first += length
+
+
+def check_numbers(recording: Recording) -> None:
+    for stretch in recording.stretches:
+        wanted = counted(stretch.first_sample, len(stretch.data)).data
+        assert np.array_equal(stretch.data, wanted)
+
+
+def wait_for(recorder: Recorder, done) -> None:
+    """Wait until its status is as wanted; the test's own time limit ends it."""
+    pause = threading.Event()
+    while not done(recorder.status):
+        pause.wait(0.01)
+
+
+@given(st.lists(st.integers(1, 700), min_size=1, max_size=30), st.integers(0, 3))
+def test_everything_put_is_in_the_file_whatever_the_blocks(lengths, epoch):
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "a.mcap"
+        with Recorder() as recorder:
+            recorder.start(path, HEADER)
+            for arrival in arrivals(50, lengths, epoch):
+                recorder.put([arrival])
+        recording = read_recording(path)
+    assert recorder.status.samples == sum(lengths)
+    assert (recorder.status.path, recorder.status.waiting, recorder.status.failed) == (None, 0, "")
+    assert [(s.first_sample, s.end, s.epoch) for s in recording.stretches] == [
+        (50, 50 + sum(lengths), epoch)
+    ]
+    check_numbers(recording)
+    assert recording.skipped == ()
+
+
+def test_gaps_epochs_marks_and_markers_stay_what_they_are(tmp_path):
+    path = tmp_path / "Größe 指.mcap"
+    mark = PinchMark(0, 10, 60, 0, Label("block 29", 29.0))
+    with Recorder() as recorder:
+        recorder.start(path, HEADER)
+        recorder.put(arrivals(0, [5] * 20))
+        recorder.mark(mark)
+        recorder.put([Arrival(counted(130, 10), 0.0, (Marker(133, "twin: block 29"),))])
+        recorder.put(arrivals(0, [5, 5], epoch=1))
+    recording = read_recording(path)
+    assert [(s.first_sample, s.end, s.epoch) for s in recording.stretches] == [
+        (0, 100, 0),
+        (130, 140, 0),
+        (0, 10, 1),
+    ]
+    assert recording.pinches == (mark,)
+    assert recording.markers == (Marker(133, "twin: block 29"),)
+    assert any("30 samples are missing in 1 gaps" in s for s in recording.skipped)
+
+
+def test_what_is_put_while_nothing_is_recorded_is_let_go(tmp_path):
+    recorder = Recorder()
+    recorder.put(arrivals(0, [100]))
+    recorder.mark(PinchMark(0, 0, 100))
+    recorder.stop()
+    assert (recorder.status.samples, recorder.status.waiting) == (0, 0)
+    recorder.start(tmp_path / "a.mcap", HEADER)
+    recorder.put(arrivals(100, [100]))
+    recorder.stop()
+    recorder.stop()
+    recorder.put(arrivals(200, [100]))
+    recording = read_recording(tmp_path / "a.mcap")
+    assert [(s.first_sample, s.end) for s in recording.stretches] == [(100, 200)]
+    assert recording.pinches == ()
+
+
+def test_one_after_the_other_and_never_two(tmp_path):
+    with Recorder() as recorder:
+        recorder.start(tmp_path / "a.mcap", HEADER)
+        recorder.put(arrivals(0, [10]))
+        with pytest.raises(InputError, match=r"a\.mcap is being recorded"):
+            recorder.start(tmp_path / "b.mcap", HEADER)
+        recorder.stop()
+        with pytest.raises(InputError, match="never overwritten"):
+            recorder.start(tmp_path / "a.mcap", HEADER)
+        recorder.start(tmp_path / "b.mcap", HEADER)
+        recorder.put(arrivals(0, [20]))
+    assert [read_recording(tmp_path / f"{n}.mcap").samples for n in "ab"] == [10, 20]
+
+
+def test_a_block_that_cannot_be_written_stops_only_the_recording(tmp_path):
+    with Recorder() as recorder:
+        recorder.start(tmp_path / "a.mcap", HEADER)
+        recorder.put(arrivals(0, [400]))
+        recorder.put([Arrival(Block(np.zeros((5, 3), np.int16), 400), 0.0)])
+        wait_for(recorder, lambda s: s.failed)
+        recorder.put(arrivals(405, [100]))
+        status = recorder.status
+        assert "2 columns" in status.failed
+        assert (status.path, status.waiting) == (None, 0)
+        recorder.start(tmp_path / "b.mcap", HEADER)
+        assert recorder.status.failed == ""
+    assert read_recording(tmp_path / "a.mcap").samples == 400
+
+
+@pytest.fixture
+def tiny_disk(tmp_path: Path) -> Iterator[Path]:
+    """A real file system of 64 kB."""
+    place = tmp_path / "tiny"
+    place.mkdir()
+    made = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", place], capture_output=True
+    )
+    if made.returncode:
+        pytest.skip("no tmpfs can be mounted here: that needs root and CAP_SYS_ADMIN")
+    yield place
+    subprocess.run(["umount", place], check=True)
+
+
+def fill(recorder: Recorder, path: Path) -> int:
+    """Record until the disk is full; how much was put."""
+    recorder.start(path, HEADER)
+    end = 0
+    while not recorder.status.failed:
+        recorder.put(arrivals(end, [64]))
+        end += 64
+    return end
+
+
+def check_full(recorder: Recorder, path: Path, put: int) -> None:
+    status = recorder.status
+    assert str(path) in status.failed
+    assert "make room" in status.failed
+    assert (status.path, status.waiting) == (None, 0)
+    recording = read_recording(path)
+    (stretch,) = recording.stretches
+    check_numbers(recording)
+    assert status.samples - 0.1 * LAYOUT.rate <= stretch.end <= put
+    assert any("not closed" in s for s in recording.skipped)
+
+
+def test_a_full_disk_stops_the_recording_with_an_error(tmp_path, tiny_disk):
+    with Recorder() as recorder:
+        put = fill(recorder, tiny_disk / "a.mcap")
+        # Whoever puts notices nothing, and the next recording goes elsewhere.
+        recorder.put(arrivals(put, [1000]))
+        check_full(recorder, tiny_disk / "a.mcap", put)
+        recorder.start(tmp_path / "b.mcap", HEADER)
+        recorder.put(arrivals(put + 1000, [1000]))
+    assert read_recording(tmp_path / "b.mcap").samples == 1000
+
+
+def test_a_file_at_its_limit_stops_the_recording_with_an_error(tmp_path):
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, before[1]))
+        with Recorder() as recorder:
+            put = fill(recorder, tmp_path / "a.mcap")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, ignored)
+    check_full(recorder, tmp_path / "a.mcap", put)
+
+
+def test_a_disk_that_hangs_keeps_nobody_waiting_and_loses_nothing(tmp_path):
+    recorder = Recorder()
+    works_again = threading.Event()
+    path = tmp_path / "a.mcap"
+    recorder.start(path, HEADER)
+    write = recorder._write
+
+    def hang(writer, piece):
+        works_again.wait()
+        write(writer, piece)
+
+    recorder._write = hang
+    for arrival in arrivals(0, [5] * 4000):
+        recorder.put([arrival])
+    assert recorder.status.waiting == 20_000
+    works_again.set()
+    recorder.stop()
+    recording = read_recording(path)
+    assert (recording.samples, recording.skipped) == (20_000, ())
+    check_numbers(recording)
+
+
+# Records as fast as it can and says how far it got; its parent kills it.
+RECORDING = """
+import os, sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[2])
+from test_recorder import HEADER, arrivals
+from firstcontact.device.recorder import Recorder
+recorder = Recorder()
+recorder.start(Path(sys.argv[1]), HEADER)
+end = 0
+while True:
+    recorder.put(arrivals(end, [37]))
+    end += 37
+    while recorder.status.waiting > 2000:
+        pass
+    os.write(1, b"%d\\n" % (end - recorder.status.waiting))
+"""
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_recorder_killed_anywhere_leaves_all_that_was_complete(tmp_path, seed):
+    path = tmp_path / "killed.mcap"
+    lines = int(np.random.default_rng(seed).integers(1, 1500))
+    command = [sys.executable, "-c", RECORDING, str(path), str(Path(__file__).parent)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as child:
+        assert child.stdout is not None
+        for _ in range(lines):
+            written = int(child.stdout.readline())
+        os.kill(child.pid, signal.SIGKILL)
+        rest = child.stdout.read().splitlines()[:-1]
+        written = max([written, *map(int, rest)])
+    recording = read_recording(path)
+    check_numbers(recording)
+    assert sum(s.first_sample != 0 for s in recording.stretches) == 0  # nothing is missing before
+    assert recording.samples >= written - 0.1 * LAYOUT.rate
+    assert any("not closed" in s for s in recording.skipped)
+
+
+@pytest.mark.slow
+def test_an_hour_at_full_rate_loses_nothing_and_holds_memory_flat(tmp_path):
+    path = tmp_path / "hour.mcap"
+    end, hour = 0, 3600 * 4936
+    early = 0
+    with Recorder() as recorder:
+        recorder.start(path, HEADER)
+        while end < hour:
+            recorder.put(arrivals(end, [5] * 40))
+            end += 200
+            if recorder.status.waiting > 20_000:  # faster than the clock: let it follow
+                wait_for(recorder, lambda s: s.waiting < 2_000)
+            if end == 4936 * 200:
+                early = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - early
+    assert grown < 4_000, f"{grown} kB more after the hour than after its first minutes"
+    recording = read_recording(path)
+    assert (recording.samples, recording.skipped) == (end, ())
+    check_numbers(recording)

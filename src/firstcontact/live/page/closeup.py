@@ -1,0 +1,87 @@
+"""The samples around the last first contact, each one."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+import numpy as np
+
+from firstcontact.core import Block, ChannelKind, Contact, Layout
+
+#: Shown before and after the contact, s.
+BEFORE = 0.005
+AFTER = 0.035
+#: Samples held for a contact that is told late, s.
+HELD = 0.5
+
+
+class Closeup:
+    """Fills itself as samples come, from before to after the contact.
+
+    Parameters
+    ----------
+    layout
+        Of the samples.
+    """
+
+    def __init__(self, layout: Layout) -> None:
+        self._layout = layout
+        self._piezo = layout.columns(ChannelKind.PIEZO)
+        self._before = round(BEFORE * layout.rate)
+        self._n = self._before + round(AFTER * layout.rate) + 1
+        self._blocks: deque[Block] = deque()
+        self._held = 0
+        self._trace = np.full((self._n, len(self._piezo)), np.nan)
+        self._contact: Contact | None = None
+        self._first = 0
+        self._epoch = -1
+        self._marks: list[dict[str, Any]] = []
+
+    def add(self, block: Block) -> bool:
+        """Take a block; whether the picture changed."""
+        self._blocks.append(block)
+        self._held += len(block.data)
+        while self._held - len(self._blocks[0].data) >= HELD * self._layout.rate:
+            self._held -= len(self._blocks.popleft().data)
+        return self._fill(block)
+
+    def begin(self, contact: Contact, epoch: int) -> None:
+        """Look at this contact from now on."""
+        self._contact, self._epoch = contact, epoch
+        self._first = contact.sample - self._before
+        self._trace[:] = np.nan
+        self._marks = []
+        self.mark(contact)
+        for block in self._blocks:
+            self._fill(block)
+
+    def mark(self, contact: Contact) -> None:
+        """Show a finger's contact in it."""
+        if self._contact is not None:
+            after = (contact.sample - self._contact.sample) / self._layout.rate
+            self._marks.append({"finger": int(contact.finger), "ms": round(1e3 * after, 2)})
+
+    def _fill(self, block: Block) -> bool:
+        if self._contact is None or block.epoch != self._epoch:
+            return False
+        start = max(block.first_sample, self._first)
+        end = min(block.end, self._first + self._n)
+        if start >= end:
+            return False
+        rows = block.data[start - block.first_sample : end - block.first_sample]
+        self._trace[start - self._first : end - self._first] = self._layout.physical(
+            rows, self._piezo
+        )
+        return True
+
+    def tree(self) -> dict[str, Any] | None:
+        """What the page draws: times in ms from the contact, values with None where none came."""
+        if self._contact is None:
+            return None
+        ms = (np.arange(self._n) - self._before) / self._layout.rate * 1e3
+        traces = [
+            [None if np.isnan(v) else round(float(v), 4) for v in self._trace[:, k]]
+            for k in range(len(self._piezo))
+        ]
+        return {"ms": [round(float(t), 3) for t in ms], "traces": traces, "marks": self._marks}

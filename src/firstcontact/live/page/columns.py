@@ -1,0 +1,100 @@
+"""Both traces, thinned so that no peak is lost: the least and the greatest of every few samples."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Block, ChannelKind, Layout
+
+#: What the page shows, s.
+SECONDS = 2.0
+#: Columns in it: what a good tablet has for a trace.
+COLUMNS = 1200
+
+
+class Columns:
+    """A ring of columns, each the least and the greatest of a few samples of each piezo.
+
+    Columns are counted from 0 and never again: a gap in the samples leaves
+    empty columns (NaN), and so does the beginning of another epoch.
+
+    Parameters
+    ----------
+    layout
+        Of the samples.
+    """
+
+    def __init__(self, layout: Layout) -> None:
+        self._layout = layout
+        self._piezo = layout.columns(ChannelKind.PIEZO)
+        #: Samples in a column.
+        self.samples = max(1, round(layout.rate * SECONDS / COLUMNS))
+        # A quarter more than is shown, so that a viewer that hiccups misses nothing.
+        shown = int(np.ceil(layout.rate * SECONDS / self.samples))
+        self._size = shown + shown // 4
+        self._ring = np.full((self._size, len(self._piezo), 2), np.nan, np.float32)
+        self._top = -1
+        self._epoch: int | None = None
+        self._origin = 0
+        self._base = 0
+        self._next = 0
+
+    @property
+    def end(self) -> int:
+        """One past the last complete column; the one at the top still grows."""
+        return max(self._top, 0)
+
+    @property
+    def first(self) -> int:
+        """The oldest column still held."""
+        return max(0, self._top - self._size + 1)
+
+    def add(self, block: Block) -> None:
+        """Take the samples of a block; those that came before are left out."""
+        if len(block.data) == 0:
+            return
+        if block.epoch != self._epoch:
+            self._epoch, self._origin = block.epoch, block.first_sample
+            # An empty column between two epochs: nothing is joined.
+            self._base = self._top + 2 if self._top >= 0 else 0
+            self._next = block.first_sample
+        late = max(0, self._next - block.first_sample)
+        values = self._layout.physical(block.data[late:], self._piezo).astype(np.float32)
+        if len(values) == 0:
+            return
+        samples = np.arange(block.first_sample + late, block.end)
+        self._next = block.end
+        place = self._base + (samples - self._origin) // self.samples
+        self._make_room(int(place[-1]))
+        starts = np.flatnonzero(np.diff(place, prepend=place[0] - 1))
+        low = np.fmin.reduceat(values, starts, axis=0)
+        high = np.fmax.reduceat(values, starts, axis=0)
+        held = place[starts] >= self.first
+        slots = place[starts][held] % self._size
+        self._ring[slots, :, 0] = np.fmin(self._ring[slots, :, 0], low[held])
+        self._ring[slots, :, 1] = np.fmax(self._ring[slots, :, 1], high[held])
+
+    def _make_room(self, top: int) -> None:
+        fresh = np.arange(max(self._top + 1, top - self._size + 1), top + 1)
+        self._ring[fresh % self._size] = np.nan
+        self._top = max(self._top, top)
+
+    def place(self, sample: int, epoch: int) -> float | None:
+        """Where a sample lies, in columns; None for one of another epoch."""
+        if epoch != self._epoch:
+            return None
+        return self._base + (sample - self._origin) / self.samples
+
+    def since(self, column: int) -> tuple[int, NDArray[np.float32]]:
+        """Complete columns from this one on, as far as they are still held.
+
+        Returns
+        -------
+        first : int
+            Number of the first one given.
+        ndarray
+            Shape (columns, piezos, 2): least and greatest, in the channel's unit.
+        """
+        first = min(max(column, self.first), self.end)
+        return first, self._ring[np.arange(first, self.end) % self._size]

@@ -1,0 +1,126 @@
+"""Who may see the page: this machine, or who has the token."""
+
+from __future__ import annotations
+
+import hmac
+import ipaddress
+import socket
+from dataclasses import dataclass
+from http import HTTPStatus
+from http.cookies import CookieError, SimpleCookie
+from urllib.parse import parse_qs, urlsplit
+
+from websockets.datastructures import Headers
+
+#: Characters that a token must have at least.
+TOKEN_LENGTH = 16
+
+
+class NotAllowedError(Exception):
+    """A request that gets no page: its HTTP status, and one sentence."""
+
+    def __init__(self, status: HTTPStatus, sentence: str) -> None:
+        super().__init__(sentence)
+        self.status = status
+        self.sentence = sentence
+
+
+def is_loopback(host: str) -> bool:
+    """Whether an address is of this machine only."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+@dataclass(frozen=True, slots=True)
+class Guard:
+    """Checks the head of every request, those for the socket too.
+
+    Parameters
+    ----------
+    host
+        Address that the page is served on, as it was asked for.
+    port
+        Its port.
+    token
+        What a viewer must know, or None: then only loopback names are served.
+    """
+
+    host: str
+    port: int
+    token: str | None
+
+    @property
+    def cookie(self) -> str:
+        """Name of the cookie that holds the token: cookies do not tell ports apart."""
+        return f"firstcontact-{self.port}"
+
+    def check(self, path: str, headers: Headers, websocket: bool) -> bool:
+        """Let a request pass.
+
+        Returns
+        -------
+        bool
+            Whether the token came in the URL, and should become a cookie.
+
+        Raises
+        ------
+        NotAllowedError
+            It comes under a name that is not ours (DNS rebinding), from another site's
+            page, or without the token.
+        """
+        served = headers.get_all("Host")
+        if len(served) != 1 or not self._ours(served[0]):
+            raise NotAllowedError(
+                HTTPStatus.FORBIDDEN, "This page is not served under that name: use its address."
+            )
+        if websocket:
+            # Browsers always name the page that opens a socket; other programs need not.
+            origins = headers.get_all("Origin")
+            if origins and origins != [f"http://{served[0]}"]:
+                raise NotAllowedError(
+                    HTTPStatus.FORBIDDEN, "Another site's page may not open this socket."
+                )
+        if self.token is None:
+            return False
+        given = parse_qs(urlsplit(path).query).get("token", [])
+        if len(given) == 1 and _same(given[0], self.token):
+            return True
+        if not _same(self._from_cookie(headers), self.token):
+            raise NotAllowedError(
+                HTTPStatus.UNAUTHORIZED,
+                "A token is needed: open the address that the command printed.",
+            )
+        return False
+
+    def _ours(self, served: str) -> bool:
+        try:
+            name = urlsplit(f"//{served}").hostname or ""
+        except ValueError:
+            return False
+        if is_loopback(name):
+            return True
+        if self.token is None:
+            return False
+        # Numbers cannot be made to point elsewhere; names only where they are this machine's.
+        here = socket.gethostname().lower()
+        try:
+            ipaddress.ip_address(name)
+        except ValueError:
+            return name in {self.host.lower(), here, f"{here}.local"}
+        return True
+
+    def _from_cookie(self, headers: Headers) -> str:
+        for line in headers.get_all("Cookie"):
+            try:
+                cookie = SimpleCookie(line).get(self.cookie)
+            except CookieError:
+                continue
+            if cookie is not None:
+                return cookie.value
+        return ""
+
+
+def _same(given: str, token: str) -> bool:
+    return hmac.compare_digest(given.encode(), token.encode())

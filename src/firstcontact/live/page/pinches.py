@@ -1,0 +1,112 @@
+"""The last pinches as rows of a table, and what was pinched in each, where somebody said."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from typing import Any
+
+from firstcontact.live.events import Estimated, PinchDone
+from firstcontact.recording import Marker, PinchMark
+
+#: Rows that are held.
+ROWS = 12
+
+
+def chosen(estimates: Sequence[Estimated]) -> Estimated | None:
+    """The estimate that was used, or the last one where none was."""
+    for estimate in estimates:
+        if estimate.used:
+            return estimate
+    return estimates[-1] if estimates else None
+
+
+def timing(estimate: Estimated, rate: float) -> dict[str, float]:
+    """From contact to estimate in its parts, ms.
+
+    The window and the wait for the sample that completed it are counted in the
+    device's samples, the computation by the host's clock.
+    """
+    until = 1e3 * (estimate.complete - estimate.contact.sample) / rate
+    window = min(1e3 * estimate.duration, until)
+    compute = 1e3 * estimate.compute
+    return {
+        "window": round(window, 3),
+        "wait": round(until - window, 3),
+        "compute": round(compute, 3),
+        "total": round(until + compute, 3),
+    }
+
+
+def value(estimate: Estimated) -> dict[str, float]:
+    """An estimate and its interval."""
+    return {
+        "value": round(estimate.value, 2),
+        "low": round(estimate.low, 2),
+        "high": round(estimate.high, 2),
+        "level": estimate.level,
+    }
+
+
+class Pinches:
+    """Rows of the last pinches, the newest last.
+
+    Parameters
+    ----------
+    rate
+        Of the samples, Hz.
+    """
+
+    def __init__(self, rate: float) -> None:
+        self._rate = rate
+        self._rows: deque[tuple[PinchDone, dict[str, Any]]] = deque(maxlen=ROWS)
+        self._words: deque[Marker] = deque(maxlen=ROWS)
+
+    def word(self, marker: Marker) -> None:
+        """A marker came: it names the pinch it lies in, or the next."""
+        self._words.append(marker)
+        for done, row in self._rows:
+            if done.epoch == marker.epoch and done.armed <= marker.sample < done.end:
+                row["object"] = marker.text
+
+    def label(self, mark: PinchMark) -> None:
+        """A replayed recording says what was pinched."""
+        for done, row in self._rows:
+            overlap = done.armed < mark.end and mark.first_sample < done.end
+            if overlap and done.epoch == mark.epoch and mark.label.object:
+                row["object"] = mark.label.object
+
+    def done(self, done: PinchDone) -> None:
+        """A pinch is over: one more row."""
+        estimate = chosen(done.estimates)
+        first = done.contacts[0] if done.contacts else None
+        second = done.contacts[1] if len(done.contacts) > 1 else None
+        offset = (
+            None
+            if first is None or second is None
+            else round(1e3 * (second.sample - first.sample) / self._rate, 2)
+        )
+        row = {
+            "number": done.number,
+            "object": self._spoken(done),
+            "finger": None if first is None else int(first.finger),
+            "estimate": None if estimate is None else value(estimate),
+            "ms": None if estimate is None else timing(estimate, self._rate)["total"],
+            "offset": offset,
+            "case": None if estimate is None else estimate.case.name,
+            "refused": done.refused,
+        }
+        self._rows.append((done, row))
+
+    def _spoken(self, done: PinchDone) -> str:
+        """The last marker since the pinch before this one."""
+        before = self._rows[-1][0] if self._rows else None
+        since = before.end if before is not None and before.epoch == done.epoch else 0
+        for marker in reversed(self._words):
+            if marker.epoch == done.epoch and since <= marker.sample < done.end:
+                return marker.text
+        return ""
+
+    def tree(self) -> list[dict[str, Any]]:
+        """The rows."""
+        return [row for _, row in self._rows]

@@ -1,0 +1,176 @@
+"""Serves the page's files and its socket, in one event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import socket
+import struct
+from collections.abc import Mapping
+from contextlib import suppress
+from http import HTTPStatus
+from typing import Any
+
+from websockets.asyncio.server import ServerConnection, serve
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+from firstcontact.live.page.commands import obey
+from firstcontact.live.page.guard import Guard, NotAllowedError
+from firstcontact.live.page.state import State
+from firstcontact.live.sink import Controls
+
+#: Between two messages to a viewer, s.
+TICK = 0.05
+#: Viewers at a time; what each costs is small, and bounded by this.
+VIEWERS = 16
+#: A viewer that takes nothing for this long is let go, s.
+PATIENCE = 10.0
+#: Bytes that wait for one viewer before it skips.
+WAITING_BYTES = 32_768
+#: Longest message of a viewer, bytes.
+LONGEST = 4096
+SOCKET = "/socket"
+_HEAD = struct.Struct("<IId")
+_SAFE = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
+        "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    ),
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-cache",
+}
+
+
+class PageServer:
+    """The page for as long as :meth:`run` runs.
+
+    Parameters
+    ----------
+    state
+        What is shown.
+    guard
+        Who may see it.
+    files
+        What is served: content type and bytes, by path.
+    controls
+        What viewers may ask for, None for nothing.
+    """
+
+    def __init__(
+        self,
+        state: State,
+        guard: Guard,
+        files: Mapping[str, tuple[str, bytes]],
+        controls: Controls | None,
+    ) -> None:
+        self._state = state
+        self._guard = guard
+        self._files = files
+        self._controls = controls
+        self._viewers = 0
+        # The log of a library is not a place where users look.
+        self._log = logging.getLogger("firstcontact.page")
+        self._log.setLevel(logging.CRITICAL)
+
+    async def run(self, listening: socket.socket, stop: asyncio.Event) -> None:
+        """Serve until ``stop`` is set; then viewers are told and let go."""
+        server = serve(
+            self._view,
+            sock=listening,
+            process_request=self._answer,
+            server_header=None,
+            compression=None,
+            logger=self._log,
+            open_timeout=3,
+            close_timeout=1,
+            ping_interval=PATIENCE / 2,
+            ping_timeout=PATIENCE,
+            max_size=LONGEST,
+            max_queue=4,
+            write_limit=WAITING_BYTES,
+        )
+        async with server:
+            await stop.wait()
+
+    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
+        path = request.path.partition("?")[0]
+        websocket = path == SOCKET
+        try:
+            fresh = self._guard.check(request.path, request.headers, websocket)
+        except NotAllowedError as error:
+            return _response(error.status, "text/plain; charset=utf-8", error.sentence.encode())
+        if websocket:
+            if self._viewers >= VIEWERS:
+                sentence = f"{VIEWERS} viewers are watching: close one of them."
+                return _plain(HTTPStatus.SERVICE_UNAVAILABLE, sentence)
+            return None
+        if path not in self._files:
+            return _plain(HTTPStatus.NOT_FOUND, "There is no such page.")
+        response = _response(HTTPStatus.OK, *self._files[path])
+        if fresh:
+            response.headers["Set-Cookie"] = (
+                f"{self._guard.cookie}={self._guard.token}; Path=/; HttpOnly; SameSite=Strict"
+            )
+        return response
+
+    async def _view(self, connection: ServerConnection) -> None:
+        self._viewers += 1
+        try:
+            async with asyncio.TaskGroup() as both:
+                telling = both.create_task(self._tell(connection))
+                async for message in connection:
+                    answer = await obey(message, self._controls)
+                    await self._send(connection, json.dumps({"answer": answer}))
+                telling.cancel()
+        except* (ConnectionClosed, TimeoutError):
+            pass
+        finally:
+            self._viewers -= 1
+
+    async def _tell(self, connection: ServerConnection) -> None:
+        """Give a viewer what it has not seen, at its own pace."""
+        await self._send(connection, json.dumps({"hello": self._state.hello}))
+        seen: dict[str, int] = {}
+        column, skipped = -1, 0
+        about: dict[str, Any] = {}
+        while True:
+            first, values = self._state.columns(max(column, 0))
+            if column >= 0:
+                skipped += first - column
+            column = first + len(values)
+            parts = self._state.changed(seen)
+            now = {"viewers": self._viewers, "skipped": skipped}
+            if now != about:
+                parts["viewer"] = about = now
+            if len(values):
+                head = _HEAD.pack(values.shape[0], values.shape[1], first)
+                await self._send(connection, head + values.astype("<f4").tobytes())
+            if parts:
+                await self._send(connection, json.dumps(parts))
+            await asyncio.sleep(TICK)
+
+    async def _send(self, connection: ServerConnection, message: str | bytes) -> None:
+        try:
+            async with asyncio.timeout(PATIENCE):
+                await connection.send(message)
+        except TimeoutError:
+            # It does not read: no closing handshake, which it would not read either.
+            with suppress(AttributeError):
+                connection.transport.abort()
+            raise
+
+
+def _plain(status: HTTPStatus, sentence: str) -> Response:
+    return _response(status, "text/plain; charset=utf-8", sentence.encode())
+
+
+def _response(status: HTTPStatus, kind: str, body: bytes) -> Response:
+    headers = Headers(
+        **{"Content-Type": kind, "Content-Length": str(len(body)), "Connection": "close", **_SAFE}
+    )
+    return Response(status.value, status.phrase, headers, body)

@@ -1,0 +1,179 @@
+"""What the page shows now: parts that change one by one, for viewers that come and go."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import asdict
+from threading import Lock
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import ChannelKind, Finger
+from firstcontact.device import Arrival, Descriptor
+from firstcontact.live.events import Estimated, Event, PinchDone, Refused, Touched
+from firstcontact.live.page.closeup import Closeup
+from firstcontact.live.page.columns import SECONDS, Columns
+from firstcontact.live.page.pinches import Pinches, timing, value
+from firstcontact.live.sink import RecordingStatus, Update
+
+#: Mean time from the first to the second contact, as published, ms.
+BUDGET_MS = 16.65
+#: Contact marks that are held: more than two seconds have.
+MARKS = 64
+#: Force is shown as the mean of this long, s.
+FORCE_SECONDS = 0.02
+
+
+class State:
+    """The latest of everything; one thread fills it, another reads it.
+
+    A part is a JSON tree with a count of its changes, so that a viewer is
+    told only what it has not seen, however long it was away.
+
+    Parameters
+    ----------
+    descriptor
+        Of the source.
+    landmarks
+        Shore A of known objects, by name.
+    controls
+        Whether viewers may record and mark.
+    """
+
+    def __init__(
+        self, descriptor: Descriptor, landmarks: Mapping[str, float], controls: bool
+    ) -> None:
+        layout = descriptor.layout
+        self._layout = layout
+        self._lock = Lock()
+        self._columns = Columns(layout)
+        self._closeup = Closeup(layout)
+        self._pinches = Pinches(layout.rate)
+        self._marks: deque[dict[str, Any]] = deque(maxlen=MARKS)
+        self._now: dict[str, Any] = {}
+        self._first_contact: Touched | None = None
+        self._parts: dict[str, tuple[int, Any]] = {}
+        self._taxels = {f: layout.columns(ChannelKind.FORCE, f) for f in Finger}
+        piezo = layout.columns(ChannelKind.PIEZO)
+        force = layout.columns(ChannelKind.FORCE)
+        #: What does not change while the source is open.
+        self.hello: dict[str, Any] = {
+            "source": descriptor.source,
+            "sensor": descriptor.sensor,
+            "hand": descriptor.hand,
+            "firmware": descriptor.firmware,
+            "rate": layout.rate,
+            "fingers": [int(f) for f in layout.piezo_fingers],
+            "unit": layout.channels[piezo[0]].unit,
+            "force_unit": layout.channels[force[0]].unit if force else "",
+            "force_fingers": [int(f) for f, columns in self._taxels.items() if columns],
+            "column_samples": self._columns.samples,
+            "seconds": SECONDS,
+            "budget_ms": BUDGET_MS,
+            "landmarks": {name: float(shore) for name, shore in landmarks.items()},
+            "controls": controls,
+        }
+
+    def take(self, update: Update) -> None:
+        """Put in what came."""
+        with self._lock:
+            for arrival in update.arrivals:
+                self._arrive(arrival)
+            for event in update.events:
+                self._happen(event)
+            self._put("health", asdict(update.health))
+            self._put("recording", _recording(update.recording))
+            self._put("ledger", {k: float(v) for k, v in update.ledger.items()})
+
+    def _put(self, part: str, tree: Any) -> None:
+        count, before = self._parts.get(part, (0, None))
+        if count == 0 or tree != before:
+            self._parts[part] = count + 1, tree
+
+    def _arrive(self, arrival: Arrival) -> None:
+        block = arrival.block
+        self._columns.add(block)
+        if self._closeup.add(block):
+            self._put("closeup", self._closeup.tree())
+        for marker in arrival.markers:
+            self._pinches.word(marker)
+        for mark in arrival.pinches:
+            self._pinches.label(mark)
+        if arrival.markers or arrival.pinches:
+            self._put("pinches", [dict(row) for row in self._pinches.tree()])
+        if len(block.data):
+            recent = block.data[-max(1, round(FORCE_SECONDS * self._layout.rate)) :]
+            self._put("force", {int(f): self._force(recent, c) for f, c in self._taxels.items()})
+
+    def _force(self, data: NDArray[Any], columns: tuple[int, ...]) -> list[float]:
+        """Mean of each taxel, in the order of their places, row by row."""
+        ordered = sorted(columns, key=lambda c: self._layout.channels[c].taxel or 0)
+        mean = self._layout.physical(data, tuple(ordered)).mean(axis=0)
+        return [round(float(v), 3) for v in mean] if np.isfinite(mean).all() else []
+
+    def _happen(self, event: Event) -> None:
+        match event:
+            case Touched():
+                self._touched(event)
+            case Estimated():
+                self._now = {
+                    "estimate": value(event),
+                    "finger": int(event.contact.finger),
+                    "timing": timing(event, self._layout.rate),
+                    "case": event.case.name,
+                    "used": event.used,
+                    "second": self._now.get("second"),
+                }
+                self._put("now", self._now)
+            case Refused():
+                self._now = {"refused": event.reason, "finger": int(event.contact.finger)}
+                self._put("now", self._now)
+            case PinchDone():
+                self._pinches.done(event)
+                self._put("pinches", [dict(row) for row in self._pinches.tree()])
+            case _:
+                pass
+
+    def _touched(self, event: Touched) -> None:
+        contact = event.contact
+        place = self._columns.place(contact.sample, event.epoch)
+        if place is not None:
+            self._marks.append(
+                {"at": round(place, 2), "finger": int(contact.finger), "first": event.first}
+            )
+            self._put("marks", list(self._marks))
+        if event.first:
+            self._first_contact = event
+            self._now = {"finger": int(contact.finger)}
+            self._closeup.begin(contact, event.epoch)
+        else:
+            self._closeup.mark(contact)
+            if self._first_contact is not None and self._first_contact.epoch == event.epoch:
+                after = contact.sample - self._first_contact.contact.sample
+                self._now = {**self._now, "second": round(1e3 * after / self._layout.rate, 2)}
+        self._put("now", self._now)
+        self._put("closeup", self._closeup.tree())
+
+    def changed(self, seen: dict[str, int]) -> dict[str, Any]:
+        """Parts that changed since ``seen``, which is brought up to date."""
+        with self._lock:
+            new = {k: v for k, v in self._parts.items() if seen.get(k) != v[0]}
+        seen.update({k: count for k, (count, _) in new.items()})
+        return {k: tree for k, (_, tree) in new.items()}
+
+    def columns(self, since: int) -> tuple[int, NDArray[np.float32]]:
+        """Columns of the traces, as :meth:`Columns.since`."""
+        with self._lock:
+            return self._columns.since(since)
+
+
+def _recording(status: RecordingStatus) -> dict[str, Any]:
+    return {
+        "name": None if status.path is None else status.path.name,
+        "samples": status.samples,
+        "waiting": status.waiting,
+        "failed": status.failed,
+    }

@@ -96,7 +96,7 @@ def test_live_is_offline(cuts, position, finger):
     p = pinch()
     told = contact(position, finger)
     offline, _ = contact_windows(Dataset((p,)), [told], DURATION)
-    stream = WindowStream(LAYOUT, DURATION)
+    stream = WindowStream(LAYOUT, [DURATION])
     edges = [0, *sorted(cuts), 600]
     windows = []
     open_ = True
@@ -115,7 +115,7 @@ def test_live_is_offline(cuts, position, finger):
 @pytest.mark.parametrize("change", [{"first_sample": FIRST + 341}, {"epoch": 1}])
 def test_no_window_across_a_gap(change):
     p = pinch()
-    stream = WindowStream(LAYOUT, DURATION)
+    stream = WindowStream(LAYOUT, [DURATION])
     assert stream.update(Block(p.data[:340], FIRST), [contact(300)]) == []
     after = Block(p.data[340:], FIRST + 340)
     assert stream.update(replace(after, **change)) == []
@@ -124,7 +124,7 @@ def test_no_window_across_a_gap(change):
 
 def test_a_long_stream_is_forgotten_but_contacts_are_served():
     p = pinch(20_000)
-    stream = WindowStream(LAYOUT, DURATION)
+    stream = WindowStream(LAYOUT, [DURATION])
     done = []
     for a in range(0, 20_000, 15):
         news = [contact(a)] if a % 3000 == 1500 else []
@@ -136,12 +136,12 @@ def test_a_long_stream_is_forgotten_but_contacts_are_served():
 
 
 def test_latency_counts_the_window_and_the_lookahead():
-    assert WindowStream(LAYOUT, DURATION).latency == pytest.approx(0.015 + 2 / 4936)
+    assert WindowStream(LAYOUT, [DURATION]).latency == pytest.approx(0.015 + 2 / 4936)
 
 
 def test_a_contact_told_too_late_is_refused():
     p = pinch(20_000)
-    stream = WindowStream(LAYOUT, DURATION)
+    stream = WindowStream(LAYOUT, [DURATION])
     for a in range(0, 20_000, 100):
         stream.update(Block(p.data[a : a + 100], FIRST + a))
     assert stream.update(Block(p.data[:0], FIRST + 20_000), [contact(30)]) == []

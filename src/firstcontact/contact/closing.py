@@ -69,6 +69,7 @@ class Closings:
     ) -> None:
         detector.start(layout)
         self._layout = layout
+        self._fingers = len(layout.piezo_fingers)
         self._detector = detector
         self._gate = ClosingGate(layout, calibration)
         self._open = False
@@ -114,7 +115,7 @@ class Closings:
             piece = Block(block.data[first : stop - block.first_sample], start, block.epoch)
             contacts: list[Contact] = []
             # With both fingers on the object there is nothing left to detect.
-            if self._latched < len(self._layout.piezo_fingers):
+            if self._latched < self._fingers:
                 contacts = self._detector.update(piece)
                 self._latched += len(contacts)
             stages.append(Went(piece, tuple(contacts)))

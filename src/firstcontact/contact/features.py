@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -20,16 +21,32 @@ def feature_count(step: int) -> int:
     return step + COARSE + 6 * PARTS + 2
 
 
-def _means(x: NDArray[np.float64], edges: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Mean between neighbouring edges, shape (windows, parts)."""
-    sums = np.add.reduceat(x, edges[:-1], axis=1)
-    out: NDArray[np.float64] = sums / np.diff(edges)
+@dataclass(frozen=True, slots=True, eq=False)
+class _Edges:
+    """Where parts of a window begin, and how many samples each has."""
+
+    starts: NDArray[np.intp]
+    widths: NDArray[np.intp]
+
+
+def _means(x: NDArray[np.float64], edges: _Edges) -> NDArray[np.float64]:
+    """Mean of each part along the last axis."""
+    out: NDArray[np.float64] = np.add.reduceat(x, edges.starts, axis=-1) / edges.widths
     return out
 
 
 @lru_cache(maxsize=64)
-def _edges(start: int, stop: int, parts: int) -> NDArray[np.intp]:
-    return np.linspace(start, stop, parts + 1).astype(np.intp)
+def _edges(start: int, stop: int, parts: int) -> _Edges:
+    edges = np.linspace(start, stop, parts + 1).astype(np.intp)
+    return _Edges(edges[:-1], np.diff(edges))
+
+
+@lru_cache(maxsize=64)
+def _loudness_edges(quiet: int, new: int, n: int) -> _Edges:
+    """Three quiet parts, and three of each recent step."""
+    parts = [_edges(*span, PARTS) for span in ((0, quiet), (quiet, new), (new, n))]
+    starts, widths = ([getattr(p, name) for p in parts] for name in ("starts", "widths"))
+    return _Edges(np.concatenate(starts), np.concatenate(widths))
 
 
 def window_features(windows: NDArray[np.float64], step: int) -> NDArray[np.float64]:
@@ -56,21 +73,17 @@ def window_features(windows: NDArray[np.float64], step: int) -> NDArray[np.float
     ndarray
         Shape (windows, :func:`feature_count`).
     """
-    n = windows.shape[1]
+    count, n = windows.shape
     new, quiet = n - step, n - 2 * step
-    centred = windows - windows[:, :quiet].mean(axis=1, keepdims=True)
-    slope = np.zeros_like(centred)
+    # The signal, and below it its differences: what follows is done to both at once.
+    both = np.zeros((2, count, n))
+    centred, slope = both
+    np.subtract(windows, windows[:, :quiet].mean(axis=1, keepdims=True), out=centred)
     np.subtract(centred[:, 1:], centred[:, :-1], out=slope[:, 1:])
-    edges = np.concatenate(
-        [_edges(0, quiet, PARTS), _edges(quiet, new, PARTS)[1:], _edges(new, n, PARTS)[1:]]
-    )
-    loudness = [np.log(np.sqrt(_means(x**2, edges)) + FLOOR) for x in (centred, slope)]
-    peaks = [
-        np.log(np.abs(x[:, quiet:]).max(axis=1, keepdims=True) + FLOOR)
-        - np.log(np.abs(x[:, :quiet]).max(axis=1, keepdims=True) + FLOOR)
-        for x in (centred, slope)
-    ]
+    loudness = np.log(np.sqrt(_means(both**2, _loudness_edges(quiet, new, n))) + FLOOR)
+    tops = np.log(np.maximum.reduceat(np.abs(both), (0, quiet), axis=2) + FLOOR)
+    peaks = tops[:, :, 1] - tops[:, :, 0]
     before = _means(centred[:, :new], _edges(quiet, new, COARSE))
     return np.concatenate(
-        [np.arcsinh(centred[:, new:]), np.arcsinh(before), *loudness, *peaks], axis=1
+        [np.arcsinh(centred[:, new:]), np.arcsinh(before), *loudness, peaks.T], axis=1
     )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core.block import Block
 from firstcontact.core.calibration import Calibration
-from firstcontact.core.layout import ChannelKind, Layout
+from firstcontact.core.layout import ChannelKind, Layout, Physical
 from firstcontact.signal import samples_in
 
 #: Length of a step, s: the grid on which a closing can begin or end.
@@ -73,9 +73,9 @@ class ClosingGate:
     """
 
     def __init__(self, layout: Layout, calibration: Calibration | None) -> None:
-        self._layout = layout
         self._piezo = layout.columns(ChannelKind.PIEZO)
         self._force = layout.columns(ChannelKind.FORCE)
+        self._volts = Physical(layout, self._piezo + self._force)
         floors = [calibration.noise(f) if calibration else None for f in layout.piezo_fingers]
         known = [f for f in floors if f is not None]
         self._limit = RUNNING * np.array(known) if len(known) == len(floors) else None
@@ -128,7 +128,7 @@ class ClosingGate:
         self._held = -STEPS  # last step in which something was held
 
     def _watch(self, block: Block) -> list[GateEvent]:
-        volts = self._layout.physical(block.data, self._piezo + self._force)
+        volts = self._volts(block.data)
         waiting = np.concatenate([self._waiting, volts])
         steps = len(waiting) // self._step
         used = steps * self._step

@@ -15,7 +15,7 @@ from firstcontact.contact.detector import Verdicts, latch
 from firstcontact.contact.onset import pick_onset
 from firstcontact.core.block import Block
 from firstcontact.core.errors import InputError
-from firstcontact.core.layout import ChannelKind, Finger, Layout
+from firstcontact.core.layout import ChannelKind, Finger, Layout, Physical
 from firstcontact.core.pinch import Contact, Dataset
 from firstcontact.signal import missing_smoothing, samples_in
 
@@ -111,6 +111,8 @@ class WindowDetector(ABC):
             raise InputError("the layout has no piezo channel: contacts cannot be detected in it")
         self._layout = layout
         self._columns = layout.columns(ChannelKind.PIEZO)
+        self._fingers = layout.piezo_fingers
+        self._volts = Physical(layout, self._columns)
         self._sizes = self.sizes(layout.rate)
         self._latched: set[Finger] = set()
         self._epoch = 0
@@ -130,9 +132,12 @@ class WindowDetector(ABC):
         if block.epoch != self._epoch:
             self._epoch = block.epoch
             self._restart(block.first_sample)
-        volts = self._layout.physical(block.data, self._columns)
+        volts = self._volts(block.data)
         parts = []
-        for first, run in _finite_runs(volts, block.first_sample):
+        # Integers are always finite, and a block as it comes live is short.
+        short = 0 < len(volts) <= PIECE and block.data.dtype.kind == "i"
+        runs = [(block.first_sample, volts)] if short else _finite_runs(volts, block.first_sample)
+        for first, run in runs:
             if first != self._next:
                 self._restart(first)
             parts.append(self._judge_run(run))
@@ -145,7 +150,7 @@ class WindowDetector(ABC):
 
     def update(self, block: Block) -> list[Contact]:
         """Contacts that this block makes known, each finger once per closing."""
-        return latch(self.judge(block), self._layout.piezo_fingers, self._latched)
+        return latch(self.judge(block), self._fingers, self._latched)
 
     def _judge_run(self, volts: NDArray[np.float64]) -> Verdicts:
         sizes = self._sizes
@@ -160,7 +165,7 @@ class WindowDetector(ABC):
             return Verdicts(np.zeros(0, np.int64), none.astype(np.bool_), none.astype(np.int64))
         starts = ends - sizes.window - self._past_first
         inside = starts[:, None] + np.arange(sizes.window)
-        windows = self._state.normalise(self._past[inside])
+        windows = self._state.normalise(self._past)[inside]
         windows = np.ascontiguousarray(windows.transpose(0, 2, 1))
         fired = self.fires(windows) & self._state.alive
         onsets = np.full(fired.shape, -1, dtype=np.int64)

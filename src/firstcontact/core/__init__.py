@@ -3,7 +3,14 @@
 from firstcontact.core.block import Block
 from firstcontact.core.calibration import Calibration, ForceCurve, PiezoCalibration
 from firstcontact.core.errors import InputError
-from firstcontact.core.layout import Channel, ChannelKind, Finger, Layout, fingertip_layout
+from firstcontact.core.layout import (
+    Channel,
+    ChannelKind,
+    Finger,
+    Layout,
+    Physical,
+    fingertip_layout,
+)
 from firstcontact.core.pinch import Contact, Dataset, Label, Pinch, Role
 
 __all__ = [
@@ -18,6 +25,7 @@ __all__ = [
     "InputError",
     "Label",
     "Layout",
+    "Physical",
     "PiezoCalibration",
     "Pinch",
     "Role",

@@ -116,11 +116,7 @@ class Layout:
         ndarray
             Shape (samples, len(columns)).
         """
-        chosen = [self.channels[i] for i in columns]
-        offset = np.array([c.offset for c in chosen], dtype=np.float64)
-        scale = np.array([c.scale for c in chosen], dtype=np.float64)
-        raw: NDArray[np.float64] = data[:, list(columns)].astype(np.float64)
-        return (raw - offset) * scale
+        return Physical(self, columns)(data)
 
     def to_json(self) -> dict[str, Any]:
         """A JSON-ready form."""
@@ -134,6 +130,31 @@ class Layout:
             for c in tree["channels"]
         )
         return cls(channels, float(tree["rate"]), float(tree["smoothing_alpha"]))
+
+
+class Physical:
+    """Takes columns of raw samples to their physical units; made once for many blocks.
+
+    Parameters
+    ----------
+    layout
+        Whose columns.
+    columns
+        Which.
+    """
+
+    def __init__(self, layout: Layout, columns: tuple[int, ...]) -> None:
+        chosen = [layout.channels[i] for i in columns]
+        self._columns = list(columns)
+        self._offset = np.array([c.offset for c in chosen], dtype=np.float64)
+        self._scale = np.array([c.scale for c in chosen], dtype=np.float64)
+
+    def __call__(self, data: NDArray[Any]) -> NDArray[np.float64]:
+        """Raw samples (samples, channels) to (samples, columns)."""
+        raw: NDArray[np.float64] = data[:, self._columns].astype(np.float64)
+        raw -= self._offset
+        raw *= self._scale
+        return raw
 
 
 def fingertip_layout() -> Layout:

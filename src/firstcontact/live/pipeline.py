@@ -56,7 +56,8 @@ class _Pinch:
 
     armed: int
     epoch: int
-    windows: list[WindowStream]
+    windows: WindowStream
+    asked: int  # windows still to come
     end: int = 0
     contacts: list[Contact] = field(default_factory=list)
     estimates: list[Estimated] = field(default_factory=list)
@@ -110,7 +111,11 @@ class Pipeline:
                 )
         self.layout = layout
         self.ledger = Ledger(layout.rate)
-        self._answerers = sorted(answerers, key=lambda a: a.model.spec.samples)
+        self._answerers = {a.model.spec.duration: a for a in answerers}
+        if len(self._answerers) < len(answerers):
+            raise InputError(
+                "two models are for windows of the same length: give one of each length"
+            )
         self._closings = Closings(layout, detector, calibration)
         self._clock = clock
         longest = max((a.model.spec.duration for a in answerers), default=0.0)
@@ -176,8 +181,8 @@ class Pipeline:
         return events
 
     def _begin(self, stage: Began) -> None:
-        windows = [WindowStream(self.layout, a.model.spec.duration) for a in self._answerers]
-        self._pinch = _Pinch(stage.sample, stage.epoch, windows)
+        windows = WindowStream(self.layout, tuple(self._answerers))
+        self._pinch = _Pinch(stage.sample, stage.epoch, windows, len(self._answerers))
 
     def _go_on(self, went: Went, host: float) -> list[Event]:
         pinch = self._pinch
@@ -196,13 +201,15 @@ class Pipeline:
             pinch.contacts.append(contact)
             events.append((contact.decided, Touched(contact, first, pinch.epoch, self._clock())))
         self._watch_strips(pinch, went.block)
-        for answerer, stream in zip(self._answerers, pinch.windows, strict=True):
-            refused = stream.refused
-            for window in stream.update(went.block, told):
+        if pinch.asked > 0:
+            refused = pinch.windows.refused
+            for window in pinch.windows.update(went.block, told):
                 # A short window can be whole before its contact is decided.
                 known = max(window.complete, window.contact.decided)
-                events.append((known, self._estimate(pinch, answerer, window, known, host)))
-            if stream.refused > refused:
+                events.append((known, self._estimate(pinch, window, known, host)))
+                pinch.asked -= 1
+            if pinch.windows.refused > refused:
+                pinch.asked -= pinch.windows.refused - refused
                 dead = self._refuse(pinch, "the window is not whole, or the piezo is dead")
                 events.append((went.block.end, dead))
         events.sort(key=lambda known: known[0])
@@ -212,8 +219,9 @@ class Pipeline:
         return found
 
     def _estimate(
-        self, pinch: _Pinch, answerer: Answerer, window: ContactWindow, known: int, host: float
+        self, pinch: _Pinch, window: ContactWindow, known: int, host: float
     ) -> Estimated | Refused:
+        answerer = self._answerers[window.duration]
         try:
             value = answerer.model.predict_one(window.samples)
         except InputError as error:

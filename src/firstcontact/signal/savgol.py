@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ SAVGOL_LENGTH = 5
 SAVGOL_ORDER = 2
 
 
+@lru_cache(maxsize=8)
 def savgol_weights(length: int, order: int) -> NDArray[np.float64]:
     """Weights of the centred filter, shape (length,).
 
@@ -26,7 +28,9 @@ def savgol_weights(length: int, order: int) -> NDArray[np.float64]:
     half = length // 2
     powers = np.vander(np.arange(-half, half + 1, dtype=np.float64), order + 1, increasing=True)
     weights: NDArray[np.float64] = np.linalg.pinv(powers)[0]
-    return (weights + weights[::-1]) / 2.0
+    weights = (weights + weights[::-1]) / 2.0
+    weights.flags.writeable = False  # shared by all who ask
+    return weights
 
 
 class SavitzkyGolay:

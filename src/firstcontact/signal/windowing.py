@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.block import Block
-from firstcontact.core.layout import ChannelKind, Layout
+from firstcontact.core.layout import ChannelKind, Layout, Physical
 from firstcontact.core.pinch import Contact, Dataset
 from firstcontact.signal.savgol import SavitzkyGolay
 from firstcontact.signal.smoothing import missing_smoothing
@@ -157,6 +157,8 @@ class ContactWindow:
     ----------
     contact
         The contact that it starts at.
+    duration
+        Its length, s.
     samples
         Shape (samples, 1), V, baseline removed.
     complete
@@ -165,6 +167,7 @@ class ContactWindow:
     """
 
     contact: Contact
+    duration: float
     samples: NDArray[np.float32]
     complete: int
 
@@ -176,27 +179,30 @@ class WindowStream:
     ----------
     layout
         The columns of the blocks.
-    duration
-        Length of the windows, s.
+    durations
+        Lengths of the windows, s; each contact gives one of each.
     memory
         How long before the newest sample a contact may lie when it is told, s.
     """
 
-    def __init__(self, layout: Layout, duration: float, memory: float = 0.050) -> None:
+    def __init__(self, layout: Layout, durations: Sequence[float], memory: float = 0.050) -> None:
         self.layout = layout
-        self.duration = duration
-        self._length = samples_in(duration, layout.rate)
+        self.durations = tuple(sorted(durations))
+        self._lengths = [samples_in(d, layout.rate) for d in self.durations]
         self._columns = layout.columns(ChannelKind.PIEZO)
-        self._remember = self._length + samples_in(memory + BASELINE + BASELINE_GUARD, layout.rate)
+        self._fingers = layout.piezo_fingers
+        self._volts = Physical(layout, self._columns)
+        longest = max(self._lengths, default=0)
+        self._remember = longest + samples_in(memory + BASELINE + BASELINE_GUARD, layout.rate)
         #: Windows refused: across a gap, not finite, constant, or told too late.
         self.refused = 0
-        self._pending: list[Contact] = []
+        self._pending: list[tuple[Contact, int]] = []
         self._restart(0, 0)
 
     @property
     def latency(self) -> float:
-        """Time from a contact to its complete window, s."""
-        return self.duration + self._conditioner.latency
+        """Time from a contact to its longest window, complete, s."""
+        return max(self.durations, default=0.0) + self._conditioner.latency
 
     def _restart(self, first_sample: int, epoch: int) -> None:
         self.refused += len(self._pending)
@@ -216,34 +222,35 @@ class WindowStream:
         Returns
         -------
         list of ContactWindow
-            Those that this block completed, in the order of their contacts.
+            Those that this block completed, in the order of their contacts, shorter ones first.
         """
         if block.first_sample != self._end or block.epoch != self._epoch:
             self._restart(block.first_sample, block.epoch)
-        volts = self.layout.physical(block.data, self._columns)
-        self._past = np.concatenate([self._past, self._conditioner.update(volts)])
+        conditioned = self._conditioner.update(self._volts(block.data))
+        self._past = np.concatenate([self._past, conditioned])
         self._end = block.end
-        self._pending.extend(contacts)
+        self._pending += [(contact, n) for contact in contacts for n in range(len(self._lengths))]
         done = []
-        for contact in list(self._pending):
-            complete = contact.sample + self._length - 1 + self._conditioner.lookahead
+        for pending in list(self._pending):
+            contact, n = pending
+            complete = contact.sample + self._lengths[n] - 1 + self._conditioner.lookahead
             if complete >= self._end:
                 continue
-            self._pending.remove(contact)
-            window = self._window(contact)
+            self._pending.remove(pending)
+            window = self._window(contact, self._lengths[n])
             if window is None:
                 self.refused += 1
             else:
-                done.append(ContactWindow(contact, window, complete))
+                done.append(ContactWindow(contact, self.durations[n], window, complete))
         self._forget()
         return done
 
-    def _window(self, contact: Contact) -> NDArray[np.float32] | None:
+    def _window(self, contact: Contact, length: int) -> NDArray[np.float32] | None:
         start = contact.sample - self._past_first
-        if contact.finger not in self.layout.piezo_fingers or start < 0:
+        if contact.finger not in self._fingers or start < 0:
             return None
-        column = self.layout.piezo_fingers.index(contact.finger)
-        return cut(self._past[:, column], start, self._length, self.layout.rate)
+        column = self._fingers.index(contact.finger)
+        return cut(self._past[:, column], start, length, self.layout.rate)
 
     def _forget(self) -> None:
         surplus = len(self._past) - self._remember

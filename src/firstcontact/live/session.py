@@ -10,16 +10,16 @@ from pathlib import Path
 
 from firstcontact.core import Calibration, Contact
 from firstcontact.device import Arrival, Source
-from firstcontact.device.recorder import Recorder
+from firstcontact.device.recorder import Recorder, RecorderStatus
 from firstcontact.live.events import Event, PinchDone
 from firstcontact.live.fanout import Fanout
 from firstcontact.live.pipeline import Pipeline
-from firstcontact.live.sink import RecordingStatus, Sink, Update
+from firstcontact.live.sink import Sink, Update
 from firstcontact.recording import Header, PinchMark
 
 #: Longest wait for samples, s: how soon a stop is noticed.
 WAIT = 0.05
-#: Samples go to sinks together for so long, s; events at once.
+#: Samples go to recorder and sinks together for so long, s; events at once.
 TOGETHER = 0.02
 
 #: Called in the session's own thread with each event as it happens.
@@ -35,8 +35,6 @@ class Session:
         Open.
     pipeline
         For the source's layout.
-    sinks
-        Viewers and other programs.
     actors
         Called with each event before anything else sees it; must be quick.
     recordings
@@ -49,7 +47,6 @@ class Session:
         self,
         source: Source,
         pipeline: Pipeline,
-        sinks: Sequence[Sink] = (),
         actors: Sequence[Actor] = (),
         recordings: Path = Path(),
         calibration: Calibration | None = None,
@@ -58,7 +55,6 @@ class Session:
         self.pipeline = pipeline
         self.pinches = 0
         self.fanout: Fanout | None = None
-        self._sinks = sinks
         self._actors = actors
         self._folder = recordings
         self._calibration = calibration
@@ -66,13 +62,22 @@ class Session:
         self._stopping = threading.Event()
         self._number = 0
         self._from: tuple[int, int] | None = None
+        self._arrivals: list[Arrival] = []
+        self._events: list[Event] = []
         self._figures: Mapping[str, float] = {}
 
-    def run(self, seconds: float | None = None, pinches: int | None = None) -> None:
+    def run(
+        self,
+        sinks: Sequence[Sink] = (),
+        seconds: float | None = None,
+        pinches: int | None = None,
+    ) -> None:
         """Work until the source ends, :meth:`stop`, or one of these bounds.
 
         Parameters
         ----------
+        sinks
+            Viewers and other programs.
         seconds
             Longest time, s.
         pinches
@@ -83,29 +88,25 @@ class Session:
         InputError
             What the source raises.
         """
-        self.fanout = Fanout(self._sinks, self.source.descriptor)
+        self.fanout = Fanout(sinks, self.source.descriptor)
         until = None if seconds is None else time.monotonic() + seconds
-        arrivals: list[Arrival] = []
-        events: list[Event] = []
         told = time.monotonic()
         try:
             while not self._stopping.is_set() and (until is None or time.monotonic() < until):
                 new = self.source.read(WAIT)
                 if not new and self.source.ended:
                     break
-                self._recorder.put(new)
-                if self._from is None and new:
-                    self._from = (new[0].block.epoch, new[0].block.first_sample)
-                found = [e for a in new for e in self._act(self.pipeline.update(a.block, a.host))]
-                arrivals += new
-                events += found
-                now = time.monotonic()
-                if found or now - told >= TOGETHER:
-                    self._tell(arrivals, events)
-                    arrivals, events, told = [], [], now
+                found = False
+                for arrival in new:
+                    self._arrivals.append(arrival)
+                    found |= self._act(self.pipeline.update(arrival.block, arrival.host))
+                if found or time.monotonic() - told >= TOGETHER:
+                    self._tell()
+                    told = time.monotonic()
                 if pinches is not None and self.pinches >= pinches:
                     break
-            self._tell(arrivals, events + self._act(self.pipeline.finish()))
+            self._act(self.pipeline.finish())
+            self._tell()
         finally:
             try:
                 self._recorder.stop()
@@ -146,19 +147,33 @@ class Session:
         self.source.mark(text)
 
     @property
-    def recording(self) -> RecordingStatus:
+    def recording(self) -> RecorderStatus:
         """What the recorder is doing."""
-        s = self._recorder.status
-        return RecordingStatus(s.path, s.samples, s.waiting, s.failed)
+        return self._recorder.status
 
-    def _act(self, events: list[Event]) -> list[Event]:
+    def _act(self, events: list[Event]) -> bool:
+        """Let actors act, and keep the events for everybody else."""
         for event in events:
             for actor in self._actors:
                 actor(event)
-            if isinstance(event, PinchDone):
-                self.pinches += 1
-                self._note(event)
-        return events
+            self.pinches += isinstance(event, PinchDone)
+        self._events += events
+        return bool(events)
+
+    def _tell(self) -> None:
+        """Hand what has come to the recorder and the sinks."""
+        assert self.fanout is not None
+        arrivals, self._arrivals = tuple(self._arrivals), []
+        events, self._events = tuple(self._events), []
+        done = [event for event in events if isinstance(event, PinchDone)]
+        if self._from is None and arrivals:
+            self._from = (arrivals[0].block.epoch, arrivals[0].block.first_sample)
+        self._recorder.put(arrivals)
+        for pinch in done:
+            self._note(pinch)
+        if done:
+            self._figures = self.pipeline.ledger.summary()
+        self.fanout.put(Update(arrivals, events, self.source.health, self.recording, self._figures))
 
     def _note(self, done: PinchDone) -> None:
         """Mark the pinch in the recording, if there is one; the strips are its truth."""
@@ -168,17 +183,3 @@ class Session:
         truth = tuple(Contact(f, s, s) for f, s in done.strips)
         self._recorder.mark(PinchMark(self._number, done.armed, done.end, done.epoch, truth=truth))
         self._number += 1
-
-    def _tell(self, arrivals: list[Arrival], events: list[Event]) -> None:
-        assert self.fanout is not None
-        if any(isinstance(event, PinchDone) for event in events):
-            self._figures = self.pipeline.ledger.summary()
-        self.fanout.put(
-            Update(
-                tuple(arrivals),
-                tuple(events),
-                self.source.health,
-                self.recording,
-                self._figures,
-            )
-        )

@@ -8,29 +8,8 @@ from pathlib import Path
 from typing import Protocol
 
 from firstcontact.device import Arrival, Descriptor, Health
+from firstcontact.device.recorder import RecorderStatus
 from firstcontact.live.events import Event
-
-
-@dataclass(frozen=True, slots=True)
-class RecordingStatus:
-    """What the recorder is doing.
-
-    Parameters
-    ----------
-    path
-        File being written, None while nothing is.
-    samples
-        Written to it.
-    waiting
-        Samples that wait to be written.
-    failed
-        Why recording stopped by itself, or "".
-    """
-
-    path: Path | None = None
-    samples: int = 0
-    waiting: int = 0
-    failed: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +33,7 @@ class Update:
     arrivals: tuple[Arrival, ...] = ()
     events: tuple[Event, ...] = ()
     health: Health = field(default_factory=Health)
-    recording: RecordingStatus = field(default_factory=RecordingStatus)
+    recording: RecorderStatus = field(default_factory=RecorderStatus)
     ledger: Mapping[str, float] = field(default_factory=dict)
 
 

@@ -1,0 +1,75 @@
+"""Pinches as lines of text."""
+
+from __future__ import annotations
+
+from typing import TextIO
+
+from firstcontact.device import Descriptor, Health
+from firstcontact.live.events import Estimated, PinchDone
+from firstcontact.live.sink import Update
+
+
+class TextSink:
+    """One line a pinch, and one whenever the link loses something or comes back.
+
+    Parameters
+    ----------
+    stream
+        Where to.
+    """
+
+    name = "text"
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self._rate = 0.0
+        self._health = Health(connected=True)
+
+    def open(self, descriptor: Descriptor) -> None:
+        """Say what is connected."""
+        self._rate = descriptor.layout.rate
+        what = ", ".join(s for s in (descriptor.firmware, descriptor.sensor) if s)
+        self._say(f"{descriptor.source}: {what or 'unnamed'}, {self._rate:g} Hz")
+
+    def take(self, update: Update) -> None:
+        """Say what an update brings."""
+        self._link(update.health)
+        for event in update.events:
+            if isinstance(event, PinchDone):
+                self._say(pinch_line(event, self._rate))
+
+    def close(self) -> None:
+        """Nothing is left to say."""
+
+    def _link(self, new: Health) -> None:
+        old, self._health = self._health, new
+        if old.connected and not new.connected:
+            self._say("link: the device is gone; waiting for it")
+        if new.reconnects > old.reconnects:
+            self._say(f"link: the device is back, epoch {new.epoch}")
+        lost = new.lost_samples - old.lost_samples
+        if lost:
+            self._say(f"link: {lost} samples lost, {new.lost_samples} in all")
+
+    def _say(self, line: str) -> None:
+        print(line, file=self._stream, flush=True)
+
+
+def pinch_line(done: PinchDone, rate: float) -> str:
+    """A pinch on one line; ``rate`` in Hz."""
+    first = done.contacts[0]
+    parts = [f"pinch {done.number}: {first.finger.name.lower()} first"]
+    parts += [estimate_words(e, rate) for e in done.estimates]
+    if done.refused:
+        parts.append(f"no estimate: {done.refused}")
+    if len(done.contacts) > 1:
+        offset = 1e3 * (done.contacts[1].sample - first.sample) / rate
+        parts.append(f"second after {offset:.1f} ms")
+    return ", ".join(parts)
+
+
+def estimate_words(e: Estimated, rate: float) -> str:
+    """An estimate in a few words; ``rate`` in Hz."""
+    bounds = f" ({e.low:.0f} to {e.high:.0f})" if e.level else ""
+    after = 1e3 * ((e.complete - e.contact.sample) / rate + e.compute)
+    return f"{e.value:.1f} Shore A{bounds} at {after:.1f} ms, {e.case}"

@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from firstcontact.core import ChannelKind, Finger
 from firstcontact.device import Arrival, Descriptor
+from firstcontact.device.recorder import RecorderStatus
 from firstcontact.live.events import Estimated, Event, PinchDone, Refused, Touched
 from firstcontact.live.page.closeup import Closeup
 from firstcontact.live.page.columns import SECONDS, Columns
 from firstcontact.live.page.pinches import Pinches, timing, value
-from firstcontact.live.sink import RecordingStatus, Update
+from firstcontact.live.sink import Update
 
 #: Mean time from the first to the second contact, as published, ms.
 BUDGET_MS = 16.65
@@ -170,7 +171,7 @@ class State:
             return self._columns.since(since)
 
 
-def _recording(status: RecordingStatus) -> dict[str, Any]:
+def _recording(status: RecorderStatus) -> dict[str, Any]:
     return {
         "name": None if status.path is None else status.path.name,
         "samples": status.samples,

@@ -22,6 +22,7 @@ from scipy.integrate import solve_ivp
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.recording import load_dataset
 from firstcontact.twin import pinch as pinch_module
+from firstcontact.twin import run as run_module
 from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition
 from firstcontact.twin.draw import PinchDraw, draw_pinch, draw_specimen
 from firstcontact.twin.mechanics import (
@@ -60,18 +61,18 @@ def halving(pinches: int) -> float:
 def captured(draw: PinchDraw) -> tuple[object, ...]:
     """What :func:`mechanics_of` hands to the kernel for a pinch."""
     taken: list[tuple[object, ...]] = []
-    kernel = pinch_module.integrate
-    pinch_module.integrate = lambda *arguments: taken.append(arguments)
+    kernel = run_module.integrate
+    run_module.integrate = lambda *arguments: taken.append(arguments)
     try:
         mechanics_of(draw)
     finally:
-        pinch_module.integrate = kernel
+        run_module.integrate = kernel
     return taken[0]
 
 
 def plain(draw: PinchDraw) -> np.ndarray:
     """The buffers' voltages of a pinch by ``solve_ivp``, shape (samples, 2)."""
-    index, thumb, o, touch, times, noise, noise_dt, _, start, _ = captured(draw)
+    index, thumb, o, touch, times, noise, noise_dt, _, start, _, _ = captured(draw)
     stiffness = np.array([contact_stiffness(p, o) for p in (index, thumb)])
     gap = np.full(2, np.nan)
     dx = np.empty(STATES)

@@ -30,7 +30,9 @@ def run(
     for f, p in enumerate(fingers):
         x[f * FINGER_STATES + 1 : f * FINGER_STATES + 8 : 2] = p.speed
     out = np.empty((times.size, 2, OUTPUTS))
-    integrate(*fingers, o, np.array(touch), times, np.zeros((2, 2)), 1.0, 4, x, out)
+    integrate(
+        *fingers, o, np.array(touch), times, np.zeros((2, 2)), 1.0, 4, x, np.full(2, np.nan), out
+    )
     return x, np.nan_to_num(out[-1, :, INDENTATION])
 
 

@@ -40,7 +40,7 @@ def impact(
     state[1 : FINGER_STATES - 4 : 2] = speed
     out = np.empty((times.size, 2, OUTPUTS))
     touch = np.array([10.25 * dt, NEVER])
-    integrate(p, p, o, touch, times, np.zeros((2, 2)), 1.0, 1, state, out)
+    integrate(p, p, o, touch, times, np.zeros((2, 2)), 1.0, 1, state, np.full(2, np.nan), out)
     return times, out[:, 0, CONTACT_FORCE], state
 
 

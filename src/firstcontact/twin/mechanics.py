@@ -153,9 +153,10 @@ def integrate(
     noise_dt: float,
     substeps: int,
     x: _Vector,
+    gap: _Vector,
     out: _Vector,
 ) -> None:
-    """Run a pinch.
+    """Run a pinch, or a piece of one.
 
     Parameters
     ----------
@@ -170,7 +171,11 @@ def integrate(
     substeps
         Steps per sampling interval once a finger has touched; half as many before.
     x
-        State at ``times[0]``, shape (28,), changed in place.
+        State at ``times[0]``, shape (28,), changed in place to that at ``times[-1]``.
+    gap
+        Where the faces were put when index and thumb touched, m, shape (2,), NaN
+        before that; changed in place. With ``x`` it is all that a next piece
+        needs, which starts at ``times[-1]``.
     out
         Shape (samples, 2, 3): buffer (V), contact force (N), indentation (m;
         negative while apart, NaN before the contact).
@@ -178,7 +183,6 @@ def integrate(
     stiffness = np.empty(2)
     stiffness[0] = contact_stiffness(index, o)
     stiffness[1] = contact_stiffness(thumb, o)
-    gap = np.full(2, np.nan)
     new = np.empty(STATES)
     k = np.empty((5, STATES))
     n = 2 * FINGER_STATES

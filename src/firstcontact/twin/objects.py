@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from firstcontact.core.errors import InputError
 from firstcontact.core.pinch import Role
 from firstcontact.twin.materials import gent_modulus
 from firstcontact.twin.parameters import ObjectParameters
@@ -85,6 +86,20 @@ EVERYDAY_OBJECTS = (
     _apple(1, 28), _apple(2, 26), _orange(1, 35), _orange(2, 37),
     _tennis_ball(1, 45), _tennis_ball(2, 46), _avocado(1, 59), _avocado(2, 67),
 )  # fmt: skip
+OBJECTS = {kind.name: kind for kind in (*BLOCKS, *EVERYDAY_OBJECTS)}
+
+
+def object_named(name: str) -> TwinObject:
+    """The object of that name.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    if name not in OBJECTS:
+        raise InputError(f"object {name!r} is not known: use one of {', '.join(OBJECTS)}")
+    return OBJECTS[name]
 
 
 def stiffened(parameters: ObjectParameters, factor: float) -> ObjectParameters:

@@ -11,25 +11,15 @@ from firstcontact.core.layout import FINGERTIP_RATE, TAXELS, Finger, fingertip_l
 from firstcontact.core.pinch import Contact, Label, Pinch
 from firstcontact.twin.draw import PinchDraw
 from firstcontact.twin.filter import ROUND, DeviceFilter
-from firstcontact.twin.mechanics import (
-    BUFFER,
-    CONTACT_FORCE,
-    FINGER_STATES,
-    INDENTATION,
-    OUTPUTS,
-    STATES,
-    integrate,
-)
-from firstcontact.twin.noise import OVERSAMPLING, phalanx_force, pickup
+from firstcontact.twin.mechanics import BUFFER, CONTACT_FORCE, INDENTATION
+from firstcontact.twin.noise import pickup
+from firstcontact.twin.run import SUBSTEPS, PinchRun
 from firstcontact.twin.sensor import SCAN, force_readings, open_reading, piezo_readings
 
 #: Length of a pinch, s.
 DURATION = 0.3
 #: Samples before the first that let the vibration build up.
 BURN_IN = 100
-#: Steps per sampling interval after the first contact, half as many before: 20 us
-#: each, where halving them moves the piezo's waveform by less than 0.1 %.
-SUBSTEPS = 10
 _LAYOUT = fingertip_layout()
 
 
@@ -45,27 +35,9 @@ def mechanics_of(
         (samples,), and :func:`firstcontact.twin.mechanics.integrate`'s output,
         shape (samples, 2, 3).
     """
-    samples = round(duration * FINGERTIP_RATE)
-    times = np.arange(-BURN_IN, samples) / FINGERTIP_RATE
-    # A jitter of a tenth of the interval or more would be another fault than jitter.
-    wobble = np.clip(draw.jitter * draw.rng.standard_normal(times.size), -2e-5, 2e-5)
-    # The mechanics starts its clock with the burn-in.
-    lead = BURN_IN / FINGERTIP_RATE
-    clock = times + lead + wobble - wobble[0]
-    rate = OVERSAMPLING * FINGERTIP_RATE
-    length = duration + lead + 1e-3
-    noise = np.stack([phalanx_force(n, length, rate, draw.rng) for n in draw.noise])
-    first, second, first_is_index = draw.timing
-    touch = np.array([first, second] if first_is_index else [second, first]) + lead
-    state = np.zeros(STATES)
-    for f, p in enumerate(draw.fingers):
-        state[f * FINGER_STATES + 1 : f * FINGER_STATES + 8 : 2] = p.speed
-    out = np.empty((times.size, 2, OUTPUTS))
-    index, thumb = draw.fingers
-    integrate(
-        index, thumb, draw.held, touch, clock, noise, 1 / rate, substeps, state, out
-    )  # fmt: skip
-    return clock[BURN_IN:] - lead, out[BURN_IN:]
+    run = PinchRun(draw, duration, BURN_IN, substeps=substeps)
+    out = run.advance(run.times.size)
+    return run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE, out[BURN_IN:]
 
 
 def pinch_scans(draw: PinchDraw, duration: float = DURATION) -> NDArray[np.uint16]:

@@ -65,13 +65,20 @@ def _sessions(
         name = f"{group}-{s + 1:02d}"
         pinches = []
         for kind in kinds:
-            copies = condition.specimens_per_block if kind.role is Role.TRAIN else 1
             for k in range(s, each, sessions):
-                copy = (k // sessions) % copies
-                one = draw_specimen(seed, condition, kind, copy)
-                mark = f"{kind.name} #{copy + 1}" if copies > 1 else kind.name
-                label = Label(kind.name, kind.shore_a, None, mark, name, kind.role)
-                pinches.append(Planned(one, label, k))
+                pinches.append(planned(seed, condition, kind, name, k // sessions, k))
         order = generator(seed, condition.name, "order", name).permutation(len(pinches))
         out.append(Session(name, tuple(pinches[i] for i in order)))
     return out
+
+
+def planned(
+    seed: int, condition: Condition, kind: TwinObject, session: str, copy: int, number: int
+) -> Planned:
+    """One pinch of a kind of object; ``copy`` goes round its specimens."""
+    copies = condition.specimens_per_block if kind.role is Role.TRAIN else 1
+    copy %= copies
+    one = draw_specimen(seed, condition, kind, copy)
+    mark = f"{kind.name} #{copy + 1}" if copies > 1 else kind.name
+    label = Label(kind.name, kind.shore_a, None, mark, session, kind.role)
+    return Planned(one, label, number)

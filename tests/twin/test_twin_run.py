@@ -1,0 +1,136 @@
+"""A pinch in pieces is the pinch in one, and it does what it is told from then on."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from pinches import drawn
+
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition
+from firstcontact.twin.mechanics import CONTACT_FORCE, INDENTATION
+from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS, TwinObject
+from firstcontact.twin.pinch import BURN_IN, DURATION, mechanics_of
+from firstcontact.twin.run import PinchRun
+
+ALL = BURN_IN + round(DURATION * FINGERTIP_RATE)
+
+
+def same(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
+    return a.tobytes() == b.tobytes()
+
+
+def pieces(run: PinchRun, edges: list[int]) -> NDArray[np.float64]:
+    return np.concatenate([run.advance(b - a) for a, b in pairwise(edges) if b > a])
+
+
+@settings(max_examples=20)
+@given(
+    st.sampled_from([BLOCKS[0], BLOCKS[4], EVERYDAY_OBJECTS[4]]),
+    st.sampled_from([PAPER_RIG, EVERYDAY]),
+    st.lists(st.integers(1, ALL - 1), max_size=8),
+)
+def test_any_pieces_give_the_same_bytes(
+    kind: TwinObject, condition: Condition, cuts: list[int]
+) -> None:
+    run = PinchRun(drawn(kind, 1, condition), DURATION, BURN_IN)
+    out = pieces(run, [0, *sorted(cuts), ALL])
+    times, whole = mechanics_of(drawn(kind, 1, condition))
+    assert same(out[BURN_IN:], whole)
+    assert same(run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE, times)
+
+
+def test_sample_by_sample_too() -> None:
+    out = pieces(PinchRun(drawn(BLOCKS[3]), DURATION, BURN_IN), list(range(ALL + 1)))
+    assert same(out[BURN_IN:], mechanics_of(drawn(BLOCKS[3]))[1])
+
+
+@settings(max_examples=20)
+@given(st.lists(st.integers(1, ALL - 1), max_size=6), st.sampled_from([0.05, -0.1, 0.0]))
+def test_a_command_counts_from_its_sample_whatever_the_pieces(
+    cuts: list[int], speed: float
+) -> None:
+    told = 800
+
+    def commanded(edges: list[int]) -> NDArray[np.float64]:
+        run = PinchRun(drawn(BLOCKS[2]), DURATION, BURN_IN)
+        before = pieces(run, sorted({0, told, *(e for e in edges if e < told)}))
+        run.speed = speed
+        after = pieces(run, sorted({told, ALL, *(e for e in edges if e > told)}))
+        return np.concatenate([before, after])
+
+    assert same(commanded(cuts), commanded([]))
+
+
+def test_telling_it_what_it_does_anyway_changes_nothing() -> None:
+    run = PinchRun(drawn(BLOCKS[2]), DURATION, BURN_IN)
+    begin = run.advance(500)
+    run.speed = run.nominal_speed
+    out = np.concatenate([begin, run.advance(ALL - 500)])
+    assert same(out[BURN_IN:], mechanics_of(drawn(BLOCKS[2]))[1])
+
+
+def test_a_run_at_rest_stays_at_rest_and_is_silent() -> None:
+    run = PinchRun(drawn(BLOCKS[1]), 0.5, at_rest=True)
+    out = run.advance(run.times.size)
+    assert not out[..., :INDENTATION].any()
+    assert run.touched == (False, False)
+
+
+@pytest.mark.parametrize("share", [1.0, 0.5, 0.25])
+def test_a_slower_hand_touches_later_in_proportion(share: float) -> None:
+    timing = drawn(BLOCKS[2], 3).timing
+    run = PinchRun(drawn(BLOCKS[2], 3), 1.0, at_rest=True)
+    run.speed = share * run.nominal_speed
+    closed = run.advance(run.times.size)[..., INDENTATION] > 0
+    touched = np.sort(closed.argmax(axis=0)) / FINGERTIP_RATE
+    assert touched == pytest.approx(np.array(timing[:2]) / share, abs=1.1 / FINGERTIP_RATE)
+
+
+def test_a_hand_that_pauses_touches_that_much_later() -> None:
+    timing = drawn(BLOCKS[2]).timing
+    run = PinchRun(drawn(BLOCKS[2]), 1.0)
+    run.advance(300)
+    run.speed = 0.0
+    paused = run.advance(1000)
+    assert not (paused[..., INDENTATION] > 0).any()
+    run.speed = run.nominal_speed
+    closed = run.advance(1500)[..., INDENTATION] > 0
+    first = (1300 + closed.any(axis=1).argmax()) / FINGERTIP_RATE
+    assert first == pytest.approx(timing.first + 1000 / FINGERTIP_RATE, abs=1e-3)
+
+
+def test_an_opening_hand_lets_go() -> None:
+    run = PinchRun(drawn(BLOCKS[2]), 1.0, BURN_IN)
+    held = run.advance(ALL)
+    assert run.touched == (True, True)
+    assert (held[-1, :, CONTACT_FORCE] > 1).all()
+    run.speed = -run.nominal_speed
+    out = run.advance(2000)
+    assert (out[-1, :, INDENTATION] < 0).all()
+    assert (out[-1, :, CONTACT_FORCE] == 0).all()
+    assert run.drive_speed == pytest.approx(-run.nominal_speed, rel=0.05)
+
+
+def test_the_motor_fades_as_loudness_says() -> None:
+    run = PinchRun(drawn(BLOCKS[2]), 1.0, at_rest=True)
+    quiet = run.advance(1000)[..., 0].std()
+    run.loudness = 1.0
+    run.advance(500)
+    loud = run.advance(1000)[..., 0].std()
+    run.loudness = 0.0
+    run.advance(1000)
+    faded = run.advance(1000)[..., 0].std()
+    assert quiet == 0 < loud
+    assert faded < 1e-3 * loud
+
+
+@pytest.mark.parametrize("samples", [0, -1, ALL + 1])
+def test_more_than_there_is_is_refused(samples: int) -> None:
+    with pytest.raises(ValueError, match=f"{samples} samples asked"):
+        PinchRun(drawn(BLOCKS[0]), DURATION, BURN_IN).advance(samples)

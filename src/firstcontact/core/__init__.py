@@ -2,6 +2,7 @@
 
 from firstcontact.core.block import Block
 from firstcontact.core.calibration import Calibration, ForceCurve, PiezoCalibration
+from firstcontact.core.command import Command
 from firstcontact.core.errors import InputError
 from firstcontact.core.layout import (
     Channel,
@@ -18,6 +19,7 @@ __all__ = [
     "Calibration",
     "Channel",
     "ChannelKind",
+    "Command",
     "Contact",
     "Dataset",
     "Finger",

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from firstcontact.core.errors import InputError
 from firstcontact.core.files import replacing, write_text
 
-Arrays = dict[str, NDArray[Any]]
 _LIBRARIES = ("firstcontact", "numpy", "scikit-learn", "torch", "onnxruntime", "mapie")
 
 
@@ -102,7 +101,7 @@ def read_head(path: Path, what: str, form: str, form_version: int) -> dict[str, 
     return card
 
 
-def read_weights(path: Path, sha256: str, card: str) -> Arrays:
+def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
     """Arrays of a safetensors file that its card vouches for.
 
     Parameters

@@ -1,0 +1,21 @@
+"""What a grasp policy asks of a hand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """One order to a hand; it holds until the next.
+
+    Parameters
+    ----------
+    speed
+        Of closing at each fingertip, m/s; negative opens, 0 stops.
+    force
+        Limit of what each fingertip may press with, N.
+    """
+
+    speed: float
+    force: float

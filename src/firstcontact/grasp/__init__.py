@@ -1,0 +1,1 @@
+"""Grasp modulation: policies, and the hands that they command."""

@@ -1,0 +1,111 @@
+"""What is to be pinched, and how often."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from firstcontact.core import InputError, Label, Role
+
+#: Columns of a plan; the first two must be there.
+COLUMNS = ("object", "pinches", "shore", "specimen", "role")
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """One object of a plan.
+
+    Parameters
+    ----------
+    object
+        What it is called.
+    pinches
+        How many good pinches of it are wanted in a session.
+    shore
+        Shore A, None where not known.
+    specimen
+        Which one of its kind; the object's name where there is one only.
+    role
+        Whether models learn from it.
+    """
+
+    object: str
+    pinches: int
+    shore: float | None = None
+    specimen: str = ""
+    role: Role = Role.TRAIN
+
+    def __post_init__(self) -> None:
+        if not self.object:
+            raise InputError("an object has no name: say what is pinched")
+        if self.pinches < 1:
+            raise InputError(f"{self.object}: {self.pinches} pinches are wanted: give 1 or more")
+        if self.shore is not None and not 0 <= self.shore <= 100:
+            raise InputError(f"{self.object}: shore {self.shore:g} is not between 0 and 100")
+
+    def label(self, session: str) -> Label:
+        """The label of its pinches in a session."""
+        specimen = self.specimen or self.object
+        return Label(self.object, self.shore, None, specimen, session, self.role)
+
+
+def read_plan(path: Path) -> tuple[Item, ...]:
+    """Read a CSV with the columns object, pinches, shore, specimen and role.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, misses a column or has one that is not known,
+        is empty, names an object twice, or a value in it cannot be used.
+    """
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            reader = csv.DictReader(stream, skipinitialspace=True)
+            names = [name.strip() for name in reader.fieldnames or ()]
+            reader.fieldnames = names
+            rows = list(reader)
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
+    except (ValueError, csv.Error) as error:
+        raise InputError(f"{path} is not a CSV in UTF-8 ({error}): save it as one") from error
+    wrong = [n for n in names if n not in COLUMNS] + [c for c in COLUMNS[:2] if c not in names]
+    if wrong:
+        raise InputError(
+            f"{path}: column {wrong[0]!r} is {'not known' if wrong[0] in names else 'missing'}: "
+            f"the columns are {', '.join(COLUMNS)}"
+        )
+    items = tuple(_item(path, line, row) for line, row in enumerate(rows, start=2))
+    if not items:
+        raise InputError(f"{path} plans nothing: add a line for each object")
+    labels = [item.label("") for item in items]
+    for k, label in enumerate(labels):
+        if label in labels[:k]:
+            raise InputError(
+                f"{path}, line {k + 2}: {label.specimen} stands there twice: join them"
+            )
+    return items
+
+
+def _item(path: Path, line: int, row: Mapping[str, str | None]) -> Item:
+    cells = {name: (cell or "").strip() for name, cell in row.items() if name is not None}
+    field = "pinches"
+    try:
+        pinches = int(cells["pinches"])
+        field = "shore"
+        shore = float(cells["shore"]) if cells.get("shore") else None
+        if shore is not None and not math.isfinite(shore):
+            raise ValueError
+        field = "role"
+        role = Role(cells.get("role") or Role.TRAIN)
+    except ValueError as error:
+        raise InputError(
+            f"{path}, line {line}: {field} is {cells[field]!r}: give "
+            + ("train or test" if field == "role" else "a number")
+        ) from error
+    try:
+        return Item(cells["object"], pinches, shore, cells.get("specimen", ""), role)
+    except InputError as error:
+        raise InputError(f"{path}, line {line}: {error}") from error

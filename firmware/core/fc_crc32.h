@@ -1,0 +1,17 @@
+/* CRC-32 of zlib and Ethernet. */
+#ifndef FC_CRC32_H
+#define FC_CRC32_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+uint32_t fc_crc32(const uint8_t *data, size_t n);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,179 @@
+#include "fc_device.h"
+
+#include <string.h>
+
+#include "fc_lock.h"
+
+void fc_device_init(fc_device *d, const char *descriptor, uint32_t boot, fc_sample *slots,
+                    uint32_t size)
+{
+    memset(d, 0, sizeof *d);
+    for (int f = 0; f < FC_FINGERS; f++) {
+        fc_smooth_init(&d->piezo[f]);
+        fc_means_init(&d->force[f]);
+    }
+    fc_scan_init(&d->scan);
+    fc_ring_init(&d->ring, slots, size);
+    d->descriptor = descriptor;
+    d->boot = boot;
+}
+
+void fc_device_sample(fc_device *d, const fc_raw *raw)
+{
+    fc_sample s;
+    int16_t *const force = s.value + FC_FINGERS;
+    int16_t *const strip = force + FC_FINGERS * FC_TAXELS;
+    for (int f = 0; f < FC_FINGERS; f++) {
+        s.value[f] = fc_smooth_step(&d->piezo[f], raw->piezo[f]);
+        fc_means_step(&d->force[f], d->scan.taxel, raw->force[f], force + f * FC_TAXELS);
+        strip[f] = raw->strip[f] != 0;
+    }
+    s.number = d->next;
+    s.overflow = d->overflow;
+    if (d->streaming && !fc_ring_put(&d->ring, &s))
+        d->overflow++;
+    d->next++;
+    fc_scan_next(&d->scan);
+}
+
+bool fc_device_listens(const fc_device *d)
+{
+    return d->reply == 0;
+}
+
+static void hello(fc_device *d, const fc_frame *frame)
+{
+    if (frame->n >= 1)
+        d->reply = frame->payload[0] == FC_PROTOCOL_VERSION ? FC_DESCRIPTOR : FC_REFUSED;
+}
+
+static void stop(fc_device *d)
+{
+    FC_LOCK();
+    d->streaming = false;
+    d->reply_sample = d->next;
+    d->reply_overflow = d->overflow;
+    FC_UNLOCK();
+    d->reply = FC_STOPPED;
+}
+
+static void mark(fc_device *d, const fc_frame *frame)
+{
+    if (frame->n > FC_MARKER_BYTES)
+        return;
+    memcpy(d->text, frame->payload, frame->n);
+    d->text_bytes = frame->n;
+    d->reply_sample = d->next;
+    d->reply = FC_MARKER;
+}
+
+static void obey(fc_device *d, const fc_frame *frame)
+{
+    switch (frame->type) {
+    case FC_HELLO:
+        hello(d, frame);
+        break;
+    case FC_START:
+        d->streaming = true;
+        break;
+    case FC_STOP:
+        stop(d);
+        break;
+    case FC_MARK:
+        mark(d, frame);
+        break;
+    default: /* what a later version may say */
+        break;
+    }
+}
+
+void fc_device_hear(fc_device *d, uint8_t byte)
+{
+    fc_frame frame;
+    if (byte != 0) {
+        if (d->heard_bytes < FC_HEARD_MAX)
+            d->heard[d->heard_bytes++] = byte;
+        else
+            d->heard_bytes = FC_HEARD_MAX + 1;
+        return;
+    }
+    if (d->heard_bytes <= FC_HEARD_MAX && fc_frame_decode(d->heard, d->heard_bytes, &frame) == 0)
+        obey(d, &frame);
+    d->heard_bytes = 0;
+}
+
+/* How many samples the next frame takes: five in a row, fewer before a gap, and all that
+   are left before a stop. 0 where there is no frame yet. */
+static uint32_t in_a_row(const fc_device *d)
+{
+    const uint32_t used = fc_ring_used(&d->ring);
+    uint32_t n = 0;
+    while (n < used && n < FC_FRAME_SAMPLES
+           && fc_ring_peek(&d->ring, n)->number == fc_ring_peek(&d->ring, 0)->number + n)
+        n++;
+    return n == FC_FRAME_SAMPLES || n < used || d->reply == FC_STOPPED ? n : 0;
+}
+
+static size_t put_samples(fc_device *d, uint8_t *payload, uint32_t n)
+{
+    const fc_sample *first = fc_ring_peek(&d->ring, 0);
+    size_t w = fc_put_samples_head(payload, first->number, first->overflow, (uint8_t)n);
+    for (uint32_t k = 0; k < n; k++) {
+        const fc_sample *s = fc_ring_peek(&d->ring, k);
+        for (int c = 0; c < FC_CHANNELS; c++, w += 2)
+            fc_put_u16(payload + w, (uint16_t)s->value[c]);
+    }
+    fc_ring_drop(&d->ring, n);
+    return w;
+}
+
+static size_t put_reply(fc_device *d, uint8_t *payload)
+{
+    switch (d->reply) {
+    case FC_DESCRIPTOR:
+        return fc_put_descriptor(payload, d->boot, d->descriptor, strlen(d->descriptor));
+    case FC_REFUSED:
+        return fc_put_refused(payload, "this firmware speaks version 1 of the protocol");
+    case FC_MARKER:
+        return fc_put_marker(payload, d->reply_sample, d->text, d->text_bytes);
+    default:
+        return fc_put_stopped(payload, d->reply_sample, d->reply_overflow);
+    }
+}
+
+/* Makes the next frame; returns false where there is none. */
+static bool next_frame(fc_device *d)
+{
+    uint8_t *const payload = d->body + FC_FRAME_HEAD;
+    const bool replies_now = d->reply != 0 && d->reply != FC_STOPPED;
+    const uint32_t samples = replies_now ? 0 : in_a_row(d);
+    uint8_t type = FC_SAMPLES;
+    size_t n;
+    if (samples > 0) {
+        n = put_samples(d, payload, samples);
+    } else if (d->reply != 0) { /* a stop's only after the last samples */
+        type = d->reply;
+        n = put_reply(d, payload);
+        d->reply = 0;
+    } else {
+        return false;
+    }
+    d->wire_bytes = fc_frame_encode(type, d->counter++, d->body, n, d->wire);
+    d->wire_sent = 0;
+    return true;
+}
+
+const uint8_t *fc_device_outgoing(fc_device *d, size_t *n)
+{
+    if (d->wire_sent == d->wire_bytes && !next_frame(d)) {
+        *n = 0;
+        return d->wire;
+    }
+    *n = d->wire_bytes - d->wire_sent;
+    return d->wire + d->wire_sent;
+}
+
+void fc_device_sent(fc_device *d, size_t n)
+{
+    d->wire_sent += n;
+}

@@ -1,0 +1,67 @@
+/* The wire protocol of docs/protocol.md, version 1: frames from and to bytes, nothing sent. */
+#ifndef FC_PROTOCOL_H
+#define FC_PROTOCOL_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "fc_cobs.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    FC_PROTOCOL_VERSION = 1,
+    FC_FRAME_SAMPLES = 5,  /* most samples of a frame: 1 ms */
+    FC_MARKER_BYTES = 200, /* longest text of a marker */
+    FC_FRAME_HEAD = 5,     /* type and counter */
+    FC_FRAME_CRC = 4
+};
+
+enum {
+    FC_DESCRIPTOR = 0x01,
+    FC_SAMPLES = 0x02,
+    FC_MARKER = 0x03,
+    FC_STOPPED = 0x04,
+    FC_REFUSED = 0x05,
+    FC_HELLO = 0x81,
+    FC_START = 0x82,
+    FC_STOP = 0x83,
+    FC_MARK = 0x84
+};
+
+/* Bytes of a frame with a payload of n on the line, with the zero that ends it, at most. */
+#define FC_WIRE_MAX(n) (FC_COBS_MAX((n) + FC_FRAME_HEAD + FC_FRAME_CRC) + 1u)
+
+void fc_put_u16(uint8_t *to, uint16_t value);
+void fc_put_u32(uint8_t *to, uint32_t value);
+uint32_t fc_get_u32(const uint8_t *from);
+
+/* A frame whose payload of n bytes stands at body + FC_FRAME_HEAD: writes type, counter and
+   CRC around it, where body has room for them, and the stuffed frame with its zero into
+   wire, which has room for FC_WIRE_MAX(n). Returns the bytes on the wire. */
+size_t fc_frame_encode(uint8_t type, uint32_t counter, uint8_t *body, size_t n, uint8_t *wire);
+
+typedef struct {
+    uint8_t type;
+    uint32_t counter;
+    const uint8_t *payload;
+    size_t n;
+} fc_frame;
+
+/* Takes a frame apart in place, given what stood before its zero. Returns 0, or -1 where it
+   is damaged. The payload lies in wire. */
+int fc_frame_decode(uint8_t *wire, size_t n, fc_frame *frame);
+
+/* Payloads; each returns its bytes. */
+size_t fc_put_descriptor(uint8_t *to, uint32_t boot, const char *text, size_t n);
+size_t fc_put_samples_head(uint8_t *to, uint32_t first_sample, uint32_t overflow, uint8_t n);
+size_t fc_put_marker(uint8_t *to, uint32_t sample, const uint8_t *text, size_t n);
+size_t fc_put_stopped(uint8_t *to, uint32_t next_sample, uint32_t overflow);
+size_t fc_put_refused(uint8_t *to, const char *reason);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,28 @@
+/* The few peripherals of the emulated board that are used. */
+#ifndef BOARD_H
+#define BOARD_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum { BOARD_CLOCK_HZ = 25000000, BOARD_TIMER_IRQ = 8 };
+
+void uart_init(void);
+bool uart_put(uint8_t byte); /* false where it takes none just now */
+bool uart_get(uint8_t *byte);
+
+/* Interrupts from the first period on; each interrupt sets the period after the one that
+   then runs. */
+void timer_start(uint32_t ticks);
+void timer_period(uint32_t ticks);
+void timer_stop(void);
+void board_timer_interrupt(void); /* the program's */
+
+/* Semihosting: what the emulator does for its guest. */
+void host_arguments(char *text, size_t room);
+size_t host_read(const char *path, uint8_t *to, size_t room); /* bytes read, 0 on an error */
+uint32_t host_seconds(void);
+void board_exit(int code);
+
+#endif

@@ -1,0 +1,44 @@
+"""Write core/fc_layout.h: the layout of the fingertips as the firmware tells it.
+
+The layout is ``firstcontact.core.fingertip_layout()``; run this after changing it.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from firstcontact.core import fingertip_layout
+
+PAGE = Path(__file__).parent / "core" / "fc_layout.h"
+HEAD = """\
+/* The descriptor that the device sends. Written by write_layout.py: do not edit. */
+#ifndef FC_LAYOUT_H
+#define FC_LAYOUT_H
+
+#define FC_FIRMWARE_VERSION "0.1.0"
+
+#define FC_LAYOUT \\
+"""
+TAIL = """
+
+/* board and source are string literals; source is "real", "twin" or "synthetic". */
+#define FC_DESCRIPTOR_TEXT(board, source) \\
+    "{\\"firmware\\":\\"firstcontact " FC_FIRMWARE_VERSION " (" board ")\\"," \\
+    "\\"sensor\\":\\"piezo + 3x2 Velostat, two fingertips\\",\\"hand\\":\\"\\"," \\
+    "\\"source\\":\\"" source "\\",\\"layout\\":" FC_LAYOUT "}"
+
+#endif
+"""
+
+
+def text() -> str:
+    """The header as it should be."""
+    layout = json.dumps(fingertip_layout().to_json(), separators=(",", ":"))
+    pieces = layout.replace("},{", "},\n{").replace("],", "],\n").split("\n")
+    lines = ['    "' + piece.replace('"', '\\"') + '"' for piece in pieces]
+    return HEAD + " \\\n".join(lines) + TAIL
+
+
+if __name__ == "__main__":
+    PAGE.write_text(text(), encoding="utf-8")

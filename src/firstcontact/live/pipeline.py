@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 #: that is longer), s: all offsets are shorter.
 AFTER = 0.2
 #: With no closing going on, samples are worked on in lots of this length, s.
-IDLE = 0.003
+IDLE = 0.012
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,186 @@
+"""The device's side of ``docs/protocol.md``: samples and the host's bytes in, frames out.
+
+No I/O and no clock. It does what ``firmware/core/fc_device.c`` does: samples wait in a ring
+until the line takes them; when the ring is full they are dropped and counted.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.device import protocol
+from firstcontact.device.protocol import FRAME_SAMPLES, FrameError, FrameType
+from firstcontact.device.source import Descriptor
+
+#: Longest frame of a host, stuffed, bytes; what is longer is none.
+LONGEST_HEARD = 256
+#: Markers of the device's own that wait; the oldest goes when there are more.
+MARKERS_WAITING = 16
+
+
+class Responder:
+    """One start of a device.
+
+    Parameters
+    ----------
+    descriptor
+        What it says about itself.
+    boot
+        Another number after each start.
+    room
+        Samples that can wait.
+    on_mark
+        Called with the text of each of the host's marks.
+
+    Attributes
+    ----------
+    next_sample
+        Number of the next sample, counted from 0 whether it is sent or not.
+    overflow
+        Samples dropped because the ring was full.
+    streaming
+        Whether samples are sent.
+    """
+
+    def __init__(
+        self,
+        descriptor: Descriptor,
+        boot: int,
+        room: int,
+        on_mark: Callable[[str], object] = lambda text: None,
+    ) -> None:
+        self.next_sample = 0
+        self.overflow = 0
+        self.streaming = False
+        self._descriptor = descriptor
+        self._boot = boot
+        self._on_mark = on_mark
+        self._counter = 0
+        self._ring = np.empty((room, len(descriptor.layout.channels)), np.int16)
+        self._numbers = np.zeros(room, np.int64)
+        self._overflows = np.zeros(room, np.int64)
+        self._tail = 0
+        self._used = 0
+        self._heard = bytearray()
+        self._reply: tuple[FrameType, bytes] | None = None
+        self._markers: deque[tuple[int, str]] = deque(maxlen=MARKERS_WAITING)
+
+    @property
+    def listens(self) -> bool:
+        """Whether more of the host's bytes may come; not while it is owed a reply."""
+        return self._reply is None
+
+    def sample(self, data: NDArray[np.int16]) -> None:
+        """Take the next samples, shape (n, channels)."""
+        n = len(data)
+        if self.streaming:
+            room = len(self._ring)
+            taken = min(n, room - self._used)
+            slots = (self._tail + self._used + np.arange(taken)) % room
+            self._ring[slots] = data[:taken]
+            self._numbers[slots] = self.next_sample + np.arange(taken)
+            self._overflows[slots] = self.overflow
+            self._used += taken
+            self.overflow += n - taken
+        self.next_sample += n
+
+    def marker(self, sample: int, text: str) -> None:
+        """Have a word of the device's own sent, after the samples before ``sample``."""
+        if self.streaming:
+            self._markers.append((sample, text))
+
+    def hear(self, data: bytes) -> None:
+        """Take bytes of the host; what follows a request waits until that is answered."""
+        self._heard += data
+        self._obey()
+
+    def frame(self) -> bytes:
+        """The next frame to be sent, with the zero that ends it; b"" where there is none."""
+        stopping = self._reply is not None and self._reply[0] is FrameType.STOPPED
+        if self._reply is not None and not stopping:
+            return self._answer()
+        if self._markers and not self._before(self._markers[0][0]):
+            sample, text = self._markers.popleft()
+            return self._encode(FrameType.MARKER, protocol.marker_payload(sample, text))
+        n = self._in_a_row()
+        if n == FRAME_SAMPLES or 0 < n < self._used or (n and stopping):
+            return self._samples(n)
+        return self._answer() if stopping else b""
+
+    def _answer(self) -> bytes:
+        assert self._reply is not None
+        out = self._encode(*self._reply)
+        self._reply = None
+        self._obey()
+        return out
+
+    def _before(self, sample: int) -> bool:
+        """Whether samples before this one wait."""
+        return self._used > 0 and int(self._numbers[self._tail]) < sample
+
+    def _in_a_row(self) -> int:
+        """How many waiting samples the next frame can take: five at most, none after a gap."""
+        most = min(FRAME_SAMPLES, self._used)
+        first = int(self._numbers[self._tail])
+        room = len(self._ring)
+        while most > 1 and int(self._numbers[(self._tail + most - 1) % room]) != first + most - 1:
+            most -= 1
+        return most
+
+    def _samples(self, n: int) -> bytes:
+        first, overflow = int(self._numbers[self._tail]), int(self._overflows[self._tail])
+        data = self._ring.take(range(self._tail, self._tail + n), axis=0, mode="wrap")
+        self._tail = (self._tail + n) % len(self._ring)
+        self._used -= n
+        return self._encode(FrameType.SAMPLES, protocol.samples_payload(first, overflow, data))
+
+    def _encode(self, kind: FrameType, payload: bytes) -> bytes:
+        out = protocol.encode(kind, self._counter, payload)
+        self._counter += 1
+        return out
+
+    def _obey(self) -> None:
+        """Do what the host said, up to the first thing that it is owed a reply for."""
+        while self._reply is None and 0 in self._heard:
+            stuffed, _, self._heard = self._heard.partition(b"\0")
+            if not 0 < len(stuffed) <= LONGEST_HEARD:
+                continue
+            try:
+                frame = protocol.decode(bytes(stuffed))
+            except FrameError:
+                continue
+            self._do(frame.type, frame.payload)
+        if 0 not in self._heard:
+            # Enough to tell that it is too long.
+            del self._heard[LONGEST_HEARD + 1 :]
+
+    def _do(self, kind: int, payload: bytes) -> None:
+        match kind:
+            case FrameType.HELLO if payload:
+                self._reply = self._introduction(payload[0])
+            case FrameType.START:
+                self.streaming = True
+            case FrameType.STOP:
+                self.streaming = False
+                self._markers.clear()
+                stopped = protocol.stopped_payload(self.next_sample, self.overflow)
+                self._reply = (FrameType.STOPPED, stopped)
+            case FrameType.MARK if len(payload) <= protocol.MARKER_BYTES:
+                text = payload.decode(errors="replace")
+                self._reply = (
+                    FrameType.MARKER, protocol.marker_payload(self.next_sample, text)
+                )  # fmt: skip
+                self._on_mark(text)
+            case _:
+                pass  # what a later version may say
+
+    def _introduction(self, version: int) -> tuple[FrameType, bytes]:
+        if version == protocol.VERSION:
+            text = self._descriptor.to_text()
+            return FrameType.DESCRIPTOR, protocol.descriptor_payload(self._boot, text)
+        reason = f"this device speaks version {protocol.VERSION} of the protocol, not {version}"
+        return FrameType.REFUSED, bytes([protocol.VERSION]) + reason.encode()

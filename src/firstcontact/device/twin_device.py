@@ -1,0 +1,138 @@
+"""The twin as a device that is plugged in: a port to open, and nothing else to know.
+
+It runs in a process of its own and costs the host's interpreter nothing. What the hand
+takes stands in the samples' own line: at each start of the motor the device sends the
+marker "twin: <object>", pinned to that sample. A host that sends the mark "object: block
+29" has it take only that object from the next closing on (the names are those of
+:mod:`firstcontact.twin.objects`); "object: any" goes back to the plan, and a name
+that it does not know is answered with a marker that says so.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+from collections.abc import Sequence
+from contextlib import suppress
+from types import TracebackType
+from typing import Self
+
+from firstcontact.core import InputError
+
+
+class TwinDevice:
+    """A twin on a pseudo terminal, from here until it is closed.
+
+    It starts to count samples at once, paced by the monotonic clock, and sends them when
+    it is told to, as ``docs/protocol.md`` says. It dies with this process, however that
+    ends, and takes no notice of Ctrl-C.
+
+    Parameters
+    ----------
+    condition
+        "paper-rig" or "everyday".
+    objects
+        Names of what the hand takes up; all of the paper's by default.
+    seed
+        Of everything by chance: the hand is that of ``firstcontact simulate`` with
+        this condition and seed.
+    speed
+        1 for real time; more to have an hour in less.
+
+    Raises
+    ------
+    InputError
+        Something given is not known, the twin's extra is not installed, or the
+        process did not start.
+
+    Notes
+    -----
+    The methods may be called from any thread. What a host that does not read misses is
+    counted by the device after half a second. An unplugged twin keeps its power: it counts on,
+    and drops what cannot wait.
+    """
+
+    def __init__(
+        self,
+        condition: str = "paper-rig",
+        objects: Sequence[str] | None = None,
+        seed: int = 0,
+        speed: float = 1.0,
+    ) -> None:
+        if not 0 < speed < float("inf"):
+            raise InputError(f"speed is {speed}: use a number above 0")
+        options = [f"--condition={condition}", f"--seed={seed}", f"--speed={speed}"]
+        options += [f"--object={name}" for name in objects or ()]
+        self._lock = threading.Lock()
+        # A session of its own: signals to the terminal's group are not for it.
+        self._process = subprocess.Popen(  # noqa: S603
+            [sys.executable, "-m", "firstcontact.device.twin_process", *options],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            start_new_session=True,
+        )
+        try:
+            word, _, rest = self._answer().partition(" ")
+            if word != "ready":
+                raise InputError(rest or "the twin's process did not start: see what it printed")
+        except BaseException:
+            self.close()
+            raise
+        #: What to open as a serial port.
+        self.port = rest
+
+    @property
+    def pid(self) -> int:
+        """Of the twin's process."""
+        return self._process.pid
+
+    def reset(self) -> None:
+        """Have the device restart: another boot, samples from 0, silent until started."""
+        self._tell("reset")
+
+    def unplug(self) -> None:
+        """Pull the cable: the port is gone under whoever has it open."""
+        self._tell("unplug")
+
+    def plug(self) -> None:
+        """Put the cable back: the port is there again under the same name."""
+        self._tell("plug")
+
+    def close(self) -> None:
+        """End the twin and its port. Closing twice is fine."""
+        with self._lock:
+            stdin, stdout = self._process.stdin, self._process.stdout
+            assert stdin is not None
+            assert stdout is not None
+            with suppress(OSError):
+                stdin.close()
+            self._process.wait()
+            stdout.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _tell(self, word: str) -> None:
+        with self._lock:
+            stdin = self._process.stdin
+            assert stdin is not None
+            try:
+                stdin.write(word.encode() + b"\n")
+                stdin.flush()
+            except (OSError, ValueError) as error:
+                raise InputError("the twin's process has ended: open another twin") from error
+            if self._answer() != "done":
+                raise InputError("the twin's process has ended: open another twin")
+
+    def _answer(self) -> str:
+        assert self._process.stdout is not None
+        return self._process.stdout.readline().decode().rstrip("\n")

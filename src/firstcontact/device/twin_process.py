@@ -1,0 +1,222 @@
+"""The process in which the twin is a device: paced samples on a pseudo terminal.
+
+Started by :class:`firstcontact.device.twin_device.TwinDevice`, which talks to it through
+its standard input, one word a line, and ends it by closing that: so it also ends when its
+parent is killed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import secrets
+import select
+import signal
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from firstcontact import __version__
+from firstcontact.core import InputError, fingertip_layout
+from firstcontact.core.layout import FINGERTIP_RATE, TAXELS
+from firstcontact.device.protocol import FRAME_SAMPLES
+from firstcontact.device.pseudo_terminal import PseudoTerminal
+from firstcontact.device.responder import Responder
+from firstcontact.device.source import Descriptor
+
+#: Samples that wait for a host that does not read, s of the host's time.
+RING = 0.5
+#: Shortest time between two looks at the clock, s.
+TICK = 1e-3
+#: Frames are made ahead up to about this many bytes.
+WIRE_BYTES = 4096
+
+
+class TwinProcess:
+    """The twin behind a terminal.
+
+    Parameters
+    ----------
+    terminal
+        Where the host is.
+    condition, objects, seed
+        As of :class:`firstcontact.twin.stream.TwinStream`.
+    speed
+        Samples a second, as a multiple of 4936.
+    """
+
+    def __init__(
+        self,
+        terminal: PseudoTerminal,
+        condition: str,
+        objects: Sequence[str] | None,
+        seed: int,
+        speed: float,
+    ) -> None:
+        # Numba is an extra: what needs it is imported where it is needed.
+        from firstcontact.twin.filter import DeviceFilter
+        from firstcontact.twin.stream import TwinStream
+
+        self._terminal = terminal
+        self._rate = FINGERTIP_RATE * speed
+        # Whole frames, and no more often than a tick.
+        self._batch = FRAME_SAMPLES * max(1, round(self._rate * TICK / FRAME_SAMPLES))
+        # Compiles everything, or loads it, before the clock starts.
+        DeviceFilter().update(TwinStream(condition, objects, seed).read(round(2 * FINGERTIP_RATE)))
+        self._stream = TwinStream(condition, objects, seed)
+        self._filter = DeviceFilter()
+        self._boot = secrets.randbits(31)
+        self._announced = -1
+        self._begin = time.monotonic()
+        self._made = 0
+        self._start()
+
+    def _start(self) -> None:
+        """Be switched on: everything anew but the hand, which goes on."""
+        self._boot += 1
+        # A restarted device begins with the first taxel.
+        self._stream.read(-self._stream.sample % TAXELS)
+        self._origin = self._stream.sample
+        self._filter.reset()
+        self._wire = b""
+        self._responder = Responder(
+            DESCRIPTOR, self._boot, max(round(RING * self._rate), FRAME_SAMPLES), self._choose
+        )
+
+    def run(self) -> None:
+        """Serve until standard input ends."""
+        while True:
+            behind = self._catch_up()
+            self._send()
+            listening: list[int | PseudoTerminal] = [0]
+            if self._terminal.plugged and self._responder.listens:
+                listening.append(self._terminal)
+            full = [self._terminal] if self._wire else []
+            wait = 0.0 if behind else self._until_next()
+            readable, _, _ = select.select(listening, full, [], wait)
+            if self._terminal in readable:
+                self._responder.hear(self._terminal.read())
+            if 0 in readable and not self._command():
+                return
+
+    def _catch_up(self) -> bool:
+        """Make a batch of samples where it is due; True where the next one is due, too."""
+        due = int((time.monotonic() - self._begin) * self._rate) - self._made
+        if due < self._batch:
+            return False
+        data = self._filter.update(self._stream.read(self._batch))
+        self._responder.sample(data)
+        self._made += self._batch
+        self._announce()
+        return due >= 2 * self._batch
+
+    def _until_next(self) -> float:
+        at = self._begin + (self._made + self._batch) / self._rate
+        return max(at - time.monotonic(), 0.0)
+
+    def _announce(self) -> None:
+        """Tell what the hand has begun to close on."""
+        for pinch in reversed(self._stream.pinches):
+            if pinch.start <= self._announced:
+                return
+            if pinch.start < self._stream.sample:
+                self._announced = pinch.start
+                sample = max(pinch.start - self._origin, 0)
+                self._responder.marker(sample, f"twin: {pinch.label.object}")
+                return
+
+    def _send(self) -> None:
+        if not self._terminal.plugged:
+            return
+        while len(self._wire) < WIRE_BYTES:
+            frame = self._responder.frame()
+            if not frame:
+                break
+            self._wire += frame
+        if self._wire:
+            self._wire = self._wire[self._terminal.write(self._wire) :]
+
+    def _choose(self, text: str) -> None:
+        """Obey a mark that names an object."""
+        word, _, name = text.partition(":")
+        if word.strip() != "object":
+            return
+        name = name.strip()
+        try:
+            self._stream.choose(None if name == "any" else name)
+        except InputError as error:
+            self._responder.marker(self._responder.next_sample, f"twin: {error}")
+
+    def _command(self) -> bool:
+        """Obey one line of the parent; False where there is none any more."""
+        # Read without a buffer: select sees no more than what is in the pipe.
+        line = b""
+        while not line.endswith(b"\n"):
+            byte = os.read(0, 1)
+            if not byte:
+                return False
+            line += byte
+        match line.strip():
+            case b"reset":
+                self._start()
+            case b"unplug":
+                self._terminal.unplug()
+                self._wire = b""
+            case b"plug":
+                self._terminal.plug()
+        say("done")
+        return True
+
+
+DESCRIPTOR = Descriptor(
+    fingertip_layout(),
+    firmware=f"firstcontact {__version__} (twin)",
+    sensor="simulated fingertip",
+    hand="simulated hand",
+    source="twin",
+)
+
+
+def say(line: str) -> None:
+    """Tell the parent a line; one that is gone is not told."""
+    try:
+        sys.stdout.write(line + "\n")
+        sys.stdout.flush()
+    except BrokenPipeError:
+        return
+
+
+def main() -> None:
+    """Be the twin until standard input ends."""
+    # Ctrl-C in a terminal is for the host; SIGTERM takes the link away first.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--condition", required=True)
+    parser.add_argument("--object", action="append", dest="objects")
+    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--speed", type=float, required=True)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="firstcontact-twin-") as folder:
+        terminal = PseudoTerminal(Path(folder) / "port")
+        try:
+            twin = TwinProcess(
+                terminal, options.condition, options.objects, options.seed, options.speed
+            )
+        except ImportError:
+            say("refused the twin needs Numba: install it with `pip install 'firstcontact[twin]'`")
+            return
+        except InputError as error:
+            say(f"refused {error}")
+            return
+        say(f"ready {terminal.path}")
+        try:
+            twin.run()
+        finally:
+            terminal.unplug()
+
+
+if __name__ == "__main__":
+    main()

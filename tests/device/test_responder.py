@@ -1,0 +1,238 @@
+"""The device's side of the protocol, as a host sees it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from firstcontact.core import fingertip_layout
+from firstcontact.device import protocol
+from firstcontact.device.protocol import Frame, FrameType, encode
+from firstcontact.device.responder import LONGEST_HEARD, Responder
+from firstcontact.device.source import Descriptor
+
+DESCRIPTOR = Descriptor(fingertip_layout(), "test", "sensor", "hand", "twin")
+CHANNELS = 16
+
+
+def numbered(first: int, n: int) -> NDArray[np.int16]:
+    """Samples that carry their own number in channel 0."""
+    data = np.zeros((n, CHANNELS), np.int16)
+    data[:, 0] = np.arange(first, first + n)
+    return data
+
+
+@dataclass
+class Host:
+    """What a host makes of a device's frames."""
+
+    device: Responder
+    said: int = 0
+    frames: list[Frame] = field(default_factory=list)
+
+    def say(self, kind: int, payload: bytes = b"") -> None:
+        self.device.hear(encode(kind, self.said, payload))
+        self.said += 1
+
+    def make(self, n: int) -> None:
+        self.device.sample(numbered(self.device.next_sample, n))
+
+    def listen(self) -> list[Frame]:
+        """All frames that there are now."""
+        new = []
+        while wire := self.device.frame():
+            assert wire.endswith(b"\0")
+            new.append(protocol.decode(wire[:-1]))
+        self.frames += new
+        assert [f.counter for f in self.frames] == list(range(len(self.frames)))
+        return new
+
+    def numbers(self) -> list[int]:
+        """Numbers of the samples received, checked against what they carry."""
+        out: list[int] = []
+        for frame in self.frames:
+            if frame.type == FrameType.SAMPLES:
+                s = protocol.read_samples(frame.payload, CHANNELS)
+                assert 1 <= len(s.data) <= 5
+                assert list(s.data[:, 0]) == list(
+                    range(s.first_sample, s.first_sample + len(s.data))
+                )
+                out += list(s.data[:, 0])
+        return out
+
+
+def device(room: int = 1000) -> Host:
+    return Host(Responder(DESCRIPTOR, 7, room))
+
+
+def test_it_says_nothing_before_it_is_asked() -> None:
+    host = device()
+    host.make(500)
+    host.device.marker(10, "twin: apple 1")
+    assert host.listen() == []
+
+
+def test_hello_is_answered_with_what_it_is() -> None:
+    host = device()
+    host.say(FrameType.HELLO, b"\1")
+    (frame,) = host.listen()
+    assert frame.type == FrameType.DESCRIPTOR
+    version, boot, text = protocol.read_descriptor(frame.payload)
+    assert (version, boot) == (protocol.VERSION, 7)
+    assert Descriptor.from_text(text) == DESCRIPTOR
+
+
+@pytest.mark.parametrize("version", [0, 2, 255])
+def test_another_version_is_refused(version: int) -> None:
+    host = device()
+    host.say(FrameType.HELLO, bytes([version]))
+    (frame,) = host.listen()
+    assert frame.type == FrameType.REFUSED
+    assert frame.payload[0] == protocol.VERSION
+    assert f"not {version}" in frame.payload[1:].decode()
+
+
+def test_samples_count_while_nothing_is_sent() -> None:
+    host = device()
+    host.make(123)
+    host.say(FrameType.START)
+    host.make(10)
+    host.listen()
+    assert host.numbers() == list(range(123, 133))
+
+
+@given(st.lists(st.integers(0, 40), max_size=20))
+def test_frames_hold_five_and_a_stop_sends_the_rest(blocks: list[int]) -> None:
+    host = device()
+    host.say(FrameType.START)
+    for n in blocks:
+        host.make(n)
+        host.listen()
+    total = sum(blocks)
+    assert len(host.numbers()) == total - total % 5
+    host.say(FrameType.STOP)
+    host.make(33)
+    host.listen()
+    assert host.numbers() == list(range(total))
+    assert host.frames[-1].type == FrameType.STOPPED
+    assert protocol.read_stopped(host.frames[-1].payload) == (total, 0)
+    host.make(50)
+    assert host.listen() == []
+
+
+@given(
+    st.integers(1, 30),
+    st.lists(st.tuples(st.integers(0, 25), st.integers(0, 4)), max_size=25),
+)
+def test_received_and_overflow_are_all_there_was(room: int, turns: list[tuple[int, int]]) -> None:
+    host = device(room)
+    host.say(FrameType.START)
+    for made, taken in turns:
+        host.make(made)
+        for _ in range(taken):
+            wire = host.device.frame()
+            if wire:
+                host.frames.append(protocol.decode(wire[:-1]))
+    host.say(FrameType.STOP)
+    host.listen()
+    total = sum(made for made, _ in turns)
+    numbers = host.numbers()
+    assert numbers == sorted(set(numbers))
+    assert protocol.read_stopped(host.frames[-1].payload) == (total, total - len(numbers))
+    # What each frame tells is what is missing before it.
+    seen = 0
+    for frame in host.frames:
+        if frame.type == FrameType.SAMPLES:
+            s = protocol.read_samples(frame.payload, CHANNELS)
+            assert s.overflow == s.first_sample - seen
+            seen += len(s.data)
+
+
+def test_a_stall_is_counted_to_the_sample() -> None:
+    host = device(room=100)
+    host.say(FrameType.START)
+    host.make(1000)
+    host.listen()
+    assert host.numbers() == list(range(100))
+    host.make(5)
+    last = protocol.read_samples(host.listen()[-1].payload, CHANNELS)
+    assert (last.first_sample, last.overflow) == (1000, 900)
+
+
+def test_a_mark_is_echoed_with_the_number_of_the_next_sample() -> None:
+    heard: list[str] = []
+    host = Host(Responder(DESCRIPTOR, 1, 100, heard.append))
+    host.make(42)
+    host.say(FrameType.MARK, "Müller: apple".encode())
+    (frame,) = host.listen()
+    assert frame.type == FrameType.MARKER
+    assert protocol.read_marker(frame.payload) == (42, "Müller: apple")
+    assert heard == ["Müller: apple"]
+    host.say(FrameType.MARK, bytes(201))
+    assert host.listen() == []
+    assert len(heard) == 1
+
+
+def test_its_own_marker_comes_after_the_samples_before_it() -> None:
+    host = device()
+    host.say(FrameType.START)
+    host.make(20)
+    host.device.marker(10, "twin: apple 1")
+    kinds = [f.type for f in host.listen()]
+    assert kinds == [FrameType.SAMPLES] * 2 + [FrameType.MARKER] + [FrameType.SAMPLES] * 2
+
+
+def test_requests_in_one_breath_are_answered_in_turn() -> None:
+    host = device()
+    host.make(3)
+    breath = [(FrameType.HELLO, b"\1"), (FrameType.MARK, b"a"), (FrameType.START, b"")]
+    host.device.hear(b"".join(encode(kind, k, p) for k, (kind, p) in enumerate(breath)))
+    assert not host.device.listens
+    host.listen()
+    assert host.device.listens
+    host.make(5)
+    host.listen()
+    kinds = [f.type for f in host.frames]
+    assert kinds == [FrameType.DESCRIPTOR, FrameType.MARKER, FrameType.SAMPLES]
+
+
+@given(st.binary(max_size=600), st.integers(1, 40))
+def test_noise_is_not_obeyed_and_does_not_deafen(noise: bytes, piece: int) -> None:
+    host = device()
+    wire = noise + b"\0" + encode(FrameType.HELLO, 0, b"\1")
+    for k in range(0, len(wire), piece):
+        host.device.hear(wire[k : k + piece])
+    assert [f.type for f in host.listen()] == [FrameType.DESCRIPTOR]
+
+
+@pytest.mark.parametrize("place", range(11))
+def test_a_damaged_request_is_not_obeyed(place: int) -> None:
+    host = device()
+    wire = bytearray(encode(FrameType.HELLO, 0, b"\1"))
+    wire[place] ^= 0x10
+    host.device.hear(bytes(wire) + b"\0")
+    assert host.listen() == []
+
+
+def test_what_is_longer_than_a_request_is_thrown_away() -> None:
+    host = device()
+    for _ in range(100):
+        host.device.hear(b"\1" * LONGEST_HEARD)
+    assert len(host.device._heard) <= LONGEST_HEARD + 1
+    host.device.hear(b"\0")
+    host.say(FrameType.HELLO, b"\1")
+    assert [f.type for f in host.listen()] == [FrameType.DESCRIPTOR]
+
+
+def test_what_it_does_not_know_it_ignores() -> None:
+    host = device()
+    host.say(0x99, b"later")
+    host.say(FrameType.DESCRIPTOR, b"")
+    assert host.listen() == []
+    host.say(FrameType.HELLO, b"")
+    assert host.listen() == []

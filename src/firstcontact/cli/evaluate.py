@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import tyro
 
 from firstcontact.cli.extras import need
-from firstcontact.cli.train import in_words, score, starts
+from firstcontact.cli.train import aligned_by_truth, coverage_in_words, in_words
 from firstcontact.core.errors import InputError
 
 if TYPE_CHECKING:
-    from firstcontact.stiffness import Model
+    from firstcontact.stiffness import Interval, Model
     from firstcontact.study.training import Examples
 
 
@@ -26,20 +26,23 @@ class Evaluate:
     data: tyro.conf.Positional[Path]
     """A recording, or a folder of recordings."""
     contacts: Literal["auto", "truth", "detected"] = "auto"
-    """Where windows start: known contacts or found ones; auto: known if there are any."""
+    """Where windows start: known contacts, or those that the model's detector finds; auto: known if
+    there are any."""
 
     def run(self) -> None:
         """Print errors or accuracy, and a table of objects."""
         import numpy as np
 
+        from firstcontact.contact.detector_file import load_detector
         from firstcontact.recording import load_dataset
-        from firstcontact.stiffness import load_model, read_card
+        from firstcontact.stiffness import load_interval, load_model, read_card
+        from firstcontact.study.alignment import found, known
         from firstcontact.study.training import examples
 
         card = read_card(self.model)
         if card.get("kind") == "cnn":
             need("cnn", "onnx", "onnxruntime")
-        model = load_model(self.model)
+        model, interval = load_model(self.model), load_interval(self.model)
         dataset = load_dataset(self.data)
         model.spec.require_rate(dataset.layout.rate)
         target = card["data"].get("target", "shore_a")
@@ -50,18 +53,20 @@ class Evaluate:
         known_session = np.isin(dataset.sessions, card["data"]["sessions"]) & ~dataset.test
         known_session &= card["data"]["source"] == dataset.source
         learned = known_specimen & known_session
-        known = any(p.first is not None for p in dataset.pinches)
-        truth = self.contacts == "truth" or (self.contacts == "auto" and known)
-        contacts, how = starts(dataset, dataset.take(learned), truth)
-        data = examples(dataset, contacts, model.spec.duration, values)
+        if aligned_by_truth(self.contacts, dataset, self.data):
+            contacts = known(dataset)
+        else:
+            contacts = found(dataset, load_detector(self.model))
+        data = examples(dataset, contacts.contacts, model.spec.duration, values)
         if not len(data):
             raise InputError(
-                f"{self.data}: none of {len(dataset)} pinches has a contact ({how}), a "
+                f"{self.data}: none of {len(dataset)} pinches has a contact ({contacts.how}), a "
                 f"whole window of {1e3 * model.spec.duration:.3g} ms and a {target}"
             )
         seen = learned[data.which]
         left_out = len(dataset) - len(data)
-        print(f"contacts {how}; {len(data)} pinches scored, {left_out} without contact or label")
+        print(f"contacts {contacts.how}")
+        print(f"{len(data)} pinches scored, {left_out} without contact or label")
         if seen.any():
             print(
                 f"warning: {seen.sum()} pinches are of sessions and specimens that the model "
@@ -76,11 +81,15 @@ class Evaluate:
             ("seen in training", seen),
         ):
             if which.any():
-                _report(title, model, data.take(which), target)
+                _report(title, model, interval, data.take(which), target)
 
 
-def _report(title: str, model: Model, data: Examples, target: str) -> None:
+def _report(
+    title: str, model: Model, interval: Interval | None, data: Examples, target: str
+) -> None:
     import numpy as np
+
+    from firstcontact.study.keeping import covered, score
 
     if model.spec.classes:
         inside = np.isin(data.y, model.spec.classes)
@@ -94,6 +103,11 @@ def _report(title: str, model: Model, data: Examples, target: str) -> None:
         return
     predicted = model.predict(data.X)
     print(f"{title}: {in_words(score(model.spec.task, data, predicted, seed=0))}")
+    held = covered(interval, predicted, data.y)
+    if interval is not None:
+        print(f"  {coverage_in_words(held, interval.level)}")
+    elif not model.spec.classes:
+        print("  the model has no interval")
     for line in _table(data, predicted, target):
         print(f"  {line}")
 

@@ -1,8 +1,8 @@
-"""``firstcontact train``: a model and its card out of recordings."""
+"""``firstcontact train``: models, their cards and a contact detector out of recordings."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -13,38 +13,46 @@ from firstcontact.cli.extras import need
 from firstcontact.core.errors import InputError
 
 if TYPE_CHECKING:
-    from firstcontact.core import Contact, Dataset
-    from firstcontact.study.splits import Split
+    from firstcontact.contact import Detector
+    from firstcontact.core import Dataset
+    from firstcontact.study.alignment import Alignment
+    from firstcontact.study.keeping import Kept
     from firstcontact.study.training import Examples
 
 
 @dataclass(frozen=True)
 class Train:
-    """Learn a stiffness model from the pinches of role "train", and save it with its card."""
+    """Learn stiffness models from the pinches of role "train"; save them with a detector."""
 
     data: tyro.conf.Positional[Path]
     """A recording, or a folder of recordings."""
     out: Path
-    """Folder for the model; a model in it is replaced."""
+    """Folder for the model and the detector; those in it are replaced."""
     model: Literal["svm", "cnn", "peak", "train_mean"] = "svm"
     """What learns."""
     task: Literal["regression", "classification"] = "regression"
     """Any Shore A, or one of those learned from."""
     contacts: Literal["auto", "truth", "detected"] = "auto"
-    """Where windows start: known contacts or found ones; auto: known if there are any."""
-    window_ms: float = 15.0
-    """Length of the window after the contact, ms."""
+    """Where windows start: known contacts, or found ones as live; auto: known if there are any."""
+    window_ms: tuple[float, ...] = (15.0,)
+    """Length of the window after the contact, ms; several make a model each, in folders as 03ms."""
+    level: float = 0.9
+    """Share of intervals that are to hold the truth."""
     seed: int = 0
-    """Of the split, the search and the training."""
+    """Of the folds, the search and the training."""
 
     def run(self) -> None:
-        """Score on held-out sessions, then learn from everything and save."""
+        """Score and calibrate on held-out sessions, then learn from everything and save."""
         if self.model == "cnn":
             need("cnn", "torch", "onnx", "onnxruntime")
-        if not 1.0 <= self.window_ms <= 1000.0 or self.seed < 0:
-            raise InputError("--window-ms must lie between 1 and 1000, and --seed not below 0")
+        self._check()
+        folders = self._folders()
+        from firstcontact.contact.detector_file import save_detector
         from firstcontact.recording import load_dataset
-        from firstcontact.stiffness import Card, Task, make_estimator, save_model
+        from firstcontact.stiffness import Task
+        from firstcontact.study.alignment import fit_detector, found_as_live, known
+        from firstcontact.study.keeping import learn_to_keep
+        from firstcontact.study.training import examples
 
         dataset = load_dataset(self.data)
         dataset = dataset.take(~dataset.test)
@@ -53,49 +61,109 @@ class Train:
                 f'{self.data}: all pinches have role "test": none is there to learn from'
             )
         target, values = _target(dataset, self.data)
-        truth = _aligned_by_truth(self.contacts, dataset, self.data)
-        split = _split(dataset, values, self.seed)
-
-        def learn(data: Examples) -> Any:
-            groups = data.sessions if (data.sessions != "").all() else None
-            estimator = make_estimator(self.model, Task(self.task), data.rate)
-            return estimator.fit(data.X, data.y, groups, self.seed)
-
-        def cut(asked: Dataset, learned_from: Dataset, wanted: Any) -> tuple[Examples, str]:
-            from firstcontact.study.training import examples
-
-            found, how = starts(asked, learned_from, truth)
-            cut = examples(asked, found, 1e-3 * self.window_ms, wanted)
+        truth = aligned_by_truth(self.contacts, dataset, self.data)
+        detector = fit_detector(dataset)
+        contacts = known(dataset) if truth else found_as_live(dataset, detector, self.seed)
+        everything = {}
+        for ms in folders:
+            cut = examples(dataset, contacts.contacts, 1e-3 * ms, values)
             if len(cut) < 2:
                 raise InputError(
-                    f"{self.data}: {len(cut)} of {len(asked)} pinches have a contact, a "
-                    f"whole window of {self.window_ms:g} ms and a {target}: import longer pinches"
+                    f"{self.data}: {len(cut)} of {len(dataset)} pinches have a contact, a "
+                    f"whole window of {ms:g} ms and a {target}: import longer pinches"
                 )
-            return cut, how
+            everything[ms] = cut
+        for ms, folder in folders.items():
+            kept = learn_to_keep(
+                everything[ms],
+                self.model,
+                Task(self.task),
+                self.seed,
+                self.level,
+                target == "shore_a",
+            )
+            self._save(folder, kept, everything[ms], dataset, contacts, target)
+        save_detector(detector, self.out, _learned(detector, dataset))
+        print(f"detector {detector.name}: {self.out}")
 
-        known, held = dataset.take(split.train), dataset.take(split.test)
-        part, _ = cut(known, known, values[split.train])
-        asked, how = cut(held, known, values[split.test])
-        scores = score(Task(self.task), asked, learn(part).predict(asked.X), self.seed)
-        whole, _ = cut(dataset, dataset, values)
+    def _check(self) -> None:
+        if (
+            not self.window_ms
+            or not all(1.0 <= ms <= 1000.0 for ms in self.window_ms)
+            or len(set(self.window_ms)) < len(self.window_ms)
+            or self.seed < 0
+        ):
+            raise InputError(
+                "--window-ms must lie between 1 and 1000, each length once, and --seed not below 0"
+            )
+        if not 0.5 <= self.level <= 0.99:
+            raise InputError("--level must lie between 0.5 and 0.99")
+
+    def _folders(self) -> dict[float, Path]:
+        """Folder of the model for each length of window, ms; shortest first."""
+        from firstcontact.stiffness.model_file import CARD
+
+        if len(self.window_ms) == 1:
+            folders = {self.window_ms[0]: self.out}
+        else:
+            folders = {ms: self.out / folder_name(ms) for ms in sorted(self.window_ms)}
+        there = {p.parent for p in (*self.out.glob(CARD), *self.out.glob(f"*/{CARD}"))}
+        left = sorted(there - set(folders.values()))
+        if left:
+            raise InputError(
+                f"{left[0]}: a model is here that would stay and not go with the new detector: "
+                "name another folder for --out, or remove it"
+            )
+        return folders
+
+    def _save(
+        self,
+        folder: Path,
+        kept: Kept,
+        data: Examples,
+        dataset: Dataset,
+        contacts: Alignment,
+        target: str,
+    ) -> None:
+        from firstcontact.stiffness import Card, save_model
+
         card = Card(
             data={
                 "source": dataset.source,
-                "pinches": len(whole),
-                "sessions": sorted({str(s) for s in whole.sessions}),
-                "specimens": sorted({str(s) for s in whole.specimens}),
+                "pinches": len(data),
+                "sessions": sorted({str(s) for s in data.sessions}),
+                "specimens": sorted({str(s) for s in data.specimens}),
                 "target": target,
-                "levels": sorted({float(v) for v in whole.y}),
-                "contacts": how,
+                "levels": sorted({float(v) for v in data.y}),
+                "contacts": contacts.how,
                 "seed": self.seed,
                 "notes": list(dataset.notes),
             },
-            split=f"scores: {_words(split, dataset)}; the saved model learned from all pinches",
-            scores=scores,
+            split=f"scores: {kept.split}; the saved model learned from all pinches",
+            scores=kept.scores,
+            interval=kept.interval,
+            calibration=kept.calibration,
         )
-        save_model(learn(whole), self.out, card)
-        print(f"{self.model} ({self.task}) learned from {len(whole)} pinches: {self.out}")
-        print(f"held out ({_words(split, dataset)}): {in_words(scores)}")
+        save_model(kept.model, folder, card)
+        print(f"{self.model} ({self.task}) learned from {len(data)} pinches: {folder}")
+        print(f"held out ({kept.split}): {in_words(kept.scores)}")
+        print(_interval_in_words(kept, target))
+
+
+def folder_name(ms: float) -> str:
+    """Folder of the model for windows of this length, ms: 3 becomes "03ms"."""
+    whole, dot, rest = f"{ms:g}".partition(".")
+    return f"{whole:0>2}{dot}{rest}ms"
+
+
+def _learned(detector: Detector, dataset: Dataset) -> dict[str, Any]:
+    if detector.name == "three_sigma":
+        return {}
+    return {
+        "source": dataset.source,
+        "pinches": sum(p.first is not None for p in dataset.pinches),
+        "sessions": sorted({str(s) for s in dataset.sessions}),
+    }
 
 
 def _target(dataset: Dataset, path: Path) -> tuple[str, Any]:
@@ -107,7 +175,14 @@ def _target(dataset: Dataset, path: Path) -> tuple[str, Any]:
     raise InputError(f"{path}: no pinch has a shore_a or a hardness_rank: import it with labels")
 
 
-def _aligned_by_truth(asked: str, dataset: Dataset, path: Path) -> bool:
+def aligned_by_truth(asked: str, dataset: Dataset, path: Path) -> bool:
+    """Whether ``--contacts`` means the known contacts of these pinches.
+
+    Raises
+    ------
+    InputError
+        Known contacts were asked for and there are none.
+    """
     known = any(p.first is not None for p in dataset.pinches)
     if asked == "truth" and not known:
         raise InputError(
@@ -117,69 +192,7 @@ def _aligned_by_truth(asked: str, dataset: Dataset, path: Path) -> bool:
     return asked == "truth" or (asked == "auto" and known)
 
 
-def starts(
-    asked: Dataset, learned_from: Dataset | None, truth: bool
-) -> tuple[Sequence[Contact | None], str]:
-    """First contacts of pinches, and how they were found, in words.
-
-    Parameters
-    ----------
-    asked
-        The pinches.
-    learned_from
-        What the SVM detector may learn from; without known contacts in it the
-        threshold is used, which learns nothing.
-    truth
-        Take the known contacts instead.
-    """
-    if truth:
-        return [p.first for p in asked.pinches], "known (strips or labels)"
-    from firstcontact.contact import detect, make_detector
-
-    if learned_from is not None and any(p.first is not None for p in learned_from.pinches):
-        detector = make_detector("svm").fit(learned_from)
-    else:
-        detector = make_detector("three_sigma").fit(asked)
-    found = [next(iter(detect(detector, pinch)), None) for pinch in asked.pinches]
-    return found, f"detected ({detector.name})"
-
-
-def _split(dataset: Dataset, values: Any, seed: int) -> Split:
-    """One fold of five: whole sessions where they are known, else pinches."""
-    import numpy as np
-
-    from firstcontact.stiffness.folds import inner_folds
-    from firstcontact.study.splits import Group, Split, by_session
-
-    if np.isfinite(values).sum() < 10:
-        raise InputError(
-            f"{int(np.isfinite(values).sum())} labelled pinches are too few to learn from and to "
-            "score: record ten or more"
-        )
-    sessions = np.unique(dataset.sessions)
-    levels = np.nan_to_num(values, nan=-1.0)
-    if len(sessions) > 1 and "" not in sessions:
-        return by_session(dataset.sessions, levels, seed)[0]
-    train, held = next(inner_folds(levels, None, seed, k=5))
-    return Split("random fifth", train, held, frozenset({Group.SESSION, Group.SPECIMEN}))
-
-
-def _words(split: Split, dataset: Dataset) -> str:
-    held = sorted({str(s) for s in dataset.sessions[split.test]})
-    if set(held) & {str(s) for s in dataset.sessions[split.train]}:
-        return "random pinches, which flatters: there are no two known sessions"
-    return f"session{'s' if len(held) > 1 else ''} {', '.join(held)}"
-
-
-def score(task: str, asked: Examples, predicted: Any, seed: int) -> dict[str, Any]:
-    """Scores of a model on pinches that it did not learn from."""
-    from firstcontact.study.metrics import classification_scores, regression_scores
-
-    of = regression_scores if task == "regression" else classification_scores
-    return of(asked.y, predicted, asked.clusters, seed)
-
-
-def in_words(scores: dict[str, Any]) -> str:
+def in_words(scores: Mapping[str, Any]) -> str:
     """Scores on one line."""
     names = [n for n in ("accuracy", "rmse", "mae", "mse", "bias") if n in scores]
     numbers = [
@@ -187,3 +200,22 @@ def in_words(scores: dict[str, Any]) -> str:
         for name in names
     ]
     return f"{', '.join(numbers)}, {scores['n']} pinches"
+
+
+def coverage_in_words(found: Mapping[str, float], level: float) -> str:
+    """How often an interval held the truth, on one line."""
+    return (
+        f"interval at level {level:g} held {100 * found['coverage']:.1f} % of {found['n']} "
+        f"pinches, mean width {found['mean_width']:.1f}"
+    )
+
+
+def _interval_in_words(kept: Kept, target: str) -> str:
+    if kept.interval is None:
+        return f"no interval: {kept.calibration['none']}"
+    checked = kept.calibration["held_out"]
+    if not checked:
+        return f"interval at level {kept.interval.level:g}: too few pinches to check it on"
+    words = coverage_in_words(checked, kept.interval.level)
+    unit = " Shore A" if target == "shore_a" else ""
+    return f"held out, calibrated on other folds: {words}{unit}"

@@ -44,7 +44,8 @@ def write_learned(
     """
     from safetensors.numpy import save
 
-    whole = {name: np.ascontiguousarray(a) for name, a in arrays.items()}
+    # Not ascontiguousarray, which gives a number an axis.
+    whole = {name: np.asarray(a, order="C") for name, a in arrays.items()}
     raw = save(whole, metadata={"format": tree["format"]}) if whole else None
     digest = None if raw is None else hashlib.sha256(raw).hexdigest()
     full = {**tree, "versions": _versions(), "sha256": digest}

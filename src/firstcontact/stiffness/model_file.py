@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from firstcontact.core import InputError
-from firstcontact.core.files import replacing, write_text
-from firstcontact.stiffness.estimator import Arrays, Model, Spec, Task
+from firstcontact.core.weights import read_head, read_weights, write_learned
+from firstcontact.stiffness.estimator import Model, Spec, Task
+from firstcontact.stiffness.interval import Interval
 
 FORMAT = "firstcontact-model"
 #: Raised whenever older files can no longer be read.
 FORMAT_VERSION = 1
 CARD = "card.json"
 WEIGHTS = "model.safetensors"
-_LIBRARIES = ("firstcontact", "numpy", "scikit-learn", "torch", "onnxruntime")
 
 
 @dataclass(frozen=True)
@@ -38,11 +34,18 @@ class Card:
         How what the scores were computed on was held out, in words.
     scores
         On data that the scored model did not learn from.
+    interval
+        Around the answers of a regression; None where there is none.
+    calibration
+        What the interval was calibrated on and how many truths it held, or
+        ``none`` with the reason why there is no interval.
     """
 
     data: Mapping[str, Any] = field(default_factory=dict)
     split: str = ""
     scores: Mapping[str, Any] = field(default_factory=dict)
+    interval: Interval | None = None
+    calibration: Mapping[str, Any] = field(default_factory=dict)
 
 
 def save_model(model: Model, directory: Path, card: Card) -> Path:
@@ -62,10 +65,6 @@ def save_model(model: Model, directory: Path, card: Card) -> Path:
     Path
         The folder.
     """
-    from safetensors.numpy import save
-
-    arrays = {name: np.ascontiguousarray(a) for name, a in model.to_arrays().items()}
-    weights = save(arrays, metadata={"format": FORMAT})
     spec = model.spec
     tree = {
         "format": FORMAT,
@@ -82,23 +81,11 @@ def save_model(model: Model, directory: Path, card: Card) -> Path:
         "data": dict(card.data),
         "split": card.split,
         "scores": dict(card.scores),
-        "versions": _versions(),
-        "sha256": hashlib.sha256(weights).hexdigest(),
+        "interval": None if card.interval is None else card.interval.to_json(),
+        "calibration": dict(card.calibration),
     }
-    text = json.dumps(tree, indent=2, allow_nan=False) + "\n"  # may refuse: before any file
-    with replacing(directory / WEIGHTS) as temporary:
-        temporary.write_bytes(weights)
-    write_text(directory / CARD, text)
+    write_learned(directory / CARD, directory / WEIGHTS, tree, model.to_arrays())
     return directory
-
-
-def _versions() -> dict[str, str]:
-    """Versions of what is installed of the libraries that train and run."""
-    found = {}
-    for name in _LIBRARIES:
-        with suppress(PackageNotFoundError):
-            found[name] = version(name)
-    return found
 
 
 def _order(channels: int) -> list[str]:
@@ -124,15 +111,15 @@ def load_model(path: Path) -> Model:
     """
     from firstcontact.stiffness.registry import MODELS
 
-    directory = path.parent if path.name == CARD else path
-    card = _read_card(directory)
+    directory = _folder(path)
+    card = read_card(directory)
     spec = _spec(directory / CARD, card)
     if card["kind"] not in MODELS:
         raise InputError(
             f"{directory / CARD}: no model is of kind {card['kind']!r} "
             f"(there are {', '.join(MODELS)}): update firstcontact or train again"
         )
-    arrays = _read_arrays(directory / WEIGHTS, card["sha256"])
+    arrays = read_weights(directory / WEIGHTS, card["sha256"], CARD)
     try:
         return MODELS[card["kind"]].from_arrays(spec, arrays)
     except KeyError as error:
@@ -150,27 +137,64 @@ def load_model(path: Path) -> Model:
 
 def read_card(path: Path) -> dict[str, Any]:
     """The card of a model folder as it stands in the file; InputError as :func:`load_model`."""
-    return _read_card(path.parent if path.name == CARD else path)
+    return read_head(_folder(path) / CARD, "model", FORMAT, FORMAT_VERSION)
 
 
-def _read_card(directory: Path) -> dict[str, Any]:
-    path = directory / CARD
+def _folder(path: Path) -> Path:
+    return path.parent if path.name == CARD else path
+
+
+def load_interval(path: Path) -> Interval | None:
+    """The interval in a model's card, None where the model has none.
+
+    Parameters
+    ----------
+    path
+        The folder, or the card in it.
+
+    Raises
+    ------
+    InputError
+        As :func:`load_model`, and for an interval whose numbers do not fit.
+    """
+    tree = read_card(path).get("interval")
+    if tree is None:
+        return None
     try:
-        card = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
+        return Interval.from_json(tree)
+    except (KeyError, TypeError, ValueError) as error:
         raise InputError(
-            f"{path}: there is no model here: name a folder that `firstcontact train` wrote"
+            f"{_folder(path) / CARD}: interval has no sensible value ({error}): train again"
         ) from None
-    except (OSError, ValueError):
-        raise InputError(f"{path}: cannot be read as JSON: train again or copy it again") from None
-    if not isinstance(card, dict) or card.get("format") != FORMAT:
-        raise InputError(f"{path}: is not the card of a firstcontact model (field format)")
-    if card.get("format_version") != FORMAT_VERSION:
+
+
+def model_folders(path: Path) -> list[Path]:
+    """Folders of the models that one training left: ``path`` itself, or those in it.
+
+    Parameters
+    ----------
+    path
+        What ``firstcontact train`` was given as ``--out``, or one model's folder.
+
+    Returns
+    -------
+    list of Path
+        Shortest window first, where they are named as training names them.
+
+    Raises
+    ------
+    InputError
+        No model is there.
+    """
+    folder = _folder(path)
+    if (folder / CARD).exists():
+        return [folder]
+    found = sorted(card.parent for card in folder.glob(f"*/{CARD}"))
+    if not found:
         raise InputError(
-            f"{path}: format_version is {card.get('format_version')!r} but this program reads "
-            f"{FORMAT_VERSION}: update firstcontact, or train again"
+            f"{folder}: there is no model here: name a folder that `firstcontact train` wrote"
         )
-    return card
+    return found
 
 
 def _spec(path: Path, card: Mapping[str, Any]) -> Spec:
@@ -199,26 +223,3 @@ def _spec(path: Path, card: Mapping[str, Any]) -> Spec:
             f"{_order(spec.channels)!r}: train again"
         )
     return spec
-
-
-def _read_arrays(path: Path, sha256: str) -> Arrays:
-    from safetensors import SafetensorError
-    from safetensors.numpy import load
-
-    try:
-        raw = path.read_bytes()
-    except OSError:
-        raise InputError(f"{path}: cannot be read: copy the model folder whole") from None
-    if hashlib.sha256(raw).hexdigest() != sha256:
-        raise InputError(
-            f"{path}: its content does not match sha256 in {CARD}: "
-            "the file is damaged or of another model: copy the folder again"
-        )
-    try:
-        arrays = load(raw)
-    except (SafetensorError, ValueError, KeyError, TypeError):
-        raise InputError(f"{path}: is not a safetensors file: train again") from None
-    for name, array in arrays.items():
-        if not np.issubdtype(array.dtype, np.floating) or not np.isfinite(array).all():
-            raise InputError(f"{path}: the array {name} holds values that are not finite numbers")
-    return arrays

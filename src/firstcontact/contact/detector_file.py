@@ -1,0 +1,125 @@
+"""Detectors on disk: a card in JSON, and the numbers of those that learn in safetensors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Protocol, Self, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.contact.detector import Detector
+from firstcontact.contact.registry import DETECTORS
+from firstcontact.contact.threshold import ThresholdDetector
+from firstcontact.core.errors import InputError
+from firstcontact.core.weights import read_head, read_weights, write_learned
+
+FORMAT = "firstcontact-detector"
+#: Raised whenever older files can no longer be read.
+FORMAT_VERSION = 1
+CARD = "detector.json"
+WEIGHTS = "detector.safetensors"
+
+
+@runtime_checkable
+class Learned(Protocol):
+    """A detector whose knowledge is named arrays, ``rate`` (Hz) among them."""
+
+    def to_arrays(self) -> dict[str, NDArray[np.float64]]:
+        """Everything that was learnt; InputError when nothing was."""
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """The inverse of :meth:`to_arrays`; InputError if they do not fit together."""
+
+
+def save_detector(
+    detector: Detector, directory: Path, data: Mapping[str, Any] | None = None
+) -> Path:
+    """Write a fitted detector into a folder, beside the models that go with it.
+
+    Parameters
+    ----------
+    detector
+        A registered one.
+    directory
+        Made if it does not exist; a detector in it is replaced.
+    data
+        What it learned from, for whoever reads the card.
+
+    Returns
+    -------
+    Path
+        The folder.
+
+    Raises
+    ------
+    InputError
+        A detector that has learned nothing yet, or of a kind that has no form
+        on disk.
+    """
+    tree: dict[str, Any] = {"format": FORMAT, "format_version": FORMAT_VERSION}
+    arrays: dict[str, NDArray[np.float64]] = {}
+    if isinstance(detector, ThresholdDetector):
+        # It learns nothing, so any rate is right for it.
+        tree |= {"name": detector.name, "rate_hz": None, "sigmas": detector.sigmas}
+    elif isinstance(detector, Learned):
+        arrays = detector.to_arrays()
+        tree |= {"name": detector.name, "rate_hz": float(arrays["rate"])}
+    else:
+        raise InputError(
+            f"the detector {detector.name!r} cannot be saved: give it to_arrays and from_arrays"
+        )
+    tree["data"] = dict(data or {})
+    write_learned(directory / CARD, directory / WEIGHTS, tree, arrays)
+    return directory
+
+
+def load_detector(path: Path) -> Detector:
+    """Read a detector. Nothing in its files is executed.
+
+    Parameters
+    ----------
+    path
+        The folder that it is in, or that of a model one below it, or the card there.
+
+    Raises
+    ------
+    InputError
+        A file that is missing, damaged, of another program or version, or
+        whose numbers do not fit together.
+    """
+    folder = path.parent if path.is_file() else path
+    if not (folder / CARD).exists() and (folder.parent / CARD).exists():
+        folder = folder.parent
+    card = read_head(folder / CARD, "detector", FORMAT, FORMAT_VERSION)
+    kind = DETECTORS.get(card["name"]) if isinstance(card.get("name"), str) else None
+    if kind is None:
+        raise InputError(
+            f"{folder / CARD}: no detector is called {card.get('name')!r} "
+            f"(there are {', '.join(DETECTORS)}): update firstcontact or train again"
+        )
+    if kind is ThresholdDetector:
+        return _threshold(folder / CARD, card.get("sigmas"))
+    if not issubclass(kind, Learned):
+        raise InputError(f"{folder / CARD}: {card['name']} has no form on disk: train again")
+    if not isinstance(card.get("sha256"), str):
+        raise InputError(f"{folder / CARD}: sha256 is missing: train again")
+    arrays = read_weights(folder / WEIGHTS, card["sha256"], CARD)
+    try:
+        detector = kind.from_arrays(arrays)
+    except InputError as error:
+        raise InputError(f"{folder / WEIGHTS}: {error}") from None
+    if card.get("rate_hz") != float(arrays["rate"]):
+        raise InputError(
+            f"{folder / CARD}: rate_hz is {card.get('rate_hz')!r} but {WEIGHTS} says "
+            f"{float(arrays['rate']):g}: train again"
+        )
+    return detector
+
+
+def _threshold(card: Path, sigmas: object) -> Detector:
+    if isinstance(sigmas, bool) or not isinstance(sigmas, int | float) or not 0 < sigmas < np.inf:
+        raise InputError(f"{card}: sigmas is {sigmas!r} and must be above 0: train again")
+    return ThresholdDetector(float(sigmas))

@@ -1,0 +1,83 @@
+"""How far the truth may lie from an answer: plain numbers, looked up."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any, Self
+
+#: The ends of the Shore A scale.
+SHORE_A = (0.0, 100.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """Bounds around an answer; their width depends on the answer.
+
+    Parameters
+    ----------
+    level
+        Share of intervals that are to hold the truth, between 0 and 1.
+    edges
+        Answers at which the width changes, ascending; one fewer than widths.
+    half_widths
+        Of the intervals between the edges, in the unit of the answer.
+    limits
+        Of the scale, beyond which no bound goes; None where it has no ends.
+
+    Raises
+    ------
+    ValueError
+        Numbers that do not fit together.
+    """
+
+    level: float
+    edges: tuple[float, ...]
+    half_widths: tuple[float, ...]
+    limits: tuple[float, float] | None = SHORE_A
+
+    def __post_init__(self) -> None:
+        numbers = (self.level, *self.edges, *self.half_widths, *(self.limits or ()))
+        if (
+            not all(isfinite(n) for n in numbers)
+            or not 0.0 < self.level < 1.0
+            or len(self.half_widths) != len(self.edges) + 1
+            or min(self.half_widths) < 0.0
+            or list(self.edges) != sorted(self.edges)
+            or (self.limits is not None and self.limits[0] >= self.limits[1])
+        ):
+            raise ValueError("level, edges, half_widths or limits of an interval do not fit")
+
+    def around(self, value: float) -> tuple[float, float]:
+        """Lower and upper bound of the truth for an answer."""
+        half = self.half_widths[bisect_right(self.edges, value)]
+        low, high = value - half, value + half
+        if self.limits is None:
+            return low, high
+        least, most = self.limits
+        return min(max(low, least), most), min(max(high, least), most)
+
+    def to_json(self) -> dict[str, Any]:
+        """A JSON-ready form."""
+        return {
+            "level": self.level,
+            "edges": list(self.edges),
+            "half_widths": list(self.half_widths),
+            "limits": None if self.limits is None else list(self.limits),
+        }
+
+    @classmethod
+    def from_json(cls, tree: Mapping[str, Any]) -> Self:
+        """The inverse of :meth:`to_json`; KeyError, TypeError or ValueError if it is none."""
+        limits = tree["limits"]
+        if limits is not None:
+            least, most = limits
+            limits = float(least), float(most)
+        return cls(
+            float(tree["level"]),
+            tuple(float(e) for e in tree["edges"]),
+            tuple(float(h) for h in tree["half_widths"]),
+            limits,
+        )

@@ -1,0 +1,79 @@
+"""Where the windows of a model to keep start, and the detector to keep beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from firstcontact.contact import Detector, detect, make_detector
+from firstcontact.core import Contact, Dataset, InputError
+from firstcontact.stiffness.folds import inner_folds
+
+#: Detectors that find the contacts of pinches they did not learn from.
+FOLDS = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Alignment:
+    """First contacts of pinches.
+
+    Parameters
+    ----------
+    contacts
+        One a pinch, None where none was found.
+    how
+        How they were found, in words.
+    """
+
+    contacts: Sequence[Contact | None]
+    how: str
+
+
+def known(dataset: Dataset) -> Alignment:
+    """Contacts as the strips or labels say."""
+    return Alignment([p.first for p in dataset.pinches], "known (strips or labels)")
+
+
+def found(dataset: Dataset, detector: Detector, how: str = "") -> Alignment:
+    """Contacts as a detector finds them."""
+    contacts = [next(iter(detect(detector, pinch)), None) for pinch in dataset.pinches]
+    return Alignment(contacts, f"detected ({detector.name}){how}")
+
+
+def fit_detector(dataset: Dataset) -> Detector:
+    """The SVM where it can learn from these pinches, else the threshold, which learns nothing."""
+    if any(p.first is not None for p in dataset.pinches):
+        try:
+            return make_detector("svm").fit(dataset)
+        except InputError:
+            pass  # too little quiet before the contacts: nothing to learn a steady state from
+    return make_detector("three_sigma").fit(dataset)
+
+
+def found_as_live(dataset: Dataset, detector: Detector, seed: int) -> Alignment:
+    """Contacts as they will be found live: by a detector that has not learned from the pinch.
+
+    Sessions stay whole. What learned from a pinch places its contact better than
+    it will place any other.
+
+    Parameters
+    ----------
+    dataset
+        The pinches.
+    detector
+        What :func:`fit_detector` made of them.
+    seed
+        Of the folds.
+    """
+    if detector.name == "three_sigma":
+        return found(dataset, detector)
+    sessions = dataset.sessions if "" not in dataset.sessions else None
+    contacts: list[Contact | None] = [None] * len(dataset)
+    for learn, ask in inner_folds(np.zeros(len(dataset)), sessions, seed, FOLDS):
+        other = make_detector(detector.name).fit(dataset.take(learn))
+        for place, contact in zip(ask, found(dataset.take(ask), other).contacts, strict=True):
+            contacts[place] = contact
+    apart = "pinches" if sessions is None or len(np.unique(sessions)) < 2 else "sessions"
+    return Alignment(contacts, f"detected ({detector.name} that learned from other {apart})")

@@ -1,0 +1,61 @@
+"""The device's program, running."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core.layout import ADC_COUNTS
+from firstcontact.twin.scans import scan_bytes
+
+
+def random_scans(n: int, seed: int) -> NDArray[np.uint16]:
+    """Readings all over the converter's range, shape (n, 6)."""
+    scans = np.random.default_rng(seed).integers(0, ADC_COUNTS, (n, 6), dtype=np.uint16)
+    scans[:, 4:] &= 1
+    return scans
+
+
+class Running:
+    """A program that serves on the pseudo terminal ``path`` and is fed by :meth:`feed`."""
+
+    def __init__(self, path: str, process: subprocess.Popen[bytes]) -> None:
+        self.path = path
+        self.process = process
+
+    def feed(self, scans: NDArray[np.uint16]) -> None:
+        """Give it scans; returns when it has taken all but what a pipe holds."""
+        stream: IO[bytes] | None = self.process.stdin
+        assert stream is not None
+        stream.write(scan_bytes(scans))
+        stream.flush()
+
+
+@contextmanager
+def running(program: Path, *options: str) -> Iterator[Running]:
+    """Start the program, fed by a pipe where the options name no file, and end it."""
+    if "--scans" not in options:
+        options = ("--scans", "-", *options)
+    with subprocess.Popen(
+        [program, *options],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        bufsize=0,
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        try:
+            path = process.stdout.readline().decode().strip()
+            assert path, process.stderr.read().decode()
+            yield Running(path, process)
+            died = process.poll()
+            assert died is None, process.stderr.read().decode()
+        finally:
+            process.terminate()

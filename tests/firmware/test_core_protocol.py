@@ -1,0 +1,114 @@
+"""The C core and ``firstcontact.device.protocol`` say and understand the same bytes."""
+
+from __future__ import annotations
+
+import zlib
+
+import numpy as np
+import pytest
+from firmware_core import Core
+from golden_frames import GOLDEN, Golden
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.device import protocol
+
+#: Bytes with many zeros and long runs without any, so that runs of 254 come about.
+RUNS = st.lists(
+    st.one_of(
+        st.binary(max_size=20),
+        st.integers(1, 600).map(lambda n: b"\x2a" * n),
+        st.just(b"\0\0"),
+    ),
+    max_size=6,
+).map(b"".join)
+U32 = st.integers(0, 2**32 - 1)
+
+
+@pytest.mark.parametrize("golden", GOLDEN, ids=lambda g: g.name)
+def test_golden_frames(core: Core, golden: Golden) -> None:
+    payload, wire = bytes.fromhex(golden.payload), bytes.fromhex(golden.wire)
+    assert core.encode(golden.type, golden.counter, payload) == wire
+    assert protocol.encode(golden.type, golden.counter, payload) == wire
+    assert wire.endswith(b"\0")
+    assert core.decode(wire[:-1]) == (golden.type, golden.counter, payload)
+    frame = protocol.decode(wire[:-1])
+    assert (frame.type, frame.counter, frame.payload) == (golden.type, golden.counter, payload)
+
+
+# From the paper that introduced it, and the edges of a run.
+@pytest.mark.parametrize(
+    ("data", "stuffed"),
+    [
+        ("", "01"),
+        ("00", "0101"),
+        ("0000", "010101"),
+        ("11220033", "0311220233"),
+        ("11000000", "0211010101"),
+        ("01" * 254, "ff" + "01" * 254 + "01"),
+        ("01" * 255, "ff" + "01" * 254 + "0201"),
+        ("00" + "01" * 254, "01ff" + "01" * 254 + "01"),
+        ("01" * 254 + "00", "ff" + "01" * 254 + "0101"),
+    ],
+)
+def test_stuffing_known_by_hand(core: Core, data: str, stuffed: str) -> None:
+    assert core.stuff(bytes.fromhex(data)).hex() == stuffed
+    assert core.unstuff(bytes.fromhex(stuffed)) == bytes.fromhex(data)
+
+
+@given(data=RUNS)
+def test_stuffing_is_pythons_and_comes_back(core: Core, data: bytes) -> None:
+    stuffed = core.stuff(data)
+    assert stuffed == protocol.stuff(data)
+    assert 0 not in stuffed
+    assert core.unstuff(stuffed) == data
+
+
+@given(data=RUNS)
+def test_any_bytes_are_unstuffed_or_refused_as_in_python(core: Core, data: bytes) -> None:
+    try:
+        there: bytes | None = protocol.unstuff(data)
+    except protocol.FrameError:
+        there = None
+    assert core.unstuff(data) == there
+
+
+@given(data=st.binary(max_size=400))
+def test_the_crc_is_zlibs(core: Core, data: bytes) -> None:
+    assert core.crc32(data) == zlib.crc32(data)
+    assert core.crc32(b"123456789") == 0xCBF43926
+
+
+@given(kind=st.integers(0, 255), counter=U32, payload=RUNS)
+def test_frames_are_pythons_and_come_back(
+    core: Core, kind: int, counter: int, payload: bytes
+) -> None:
+    wire = core.encode(kind, counter, payload)
+    assert wire == protocol.encode(kind, counter, payload)
+    assert core.decode(wire[:-1]) == (kind, counter, payload)
+
+
+@given(data=st.data())
+def test_a_changed_bit_is_found(core: Core, data: st.DataObject) -> None:
+    wire = bytearray(core.encode(protocol.FrameType.MARK, 5, data.draw(st.binary(max_size=200))))
+    place = data.draw(st.integers(0, len(wire) - 2))
+    wire[place] ^= 1 << data.draw(st.integers(0, 7))
+    assert core.decode(bytes(wire[:-1])) is None
+
+
+@pytest.mark.parametrize("n", range(9))
+def test_what_is_shorter_than_a_frame_is_refused(core: Core, n: int) -> None:
+    assert core.decode(core.stuff(b"\x81" * n)) is None
+
+
+@given(first=U32, overflow=U32, n=st.integers(1, 5))
+def test_payloads_are_pythons(core: Core, first: int, overflow: int, n: int) -> None:
+    data = np.arange(16 * n, dtype=np.int16).reshape(n, 16)
+    head = core.samples_head(first, overflow, n)
+    assert head + data.tobytes() == protocol.samples_payload(first, overflow, data)
+    assert core.stopped_payload(first, overflow) == protocol.stopped_payload(first, overflow)
+    assert core.descriptor_payload(first, "{ü}".encode()) == protocol.descriptor_payload(
+        first, "{ü}"
+    )
+    assert core.marker_payload(first, "rôle".encode()) == protocol.marker_payload(first, "rôle")
+    assert core.refused_payload(b"no") == bytes([protocol.VERSION]) + b"no"

@@ -1,0 +1,110 @@
+"""The firmware on an emulated Cortex-M7, its UART on a pseudo terminal, read through pyserial."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from device_process import random_scans, running
+from numpy.typing import NDArray
+from serial_host import Host, assert_gaps_are_overflow
+
+from firstcontact.core import fingertip_layout
+from firstcontact.device import Descriptor, protocol
+from firstcontact.device.protocol import FrameType
+from firstcontact.twin.filter import DeviceFilter
+from firstcontact.twin.scans import write_scans
+
+
+@contextmanager
+def emulated(image: Path, *arguments: str) -> Iterator[str]:
+    """Run the firmware; yields the path of its UART."""
+    semihosting = ",".join(["enable=on", "target=native", *(f"arg={a}" for a in arguments)])
+    command = ["qemu-system-arm", "-M", "mps2-an500", "-display", "none", "-monitor", "none"]
+    command += ["-serial", "pty", "-semihosting-config", semihosting, "-kernel", str(image)]
+    with subprocess.Popen(
+        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    ) as process:
+        assert process.stdout is not None
+        try:
+            said = ""
+            while not (found := re.search(r"redirected to (\S+)", said)):
+                line = process.stdout.readline().decode()
+                assert line, f"the emulator ended: {said}"
+                said += line
+            yield found[1]
+            assert process.poll() is None, process.stdout.read().decode()
+        finally:
+            process.terminate()
+
+
+def pattern(n: int) -> NDArray[np.uint16]:
+    """What the firmware reads without a file, shape (n, 6); the sample's number is in it."""
+    i = np.arange(n)
+    columns = [i & 1023, i >> 10 & 1023, 7 * i & 1023, 1023 - (i & 1023), i & 1, i >> 1 & 1]
+    return np.stack(columns, axis=1).astype(np.uint16)
+
+
+def test_it_tells_the_layout_of_the_fingertips(image: Path) -> None:
+    with emulated(image, "free") as path, Host(path) as host:
+        version, _, text = protocol.read_descriptor(host.hello().payload)
+    descriptor = Descriptor.from_text(text)
+    assert version == protocol.VERSION
+    assert descriptor.layout == fingertip_layout()
+    assert descriptor.firmware.endswith("(mps2-an500)")
+
+
+def test_every_frame_arrives(image: Path) -> None:
+    with emulated(image, "free") as path, Host(path) as host:
+        host.hello()
+        host.send(FrameType.START)
+        host.until(lambda: host.received >= 10_000)
+        marked, text = host.mark("über den Draht")
+        next_sample, overflow = host.stop()
+        assert text == "über den Draht"
+        assert 10_000 <= marked <= next_sample == host.received
+        assert overflow == 0
+        host.assert_every_sample_arrived()
+        np.testing.assert_array_equal(host.data(), DeviceFilter().update(pattern(next_sample)))
+
+
+def test_its_bits_are_the_native_programs_and_pythons(
+    image: Path, program: Path, tmp_path: Path
+) -> None:
+    scans = random_scans(6003, 9)
+    write_scans(tmp_path / "random.scans", [scans])
+    data = []
+    with running(program, "--scans", str(tmp_path / "random.scans"), "--speed", "20") as device:
+        data.append(all_samples(device.path, len(scans)))
+    with emulated(image, "free", str(tmp_path / "random.scans")) as path:
+        data.append(all_samples(path, len(scans)))
+    np.testing.assert_array_equal(data[0], DeviceFilter().update(scans))
+    np.testing.assert_array_equal(data[1], data[0])
+
+
+def all_samples(path: str, n: int) -> NDArray[np.int16]:
+    with Host(path) as host:
+        host.send(FrameType.START)
+        host.until(lambda: host.received >= n // 5 * 5)
+        host.until(lambda: host.mark()[0] == n)
+        assert host.stop() == (n, 0)
+        host.assert_every_sample_arrived()
+        return host.data()
+
+
+def test_samples_taken_in_the_timers_interrupt_arrive_or_are_counted(image: Path) -> None:
+    with emulated(image, "timer") as path, Host(path) as host:
+        host.hello()
+        host.send(FrameType.START)
+        host.until(lambda: host.received >= 2000)
+        next_sample, overflow = host.stop()
+        host.assert_every_frame_arrived()
+        assert host.received + overflow == next_sample
+        assert_gaps_are_overflow(host.samples())
+        kept = [s.first_sample + k for s in host.samples() for k in range(len(s.data))]
+        expected = DeviceFilter().update(pattern(next_sample))[kept]
+        np.testing.assert_array_equal(host.data(), expected)

@@ -25,7 +25,8 @@ PART = 0.1
 #: RMS of a part scatters by about 5 %; a running motor is twice as loud or more.
 STEADY = 1.4
 #: A taxel this far above its lowest level is loaded, V; so is one above ``LOADED``.
-RISEN = 0.1
+#: Velostat that was let go creeps back through the last of it within a second.
+RISEN = 0.4
 LOADED = 1.0
 #: Longest wait for the first or the next samples, s.
 SILENCE = 5.0

@@ -1,0 +1,115 @@
+"""The terminal of a guided recording: plain lines, and one that is written over on a tty."""
+
+from __future__ import annotations
+
+import select
+import sys
+from types import TracebackType
+from typing import Self
+
+from firstcontact.collect.guide import Guide, Judged
+from firstcontact.core import InputError, Label
+from firstcontact.device import Source
+
+#: Without a closing for so long, it is said what is waited for, s of the device's time.
+REMIND = 10.0
+#: A noise this far above its floor keeps closings from being seen.
+NOISY = 1.4
+
+
+class Terminal:
+    """Says how the recording goes; asks for Enter where objects have to be changed.
+
+    Parameters
+    ----------
+    source, guide
+        What it is about.
+    asks
+        Whether a person changes the objects.
+    """
+
+    def __init__(self, source: Source, guide: Guide, asks: bool) -> None:
+        self._source = source
+        self._guide = guide
+        self._asks = asks
+        self._live = sys.stdout.isatty()
+        self._width = 0
+        self._told_at = source.health.samples
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        health = self._source.health
+        self._say(
+            f"link: {health.samples} samples, {health.lost_samples} lost, "
+            f"{health.bad_frames} damaged frames, {health.reconnects} reconnects; "
+            f"{self._guide.left_out} closings did not count"
+        )
+
+    def next_object(self, label: Label, done: int, wanted: int) -> bool:
+        """Say what is to be pinched now; False where the person must first put it there."""
+        shore = "" if label.shore_a is None else f", {label.shore_a:g} Shore A"
+        self._say(
+            f"next: {label.object}{shore}, specimen {label.specimen}, "
+            f"{wanted - done} of {wanted} pinches to go"
+            + (": put it between the fingers and press Enter" if self._asks else "")
+        )
+        return not self._asks
+
+    def in_place(self) -> bool:
+        """Whether Enter was pressed.
+
+        Raises
+        ------
+        InputError
+            Nobody can press it.
+        """
+        if not select.select([sys.stdin], [], [], 0)[0]:
+            return False
+        if not sys.stdin.readline():
+            raise InputError(
+                "several objects need someone to change them, and standard input has ended: "
+                "record in a terminal, or one object at a time"
+            )
+        return True
+
+    def judged(self, judged: Judged) -> None:
+        """Say how a closing went."""
+        name = judged.label.object
+        if judged.faults:
+            self._say(f"{name}: does not count: {'; '.join(judged.faults)}")
+            return
+        said = [f"{name} {judged.k}/{judged.wanted}: contact"]
+        if judged.disagreement is not None:
+            said.append(f"strip and piezo agree to {abs(judged.disagreement) * 1e3:.1f} ms")
+        if judged.offset is not None:
+            said.append(f"offset {judged.offset * 1e3:.1f} ms")
+        said.append(f"noise {judged.noise:.2f} x floor")
+        said.append(f"{self._source.health.lost_samples} samples lost so far")
+        self._say(", ".join(said))
+
+    def going_on(self) -> None:
+        """Refresh the status; remind of what is waited for."""
+        health, guide = self._source.health, self._guide
+        waited = (health.samples - self._told_at) / guide.layout.rate
+        noise = f"noise {guide.noise:.2f} x floor"
+        if waited >= REMIND and not guide.paused:
+            advice = ": calibrate again, or quieten the hand" if guide.noise > NOISY else ""
+            self._say(f"waiting for the hand to close; {noise}{advice}")
+        if self._live:
+            line = (
+                f"{health.samples / guide.layout.rate:.0f} s, {noise}, {health.lost_samples} lost"
+            )
+            self._width = max(self._width, len(line))
+            print(f"\r{line.ljust(self._width)}", end="", flush=True)
+
+    def _say(self, line: str) -> None:
+        start = "\r" if self._live else ""
+        print(start + line.ljust(self._width), flush=True)
+        self._told_at = self._source.health.samples

@@ -1,0 +1,152 @@
+"""``firstcontact record``."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from firstcontact.core.errors import InputError
+
+if TYPE_CHECKING:
+    from firstcontact.cli.stopping import Stop
+    from firstcontact.collect.plan import Item
+
+#: Rest that is measured where no calibration is given, and the wait for it, s.
+REST = 1.0
+PATIENCE = 30.0
+
+
+@dataclass(frozen=True)
+class Record:
+    """Record labelled pinches: the hand closes, the terminal says which ones count."""
+
+    device: str
+    """A serial port, or "twin" for the simulated hand."""
+    out: Path
+    """Folder for the recordings, one file a session; what is in it is gone on with."""
+    object: str = ""
+    """What is pinched."""
+    shore: float | None = None
+    """Its Shore A; of the twin's objects it is known."""
+    specimen: str = ""
+    """Which one of its kind; the object's name by default."""
+    pinches: int = 10
+    """How many good pinches."""
+    role: Literal["train", "test"] = "train"
+    """Whether models may learn from it."""
+    plan: Path | None = None
+    """A CSV of several objects, with the columns object,pinches,shore,specimen,role."""
+    session: str = "1"
+    """Name of the session: a stretch of collecting without touching the set-up."""
+    sessions: int = 1
+    """Go through it all so often; --session is then the number of the first."""
+    hand: str = ""
+    """The hand, where the device does not say it."""
+    notes: str = ""
+    """For the header of the recordings."""
+    calibration: Path | None = None
+    """What `firstcontact calibrate` wrote; without it the noise is measured at the start."""
+    condition: Literal["paper-rig", "everyday"] = "paper-rig"
+    """Of the twin."""
+    seed: int = 0
+    """Of the twin; each session and each part of one draws its own from it."""
+    speed: float = 1.0
+    """Of the twin, times real time."""
+
+    def run(self) -> None:
+        """Record one session after the other."""
+        from firstcontact.cli.stopping import stopping
+
+        items = self._items()
+        names = self._sessions()
+        try:
+            self.out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(
+                f"{self.out} cannot be made ({error.strerror}): choose another --out"
+            ) from error
+        with stopping() as stop:
+            for name in names:
+                if not self._record(name, items, stop):
+                    print(f"session {name} is not complete: the same command goes on with it")
+                    if stop.requested:
+                        raise KeyboardInterrupt
+                    break
+
+    def _items(self) -> tuple[Item, ...]:
+        from firstcontact.collect.plan import Item, read_plan
+        from firstcontact.core import Role
+
+        if (self.plan is None) == (not self.object):
+            raise InputError("give --object for one object, or --plan for several")
+        if self.plan is not None:
+            items = read_plan(self.plan)
+        else:
+            role = Role(self.role)
+            items = (Item(self.object, self.pinches, self.shore, self.specimen, role),)
+        if self.device != "twin" and self.speed != 1.0:
+            raise InputError("--speed is for the twin: a hand closes as fast as it does")
+        return _as_the_twin_knows(items) if self.device == "twin" else items
+
+    def _sessions(self) -> list[str]:
+        if self.sessions == 1 and self.session:
+            return [self.session]
+        if self.sessions < 1 or not self.session.isdecimal():
+            raise InputError(
+                "--sessions must be 1 or more, and --session the number of the first of them"
+            )
+        return [str(int(self.session) + k) for k in range(self.sessions)]
+
+    def _record(self, session: str, items: tuple[Item, ...], stop: Stop) -> bool:
+        """One session; whether it is complete."""
+        from firstcontact.cli.guided import Terminal
+        from firstcontact.collect.guide import Guide
+        from firstcontact.collect.session import header_of, run_session, with_noise
+        from firstcontact.collect.sessions import so_far
+        from firstcontact.core.calibration_file import read_calibration
+        from firstcontact.device.noise_floor import measure_noise
+        from firstcontact.device.opening import open_source
+
+        calibration = None if self.calibration is None else read_calibration(self.calibration)
+        # Another part of a session must not repeat what the twin did in the first.
+        parts = len(list(self.out.glob("*.mcap")))
+        seed = zlib.crc32(f"{self.seed} {session} {parts}".encode())
+        source = open_source(self.device, speed=self.speed, condition=self.condition, seed=seed)
+        with source:
+            before = so_far(self.out, session, source.descriptor)
+            layout = source.descriptor.layout
+            if all(before.done[item.label(session)] >= item.pinches for item in items):
+                print(f"session {session} is complete: {before.files[-1]}")
+                return True
+            if calibration is None or len(calibration.piezo) < len(layout.piezo_fingers):
+                print(f"measuring the noise floor, {REST:g} s of rest: keep the hand still")
+                calibration = with_noise(calibration, measure_noise(source, REST, PATIENCE))
+            guide = Guide(layout, items, session, calibration, before.done)
+            header = header_of(source.descriptor, session, calibration, self.hand, self.notes)
+            print(f"session {session}: {before.path}")
+            terminal = Terminal(source, guide, asks=self.device != "twin" and len(items) > 1)
+            with terminal:
+                stop.gently = True
+                try:
+                    return run_session(
+                        source, guide, before.path, header, terminal, lambda: stop.requested
+                    )
+                finally:
+                    stop.gently = False
+
+
+def _as_the_twin_knows(items: tuple[Item, ...]) -> tuple[Item, ...]:
+    """Refuse objects that the twin does not have, and fill in the Shore A of the others."""
+    from dataclasses import replace
+
+    from firstcontact.cli.extras import need
+
+    need("twin", "numba")
+    from firstcontact.twin.objects import object_named
+
+    return tuple(
+        replace(i, shore=object_named(i.object).shore_a if i.shore is None else i.shore)
+        for i in items
+    )

@@ -1,0 +1,132 @@
+"""A session of guided recording: source, recorder and guide together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Protocol
+
+from firstcontact.collect.guide import Guide, Judged
+from firstcontact.core import Calibration, InputError, Label
+from firstcontact.device import Descriptor, Source
+from firstcontact.device.recorder import Recorder
+from firstcontact.recording import Header
+
+#: Longest wait for samples, s: how soon a request to stop is noticed.
+WAIT = 0.1
+
+
+class Screen(Protocol):
+    """Where the person that collects is told what happens, and says when to go on."""
+
+    def next_object(self, label: Label, done: int, wanted: int) -> bool:
+        """Say what is to be pinched now; False where the person must first put it there."""
+
+    def in_place(self) -> bool:
+        """Whether the person has said meanwhile that it is there."""
+
+    def judged(self, judged: Judged) -> None:
+        """Say how a closing went."""
+
+    def going_on(self) -> None:
+        """Called a few times a second."""
+
+
+def header_of(
+    descriptor: Descriptor,
+    session: str,
+    calibration: Calibration | None,
+    hand: str = "",
+    notes: str = "",
+) -> Header:
+    """The header of a recording made now; ``hand`` replaces what the device says of it."""
+    return Header(
+        layout=descriptor.layout,
+        source=descriptor.source,
+        dtype=descriptor.dtype,
+        sensor=descriptor.sensor,
+        hand=hand or descriptor.hand,
+        firmware=descriptor.firmware,
+        session=session,
+        notes=notes,
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+        calibration=calibration,
+    )
+
+
+def run_session(
+    source: Source,
+    guide: Guide,
+    path: Path,
+    header: Header,
+    screen: Screen,
+    stopped: Callable[[], bool] = lambda: False,
+) -> bool:
+    """Record until every object has its pinches.
+
+    Parameters
+    ----------
+    source
+        Open.
+    guide
+        For its layout.
+    path, header
+        Of the recording; all samples from here on are in it.
+    screen
+        For the person.
+    stopped
+        Whether to stop before the end.
+
+    Returns
+    -------
+    bool
+        Whether everything was recorded.
+
+    Raises
+    ------
+    InputError
+        The recording cannot be made or written any further, or what the source
+        raises. The file is closed on every way out.
+    """
+    with Recorder() as recorder:
+        recorder.start(path, header)
+        label: Label | None = None
+        while guide.current is not None and not stopped():
+            if guide.current != label:
+                label = guide.current
+                source.mark(f"object: {label.object}")
+                guide.paused = not screen.next_object(label, *guide.progress(label))
+            if guide.paused and screen.in_place():
+                guide.paused = False
+            arrivals = source.read(WAIT)
+            recorder.put(arrivals)
+            found = [j for arrival in arrivals for j in guide.update(arrival)]
+            if not arrivals and source.ended:
+                found = guide.finish()
+                _tell(found, recorder, screen)
+                break
+            _tell(found, recorder, screen)
+            if recorder.status.failed:
+                break
+            screen.going_on()
+    if recorder.status.failed:
+        raise InputError(recorder.status.failed)
+    return guide.current is None
+
+
+def _tell(found: list[Judged], recorder: Recorder, screen: Screen) -> None:
+    for judged in found:
+        if judged.mark is not None:
+            recorder.mark(judged.mark)
+        screen.judged(judged)
+
+
+def with_noise(calibration: Calibration | None, measured: Calibration) -> Calibration:
+    """A calibration that has a noise floor for every finger: its own, or the one measured now."""
+    if calibration is None:
+        return measured
+    known = {p.finger for p in calibration.piezo}
+    more = tuple(p for p in measured.piezo if p.finger not in known)
+    return replace(calibration, piezo=calibration.piezo + more)

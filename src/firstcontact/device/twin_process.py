@@ -71,6 +71,7 @@ class TwinProcess:
         self._announced = -1
         self._begin = time.monotonic()
         self._made = 0
+        self._wire = b""
         self._start()
 
     def _start(self) -> None:
@@ -80,6 +81,8 @@ class TwinProcess:
         self._stream.read(-self._stream.sample % TAXELS)
         self._origin = self._stream.sample
         self._filter.reset()
+        # A frame that was cut off is ended before the first new one.
+        self._lead = b"\0" if self._wire else b""
         self._wire = b""
         self._responder = Responder(
             DESCRIPTOR, self._boot, max(round(RING * self._rate), FRAME_SAMPLES), self._choose
@@ -134,7 +137,8 @@ class TwinProcess:
             frame = self._responder.frame()
             if not frame:
                 break
-            self._wire += frame
+            self._wire += self._lead + frame
+            self._lead = b""
         if self._wire:
             self._wire = self._wire[self._terminal.write(self._wire) :]
 

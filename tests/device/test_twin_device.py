@@ -1,0 +1,331 @@
+"""The twin on its terminal: what it sends, and what is done to it."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import serial
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError
+from firstcontact.device import protocol
+from firstcontact.device.protocol import Frame, FrameError, FrameType, SamplesFrame, encode
+from firstcontact.device.source import Descriptor
+from firstcontact.device.twin_device import TwinDevice
+from firstcontact.twin.filter import DeviceFilter
+from firstcontact.twin.stream import TwinStream
+
+#: A twin that says nothing for so long is dead, s.
+DEAD = 60.0
+
+
+@cache
+def expected(samples: int, seed: int = 4) -> NDArray[np.int16]:
+    """What the device must send, from its first sample on."""
+    return DeviceFilter().update(TwinStream(seed=seed).read(samples))
+
+
+class Host:
+    """A host with nothing between it and the bytes."""
+
+    def __init__(self, port: str) -> None:
+        # As a plain file: it must be raw without a host that makes it so.
+        self.fd = os.open(port, os.O_RDWR | os.O_NOCTTY)
+        self.said = 0
+        self.rest = b""
+        self.torn = False  # whether frames may be cut off
+        self.samples: list[SamplesFrame] = []
+        self.markers: list[tuple[int, str]] = []
+        self.counters: list[int] = []
+
+    def close(self) -> None:
+        os.close(self.fd)
+
+    def say(self, kind: int, payload: bytes = b"") -> None:
+        os.write(self.fd, encode(kind, self.said, payload))
+        self.said += 1
+
+    def hear(self) -> list[Frame]:
+        """What comes next, at least a byte of it."""
+        ready, _, _ = select.select([self.fd], [], [], DEAD)
+        assert ready, "the twin has gone silent"
+        *stuffed, self.rest = (self.rest + os.read(self.fd, 65_536)).split(b"\0")
+        frames = []
+        for one in stuffed:
+            if not one:
+                continue
+            try:
+                frames.append(protocol.decode(one))
+            except FrameError:
+                assert self.torn
+        for frame in frames:
+            self.counters.append(frame.counter)
+            if frame.type == FrameType.SAMPLES:
+                self.samples.append(protocol.read_samples(frame.payload, 16))
+            elif frame.type == FrameType.MARKER:
+                self.markers.append(protocol.read_marker(frame.payload))
+        return frames
+
+    def until(self, kind: FrameType) -> Frame:
+        """Listen until a frame of this kind comes."""
+        while True:
+            for frame in self.hear():
+                if frame.type == kind:
+                    return frame
+
+    def listen(self, enough: Callable[[], bool]) -> None:
+        while not enough():
+            self.hear()
+
+    def boot(self) -> int:
+        self.say(FrameType.HELLO, bytes([protocol.VERSION]))
+        return protocol.read_descriptor(self.until(FrameType.DESCRIPTOR).payload)[1]
+
+    def start(self, samples: int) -> None:
+        """Start, and take so many samples."""
+        self.say(FrameType.START)
+        self.listen(lambda: self.received >= samples)
+
+    def stop(self) -> tuple[int, int]:
+        """Stop; next sample's number and overflow."""
+        self.say(FrameType.STOP)
+        return protocol.read_stopped(self.until(FrameType.STOPPED).payload)
+
+    @property
+    def received(self) -> int:
+        return sum(len(s.data) for s in self.samples)
+
+    @property
+    def first(self) -> int:
+        return self.samples[0].first_sample
+
+    def check(self, stopped: tuple[int, int], seed: int = 4) -> None:
+        """Every frame came, every sample is the right one, and the lost ones are counted."""
+        assert self.counters == list(range(self.counters[0], self.counters[0] + len(self.counters)))
+        right = expected(stopped[0], seed)
+        lost = 0
+        number = self.first
+        for s in self.samples:
+            lost += s.first_sample - number
+            assert s.overflow == lost
+            number = s.first_sample + len(s.data)
+            assert (s.data == right[s.first_sample : number]).all()
+        assert self.received + stopped[1] == stopped[0] - self.first
+        assert stopped[1] >= lost
+
+
+@contextmanager
+def host(port: str) -> Iterator[Host]:
+    made = Host(port)
+    try:
+        yield made
+    finally:
+        made.close()
+
+
+@pytest.fixture
+def twin() -> Iterator[TwinDevice]:
+    with TwinDevice(seed=4, speed=20) as device:
+        yield device
+
+
+def gone(pid: int) -> bool:
+    """Whether a process ends, waiting for it."""
+    try:
+        fd = os.pidfd_open(pid)
+    except ProcessLookupError:
+        return True
+    try:
+        return bool(select.select([fd], [], [], DEAD)[0])
+    finally:
+        os.close(fd)
+
+
+def test_in_real_time_every_sample_comes_and_is_the_twins() -> None:
+    with TwinDevice(seed=4) as device, host(device.port) as h:
+        h.boot()
+        h.start(4 * 4936)
+        stopped = h.stop()
+        h.check(stopped)
+        assert stopped[1] == 0
+        # The motor's starts are told, where they are.
+        stream = TwinStream(seed=4)
+        stream.read(stopped[0])
+        starts = [(p.start, f"twin: {p.label.object}") for p in stream.pinches]
+        assert h.markers == [s for s in starts if h.first <= s[0] < stopped[0]]
+        assert h.markers
+
+
+def test_faster_than_real_time_all_is_received_or_counted(twin: TwinDevice) -> None:
+    with host(twin.port) as h:
+        h.start(100_000)
+        h.check(h.stop())
+
+
+def test_a_host_that_stalls_loses_what_is_counted(twin: TwinDevice) -> None:
+    with host(twin.port) as h:
+        h.start(1000)
+        # Looks elsewhere for longer than the device can keep.
+        select.select([], [], [], 1.5)
+        h.listen(lambda: h.samples[-1].overflow > 0)
+        stopped = h.stop()
+        assert stopped[1] > 0
+        h.check(stopped)
+
+
+def test_pyserial_opens_it_like_any_port(twin: TwinDevice) -> None:
+    with serial.Serial(twin.port, 115_200, timeout=DEAD, exclusive=True) as port:
+        port.write(encode(FrameType.HELLO, 0, b"\1"))
+        frame = protocol.decode(port.read_until(b"\0")[:-1])
+        text = protocol.read_descriptor(frame.payload)[2]
+        descriptor = Descriptor.from_text(text)
+        assert descriptor.source == "twin"
+        assert len(descriptor.layout.channels) == 16
+
+
+def test_a_host_that_leaves_and_comes_back_finds_the_same_device(twin: TwinDevice) -> None:
+    with host(twin.port) as h:
+        boot = h.boot()
+        h.start(500)
+        end, _ = h.stop()
+    with host(twin.port) as h:
+        assert h.boot() == boot
+        h.start(500)
+        assert h.first >= end
+        h.check(h.stop())
+
+
+def test_a_reset_begins_another_boot_at_sample_0_on_the_same_port() -> None:
+    switched_on = time.monotonic()
+    with TwinDevice(seed=4, speed=20) as twin, host(twin.port) as h:
+        boot = h.boot()
+        h.start(50_000)
+        before = h.samples[-1].first_sample
+        twin.reset()
+        h.torn = True
+        assert h.boot() != boot
+        h.samples.clear()
+        h.counters.clear()
+        h.torn = False
+        h.start(20)
+        # All that the device ever counted fits into the time that it was on for.
+        assert before + h.first < (time.monotonic() - switched_on) * 20 * 4936
+        assert h.counters[0] == 1, "the descriptor was the first frame"
+        h.stop()
+        assert h.counters == list(range(1, len(h.counters) + 1))
+
+
+def test_a_pulled_cable_ends_the_port_and_comes_back_under_its_name(twin: TwinDevice) -> None:
+    with host(twin.port) as h:
+        boot = h.boot()
+        h.start(500)
+        end = h.samples[-1].first_sample
+        twin.unplug()
+        assert not Path(twin.port).exists()
+        with pytest.raises(OSError, match="Input/output error"):
+            os.write(h.fd, b"\0")
+        twin.unplug()
+    twin.plug()
+    twin.plug()
+    with host(twin.port) as h:
+        assert h.boot() == boot
+        h.start(500)
+        assert h.first > end
+
+
+def test_the_hand_takes_what_it_is_told_to(twin: TwinDevice) -> None:
+    with host(twin.port) as h:
+        h.say(FrameType.MARK, b"object: block 29")
+        told = protocol.read_marker(h.until(FrameType.MARKER).payload)[0]
+        h.start(1)
+
+        def taken() -> list[str]:
+            return [text for sample, text in h.markers if sample > told and "twin:" in text]
+
+        h.listen(lambda: len(taken()) >= 3)
+        # The piece of stream that was made already may hold one start more.
+        assert taken()[1:3] == ["twin: block 29"] * 2
+        h.say(FrameType.MARK, b"object: pear")
+        h.listen(lambda: any("'pear' is not known" in text for _, text in h.markers))
+        h.say(FrameType.MARK, b"object: any")
+        before = len(taken())
+        h.listen(lambda: len(taken()) >= before + 5)
+        assert set(taken()[before + 1 :]) != {"twin: block 29"}
+
+
+def test_only_the_objects_that_were_given_are_taken() -> None:
+    with TwinDevice(objects=["block 10", "apple 1"], speed=20) as twin, host(twin.port) as h:
+        h.start(1)
+        h.listen(lambda: len(h.markers) >= 4)
+        assert {text for _, text in h.markers} == {"twin: block 10", "twin: apple 1"}
+
+
+def test_ctrl_c_is_not_for_the_twin(twin: TwinDevice) -> None:
+    assert os.getsid(twin.pid) != os.getsid(0), "not in the group that the terminal signals"
+    os.kill(twin.pid, signal.SIGINT)
+    with host(twin.port) as h:
+        h.boot()
+
+
+PARENT = """
+import sys
+from firstcontact.device.twin_device import TwinDevice
+device = TwinDevice()
+print(device.pid, device.port, flush=True)
+sys.stdin.read()
+"""
+
+
+def test_the_twin_dies_with_a_parent_that_is_killed() -> None:
+    pipe = subprocess.PIPE
+    with subprocess.Popen([sys.executable, "-c", PARENT], stdin=pipe, stdout=pipe) as parent:
+        assert parent.stdout is not None
+        pid, port = parent.stdout.readline().split()
+        assert Path(port.decode()).exists()
+        parent.kill()
+    assert gone(int(pid))
+    assert not Path(port.decode()).parent.exists()
+
+
+def test_a_twin_that_is_terminated_takes_its_port_away(twin: TwinDevice) -> None:
+    os.kill(twin.pid, signal.SIGTERM)
+    assert gone(twin.pid)
+    assert not Path(twin.port).parent.exists()
+    with pytest.raises(InputError, match="has ended"):
+        twin.reset()
+
+
+def test_a_closed_twin_is_gone() -> None:
+    twin = TwinDevice(speed=20)
+    twin.close()
+    twin.close()
+    assert gone(twin.pid)
+    assert not Path(twin.port).exists()
+    with pytest.raises(InputError, match="has ended"):
+        twin.unplug()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"condition": "lab"}, "condition 'lab' is not known"),
+        ({"objects": ["pear"]}, "object 'pear' is not known"),
+        ({"seed": -1}, "seed is -1"),
+        ({"speed": 0.0}, "speed is 0"),
+        ({"speed": float("nan")}, "speed is nan"),
+    ],
+)
+def test_what_cannot_be_is_refused(arguments: dict[str, object], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        TwinDevice(**arguments)  # type: ignore[arg-type]

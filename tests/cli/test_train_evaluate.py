@@ -11,8 +11,13 @@ import numpy as np
 import pytest
 
 from firstcontact.cli.main import main
+from firstcontact.contact import SvmDetector, detect
+from firstcontact.contact.detector_file import load_detector
 from firstcontact.core import Contact, Dataset, Finger, Label, Pinch, Role, fingertip_layout
-from firstcontact.recording import Header, write_dataset
+from firstcontact.recording import Header, load_dataset, write_dataset
+from firstcontact.stiffness import load_interval, load_model, model_folders
+from firstcontact.stiffness.folds import inner_folds
+from firstcontact.study.alignment import fit_detector, found_as_live
 
 LAYOUT = fingertip_layout()
 CONTACT, LENGTH = 500, 700
@@ -173,7 +178,7 @@ def test_one_session_is_split_at_random_and_says_so(
 def test_the_same_seed_gives_the_same_files(data: Path, tmp_path: Path) -> None:
     for name in ("one", "two"):
         assert run("train", data, "--seed", 4, "--out", tmp_path / name) == 0
-    for file in ("card.json", "model.safetensors"):
+    for file in ("card.json", "model.safetensors", "detector.json", "detector.safetensors"):
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes()
 
 
@@ -218,7 +223,126 @@ def test_what_cannot_be_learned_from(
     assert not (tmp_path / "m").exists()
 
 
-@pytest.mark.parametrize("words", [("--window-ms", "0.1"), ("--window-ms", "nan"), ("--seed", -1)])
+def test_a_regression_has_an_interval_that_was_checked_on_other_folds(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("train", data, "--model", "peak", "--level", 0.8, "--out", tmp_path / "m") == 0
+    said = capsys.readouterr().out
+    card = card_of(tmp_path / "m")
+    interval = load_interval(tmp_path / "m")
+    assert interval is not None
+    assert interval.level == 0.8
+    checked = card["calibration"]["held_out"]
+    assert card["calibration"]["sessions"] == 4
+    # One fold of 15 is asked with bounds from the 45 others.
+    assert checked["n"] == 60
+    assert 0.6 < checked["coverage"] <= 1.0
+    assert f"held {100 * checked['coverage']:.1f} % of 60 pinches" in said
+
+    assert run("evaluate", tmp_path / "m", data) == 0
+    said = capsys.readouterr().out
+    assert said.count("  interval at level 0.8 held ") == 2  # of seen and of unseen ones
+
+
+@pytest.mark.parametrize(
+    ("sessions", "words", "why"),
+    [
+        (("a", "b"), (), "2 known sessions are too few"),
+        (("a", "b", "c", "d"), ("--task", "classification"), "answers one of its classes"),
+        (("a", "b", "c", "d"), ("--level", 0.95), "60 pinches are too few"),
+    ],
+)
+def test_without_enough_to_calibrate_on_there_is_no_interval(
+    tmp_path: Path,
+    sessions: tuple[str, ...],
+    words: tuple[Any, ...],
+    why: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    data = recordings(tmp_path / "p", sessions)
+    assert run("train", data, "--model", "peak", "--out", tmp_path / "m", *words) == 0
+    said = capsys.readouterr().out
+    assert "no interval: " in said
+    assert why in said
+    assert load_interval(tmp_path / "m") is None
+    assert why in card_of(tmp_path / "m")["calibration"]["none"]
+
+
+def test_several_windows_make_a_model_each_beside_one_detector(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "m"
+    assert run("train", data, "--model", "peak", "--window-ms", 8, 3, 7.5, "--out", out) == 0
+    assert [f.name for f in model_folders(out)] == ["03ms", "07.5ms", "08ms"]
+    for folder, samples in zip(model_folders(out), (15, 37, 39), strict=True):
+        assert load_model(folder).spec.samples == samples
+        assert load_interval(folder) is not None
+        assert load_detector(folder).name == "svm"
+    assert sorted(p.name for p in out.iterdir() if p.is_file()) == [
+        "detector.json",
+        "detector.safetensors",
+    ]
+    # What would stay there from another training is not mixed with this one.
+    capsys.readouterr()
+    assert run("train", data, "--model", "peak", "--out", out) == 2
+    assert "03ms: a model is here that would stay" in capsys.readouterr().err
+    assert run("train", data, "--model", "peak", "--window-ms", 3, 15, "--out", out) == 2
+    assert run("train", data, "--model", "peak", "--window-ms", 3, 7.5, 8, "--out", out) == 0
+
+
+def test_the_detector_is_saved_whatever_aligned_the_windows(data: Path, tmp_path: Path) -> None:
+    for contacts in ("truth", "detected"):
+        out = tmp_path / contacts
+        assert run("train", data, "--model", "peak", "--contacts", contacts, "--out", out) == 0
+    saved = [(tmp_path / c / "detector.safetensors").read_bytes() for c in ("truth", "detected")]
+    assert saved[0] == saved[1]
+    card = json.loads((tmp_path / "truth" / "detector.json").read_text(encoding="utf-8"))
+    assert card["data"] == {
+        "source": "synthetic",
+        "pinches": 60,
+        "sessions": ["a", "b", "c", "d"],
+    }
+
+
+def test_contacts_are_found_by_a_detector_that_had_not_learned_from_the_session(
+    data: Path,
+) -> None:
+    """Held against detectors fitted here: the one of the other sessions, never the saved one."""
+    dataset = load_dataset(data)
+    dataset = dataset.take(~dataset.test)
+    detector = fit_detector(dataset)
+    contacts = found_as_live(dataset, detector, seed=0).contacts
+    folds = list(inner_folds(np.zeros(60), dataset.sessions, 0, k=3))
+    assert sorted(np.concatenate([ask for _, ask in folds])) == list(range(60))
+    for learn, ask in folds:
+        assert not set(dataset.sessions[learn]) & set(dataset.sessions[ask])
+        other = SvmDetector().fit(dataset.take(learn))
+        own = [next(iter(detect(other, dataset.pinches[i])), None) for i in ask]
+        assert [contacts[i] for i in ask] == own
+        assert any(c is not None for c in own)
+
+
+def test_a_model_whose_detector_was_lost_says_so(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("train", data, "--model", "peak", "--out", tmp_path / "m") == 0
+    (tmp_path / "m" / "detector.json").unlink()
+    assert run("evaluate", tmp_path / "m", data) == 0
+    assert run("evaluate", tmp_path / "m", data, "--contacts", "detected") == 2
+    assert "there is no detector here" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--window-ms", "0.1"),
+        ("--window-ms", "nan"),
+        ("--window-ms", 3, 3),
+        ("--seed", -1),
+        ("--level", 1),
+        ("--level", "nan"),
+    ],
+)
 def test_impossible_settings(data: Path, tmp_path: Path, words: tuple[Any, ...]) -> None:
     assert run("train", data, "--out", tmp_path / "m", *words) == 2
 

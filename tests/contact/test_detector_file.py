@@ -1,0 +1,160 @@
+"""A detector comes back from disk as it was; files that are damaged or foreign are refused."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from closings import closings
+from safetensors.numpy import load_file, save
+
+from firstcontact.contact import Detector, SvmDetector, ThresholdDetector, detect
+from firstcontact.contact.detector_file import CARD, WEIGHTS, load_detector, save_detector
+from firstcontact.core import InputError
+
+FRESH = closings(8, seed=7).pinches
+
+
+@pytest.fixture
+def svm(fitted: dict[str, Detector]) -> SvmDetector:
+    found = fitted["svm"]
+    assert isinstance(found, SvmDetector)
+    return found
+
+
+@pytest.fixture
+def folder(svm: SvmDetector, tmp_path: Path) -> Path:
+    return save_detector(svm, tmp_path / "mödel", {"pinches": 3})
+
+
+def edit(folder: Path, **changes: Any) -> None:
+    card = json.loads((folder / CARD).read_text(encoding="utf-8"))
+    (folder / CARD).write_text(json.dumps({**card, **changes}), encoding="utf-8")
+
+
+def vouch(folder: Path, weights: bytes) -> None:
+    (folder / WEIGHTS).write_bytes(weights)
+    edit(folder, sha256=hashlib.sha256(weights).hexdigest())
+
+
+def test_every_detector_comes_back_and_finds_the_same(detector: Detector, tmp_path: Path) -> None:
+    """A new detector is one more case of this test: the fixture goes through the registry."""
+    loaded = load_detector(save_detector(detector, tmp_path))
+    assert loaded.name == detector.name
+    contacts = [detect(detector, pinch) for pinch in FRESH]
+    assert [detect(loaded, pinch) for pinch in FRESH] == contacts
+    assert any(contacts)
+
+
+def test_the_card_can_be_read(folder: Path) -> None:
+    card = json.loads((folder / CARD).read_text(encoding="utf-8"))
+    assert card["name"] == "svm"
+    assert card["rate_hz"] == 4936.0
+    assert card["data"] == {"pinches": 3}
+    assert "numpy" in card["versions"]
+    assert sorted(p.name for p in folder.iterdir()) == [CARD, WEIGHTS]
+
+
+def test_the_threshold_is_a_card_alone(tmp_path: Path, svm: SvmDetector) -> None:
+    save_detector(svm, tmp_path)
+    save_detector(ThresholdDetector(4.0), tmp_path)  # the other one's numbers go
+    assert [p.name for p in tmp_path.iterdir()] == [CARD]
+    loaded = load_detector(tmp_path)
+    assert isinstance(loaded, ThresholdDetector)
+    assert loaded.sigmas == 4.0
+
+
+def test_it_is_found_from_a_model_beside_or_below_it(folder: Path) -> None:
+    (folder / "03ms").mkdir()
+    (folder / "03ms" / "card.json").write_text("{}", encoding="utf-8")
+    assert load_detector(folder / "03ms").name == "svm"
+    assert load_detector(folder / "03ms" / "card.json").name == "svm"
+    (folder / "card.json").write_text("{}", encoding="utf-8")
+    assert load_detector(folder / "card.json").name == "svm"
+
+
+def test_where_there_is_none_training_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"there is no detector here.*firstcontact train"):
+        load_detector(tmp_path / "a" / "b")
+
+
+def test_one_that_has_learned_nothing_is_not_saved(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="not been trained"):
+        save_detector(SvmDetector(), tmp_path / "m")
+    assert not (tmp_path / "m").exists()
+
+
+def test_one_without_a_form_on_disk(tmp_path: Path) -> None:
+    class Odd:
+        name = "odd"
+
+    with pytest.raises(InputError, match="'odd' cannot be saved"):
+        save_detector(Odd(), tmp_path)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", [CARD, WEIGHTS])
+def test_every_truncation_is_noticed(folder: Path, name: str) -> None:
+    whole = (folder / name).read_bytes()
+    for length in range(0, len(whole) - 2, max(1, len(whole) // 40)):
+        (folder / name).write_bytes(whole[:length])
+        with pytest.raises(InputError, match=name):
+            load_detector(folder)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"format": "firstcontact-model"},
+        {"format_version": 2},
+        {"name": "ear"},
+        {"name": ["svm"]},
+        {"name": None},
+        {"rate_hz": 1000.0},
+        {"rate_hz": None},
+        {"sha256": None},
+        {"sha256": "0"},
+        {"name": "three_sigma"},
+        {"name": "three_sigma", "sigmas": "three"},
+        {"name": "three_sigma", "sigmas": True},
+        {"name": "three_sigma", "sigmas": -1},
+        {"name": "three_sigma", "sigmas": float("nan")},
+    ],
+    ids=str,
+)
+def test_a_card_of_something_else(folder: Path, changes: dict[str, Any]) -> None:
+    edit(folder, **changes)
+    with pytest.raises(InputError) as caught:
+        load_detector(folder)
+    assert str(folder) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def _without_threshold(arrays: dict[str, Any]) -> dict[str, Any]:
+    return {k: v for k, v in arrays.items() if k != "threshold"}
+
+
+def _with_nan(arrays: dict[str, Any]) -> dict[str, Any]:
+    return arrays | {"weights": arrays["weights"] * np.nan}
+
+
+def _cut(arrays: dict[str, Any]) -> dict[str, Any]:
+    return arrays | {"support": arrays["support"][:, :-1].copy()}
+
+
+@pytest.mark.parametrize("change", [_without_threshold, _with_nan, _cut])
+def test_arrays_that_do_not_fit(folder: Path, change: Callable[[Any], Any]) -> None:
+    vouch(folder, save(change(load_file(folder / WEIGHTS))))
+    with pytest.raises(InputError, match=WEIGHTS):
+        load_detector(folder)
+
+
+def test_a_pickle_in_place_of_the_numbers_is_not_run(folder: Path) -> None:
+    vouch(folder, pickle.dumps({"weights": [1.0]}))
+    with pytest.raises(InputError, match="not a safetensors file"):
+        load_detector(folder)

@@ -135,6 +135,7 @@ class Train:
                 "specimens": sorted({str(s) for s in data.specimens}),
                 "target": target,
                 "levels": sorted({float(v) for v in data.y}),
+                "objects": {str(o): float(data.y[data.objects == o].mean()) for o in _named(data)},
                 "contacts": contacts.how,
                 "seed": self.seed,
                 "notes": list(dataset.notes),
@@ -164,6 +165,11 @@ def _learned(detector: Detector, dataset: Dataset) -> dict[str, Any]:
         "pinches": sum(p.first is not None for p in dataset.pinches),
         "sessions": sorted({str(s) for s in dataset.sessions}),
     }
+
+
+def _named(data: Examples) -> list[str]:
+    """Objects that have a name."""
+    return sorted({str(o) for o in data.objects} - {""})
 
 
 def _target(dataset: Dataset, path: Path) -> tuple[str, Any]:

@@ -155,7 +155,7 @@ class ClosingGate:
             # Medians: a knock or a click is loud, but not for seven steps.
             mean = _median(total)[:, :, None] / self._step
             power = (squares - 2 * mean * total) / self._step + mean**2
-            calm = (_median(power) <= self._limit**2).all(axis=1)
+            calm = np.all(_median(power) <= self._limit**2, axis=1)
             quiet[len(quiet) - len(calm) :] = calm
         return quiet
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
@@ -59,7 +58,6 @@ class Session:
         self._folder = recordings
         self._calibration = calibration
         self._recorder = Recorder()
-        self._stopping = threading.Event()
         self._number = 0
         self._from: tuple[int, int] | None = None
         self._arrivals: list[Arrival] = []
@@ -71,8 +69,9 @@ class Session:
         sinks: Sequence[Sink] = (),
         seconds: float | None = None,
         pinches: int | None = None,
+        stopped: Callable[[], bool] = lambda: False,
     ) -> None:
-        """Work until the source ends, :meth:`stop`, or one of these bounds.
+        """Work until the source ends or one of these bounds.
 
         Parameters
         ----------
@@ -82,6 +81,8 @@ class Session:
             Longest time, s.
         pinches
             Most pinches.
+        stopped
+            Asked several times a second whether to end.
 
         Raises
         ------
@@ -92,7 +93,7 @@ class Session:
         until = None if seconds is None else time.monotonic() + seconds
         told = time.monotonic()
         try:
-            while not self._stopping.is_set() and (until is None or time.monotonic() < until):
+            while not stopped() and (until is None or time.monotonic() < until):
                 new = self.source.read(WAIT)
                 if not new and self.source.ended:
                     break
@@ -112,10 +113,6 @@ class Session:
                 self._recorder.stop()
             finally:
                 self.fanout.close()
-
-    def stop(self) -> None:
-        """Have :meth:`run` return soon; may be called from any thread."""
-        self._stopping.set()
 
     def start_recording(self) -> Path:
         """Begin a recording in the session's folder."""

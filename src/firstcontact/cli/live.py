@@ -1,0 +1,168 @@
+"""``firstcontact live``."""
+
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from firstcontact.cli.extras import need
+from firstcontact.core.errors import InputError
+
+if TYPE_CHECKING:
+    from firstcontact.contact import Detector
+    from firstcontact.core import Calibration
+    from firstcontact.device import Source
+    from firstcontact.live.pipeline import Answerer
+    from firstcontact.live.session import Session
+    from firstcontact.live.sink import Sink
+
+#: How long a hand is watched at rest before a live run without a calibration, s.
+REST = 1.0
+#: How long to wait for that rest, s.
+PATIENCE = 30.0
+
+
+@dataclass(frozen=True)
+class Live:
+    """Show contacts and stiffness as they happen: in the terminal, on a page, to other programs."""
+
+    device: str
+    """A serial port, "twin" for the simulated hand, or a recording to replay."""
+    model: Path | None = None
+    """Folder that `firstcontact train` wrote; for the twin one is made where none is given."""
+    calibration: Path | None = None
+    """What `firstcontact calibrate` wrote; without it the noise is measured at the start."""
+    page: bool = False
+    """Serve a page that shows everything, and open with the address it prints."""
+    port: int = 8765
+    """Of the page; 0 takes a free one."""
+    address: str = "127.0.0.1"
+    """Of the page: this machine only, unless another is given; then a token is needed."""
+    token: str | None = None
+    """What viewers elsewhere must know; one is made up where it is needed."""
+    json: bool = False
+    """Write JSON lines to standard output instead of text."""
+    lsl: bool = False
+    """Offer samples and events to other programs by LSL."""
+    record: bool = False
+    """Begin a recording at once."""
+    recordings: Path = Path("firstcontact-recordings")
+    """Folder for recordings."""
+    speed: float = 1.0
+    """Of a recording or of the twin, times real time; inf replays as fast as it goes."""
+    condition: str = "paper-rig"
+    """Of the twin: paper-rig or everyday."""
+    seed: int = 0
+    """Of the twin."""
+    seconds: float | None = None
+    """Stop after this time."""
+    pinches: int | None = None
+    """Stop after so many pinches."""
+
+    def run(self) -> None:
+        """Run until Ctrl-C or one of the bounds."""
+        if self.page:
+            need("live", "websockets")
+        if self.lsl:
+            need("live", "pylsl")
+        from firstcontact.cli.stopping import stopping
+        from firstcontact.cli.twin_model import twin_model
+        from firstcontact.device.opening import open_source
+        from firstcontact.live.pipeline import Pipeline
+        from firstcontact.live.session import Session
+
+        model = self.model
+        if model is None and self.device == "twin":
+            need("twin", "numba")
+            model = twin_model(self.condition, self.seed)
+        if model is None:
+            raise InputError(
+                "--model is missing: give the folder of a model that `firstcontact train` wrote"
+            )
+        detector, answerers, landmarks = _models(model)
+        source = open_source(
+            self.device, speed=self.speed, condition=self.condition, seed=self.seed
+        )
+        with stopping() as stop, source:
+            calibration = self._calibration(source)
+            pipeline = Pipeline(source.descriptor.layout, detector, answerers, calibration)
+            session = Session(source, pipeline, recordings=self.recordings, calibration=calibration)
+            sinks = self._sinks(session, landmarks)
+            began, used = source.health.samples, time.process_time()
+            if self.record:
+                _say(f"recording {session.start_recording()}")
+            stop.gently = True
+            session.run(sinks, self.seconds, self.pinches, lambda: stop.requested)
+            self._report(session, source, began, time.process_time() - used)
+
+    def _calibration(self, source: Source) -> Calibration | None:
+        from firstcontact.core.calibration_file import read_calibration
+        from firstcontact.device.noise_floor import measure_noise
+
+        if self.calibration is not None:
+            return read_calibration(self.calibration)
+        recorded = getattr(source, "calibration", None)
+        if recorded is not None or Path(self.device).suffix == ".mcap":
+            return recorded  # a recording has its own, or each of its closings is an epoch
+        _say(f"measuring the noise floor, {REST:g} s: keep the hand open and still")
+        return measure_noise(source, REST, PATIENCE)
+
+    def _sinks(self, session: Session, landmarks: dict[str, float]) -> list[Sink]:
+        from firstcontact.live.json_lines import JsonLinesSink
+        from firstcontact.live.text import TextSink
+
+        sinks: list[Sink] = [JsonLinesSink(sys.stdout) if self.json else TextSink(sys.stdout)]
+        if self.lsl:
+            from firstcontact.live.lsl import LslSink
+
+            sinks.append(LslSink())
+        if self.page:
+            from firstcontact.live.page import PageSink
+
+            page = PageSink(self.address, self.port, self.token, session, landmarks)
+            _say(f"page: {page.url}")
+            sinks.append(page)
+        return sinks
+
+    def _report(self, session: Session, source: Source, began: int, cpu: float) -> None:
+        from firstcontact.live.summary import ledger_lines
+
+        health = source.health
+        seconds = (health.samples - began) / source.descriptor.layout.rate
+        for line in ledger_lines(session.pipeline.ledger.summary(), seconds, cpu):
+            _say(line)
+        _say(
+            f"link: {health.samples} samples, {health.lost_samples} lost, "
+            f"{health.bad_frames} damaged frames, {health.reconnects} reconnects"
+        )
+        assert session.fanout is not None
+        for name, dropped in session.fanout.dropped.items():
+            if dropped:
+                _say(f"{name}: {dropped} updates dropped, it was too slow")
+        for name, why in session.fanout.failed.items():
+            _say(f"{name}: failed ({why})")
+        if session.recording.failed:
+            _say(f"recording: {session.recording.failed}")
+
+
+def _models(folder: Path) -> tuple[Detector, list[Answerer], dict[str, float]]:
+    """Detector, models with their intervals, and the objects that they know."""
+    from firstcontact.contact.detector_file import load_detector
+    from firstcontact.live.pipeline import Answerer
+    from firstcontact.stiffness import load_interval, load_model, read_card
+    from firstcontact.stiffness.model_file import CARD
+
+    folders = [folder] if (folder / CARD).exists() else [c.parent for c in folder.glob(f"*/{CARD}")]
+    # Without any, loading says what is missing.
+    answerers = [Answerer(load_model(f), load_interval(f)) for f in folders or [folder]]
+    known = read_card(folders[0])["data"].get("objects", {})
+    landmarks = {str(name): float(value) for name, value in known.items()}
+    return load_detector(folder), answerers, landmarks
+
+
+def _say(line: str) -> None:
+    """To a person, whatever goes to standard output."""
+    print(line, file=sys.stderr, flush=True)

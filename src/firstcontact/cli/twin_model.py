@@ -1,0 +1,55 @@
+"""A model for the twin, for whoever has none yet: made once, kept in the user's cache."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from contextlib import redirect_stdout
+from importlib.metadata import version
+from pathlib import Path
+from tempfile import mkdtemp
+
+#: Pinches of each block that it learns from: enough for a first look in half a minute.
+PINCHES = 60
+
+
+def cache_folder() -> Path:
+    """Where it is kept: ``XDG_CACHE_HOME``, or ``~/.cache``."""
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "firstcontact"
+
+
+def twin_model(condition: str, seed: int) -> Path:
+    """Folder of a model and a detector trained on the twin; simulated and trained when missing.
+
+    Parameters
+    ----------
+    condition
+        Of the twin.
+    seed
+        Of the twin's hand; the pinches learned from are other ones than those shown live.
+    """
+    folder = cache_folder() / f"twin-{version('firstcontact')}-{condition}-{seed}"
+    if (folder / "detector.json").is_file():
+        return folder
+    from firstcontact.cli.simulate import Simulate
+    from firstcontact.cli.train import Train
+
+    print(f"no --model: one is trained on the twin first and kept in {folder}", file=sys.stderr)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    making = Path(mkdtemp(prefix="twin-", dir=folder.parent))
+    try:
+        with redirect_stdout(sys.stderr):
+            Simulate(
+                making / "pinches",
+                condition,  # type: ignore[arg-type]  # the twin refuses other names
+                PINCHES,
+                pinches_per_object=0,
+                seed=seed,
+            ).run()
+            Train(making / "pinches", making / "model", contacts="detected").run()
+        (making / "model").rename(folder)
+    finally:
+        shutil.rmtree(making)
+    return folder

@@ -1,0 +1,38 @@
+"""The time ledger as lines of text, for the end of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+#: Names in the ledger, and what they say.
+_LINES = {
+    "decide": "contact to its decision (device clock)",
+    "window": "contact to the window's last sample (device clock)",
+    "compute": "that sample read to the estimate (host clock)",
+    "total": "contact to the estimate",
+}
+
+
+def ledger_lines(figures: Mapping[str, float], samples: float, cpu: float) -> Iterator[str]:
+    """Times of a run.
+
+    Parameters
+    ----------
+    figures
+        :meth:`firstcontact.live.ledger.Ledger.summary`.
+    samples
+        Length of what was worked on, s of the device's time.
+    cpu
+        Processor time that the whole program took for it, s.
+    """
+    if "total_p50" in figures:
+        yield f"{'ms':>52} {'p50':>8} {'p99':>8} {'max':>8}"
+        for name, words in _LINES.items():
+            values = (1e3 * figures[f"{name}_{key}"] for key in ("p50", "p99", "max"))
+            yield f"{words:>52} " + " ".join(f"{v:8.3f}" for v in values)
+    yield (
+        f"{figures['estimates']:.0f} estimates in {samples:.1f} s of samples; "
+        f"{figures['overruns']:.0f} of {figures['blocks']:.0f} blocks took longer than they last"
+    )
+    if samples > 0:
+        yield f"processor time {100 * cpu / samples:.1f} % of one core"

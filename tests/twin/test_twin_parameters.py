@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.twin import draw, materials, noise, pinch, plan
+from firstcontact.twin import draw, materials, noise, pinch, plan, stream
 from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition, Spread
 from firstcontact.twin.filter import FORCE_READINGS
 from firstcontact.twin.noise import MotorNoise
@@ -37,6 +37,18 @@ CONSTANTS = {
     "POISSON": materials.POISSON,
     "BLOCK_SESSIONS": plan.BLOCK_SESSIONS,
     "OBJECT_SESSIONS": plan.OBJECT_SESSIONS,
+}
+RUNNING = {
+    "REST[0]": stream.REST[0],
+    "REST[1]": stream.REST[1],
+    "RAMP": stream.RAMP,
+    "LEAD": stream.LEAD,
+    "STALLED": stream.STALLED,
+    "GRIP": stream.GRIP,
+    "HOLD[0]": stream.HOLD[0],
+    "HOLD[1]": stream.HOLD[1],
+    "APART": stream.APART,
+    "SETTLE": stream.SETTLE,
 }
 
 
@@ -87,6 +99,9 @@ def test_both_conditions_are_there() -> None:
             assert numbers == shown(getattr(condition, field)), f"{condition.name}: {field}"
 
 
-def test_the_constants_are_there() -> None:
-    table = rows("Constants")
-    assert {name: float(cells[0]) for name, cells in table.items()} == CONSTANTS
+@pytest.mark.parametrize(
+    ("section", "constants"), [("Constants", CONSTANTS), ("The running hand", RUNNING)]
+)
+def test_the_constants_are_there(section: str, constants: dict[str, float]) -> None:
+    table = rows(section)
+    assert {name: float(cells[0]) for name, cells in table.items()} == constants

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from firmware_build import make, need
+from firmware_build import make, need_arm
 from firmware_core import Core
 
 
@@ -36,9 +36,9 @@ def strict_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return build / "firstcontact-device"
 
 
-@pytest.fixture(scope="session")
-def image(build: Path) -> Path:
+@pytest.fixture
+def image(request: pytest.FixtureRequest, build: Path) -> Path:
     """The firmware of the emulated board."""
-    need("arm-none-eabi-gcc", "qemu-system-arm")
+    need_arm(request, "arm-none-eabi-gcc", "qemu-system-arm")
     make(build, "arm")
     return build / "mps2-an500.elf"

@@ -18,8 +18,15 @@ def make(build: Path, target: str, *settings: str) -> None:
     assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
 
 
-def need(*programs: str) -> None:
-    """Skip where a program of the emulator or of the ARM tool chain is missing."""
+def need_arm(request: pytest.FixtureRequest, *programs: str) -> None:
+    """Skip a test, by its name, where a program or the C library for the Cortex-M7 is missing."""
     missing = [program for program in programs if shutil.which(program) is None]
+    if not missing:
+        # The compiler repeats a name that it does not find.
+        command = ["arm-none-eabi-gcc", "-print-file-name=nano.specs"]
+        found = subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+        missing = ["newlib for arm-none-eabi"] if found == "nano.specs" else []
     if missing:
-        pytest.skip(f"not installed: {', '.join(missing)} (docs/reference/firmware.md)")
+        pytest.skip(
+            f"{request.node.name}: not installed: {', '.join(missing)} (docs/reference/firmware.md)"
+        )

@@ -6,11 +6,14 @@ import re
 import runpy
 from pathlib import Path
 
-from firmware_build import FIRMWARE, make, need
+import pytest
+from firmware_build import FIRMWARE, make, need_arm
 
 
-def test_the_sketch_compiles_against_the_stub(tmp_path: Path) -> None:
-    need("arm-none-eabi-g++")
+def test_the_sketch_compiles_against_the_stub(
+    request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    need_arm(request, "arm-none-eabi-gcc", "arm-none-eabi-g++")
     make(tmp_path, "sketch")
     assert (tmp_path / "firstcontact.ino.o").is_file()
 

@@ -1,0 +1,139 @@
+"""Samples and events for programs that listen to the Lab Streaming Layer."""
+
+from __future__ import annotations
+
+import socket
+import time
+from typing import Any
+
+import numpy as np
+
+from firstcontact.core import InputError
+from firstcontact.device import Arrival, Descriptor
+from firstcontact.live import told
+from firstcontact.live.device_clock import DeviceClock
+from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Touched
+from firstcontact.live.sink import Update
+
+#: What is kept for a slow listener, s.
+BUFFERED = 60
+
+
+class LslSink:
+    """Two LSL streams: samples in physical units, and events as JSON.
+
+    Parameters
+    ----------
+    name
+        Of the streams: "NAME samples" of type Tactile, "NAME events" of type
+        Markers.
+
+    Raises
+    ------
+    InputError
+        pylsl, or the library that it brings, is missing.
+    """
+
+    def __init__(self, name: str = "firstcontact") -> None:
+        try:
+            import pylsl
+        # It raises RuntimeError where the library of C is not there.
+        except (ImportError, RuntimeError) as error:
+            raise InputError(
+                f"LSL needs pylsl and liblsl ({error}): pip install 'firstcontact[live]'"
+            ) from error
+        self._lsl: Any = pylsl
+        self._name = name
+        self._samples: Any = None
+        self._events: Any = None
+
+    @property
+    def name(self) -> str:
+        """What drops are reported under."""
+        return "lsl"
+
+    def open(self, descriptor: Descriptor) -> None:
+        """Make the streams findable."""
+        layout = descriptor.layout
+        self._layout = layout
+        self._columns = tuple(range(len(layout.channels)))
+        self._clock = DeviceClock(layout.rate)
+        # Both are clocks of this machine that count seconds; where they begin may differ.
+        self._shift = self._lsl.local_clock() - time.monotonic()
+        self._told = -np.inf
+        identity = f"{self._name}@{socket.gethostname()}"
+        samples = self._lsl.StreamInfo(
+            f"{self._name} samples",
+            "Tactile",
+            len(layout.channels),
+            layout.rate,
+            self._lsl.cf_float32,
+            f"{identity} samples",
+        )
+        _describe(samples, descriptor)
+        channels = samples.desc().append_child("channels")
+        for c in layout.channels:
+            channel = channels.append_child("channel")
+            channel.append_child_value("label", c.name)
+            channel.append_child_value("type", c.kind.value)
+            channel.append_child_value("unit", c.unit)
+            channel.append_child_value("finger", c.finger.name.lower())
+        events = self._lsl.StreamInfo(
+            f"{self._name} events",
+            "Markers",
+            1,
+            self._lsl.IRREGULAR_RATE,
+            self._lsl.cf_string,
+            f"{identity} events",
+        )
+        _describe(events, descriptor)
+        self._samples = self._lsl.StreamOutlet(samples, max_buffered=BUFFERED)
+        self._events = self._lsl.StreamOutlet(events, max_buffered=BUFFERED)
+
+    def take(self, update: Update) -> None:
+        """Send samples, then what was found in them."""
+        for arrival in update.arrivals:
+            self._send(arrival)
+        for event in update.events:
+            at = self._clock.at(_known(event), event.epoch)
+            self._say(told.text(told.of_event(event)), at)
+
+    def close(self) -> None:
+        """Take both streams off the network. Closing twice is fine."""
+        self._samples = self._events = None
+
+    def _send(self, arrival: Arrival) -> None:
+        block = arrival.block
+        if len(block.data):
+            stamps = self._clock.stamps(block, arrival.host) + self._shift
+            values = self._layout.physical(block.data, self._columns)
+            self._samples.push_chunk(values.astype(np.float32), stamps.tolist())
+        for marker in arrival.markers:
+            at = self._clock.at(marker.sample, marker.epoch)
+            self._say(told.text(told.of_marker(marker)), at)
+
+    def _say(self, text: str, host: float) -> None:
+        self._told = max(self._told, host + self._shift)
+        self._events.push_sample([text], self._told)
+
+
+def _known(event: Event) -> int:
+    """Number of the sample with which an event was known."""
+    match event:
+        case Armed():
+            return event.sample
+        case Estimated():
+            return event.complete
+        case PinchDone():
+            return event.end - 1
+        case Touched():
+            return event.contact.decided
+        case _:
+            # When a window was refused is not told: no earlier than this.
+            return event.contact.decided
+
+
+def _describe(info: Any, descriptor: Descriptor) -> None:
+    acquisition = info.desc().append_child("acquisition")
+    for field in ("firmware", "sensor", "hand", "source"):
+        acquisition.append_child_value(field, getattr(descriptor, field))

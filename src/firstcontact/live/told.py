@@ -1,0 +1,130 @@
+"""Live events as JSON: one object each, the same for every program that listens."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from firstcontact.core import Contact, Finger
+from firstcontact.device import Descriptor, Health
+from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Refused, Touched
+from firstcontact.recording import Marker
+
+FORMAT = "firstcontact-live"
+#: Raised whenever a field changes its meaning or goes.
+FORMAT_VERSION = 1
+
+
+def text(tree: Mapping[str, Any]) -> str:
+    """One line of JSON, without its end."""
+    return json.dumps(tree, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+
+
+def of_descriptor(descriptor: Descriptor) -> dict[str, Any]:
+    """What sends, and the columns of its samples."""
+    layout = descriptor.layout
+    return {
+        "type": "descriptor",
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "firmware": descriptor.firmware,
+        "sensor": descriptor.sensor,
+        "hand": descriptor.hand,
+        "source": descriptor.source,
+        "rate_hz": layout.rate,
+        "channels": [
+            {"name": c.name, "kind": c.kind.value, "finger": _finger(c.finger), "unit": c.unit}
+            for c in layout.channels
+        ],
+    }
+
+
+def of_event(event: Event) -> dict[str, Any]:
+    """One event."""
+    match event:
+        case Armed():
+            return {"type": "armed", "sample": event.sample, "epoch": event.epoch}
+        case Touched():
+            return {
+                "type": "touched",
+                **_contact(event.contact),
+                "first": event.first,
+                "epoch": event.epoch,
+                "host_s": event.host,
+            }
+        case Estimated():
+            return {"type": "estimated", **_estimate(event)}
+        case Refused():
+            return {
+                "type": "refused",
+                **_contact(event.contact),
+                "reason": event.reason,
+                "epoch": event.epoch,
+            }
+        case PinchDone():
+            return {
+                "type": "pinch",
+                "number": event.number,
+                "armed": event.armed,
+                "end": event.end,
+                "epoch": event.epoch,
+                "contacts": [_contact(c) for c in event.contacts],
+                "strips": [{"finger": _finger(f), "sample": s} for f, s in event.strips],
+                "estimates": [_estimate(e) for e in event.estimates],
+                "refused": event.refused,
+            }
+
+
+def of_marker(marker: Marker) -> dict[str, Any]:
+    """A word that was pinned to a sample."""
+    return {
+        "type": "marker",
+        "sample": marker.sample,
+        "epoch": marker.epoch,
+        "text": marker.text,
+    }
+
+
+def of_link(health: Health) -> dict[str, Any]:
+    """How the link is doing: without the counts that always move."""
+    return {
+        "type": "link",
+        "connected": health.connected,
+        "epoch": health.epoch,
+        "lost_samples": health.lost_samples,
+        "overflow_samples": health.overflow_samples,
+        "lost_frames": health.lost_frames,
+        "bad_frames": health.bad_frames,
+        "doubled_frames": health.doubled_frames,
+        "reconnects": health.reconnects,
+    }
+
+
+def _finger(finger: Finger) -> str:
+    return finger.name.lower()
+
+
+def _contact(contact: Contact) -> dict[str, Any]:
+    return {
+        "finger": _finger(contact.finger),
+        "sample": contact.sample,
+        "decided": contact.decided,
+    }
+
+
+def _estimate(event: Estimated) -> dict[str, Any]:
+    return {
+        **_contact(event.contact),
+        "value": event.value,
+        "low": event.low,
+        "high": event.high,
+        "level": event.level,
+        "window_s": event.duration,
+        "complete": event.complete,
+        "epoch": event.epoch,
+        "case": event.case.name.lower(),
+        "used": event.used,
+        "host_s": event.host,
+        "compute_s": event.compute,
+    }

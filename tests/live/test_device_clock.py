@@ -1,0 +1,89 @@
+"""Stamps of samples: they follow the device, and never go backwards."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from told_events import numbered
+
+from firstcontact.live.device_clock import SLEW, DeviceClock
+
+RATE = 4936.0
+
+
+def stamps(clock: DeviceClock, first: int, n: int, host: float, epoch: int = 0) -> list[float]:
+    return clock.stamps(numbered(first, n, epoch).block, host).tolist()
+
+
+ARRIVALS = st.lists(
+    st.tuples(
+        st.integers(1, 400),  # samples
+        st.integers(0, 2000),  # lost before them
+        st.floats(0.0, 30.0),  # since the last arrival, s
+        st.sampled_from([0, 0, 0, 0, 1]),  # whether the device started anew
+    ),
+    min_size=1,
+    max_size=30,
+)
+
+
+@given(ARRIVALS, st.floats(0, 1e6))
+def test_stamps_rise_whatever_arrives_when(
+    arrivals: list[tuple[int, int, float, int]], host: float
+) -> None:
+    clock, said, first, epoch = DeviceClock(RATE), [], 0, 0
+    for n, lost, later, restarted in arrivals:
+        epoch += restarted
+        first = lost if restarted else first + lost
+        host += later
+        said += stamps(clock, first, n, host, epoch)
+        first += n
+        assert clock.at(first - 1, epoch) == said[-1]
+    assert (np.diff(said) > 0).all()
+
+
+def test_without_delay_they_are_the_arrivals() -> None:
+    clock = DeviceClock(RATE)
+    for k in range(100):
+        last = stamps(clock, 5 * k, 5, 50.0 + (5 * k + 4) / RATE)
+        np.testing.assert_allclose(last, 50.0 + np.arange(5 * k, 5 * k + 5) / RATE, atol=1e-9)
+
+
+def test_jitter_is_taken_out_and_drift_is_followed() -> None:
+    """Blocks up to 20 ms late from a clock that is 100 ppm fast: within 1.5 ms after a second."""
+    rng = np.random.default_rng(0)
+    clock, worst = DeviceClock(RATE), 0.0
+    for k in range(0, 300_000, 25):
+        true = 7.0 + np.arange(k, k + 25) / (RATE * (1 + 100e-6))
+        delay = 0.0 if rng.random() < 0.05 else rng.exponential(0.004)
+        found = stamps(clock, k, 25, true[-1] + min(delay, 0.02))
+        if k > RATE:
+            worst = max(worst, float(np.abs(np.array(found) - true).max()))
+    assert worst < 1.5e-3
+
+
+def test_what_is_a_little_off_is_made_up_slowly() -> None:
+    """The first block came 100 ms late: the others pull stamps back by a share of their time."""
+    clock = DeviceClock(RATE)
+    said = stamps(clock, 0, 5, 0.1 + 4 / RATE)
+    for k in range(5, 30_000, 5):
+        said += stamps(clock, k, 5, (k + 4) / RATE)
+    steps = np.diff(said) * RATE
+    assert steps.min() >= 1 - SLEW - 1e-6
+    assert steps.max() <= 1 + SLEW + 1e-6
+    assert abs(said[-1] - 29_999 / RATE) < 1e-9
+
+
+def test_a_replay_at_ten_times_the_speed_is_kept_up_with() -> None:
+    clock = DeviceClock(RATE)
+    for k in range(0, 200_000, 50):
+        last = stamps(clock, k, 50, 0.1 * (k + 49) / RATE)
+    assert abs(last[-1] - 0.1 * 199_999 / RATE) < 0.3
+
+
+def test_a_gap_shows_in_the_stamps() -> None:
+    clock = DeviceClock(RATE)
+    before = stamps(clock, 0, 100, 99 / RATE)
+    after = stamps(clock, 600, 100, 699 / RATE)
+    assert abs(after[0] - before[-1] - 501 / RATE) < 1e-9

@@ -1,0 +1,66 @@
+"""One of each thing that the live part tells, for the tests of the sinks."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from firstcontact.core import Block, Contact, Finger, fingertip_layout
+from firstcontact.device import Arrival, Descriptor, Health
+from firstcontact.live.events import (
+    Armed,
+    Case,
+    Estimated,
+    Event,
+    PinchDone,
+    Refused,
+    Touched,
+)
+from firstcontact.live.sink import Update
+from firstcontact.recording import Marker
+
+DESCRIPTOR = Descriptor(fingertip_layout(), "fw 1", "piezo", "linke Händ", "twin")
+FIRST = Contact(Finger.THUMB, 510, 522)
+SECOND = Contact(Finger.INDEX, 580, 590)
+ESTIMATE = Estimated(
+    contact=FIRST,
+    value=29.25,
+    low=25.0,
+    high=33.5,
+    level=0.9,
+    duration=0.015,
+    complete=586,
+    epoch=0,
+    case=Case.IN_TIME,
+    used=True,
+    host=1000.125,
+    compute=0.0002,
+)
+EVENTS: tuple[Event, ...] = (
+    Armed(400, 0),
+    Touched(FIRST, first=True, epoch=0, host=1000.1),
+    ESTIMATE,
+    Refused(FIRST, "the window is not whole", 0),
+    PinchDone(
+        number=1,
+        armed=400,
+        end=1600,
+        epoch=0,
+        contacts=(FIRST, SECOND),
+        strips=((Finger.THUMB, 509), (Finger.INDEX, 578)),
+        estimates=(ESTIMATE,),
+    ),
+)
+
+
+def numbered(first: int, n: int, epoch: int = 0, host: float = 0.0) -> Arrival:
+    """Samples whose first channel is their number, and the other columns zero."""
+    data = np.zeros((n, 16), dtype=np.int16)
+    data[:, 0] = np.arange(first, first + n) % 32768
+    return Arrival(Block(data, first, epoch), host)
+
+
+def everything() -> Update:
+    """All events, a marker and a link that lost something."""
+    arrival = Arrival(numbered(0, 1600).block, 1000.0, markers=(Marker(1200, "Apfel ä", 0),))
+    health = Health(connected=True, samples=1600, lost_samples=7, lost_frames=2, bad_frames=1)
+    return Update((arrival,), EVENTS, health)

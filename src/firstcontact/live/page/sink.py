@@ -18,6 +18,8 @@ from firstcontact.live.page.server import PageServer
 from firstcontact.live.page.state import State
 from firstcontact.live.sink import Controls, Update
 
+#: Bytes that the system may hold for one viewer.
+SENDING_BYTES = 131_072
 _NONE: Mapping[str, float] = MappingProxyType({})
 
 
@@ -65,7 +67,8 @@ class PageSink:
                 f"give at least {TOKEN_LENGTH}, or none and one is made up"
             )
         self._files = load()
-        self._controls = controls
+        #: What viewers may ask for; may be given until the page is opened.
+        self.controls = controls
         self._landmarks = dict(landmarks)
         self._socket = _listen(host, port)
         self._guard = Guard(host, self._socket.getsockname()[1], token)
@@ -87,7 +90,7 @@ class PageSink:
 
     def open(self, descriptor: Descriptor) -> None:
         """Serve from now on."""
-        self._state = State(descriptor, self._landmarks, self._controls is not None)
+        self._state = State(descriptor, self._landmarks, self.controls is not None)
         self._thread = threading.Thread(target=self._serve, name="page", daemon=True)
         self._thread.start()
         self._started.wait()
@@ -115,7 +118,7 @@ class PageSink:
     async def _run(self) -> None:
         self._loop, self._stop = asyncio.get_running_loop(), asyncio.Event()
         assert self._state is not None
-        server = PageServer(self._state, self._guard, self._files, self._controls)
+        server = PageServer(self._state, self._guard, self._files, self.controls)
         self._started.set()
         await server.run(self._socket, self._stop)
 
@@ -124,9 +127,12 @@ def _listen(host: str, port: int) -> socket.socket:
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
         family, _, _, _, address = found[0]
-        return socket.create_server(address[:2], family=family, backlog=64)
+        listening = socket.create_server(address[:2], family=family, backlog=64)
     except (OSError, OverflowError) as error:
         raise InputError(
             f"the page cannot be served on {host} port {port} ({error}): name another port or "
             "address, or 0 for a free port"
         ) from error
+    # What the system holds back for a viewer that does not read; its connections inherit it.
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SENDING_BYTES)
+    return listening

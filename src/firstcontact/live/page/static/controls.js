@@ -1,0 +1,76 @@
+// Recording and markers: the buttons say what is so, not what was wished.
+
+import { byId, number, setText } from "./dom.js";
+
+const SHOWN_FOR = 4000;
+
+export class Controls {
+  constructor(link) {
+    this.link = link;
+    this.on = false;
+    byId("record").onclick = () => this.ask({ do: this.on ? "stop" : "record" });
+    byId("controls").onsubmit = (event) => {
+      event.preventDefault();
+      const text = byId("marker").value.trim();
+      if (text) this.ask({ do: "mark", text });
+      else byId("marker").focus();
+    };
+  }
+
+  hello(hello) {
+    byId("controls").hidden = !hello.controls;
+    this.enable(true);
+  }
+
+  enable(yes) {
+    for (const id of ["record", "mark", "marker"]) byId(id).disabled = !yes;
+  }
+
+  // What the recorder does now is not known, so nothing is claimed.
+  lost() {
+    this.enable(false);
+    this.status = null;
+    this.paint();
+  }
+
+  ask(what) {
+    if (!this.link().ask(what)) this.say("The server is gone: that was not done.", true);
+  }
+
+  answer(answer) {
+    if (answer.ok && answer.do === "mark") byId("marker").value = "";
+    this.say(answer.text, !answer.ok);
+  }
+
+  say(text, failed) {
+    this.said = { text, failed };
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => {
+      this.said = null;
+      this.paint();
+    }, SHOWN_FOR);
+    this.paint();
+  }
+
+  recording(status) {
+    this.status = status;
+    this.on = status.name !== null && !status.failed;
+    byId("record").classList.toggle("on", this.on);
+    setText(byId("record-word"), this.on ? "Stop recording" : "Start recording");
+    this.paint();
+  }
+
+  paint() {
+    const band = byId("recording");
+    const { name, samples, waiting, failed } = this.status ?? { name: null };
+    const parts = [];
+    if (failed) parts.push(`! Recording stopped: ${failed}`);
+    else if (name !== null) {
+      parts.push(`Recording ${name}: ${number(samples)} samples written, ${number(waiting)} waiting`);
+    }
+    if (this.said) parts.push(this.said.text);
+    band.hidden = parts.length === 0;
+    band.classList.toggle("failed", Boolean(failed || this.said?.failed));
+    setText(band, parts.join(" · "));
+  }
+}

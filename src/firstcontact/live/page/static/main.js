@@ -1,0 +1,102 @@
+// Puts the page together: each message goes to the parts that show it.
+
+import { byId, readColours, setText } from "./dom.js";
+import { Closeup } from "./closeup.js";
+import { Controls } from "./controls.js";
+import { Estimate } from "./estimate.js";
+import { Force } from "./force.js";
+import { Health, verdict } from "./health.js";
+import { Link } from "./link.js";
+import { pinches } from "./pinches.js";
+import { Timing } from "./timing.js";
+import { Traces } from "./traces.js";
+
+// The token became a cookie: it need not stand in the address, where others may read it.
+if (location.search) history.replaceState(null, "", location.pathname);
+
+// Nothing for this long is worth a word, s.
+const SILENCE = 1.5;
+const BADGES = { twin: "Twin (simulated)", synthetic: "Synthetic", real: "Real hand" };
+
+readColours();
+const traces = new Traces(byId("traces"));
+const closeup = new Closeup(byId("closeup"));
+const estimate = new Estimate();
+const timing = new Timing();
+const force = new Force();
+const health = new Health();
+let link = null;
+const controls = new Controls(() => link);
+const parts = [traces, closeup, estimate, timing, force, health, controls];
+const state = { there: false, health: null, gone: false };
+
+function hello(tree) {
+  state.there = true;
+  state.gone = false;
+  health.columnSeconds(tree);
+  for (const part of parts) part.hello(tree);
+  pinches([]);
+  const badge = byId("source");
+  setText(badge, BADGES[tree.source] ?? tree.source);
+  badge.classList.toggle("plain", tree.source === "real");
+  badge.hidden = false;
+  setText(byId("about"), [tree.sensor, tree.hand, tree.firmware].filter(Boolean).join(" · "));
+}
+
+function lost() {
+  state.gone = true;
+  controls.lost();
+}
+
+link = new Link({
+  hello,
+  lost,
+  columns: (first, n, _channels, values) => traces.columns(first, n, values),
+  marks: (marks) => { traces.marks = marks; },
+  closeup: (tree) => closeup.closeup(tree),
+  now: (now) => { estimate.now(now); timing.now(now); closeup.now(now); },
+  force: (tree) => force.force(tree),
+  health: (tree) => { state.health = tree; health.health(tree); },
+  recording: (status) => controls.recording(status),
+  ledger: (figures) => health.ledger(figures),
+  pinches,
+  viewer: (viewer) => health.viewer(viewer),
+  answer: (answer) => controls.answer(answer),
+});
+
+// What a person must know first, in one sentence; null when all is well.
+function trouble(now) {
+  if (state.gone) {
+    return state.there
+      ? "! The server is gone. What is shown is the last that came; the page tries again by itself."
+      : "! No server here yet. The page tries again by itself.";
+  }
+  if (!state.health) return null;
+  if (!state.health.connected) return "! The device is not connected: check its cable.";
+  const silent = traces.silent(now);
+  if (silent !== null && silent > SILENCE) return `! No samples for ${Math.floor(silent)} s.`;
+  return null;
+}
+
+function top(now) {
+  const text = trouble(now);
+  byId("notice").hidden = text === null;
+  if (text) setText(byId("notice"), text);
+  let [kind, word] = ["wait", "Connecting"];
+  if (state.gone) [kind, word] = ["bad", "! Server gone"];
+  else if (state.health) [kind, word] = verdict(state.health);
+  byId("link").className = `pill ${kind}`;
+  setText(byId("link"), word);
+}
+
+function frame(now) {
+  if (!state.gone) traces.frame(now);
+  top(now);
+  requestAnimationFrame(frame);
+}
+requestAnimationFrame(frame);
+
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+  readColours();
+  closeup.paint();
+});

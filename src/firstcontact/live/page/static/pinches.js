@@ -1,0 +1,45 @@
+// The last pinches, the newest on top.
+
+import { FINGERS, byId, make, number } from "./dom.js";
+
+const SHOWN = 12;
+const SHORT = ["Index", "Thumb"];
+
+function cell(row, className, ...inside) {
+  const td = make("td", className);
+  td.append(...inside);
+  row.append(td);
+}
+
+function row(pinch) {
+  const tr = make("tr");
+  cell(tr, "", String(pinch.number));
+  cell(tr, "left object", pinch.object || "–");
+  tr.lastChild.title = pinch.object;
+  if (pinch.finger === null) cell(tr, "left", "–");
+  else cell(tr, `left ${FINGERS[pinch.finger]}`, make("span", "swatch"), SHORT[pinch.finger]);
+  if (!pinch.estimate) {
+    cell(tr, "", "–");
+    cell(tr, "", "–");
+  } else {
+    const { value, low, high } = pinch.estimate;
+    cell(tr, "", make("b", "", number(value)), make("small", "", high > low ? `${number(low)}–${number(high)}` : ""));
+    cell(tr, "", number(pinch.ms, 1));
+  }
+  cell(tr, "", pinch.offset === null ? "–" : number(pinch.offset, 1));
+  if (!pinch.estimate) cell(tr, "left refused", `none: ${pinch.refused || "no window"}`);
+  else if (pinch.case === "IN_TIME") cell(tr, "left good", "✓ before 2nd");
+  else cell(tr, "left late", "✕ after 2nd");
+  return tr;
+}
+
+export function pinches(list) {
+  const rows = list.slice(-SHOWN).reverse().map(row);
+  if (rows.length === 0) {
+    const none = make("tr");
+    cell(none, "none", "No pinch yet.");
+    none.lastChild.colSpan = 7;
+    rows.push(none);
+  }
+  byId("rows").replaceChildren(...rows);
+}

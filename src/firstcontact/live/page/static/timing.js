@@ -1,0 +1,77 @@
+// Where the time from contact to estimate went, against the mean time to the second contact.
+
+import { byId, draw, make, number, setText, size, watch } from "./dom.js";
+
+const PARTS = [["window", "Window"], ["wait", "Look-ahead"], ["compute", "Computation"]];
+
+export class Timing {
+  constructor() {
+    this.svg = byId("bar");
+    this.values = {};
+    this.tree = {};
+    for (const [part, name] of PARTS) {
+      const row = make("div");
+      this.values[part] = make("dd", "", "–");
+      row.append(make("dt", part, name), this.values[part]);
+      byId("times").append(row);
+    }
+    watch(this.svg, () => this.paint());
+  }
+
+  hello(hello) {
+    this.budget = hello.budget_ms;
+    this.now({});
+  }
+
+  now(now) {
+    // A touch alone keeps the last picture until its own estimate is there.
+    if (!now.timing && now.finger !== undefined && !now.refused) return;
+    this.tree = now;
+    for (const [part] of PARTS) {
+      setText(this.values[part], now.timing ? `${number(now.timing[part], 2)} ms` : "–");
+    }
+    setText(byId("total"), now.timing ? `${number(now.timing.total, 2)} ms` : "–");
+    this.paint();
+  }
+
+  paint() {
+    const [width, height] = size(this.svg);
+    if (!width || !this.budget) return;
+    const { timing, second } = this.tree;
+    // Room for both moments, as far as that leaves the rest readable.
+    const last = Math.max(timing?.total ?? 0, Math.min(second ?? 0, 60), 29);
+    const most = 10 * Math.ceil((last + 1) / 10);
+    const [left, right, top, bottom] = [8, width - 8, 44, height - 48];
+    const x = (ms) => left + (Math.min(ms, most) / most) * (right - left);
+    this.svg.replaceChildren();
+    draw(this.svg, "rect", { x: left, y: top, width: right - left, height: bottom - top, rx: 5, fill: "var(--page)", stroke: "var(--line)" });
+    let at = 0;
+    for (const [part] of timing ? PARTS : []) {
+      const wide = Math.max(part === "compute" ? 3 : 0, x(at + timing[part]) - x(at));
+      draw(this.svg, "rect", { x: x(at), y: top, width: wide, height: bottom - top, fill: `var(--seg-${part})` });
+      at += timing[part];
+    }
+    const line = x(this.budget);
+    draw(this.svg, "line", { x1: line, x2: line, y1: top - 10, y2: bottom + 5, stroke: "var(--ink)", "stroke-width": 2, "stroke-dasharray": "5 4" });
+    this.label(line, 16, `second finger on average, ${this.budget} ms`, "var(--ink)", width);
+    if (second !== undefined && second !== null) {
+      const there = x(second);
+      draw(this.svg, "path", { d: `M${there - 7} ${top - 11}h14l-7 12z`, fill: "var(--ink)" });
+      draw(this.svg, "line", { x1: there, x2: there, y1: top, y2: bottom, stroke: "var(--ink)", "stroke-width": 3 });
+      this.label(there, height - 3, `second finger this time, ${number(second, 1)} ms`, "var(--ink)", width);
+    } else if (timing) {
+      draw(this.svg, "text", { x: right, y: height - 3, "text-anchor": "end", class: "soft" }, "second finger: not seen");
+    }
+    for (let ms = 0; ms <= most; ms += 10) {
+      const anchor = ms === 0 ? "start" : ms === most ? "end" : "middle";
+      draw(this.svg, "text", { x: x(ms) + (ms === 0 ? -4 : ms === most ? 4 : 0), y: bottom + 20, "text-anchor": anchor, class: "soft" }, ms === 0 ? "0" : `${ms} ms`);
+    }
+  }
+
+  // A label at a place, kept inside the picture.
+  label(at, y, text, fill, width) {
+    const label = draw(this.svg, "text", { x: at, y, "text-anchor": "middle", fill }, text);
+    const half = label.getComputedTextLength() / 2;
+    label.setAttribute("x", Math.min(Math.max(at, half + 2), width - half - 2));
+  }
+}

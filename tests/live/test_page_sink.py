@@ -1,0 +1,304 @@
+"""The page without a browser: what viewers are told, and what they cannot do to the session."""
+
+from __future__ import annotations
+
+import json
+import socket
+import threading
+import tracemalloc
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from page_browser import PATIENCE, UPGRADE
+from page_feed import DESCRIPTOR, LANDMARKS, Asked, Feed
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+
+from firstcontact.core import Block, Label
+from firstcontact.device import Arrival
+from firstcontact.live.events import Estimated, PinchDone
+from firstcontact.live.page import PageSink
+from firstcontact.live.page.pinches import Pinches, timing
+from firstcontact.live.sink import Update
+from firstcontact.recording import Marker, PinchMark
+
+
+@pytest.fixture
+def asked() -> Asked:
+    return Asked()
+
+
+@pytest.fixture
+def page(asked: Asked) -> Iterator[PageSink]:
+    sink = PageSink(port=0, landmarks=LANDMARKS)
+    sink.controls = asked
+    sink.open(DESCRIPTOR)
+    yield sink
+    sink.close()
+
+
+def port(sink: PageSink) -> int:
+    return int(sink.url.split(":")[2].split("/")[0])
+
+
+def view(sink: PageSink) -> ClientConnection:
+    return connect(f"ws://127.0.0.1:{port(sink)}/socket", open_timeout=PATIENCE, compression=None)
+
+
+def told(viewer: ClientConnection, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+    """Messages, the later over the earlier, until they are as wanted."""
+    so_far: dict[str, Any] = {"columns": 0, "first": None, "skipped": 0}
+    while not wanted(so_far):
+        message = viewer.recv(timeout=PATIENCE)
+        if isinstance(message, bytes):
+            n, channels = np.frombuffer(message, "<u4", 2)
+            first = np.frombuffer(message, "<f8", 1, 8)[0]
+            assert len(message) == 16 + 8 * n * channels
+            if so_far["first"] is None:
+                so_far["first"] = first
+            else:
+                skipped = first - (so_far["first"] + so_far["columns"] + so_far["skipped"])
+                assert skipped >= 0
+                so_far["skipped"] += skipped
+            so_far["columns"] += int(n)
+        else:
+            so_far |= json.loads(message)
+    return so_far
+
+
+def test_who_comes_late_has_the_last_seconds_and_pinches_at_once(page: PageSink) -> None:
+    feed = Feed()
+    for _ in range(400):
+        page.take(feed.update())
+    with view(page) as viewer:
+        got = told(viewer, lambda s: "pinches" in s and s["columns"] > 0)
+    assert got["hello"]["source"] == "twin"
+    assert got["hello"]["landmarks"] == LANDMARKS
+    assert got["columns"] * got["hello"]["column_samples"] >= 2.0 * got["hello"]["rate"]
+    assert [p["number"] for p in got["pinches"]] == list(range(feed.pinches - 11, feed.pinches + 1))
+    assert got["health"]["samples"] == feed.sample
+
+
+def test_columns_come_once_and_in_order(page: PageSink) -> None:
+    feed = Feed()
+    with view(page) as viewer:
+        told(viewer, lambda s: "hello" in s)
+        for _ in range(40):
+            page.take(feed.update(99))
+        got = told(viewer, lambda s: s["columns"] >= (feed.sample - 1) // 8)
+    assert got["first"] == 0
+    assert got["skipped"] == 0
+    assert got.get("viewer", {"skipped": 0})["skipped"] == 0
+
+
+def test_two_viewers_are_told_the_same(page: PageSink) -> None:
+    feed = Feed()
+    with view(page) as one, view(page) as two:
+        while feed.pinches < 2:
+            page.take(feed.update())
+        last = [
+            told(v, lambda s: len(s.get("pinches", ())) == 2 and "now" in s) for v in (one, two)
+        ]
+    assert last[0]["pinches"] == last[1]["pinches"]
+    assert last[0]["now"] == last[1]["now"]
+
+
+@pytest.mark.parametrize(
+    "message",
+    ["", "{", "[]", "7", "null", '{"do": null}', '{"do": "mark"}', '{"do": "mark", "text": " "}',
+     '{"do": "rm"}', b"\xff\x00", "[" * 4000, '{"do": {"do": 1}}'],
+)  # fmt: skip
+def test_nonsense_is_answered_and_nothing_else_happens(
+    page: PageSink, asked: Asked, message: str | bytes
+) -> None:
+    with view(page) as viewer:
+        viewer.send(message)
+        got = told(viewer, lambda s: "answer" in s)
+        assert got["answer"]["ok"] is False
+        viewer.send('{"do": "mark", "text": " after "}')
+        told(viewer, lambda s: s.get("answer", {}).get("ok") is True)
+    assert asked.calls == ["mark after"]
+
+
+def test_a_message_too_long_ends_that_viewer_only(page: PageSink) -> None:
+    feed = Feed()
+    with view(page) as other, view(page) as viewer:
+        viewer.send("x" * 100_000)
+        with pytest.raises(ConnectionClosed):
+            told(viewer, lambda s: False)
+        page.take(feed.update())
+        told(other, lambda s: "health" in s)
+
+
+def test_controls_that_refuse_or_raise_are_told(page: PageSink, asked: Asked) -> None:
+    asked.refuses = True
+    with view(page) as viewer:
+        viewer.send('{"do": "record"}')
+        got = told(viewer, lambda s: "answer" in s)
+        assert got["answer"]["text"].startswith("the folder cannot be written to")
+
+        def broken(text: str) -> None:
+            raise RuntimeError("the cable is a noodle")
+
+        asked.mark = broken  # type: ignore[method-assign]
+        viewer.send('{"do": "mark", "text": "x"}')
+        got = told(viewer, lambda s: "answer" in s)
+        assert "noodle" in got["answer"]["text"]
+
+
+def test_without_controls_viewers_only_look() -> None:
+    sink = PageSink(port=0)
+    sink.open(DESCRIPTOR)
+    try:
+        with view(sink) as viewer:
+            assert told(viewer, lambda s: "hello" in s)["hello"]["controls"] is False
+            viewer.send('{"do": "record"}')
+            assert told(viewer, lambda s: "answer" in s)["answer"]["ok"] is False
+    finally:
+        sink.close()
+
+
+def test_one_viewer_too_many_is_refused(page: PageSink) -> None:
+    with ExitStack() as viewers:
+        for _ in range(16):
+            told(viewers.enter_context(view(page)), lambda s: "hello" in s)
+        with pytest.raises(InvalidStatus, match="503"):
+            viewers.enter_context(view(page))
+
+
+def deaf(sink: PageSink) -> socket.socket:
+    """A viewer that opens the socket and then never reads."""
+    line = socket.socket()
+    line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    line.settimeout(PATIENCE)
+    line.connect(("127.0.0.1", port(sink)))
+    head = "".join(f"{k.replace('_', '-')}: {v}\r\n" for k, v in UPGRADE.items())
+    line.sendall(f"GET /socket HTTP/1.1\r\nHost: localhost\r\n{head}\r\n".encode())
+    return line
+
+
+def test_viewers_that_never_read_cost_nothing(page: PageSink) -> None:
+    feed = Feed()
+    page.take(feed.update())
+    lines = [deaf(page) for _ in range(8)]
+    try:
+        with view(page) as viewer:
+            told(viewer, lambda s: s.get("viewer", {}).get("viewers") == 9)
+            for _ in range(200):
+                page.take(feed.update())
+            tracemalloc.start()
+            before = tracemalloc.get_traced_memory()[0]
+            for k in range(1500):
+                page.take(feed.update())
+                if k % 100 == 0:
+                    # It goes on being told, whatever the others do.
+                    told(viewer, lambda s: s.get("health", {}).get("samples") == feed.sample)
+            grown = tracemalloc.get_traced_memory()[0] - before
+            tracemalloc.stop()
+        # Each may hold back a socket's buffer and what waits for it, not the 75 s that came.
+        assert grown < 8 * 200_000
+        assert feed.pinches > 50
+    finally:
+        for line in lines:
+            line.close()
+
+
+def test_a_deaf_viewer_is_let_go_and_its_place_is_free(
+    page: PageSink, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("firstcontact.live.page.server.PATIENCE", 0.5)
+    feed = Feed()
+    page.take(feed.update())
+    line = deaf(page)
+    stop = threading.Event()
+
+    def go_on() -> None:
+        while not stop.wait(0.005):
+            page.take(feed.update())
+
+    feeding = threading.Thread(target=go_on)
+    try:
+        with view(page) as viewer:
+            told(viewer, lambda s: s.get("viewer", {}).get("viewers") == 2)
+            feeding.start()
+            told(viewer, lambda s: s.get("viewer", {}).get("viewers") == 1)
+    finally:
+        stop.set()
+        feeding.join()
+        line.close()
+
+
+def test_closing_does_not_wait_for_the_deaf(page: PageSink) -> None:
+    feed = Feed()
+    lines = [deaf(page) for _ in range(3)]
+    half = socket.create_connection(("127.0.0.1", port(page)), timeout=PATIENCE)
+    half.sendall(b"GET / HT")
+    for _ in range(100):
+        page.take(feed.update())
+    page.close()
+    with pytest.raises(OSError, match="refused"):
+        socket.create_connection(("127.0.0.1", port(page)), timeout=PATIENCE)
+    for line in (*lines, half):
+        line.close()
+
+
+def test_time_is_taken_apart_without_rest() -> None:
+    estimate = Feed().estimate
+    parts = timing(estimate, 4936.0)
+    assert parts["window"] == 15.0
+    total = parts["window"] + parts["wait"] + parts["compute"]
+    assert parts["total"] == pytest.approx(total, abs=0.002)
+    early = replace(estimate, complete=estimate.contact.sample + 40)
+    assert timing(early, 4936.0)["wait"] == 0.0
+
+
+def pinch(feed: Feed) -> PinchDone:
+    while True:
+        for event in feed.update().events:
+            if isinstance(event, PinchDone):
+                return event
+
+
+def test_a_pinch_has_the_word_that_was_said_for_it() -> None:
+    feed = Feed()
+    pinches = Pinches(4936.0)
+    pinch(feed)
+    done = [pinch(feed) for _ in range(4)]
+    pinches.word(Marker(done[0].armed - 100, "before"))
+    pinches.done(done[0])
+    pinches.done(done[1])
+    pinches.word(Marker(done[1].armed + 10, "late"))
+    pinches.word(Marker(done[2].armed + 1, "other epoch", epoch=3))
+    pinches.done(done[2])
+    pinches.done(done[3])
+    label = Label("apple", 68.0)
+    pinches.label(PinchMark(0, done[3].armed - 5, done[3].end, 0, label))
+    assert [row["object"] for row in pinches.tree()] == ["before", "late", "", "apple"]
+
+
+def test_the_used_estimate_is_the_one_in_the_table() -> None:
+    done = pinch(Feed())
+    first = done.estimates[0]
+    assert isinstance(first, Estimated)
+    later = replace(first, value=99.0, used=False)
+    pinches = Pinches(4936.0)
+    pinches.done(replace(done, estimates=(replace(first, used=True), later)))
+    pinches.done(replace(done, estimates=(replace(first, used=False), later)))
+    pinches.done(replace(done, estimates=(), contacts=(), refused="a gap"))
+    rows = pinches.tree()
+    assert rows[0]["estimate"]["value"] == round(first.value, 2)
+    assert rows[1]["estimate"]["value"] == 99.0
+    assert (rows[2]["estimate"], rows[2]["finger"], rows[2]["refused"]) == (None, None, "a gap")
+
+
+def test_an_empty_update_and_an_empty_block_are_fine(page: PageSink) -> None:
+    page.take(Update())
+    empty = np.empty((0, len(DESCRIPTOR.layout.channels)), np.int16)
+    page.take(Update((Arrival(Block(empty), 0.0),)))
+    with view(page) as viewer:
+        got = told(viewer, lambda s: "health" in s)
+    assert got["columns"] == 0

@@ -17,6 +17,24 @@ REMIND = 10.0
 NOISY = 1.4
 
 
+def entered() -> bool:
+    """Whether Enter was pressed since the last call; does not wait for it.
+
+    Raises
+    ------
+    InputError
+        Nobody can press it.
+    """
+    if not select.select([sys.stdin], [], [], 0)[0]:
+        return False
+    if not sys.stdin.readline():
+        raise InputError(
+            "someone has to press Enter here, and standard input has ended: do it in a terminal, "
+            "or without what has to be changed by hand"
+        )
+    return True
+
+
 class Terminal:
     """Says how the recording goes; asks for Enter where objects have to be changed.
 
@@ -63,21 +81,8 @@ class Terminal:
         return not self._asks
 
     def in_place(self) -> bool:
-        """Whether Enter was pressed.
-
-        Raises
-        ------
-        InputError
-            Nobody can press it.
-        """
-        if not select.select([sys.stdin], [], [], 0)[0]:
-            return False
-        if not sys.stdin.readline():
-            raise InputError(
-                "several objects need someone to change them, and standard input has ended: "
-                "record in a terminal, or one object at a time"
-            )
-        return True
+        """Whether Enter was pressed; InputError when nobody can press it."""
+        return entered()
 
     def judged(self, judged: Judged) -> None:
         """Say how a closing went."""

@@ -10,6 +10,9 @@ from firstcontact.core.errors import InputError
 
 #: Verb to the dataclass that is its configuration; one file a verb.
 VERBS = {
+    "calibrate": "Calibrate",
+    "record": "Record",
+    "camera": "Camera",
     "simulate": "Simulate",
     "import": "Import",
     "inspect": "Inspect",

@@ -1,0 +1,109 @@
+"""``firstcontact calibrate``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from firstcontact.core.errors import InputError
+
+if TYPE_CHECKING:
+    from firstcontact.collect.force_fit import Weighing
+    from firstcontact.core import Calibration, ForceCurve
+    from firstcontact.device import Source
+
+
+@dataclass(frozen=True)
+class Calibrate:
+    """Measure noise floors, taps and the Velostat curve of a pair of fingertips."""
+
+    device: str
+    """A serial port, or "twin" for the simulated hand."""
+    out: Path = Path("calibration.json")
+    """File for the result; what is there is replaced."""
+    seconds: float = 2.0
+    """How much rest is measured, s."""
+    patience: float = 10.0
+    """How much longer to wait for that rest, s; then it is refused."""
+    tap: bool = True
+    """Ask for a tap on each fingertip; --no-tap where nobody can, as with the twin."""
+    weights: Path | None = None
+    """A CSV of known weights on one taxel, with the columns finger,newtons,volts."""
+    weigh: tuple[float, ...] = ()
+    """Ask for these weights one after the other, N, and measure their volts."""
+
+    def run(self) -> None:
+        """Measure, tell, and write the file."""
+        from firstcontact.cli.stopping import stopping
+        from firstcontact.collect.force_fit import read_weights
+        from firstcontact.collect.tap import tap_warnings
+        from firstcontact.core.calibration_file import write_calibration
+        from firstcontact.device.opening import open_source
+
+        if not 0.1 <= self.seconds <= 3600 or not 0 <= self.patience <= 3600:
+            raise InputError("--seconds must lie between 0.1 and 3600, --patience from 0 on")
+        curves = _fit(read_weights(self.weights)) if self.weights is not None else ()
+        with stopping(), open_source(self.device) as source:
+            calibration = self._measure(source)
+            if self.weigh:
+                curves = _fit(_weigh(source, self.weigh))
+        calibration = replace(calibration, force=tuple(curves))
+        for sentence in tap_warnings(calibration):
+            print(f"warning: {sentence}")
+        for curve in calibration.force:
+            print(
+                f"{curve.finger.name.lower():6} leak {curve.leak:.3g} S, gain {curve.gain:.3g} S, "
+                f"exponent {curve.exponent:.2f}, off by {curve.rms:.2f} N RMS"
+            )
+        write_calibration(calibration, self.out)
+        print(f"calibration: {self.out}")
+
+    def _measure(self, source: Source) -> Calibration:
+        from firstcontact.collect.tap import wait_for_tap
+        from firstcontact.device.noise_floor import measure_noise
+
+        print(f"measuring {self.seconds:g} s of rest: touch nothing, motor off", flush=True)
+        calibration = measure_noise(source, self.seconds, self.patience)
+        for piezo in calibration.piezo:
+            name = piezo.finger.name.lower()
+            noise, offset = 1e3 * piezo.noise, 1e3 * piezo.offset
+            print(f"{name:6} noise {noise:.2f} mV RMS, offset {offset:+.2f} mV")
+        if self.tap:
+            for finger in source.descriptor.layout.piezo_fingers:
+                print(f"tap the {finger.name.lower()}'s fingertip", flush=True)
+                calibration = wait_for_tap(source, calibration, finger)
+                peak = next(p.tap for p in calibration.piezo if p.finger is finger)
+                print(f"{finger.name.lower():6} tap {peak:.3f} V")
+        return calibration
+
+
+def _fit(weighings: Sequence[Weighing]) -> tuple[ForceCurve, ...]:
+    from firstcontact.collect.force_fit import fit_force
+
+    fingers = sorted({w.finger for w in weighings})
+    if not fingers:
+        raise InputError("no weight is given: add a line for each, or leave --weights out")
+    return tuple(fit_force([w for w in weighings if w.finger is f]) for f in fingers)
+
+
+def _weigh(source: Source, newtons: Sequence[float]) -> list[Weighing]:
+    """Ask for each weight on each finger, and measure a second of it."""
+    from firstcontact.cli.guided import entered
+    from firstcontact.collect.force_fit import Weighing
+    from firstcontact.collect.weigh import loaded_volts
+
+    weighings = []
+    for finger in source.descriptor.layout.piezo_fingers:
+        for force in newtons:
+            print(
+                f"put {force:g} N on one taxel of the {finger.name.lower()} and press Enter",
+                flush=True,
+            )
+            while not entered():
+                source.read(0.1)
+            volts = loaded_volts(source, finger)
+            print(f"{finger.name.lower():6} {force:g} N: {volts:.3f} V")
+            weighings.append(Weighing(finger, force, volts))
+    return weighings

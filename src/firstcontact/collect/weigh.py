@@ -1,0 +1,41 @@
+"""The voltage of a taxel with a known weight on it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from firstcontact.core import ChannelKind, Finger, InputError
+from firstcontact.device import Source
+from firstcontact.device.noise_floor import SILENCE
+
+
+def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
+    """Mean voltage of a finger's most loaded taxel, V.
+
+    Parameters
+    ----------
+    source
+        Open.
+    seconds
+        Over this time, s of the device's.
+
+    Raises
+    ------
+    InputError
+        The finger has no force channel, or no samples come.
+    """
+    layout = source.descriptor.layout
+    columns = layout.columns(ChannelKind.FORCE, finger)
+    if not columns:
+        raise InputError(f"the {finger.name.lower()} has no force channel: leave the weights out")
+    total = np.zeros(len(columns))
+    count = 0
+    while count < seconds * layout.rate:
+        arrivals = source.read(SILENCE)
+        if not arrivals:
+            raise InputError(f"{source.name} sends no samples: check its connection")
+        for arrival in arrivals:
+            volts = layout.physical(arrival.block.data, columns)
+            total += volts.sum(axis=0)
+            count += len(volts)
+    return float((total / count).max())

@@ -1,0 +1,151 @@
+"""A source of samples that are there already, and a hand that closes as it is told to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Block, Calibration, Finger, PiezoCalibration, fingertip_layout
+from firstcontact.device import Arrival, Descriptor, Health
+from firstcontact.recording import Marker
+
+LAYOUT = fingertip_layout()
+RATE = LAYOUT.rate
+#: Of the piezos at rest, V; the running motor is three times as loud.
+FLOOR = 0.005
+CALIBRATION = Calibration(tuple(PiezoCalibration(f, FLOOR) for f in Finger))
+UNLOADED = 2000
+
+
+class MemorySource:
+    """Gives arrivals that were made before; more can be added while it is read."""
+
+    name = "memory"
+
+    def __init__(self, arrivals: Sequence[Arrival] = (), at_a_time: int = 20) -> None:
+        self.descriptor = Descriptor(LAYOUT, "test", "made up", "", "synthetic")
+        self.health = Health(True)
+        self.marks: list[str] = []
+        self.left = list(arrivals)
+        self._at_a_time = at_a_time
+
+    @property
+    def ended(self) -> bool:
+        return not self.left
+
+    def read(self, timeout: float) -> list[Arrival]:
+        taken, self.left = self.left[: self._at_a_time], self.left[self._at_a_time :]
+        count = sum(len(a.block.data) for a in taken)
+        self.health = replace(self.health, samples=self.health.samples + count)
+        return taken
+
+    def mark(self, text: str) -> None:
+        self.marks.append(text)
+
+    def close(self) -> None:
+        self.left = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *reason: object) -> None:
+        self.close()
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Sample numbers of what happened in a closing."""
+
+    motor: int
+    contacts: dict[Finger, int]
+
+
+def samples(seconds: float) -> int:
+    return round(seconds * RATE)
+
+
+class Hand:
+    """Makes raw samples, closing after closing.
+
+    ``strips`` are the fingers whose strips work; ``silent`` those whose piezo
+    hears no touch; ``loud`` scales the touch.
+    """
+
+    def __init__(self, seed: int = 0) -> None:
+        self._rng = np.random.default_rng(seed)
+        self._phases: list[NDArray[np.float64]] = []
+        self.at = 0
+
+    def phase(self, seconds: float, loud: float) -> NDArray[np.float64]:
+        """Columns: two piezos, V; two loads, 0 to 1; two strips."""
+        out = np.zeros((samples(seconds), 6))
+        out[:, :2] = loud * FLOOR * self._rng.standard_normal((len(out), 2))
+        self._phases.append(out)
+        self.at += len(out)
+        return out
+
+    def rest(self, seconds: float = 0.4) -> None:
+        self.phase(seconds, 1.0)
+
+    def close(
+        self,
+        *,
+        strips: Sequence[Finger] = tuple(Finger),
+        silent: Sequence[Finger] = (),
+        loud: float = 1.0,
+        offset: float = 0.015,
+        late_strip: float = 0.0,
+    ) -> Touch:
+        motor = self.at
+        self.phase(0.2, 3.0)
+        first = self.at
+        touching = self.phase(0.12, 3.0)
+        one = Finger(int(self._rng.integers(2)))
+        starts = {one: 0, one.other: samples(offset)}
+        t = np.arange(len(touching)) / RATE
+        ring = 0.3 * loud * np.exp(-t / 0.01) * np.sin(2 * np.pi * 150 * t)
+        for finger, start in starts.items():
+            n = len(t) - start
+            if finger not in silent:
+                touching[start:, finger] += ring[:n]
+            if finger in strips:
+                touching[start + samples(late_strip) :, 4 + finger] = 1
+            touching[start:, 2 + finger] = np.minimum(t[:n] / 0.05, 1.0)
+        hold = self.phase(0.3, 1.0)
+        hold[:, 2:4] = 1
+        hold[:, [4 + f for f in strips]] = 1
+        opening = self.phase(0.25, 3.0)
+        opening[:, 2:4] = np.exp(-np.arange(len(opening)) / RATE / 0.03)[:, None]
+        self.rest()
+        return Touch(motor, {f: first + start for f, start in starts.items()})
+
+    def raw(self) -> NDArray[np.int16]:
+        """All of it, as the device sends it."""
+        x = np.concatenate(self._phases)
+        out = np.zeros((len(x), 16), dtype=np.int16)
+        piezo = LAYOUT.channels[0]
+        out[:, :2] = np.clip(x[:, :2] / piezo.scale + piezo.offset, 0, 32_736)
+        out[:, 2:8] = (UNLOADED + 8000 * x[:, 2])[:, None]
+        out[:, 8:14] = (UNLOADED + 8000 * x[:, 3])[:, None]
+        out[:, 14:] = x[:, 4:]
+        return out
+
+
+def arrivals(
+    data: NDArray[np.int16],
+    length: int = 50,
+    markers: Sequence[Marker] = (),
+    first: int = 0,
+    epoch: int = 0,
+) -> list[Arrival]:
+    """Samples cut into blocks, each with its markers."""
+    made = []
+    for start in range(0, len(data), length):
+        block = Block(data[start : start + length], first + start, epoch)
+        own = tuple(m for m in markers if block.first_sample <= m.sample < block.end)
+        made.append(Arrival(block, 0.0, own))
+    return made

@@ -1,0 +1,119 @@
+"""A camera that is made up: frames, another clock, and now and then a wrong label."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.collect.camera import compare, in_words, read_contacts
+from firstcontact.core import Contact, Finger, InputError, Label, fingertip_layout
+from firstcontact.recording import Header, PinchMark, Recording
+
+RATE = fingertip_layout().rate
+FPS = 960.0
+
+
+def recorded(seed: int, pinches: int = 40, epochs: int = 1) -> tuple[Recording, dict]:
+    """A recording's marks, and when its contacts really were, s since each epoch's start."""
+    rng = np.random.default_rng(seed)
+    marks, truth = [], {}
+    for number in range(pinches):
+        epoch = number * epochs // pinches
+        first = 3.0 * number + rng.uniform(0.5, 1.0)
+        times = {Finger.INDEX: first, Finger.THUMB: first + rng.normal(0, 0.016)}
+        samples = {f: int(np.ceil(t * RATE)) for f, t in times.items()}
+        contacts = tuple(Contact(f, s, s) for f, s in samples.items())
+        start = min(samples.values())
+        marks.append(PinchMark(number, start - 500, start + 1500, epoch, Label(), contacts))
+        truth |= {(number, f): (epoch, t) for f, t in times.items()}
+    recording = Recording("a.mcap", Header(fingertip_layout()), pinches=tuple(marks))
+    return recording, truth
+
+
+def filmed(truth: dict, offset: float, drift: float) -> dict:
+    """What a camera would tell: the first frame after each contact, in its own time."""
+    seen = {}
+    for key, (epoch, t) in truth.items():
+        time = offset + 1000.0 * epoch + (1 + drift) * t
+        seen[key] = np.ceil(time * FPS) / FPS
+    return seen
+
+
+@given(
+    st.integers(0, 2**31),
+    st.floats(-5000.0, 5000.0),
+    st.floats(-500e-6, 500e-6),
+    st.integers(1, 3),
+)
+def test_offset_and_drift_are_found_and_frames_are_all_that_is_left(seed, offset, drift, epochs):
+    recording, truth = recorded(seed, epochs=epochs)
+    agreement = compare(recording, filmed(truth, offset, drift), FPS)
+    assert agreement.within == 1.0
+    assert agreement.disagreeing == ()
+    assert agreement.largest <= 1 / FPS
+    # Half a frame late and half a sample early, on average.
+    assert agreement.offset == pytest.approx(offset + 0.5 / FPS - 0.5 / RATE, abs=1e-3)
+    assert abs(agreement.drift - drift) < 6 * agreement.drift_error + 1e-9
+    assert agreement.drift_error < 30e-6
+
+
+@given(st.integers(0, 2**31), st.integers(0, 39), st.sampled_from(["swapped", "other", "late"]))
+def test_one_pinch_labelled_wrongly_is_named_and_spoils_nothing(seed, wrong, how):
+    recording, truth = recorded(seed)
+    seen = filmed(truth, 12.5, 80e-6)
+    pair = [(wrong, f) for f in Finger]
+    if how == "swapped":
+        seen[pair[0]], seen[pair[1]] = seen[pair[1]], seen[pair[0]]
+    else:
+        for key in pair:
+            seen[key] += 3.0 if how == "other" else 0.02
+    agreement = compare(recording, seen, FPS)
+    apart = abs(truth[pair[0]][1] - truth[pair[1]][1])
+    if how != "swapped" or apart > 2 / FPS:
+        assert agreement.disagreeing == tuple(pair)
+        assert agreement.within == pytest.approx(1 - 2 / 80)
+    assert abs(agreement.drift - 80e-6) < 6 * agreement.drift_error
+    assert any(f"pinch {wrong}, index" in s for s in in_words(agreement)) == (
+        pair[0] in agreement.disagreeing
+    )
+
+
+def test_contacts_without_a_strip_are_left_out_and_told():
+    recording, truth = recorded(1, pinches=5)
+    seen = {**filmed(truth, 0.0, 0.0), (99, Finger.THUMB): 4.0}
+    agreement = compare(recording, seen, FPS)
+    assert agreement.left_out == ((99, Finger.THUMB),)
+    assert len(agreement.residuals) == 10
+    assert "left out    pinch 99, thumb: no strip closed there" in in_words(agreement)
+
+
+def test_too_little_is_refused():
+    recording, truth = recorded(1, pinches=2)
+    with pytest.raises(InputError, match="2 pinches have contacts both"):
+        compare(recording, filmed(truth, 0.0, 0.0))
+    with pytest.raises(InputError, match="fps is 0"):
+        compare(recording, {}, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("pinch,finger\n0,index\n", "'time_s' is missing"),
+        ("pinch,finger,time_s\n0,toe,1\n", "line 2: give a pinch"),
+        ("pinch,finger,time_s\n0,index,nan\n", "line 2: give a pinch"),
+        ("pinch,finger,time_s\n0,index,1\n0,index,2\n", "line 3: this contact stands there twice"),
+    ],
+)
+def test_lists_that_cannot_be_used_are_refused(tmp_path, text, said):
+    path = tmp_path / "contacts.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=said):
+        read_contacts(path)
+    with pytest.raises(InputError, match="cannot be read"):
+        read_contacts(tmp_path / "none.csv")
+
+
+def test_a_list_is_read(tmp_path):
+    path = tmp_path / "contacts.csv"
+    path.write_text("pinch, finger, time_s\n3, Index, 1.25\n3, thumb, 1.5\n")
+    assert read_contacts(path) == {(3, Finger.INDEX): 1.25, (3, Finger.THUMB): 1.5}

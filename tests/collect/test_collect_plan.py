@@ -1,0 +1,50 @@
+import pytest
+
+from firstcontact.collect.plan import Item, read_plan
+from firstcontact.core import InputError, Label, Role
+
+
+def test_a_plan_is_read(tmp_path):
+    path = tmp_path / "plan.csv"
+    path.write_text(
+        "object,shore,specimen,pinches,role\nblock 29,29,b29,20,train\nApfel 🍎,,,5,test\n",
+        encoding="utf-8",
+    )
+    assert read_plan(path) == (
+        Item("block 29", 20, 29.0, "b29", Role.TRAIN),
+        Item("Apfel 🍎", 5, None, "", Role.TEST),
+    )
+    assert read_plan(path)[1].label("2") == Label(
+        "Apfel 🍎", None, None, "Apfel 🍎", "2", Role.TEST
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("object,pinches,colour\na,1,red\n", "column 'colour' is not known"),
+        ("object,shore\na,1\n", "column 'pinches' is missing"),
+        ("object,pinches\n", "plans nothing"),
+        ("object,pinches\na,many\n", "line 2: pinches is 'many'"),
+        ("object,pinches,shore\na,1,soft\n", "line 2: shore is 'soft'"),
+        ("object,pinches,role\na,1,both\n", "line 2: role is 'both': give train or test"),
+        ("object,pinches\na,0\n", "line 2: a: 0 pinches are wanted"),
+        ("object,pinches\n,3\n", "line 2: an object has no name"),
+        ("object,pinches,shore\na,1,120\n", "line 2: a: shore 120"),
+        ("object,pinches\na,1\na,2\n", "line 3: a stands there twice"),
+        ("object,pinches\na,1,5\nb\n", "line 3: pinches is ''"),
+    ],
+)
+def test_plans_that_cannot_be_used_are_refused(tmp_path, text, said):
+    path = tmp_path / "plan.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=said):
+        read_plan(path)
+
+
+def test_a_plan_that_is_not_there_or_not_text_is_refused(tmp_path):
+    with pytest.raises(InputError, match="cannot be read"):
+        read_plan(tmp_path / "none.csv")
+    (tmp_path / "bytes.csv").write_bytes(b"object,pinches\n\xff\xfe,3\n")
+    with pytest.raises(InputError, match="not a CSV in UTF-8"):
+        read_plan(tmp_path / "bytes.csv")

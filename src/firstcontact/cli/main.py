@@ -10,6 +10,7 @@ from firstcontact.core.errors import InputError
 
 #: Verb to the dataclass that is its configuration; one file a verb.
 VERBS = {
+    "live": "Live",
     "calibrate": "Calibrate",
     "record": "Record",
     "camera": "Camera",

@@ -1,0 +1,168 @@
+"""A recording that comes again as it came, at any speed."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from firstcontact.core import Block, Calibration, InputError
+from firstcontact.device.source import Arrival, Descriptor, Health
+from firstcontact.recording import Marker, PinchMark, Recording, read_recording
+
+#: Samples of a block: as a device sends them, in real time ...
+BLOCK = 5
+#: ... and without a pace, 0.1 s at 4936 Hz.
+LONG_BLOCK = 494
+
+
+class ReplaySource:
+    """Plays a recording as if its device were there.
+
+    Epochs, gaps, markers and marks of pinches come where they were recorded. A gap
+    takes no time.
+
+    Parameters
+    ----------
+    path
+        The recording.
+    speed
+        Times real time; infinite to give all as fast as it is read.
+    block
+        Samples of a block.
+
+    Raises
+    ------
+    InputError
+        The file is no recording, holds no samples, or the speed is not positive.
+    """
+
+    def __init__(self, path: Path, speed: float = 1.0, block: int | None = None) -> None:
+        if not speed > 0:
+            raise InputError(f"--speed is {speed:g}: give a positive number, or inf")
+        self._recording = read_recording(path)
+        if not self._recording.samples:
+            raise InputError(f"{path} holds no samples: there is nothing to replay")
+        self._speed = speed
+        self._block = block or (LONG_BLOCK if math.isinf(speed) else BLOCK)
+        self._rest = _pieces(self._recording, self._block)
+        self._next: tuple[Block, tuple[Marker, ...], tuple[PinchMark, ...]] | None = None
+        self._ended = False
+        self._closed = threading.Event()
+        self._began = 0.0
+        self._given = 0
+        self._lost = 0
+        self._end: Block | None = None
+
+    @property
+    def name(self) -> str:
+        """The file."""
+        return str(self._recording.path)
+
+    @property
+    def descriptor(self) -> Descriptor:
+        """What the recording says about what it was made with."""
+        h = self._recording.header
+        return Descriptor(h.layout, h.firmware, h.sensor, h.hand, h.source, h.dtype)
+
+    @property
+    def calibration(self) -> Calibration | None:
+        """What was measured before the recording was made."""
+        return self._recording.header.calibration
+
+    @property
+    def health(self) -> Health:
+        """Samples given so far, and those missing in the recording."""
+        epoch = self._end.epoch if self._end else 0
+        return Health(
+            connected=not self._ended,
+            epoch=epoch,
+            samples=self._given,
+            lost_samples=self._lost,
+        )
+
+    @property
+    def ended(self) -> bool:
+        """Whether all was given."""
+        return self._ended
+
+    def read(self, timeout: float) -> list[Arrival]:
+        """All that is due by now, waiting up to ``timeout`` s for something to be."""
+        if math.isinf(self._speed):
+            return self._take(1)
+        rate = self._speed * self.descriptor.layout.rate
+        due = self._began + (self._given + self._block) / rate
+        wait = due - time.monotonic()
+        if wait > 0 and self._closed.wait(min(wait, timeout)):
+            return []
+        blocks = int((time.monotonic() - self._began) * rate - self._given) // self._block
+        return self._take(blocks)
+
+    def mark(self, text: str) -> None:
+        """Refuse: what is recorded stays as it is.
+
+        Raises
+        ------
+        InputError
+            Always.
+        """
+        raise InputError(f"{self.name} is a recording: no marker can be set in what has happened")
+
+    def close(self) -> None:
+        """End the replay."""
+        self._closed.set()
+        self._ended = True
+
+    def __enter__(self) -> Self:
+        self._began = time.monotonic()
+        self._advance()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _take(self, blocks: int) -> list[Arrival]:
+        arrivals: list[Arrival] = []
+        now = time.monotonic()
+        while self._next is not None and len(arrivals) < blocks:
+            block, markers, pinches = self._next
+            if self._end is not None and self._end.epoch == block.epoch:
+                self._lost += block.first_sample - self._end.end
+            self._given += len(block.data)
+            self._end = block
+            arrivals.append(Arrival(block, now, markers, pinches))
+            self._advance()
+        return arrivals
+
+    def _advance(self) -> None:
+        self._next = next(self._rest, None)
+        if self._next is None:
+            self._ended = True
+
+
+def _pieces(
+    recording: Recording, length: int
+) -> Iterator[tuple[Block, tuple[Marker, ...], tuple[PinchMark, ...]]]:
+    """Blocks with the markers and pinch marks that belong to them."""
+    markers = sorted(recording.markers, key=lambda m: (m.epoch, m.sample))
+    pinches = sorted(recording.pinches, key=lambda m: (m.epoch, m.end))
+    for stretch in recording.stretches:
+        for start in range(0, len(stretch.data), length):
+            data = stretch.data[start : start + length]
+            block = Block(data, stretch.first_sample + start, stretch.epoch)
+            until = (block.epoch, block.end)
+            told, done = [], []
+            while markers and (markers[0].epoch, markers[0].sample) < until:
+                told.append(markers.pop(0))
+            while pinches and (pinches[0].epoch, pinches[0].end) <= until:
+                done.append(pinches.pop(0))
+            yield block, tuple(told), tuple(done)

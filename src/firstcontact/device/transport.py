@@ -1,0 +1,96 @@
+"""A serial port as a way for bytes, and frames to the device."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import Any
+
+from firstcontact.core import InputError
+from firstcontact.device.protocol import FrameType, encode
+
+#: Longest wait of a read, s: how soon a stop is noticed.
+PATIENCE = 0.05
+#: Longest wait of a write, s: a device that takes nothing is gone.
+WRITE = 1.0
+#: A USB port has no speed of its own; a UART bridge must be told one that is enough:
+#: samples take 176 kB/s, and start and stop bits a quarter more.
+BAUD = 4_000_000
+
+
+class LinkError(OSError):
+    """The port is gone; it may come back."""
+
+
+class SerialTransport:
+    """An open serial port, for this process alone.
+
+    Parameters
+    ----------
+    port
+        Its path or name.
+
+    Raises
+    ------
+    InputError
+        It is not there, is in use, or may not be opened.
+    """
+
+    def __init__(self, port: str) -> None:
+        import serial
+
+        self.port = port
+        self._counter = 0
+        try:
+            self._serial: Any = serial.Serial(
+                port, BAUD, timeout=PATIENCE, write_timeout=WRITE, exclusive=True
+            )
+        except (OSError, ValueError) as error:  # SerialException is an OSError
+            raise InputError(_why(port, error)) from error
+
+    def read(self) -> bytes:
+        """All that is there, or the first that comes within :data:`PATIENCE`; b"" if nothing.
+
+        Raises
+        ------
+        LinkError
+            The port is gone.
+        """
+        try:
+            data: bytes = self._serial.read(self._serial.in_waiting or 1)
+            return data
+        except (OSError, TypeError) as error:  # a port closed meanwhile has no descriptor
+            raise LinkError(f"{self.port}: {error}") from error
+
+    def send(self, kind: FrameType, payload: bytes = b"") -> None:
+        """Send a frame.
+
+        Raises
+        ------
+        LinkError
+            The port is gone or takes nothing.
+        """
+        try:
+            self._serial.write(encode(kind, self._counter, payload))
+        except (OSError, TypeError) as error:
+            raise LinkError(f"{self.port}: {error}") from error
+        self._counter += 1
+
+    def close(self) -> None:
+        """Let go of the port. Closing twice is fine."""
+        with suppress(OSError):
+            self._serial.close()
+
+
+def _why(port: str, error: Exception) -> str:
+    number = getattr(error, "errno", None)
+    text = str(error)
+    if number == 2 or "No such file" in text:
+        return f"{port}: there is no such port: see `firstcontact ports`, or use --device twin"
+    if number == 13 or "ermission" in text:
+        return (
+            f"{port}: you may not open this port: add yourself to its group (on Debian: "
+            "`sudo adduser $USER dialout`) and log in again"
+        )
+    if number in (11, 16) or "exclusively lock" in text:
+        return f"{port}: another program has this port open: close that one first"
+    return f"{port}: cannot be opened ({text}): see `firstcontact ports`"

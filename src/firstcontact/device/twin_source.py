@@ -1,0 +1,53 @@
+"""The twin as a source: its device is plugged in when it is opened, and goes with it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Self
+
+from firstcontact.device.serial_source import SerialSource
+from firstcontact.device.twin_device import TwinDevice
+
+
+class TwinSource(SerialSource):
+    """A :class:`SerialSource` on the port of a :class:`TwinDevice` of its own.
+
+    Parameters
+    ----------
+    condition, objects, seed, speed
+        As of the device.
+    """
+
+    def __init__(
+        self,
+        condition: str = "paper-rig",
+        objects: Sequence[str] | None = None,
+        seed: int = 0,
+        speed: float = 1.0,
+    ) -> None:
+        super().__init__("twin")
+        self._make = partial(TwinDevice, condition, objects, seed, speed)
+        self.device: TwinDevice | None = None
+
+    @property
+    def name(self) -> str:
+        """What a person calls it."""
+        return "twin"
+
+    def __enter__(self) -> Self:
+        self.device = self._make()
+        self.port = self.device.port
+        try:
+            return super().__enter__()
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Close the port, then the device."""
+        try:
+            super().close()
+        finally:
+            if self.device is not None:
+                self.device.close()

@@ -1,0 +1,96 @@
+"""Curves of known parameters, read through a divider with noise."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from memory_source import LAYOUT, UNLOADED, MemorySource, arrivals
+
+from firstcontact.collect.force_fit import Weighing, fit_force, read_weights
+from firstcontact.collect.weigh import loaded_volts
+from firstcontact.core import Finger, InputError
+from firstcontact.core.calibration import DIVIDER_OHM
+
+NEWTONS = np.array([0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0])
+
+
+def volts(force, leak, gain, exponent):
+    """The divider over a sheet of this curve, V."""
+    g = leak + gain * np.asarray(force) ** exponent
+    return 3.3 * DIVIDER_OHM * g / (1 + DIVIDER_OHM * g)
+
+
+leaks, gains, exponents = st.floats(2e-6, 5e-5), st.floats(3e-5, 3e-4), st.floats(0.5, 1.2)
+
+
+@given(leaks, gains, exponents, st.sampled_from(Finger))
+def test_a_curve_without_noise_is_found(leak, gain, exponent, finger):
+    read = volts(NEWTONS, leak, gain, exponent)
+    curve = fit_force([Weighing(finger, f, v) for f, v in zip(NEWTONS, read, strict=True)])
+    assert curve.finger is finger
+    assert curve.leak == pytest.approx(leak, rel=1e-2, abs=1e-8)
+    assert curve.gain == pytest.approx(gain, rel=1e-3)
+    assert curve.exponent == pytest.approx(exponent, rel=1e-3)
+    between = np.array([0.3, 0.7, 3.0, 8.0])
+    found = curve.newtons(volts(between, leak, gain, exponent))
+    assert found == pytest.approx(between, rel=1e-2)
+    assert curve.rms < 0.02
+
+
+@given(st.integers(0, 10_000))
+def test_noise_of_the_converter_moves_it_little(seed):
+    # A count of the converter is 3.2 mV.
+    read = volts(NEWTONS, 2e-5, 8e-5, 0.8) + np.random.default_rng(seed).normal(0, 0.003, 7)
+    curve = fit_force([Weighing(Finger.THUMB, f, v) for f, v in zip(NEWTONS, read, strict=True)])
+    between = np.array([0.5, 1.0, 3.0, 5.0])
+    found = curve.newtons(volts(between, 2e-5, 8e-5, 0.8))
+    assert found == pytest.approx(between, rel=0.1)
+    assert curve.rms < 0.3
+
+
+def weighed(newtons, read):
+    return [Weighing(Finger.INDEX, f, v) for f, v in zip(newtons, read, strict=True)]
+
+
+@pytest.mark.parametrize(
+    ("weighings", "said"),
+    [
+        ([], "are 0 different ones"),
+        (weighed([1, 2, 3], [0.5, 1.0, 1.5]), "are 3 different ones"),
+        (weighed([1, 1, 1, 1, 2], [0.5, 0.5, 0.6, 0.5, 1.0]), "are 2 different ones"),
+        (weighed([0, 1, 2, 3], [0.3, 1.0, 0.9, 1.5]), "2 N gives 0.900 V and 1 N gives 1.000 V"),
+        (weighed([-1, 1, 2, 3], [0.3, 1.0, 1.2, 1.5]), "from 0 on"),
+        (weighed([0, 1, 2, 3], [0.3, 1.0, 1.2, 3.3]), "between 0 and 3.3"),
+        (weighed([0, 1, 2, 3], [0.0, 1.0, 1.2, 1.5]), "between 0 and 3.3"),
+    ],
+)
+def test_weights_that_give_no_curve_are_refused(weighings, said):
+    with pytest.raises(InputError, match=said):
+        fit_force(weighings)
+
+
+def test_weights_are_read_from_their_file(tmp_path):
+    path = tmp_path / "weights.csv"
+    path.write_text("finger,newtons,volts\nindex,0,0.3\nThumb, 1.5, 1.25\n")
+    assert read_weights(path) == (
+        Weighing(Finger.INDEX, 0.0, 0.3),
+        Weighing(Finger.THUMB, 1.5, 1.25),
+    )
+    path.write_text("finger,newtons\nindex,0\n")
+    with pytest.raises(InputError, match="'volts' is missing"):
+        read_weights(path)
+    path.write_text("finger,newtons,volts\nring,0,0.3\n")
+    with pytest.raises(InputError, match="line 2: give index or thumb"):
+        read_weights(path)
+
+
+def test_the_most_loaded_taxel_is_the_one_that_is_weighed():
+    data = np.zeros((10_000, 16), np.int16)
+    data[:, 2:14] = UNLOADED
+    data[:, 10] = 12_000
+    scale = LAYOUT.channels[10].scale
+    source = MemorySource(arrivals(data))
+    assert loaded_volts(source, Finger.THUMB) == pytest.approx(12_000 * scale)
+    assert loaded_volts(source, Finger.INDEX, 0.5) == pytest.approx(UNLOADED * scale)
+    with pytest.raises(InputError, match="sends no samples"):
+        loaded_volts(source, Finger.INDEX)

@@ -1,0 +1,60 @@
+import numpy as np
+import pytest
+from memory_source import CALIBRATION, FLOOR, LAYOUT, RATE, MemorySource, arrivals
+
+from firstcontact.collect.tap import TapWatch, tap_warnings, wait_for_tap
+from firstcontact.core import Block, Calibration, Finger, InputError, PiezoCalibration
+
+
+def tapped(peak: float, finger: Finger = Finger.THUMB, seconds: float = 2.0) -> np.ndarray:
+    """Rest, with one tap of this peak (V) on one finger after a second."""
+    n = round(seconds * RATE)
+    volts = np.random.default_rng(0).normal(0, FLOOR / 2, (n, 2))
+    t = np.arange(n - round(RATE)) / RATE
+    volts[round(RATE) :, finger] = peak * np.exp(-t / 0.02) * np.cos(2 * np.pi * 200 * t)
+    data = np.zeros((n, 16), np.int16)
+    piezo = LAYOUT.channels[0]
+    data[:, :2] = np.rint(volts / piezo.scale + piezo.offset)
+    return data
+
+
+@pytest.mark.parametrize("length", [1, 50, 20_000])
+@pytest.mark.parametrize("finger", Finger)
+def test_the_peak_of_a_tap_is_found(length, finger):
+    watch = TapWatch(LAYOUT, CALIBRATION, finger)
+    data = tapped(0.8, finger)
+    found = [watch.update(Block(data[k : k + length], k)) for k in range(0, len(data), length)]
+    assert next(p for p in found if p is not None) == pytest.approx(0.8, abs=1e-3)
+
+
+def test_a_tap_goes_into_the_calibration_of_its_finger():
+    calibration = wait_for_tap(MemorySource(arrivals(tapped(0.5))), CALIBRATION, Finger.THUMB)
+    assert [p.tap for p in calibration.piezo] == [None, pytest.approx(0.5, abs=1e-3)]
+    assert calibration.noise(Finger.THUMB) == FLOOR
+
+
+def test_a_tap_on_the_other_finger_is_none_of_this_one():
+    source = MemorySource(arrivals(tapped(0.5, Finger.INDEX, seconds=4)))
+    with pytest.raises(InputError, match="no tap on the thumb was felt within 3 s"):
+        wait_for_tap(source, CALIBRATION, Finger.THUMB, patience=3.0)
+
+
+def test_no_samples_are_told():
+    with pytest.raises(InputError, match="sends no samples"):
+        wait_for_tap(MemorySource(), CALIBRATION, Finger.THUMB)
+
+
+@pytest.mark.parametrize(
+    ("taps", "said"),
+    [
+        ((0.5, 0.6), []),
+        ((None, None), []),
+        ((0.05, 0.06), ["the index's tap gave only", "the thumb's tap gave only"]),
+        ((0.3, 1.2), ["the thumb's tap was 4.0 times as loud"]),
+    ],
+)
+def test_taps_that_are_weak_or_unlike_are_warned_of(taps, said):
+    piezo = tuple(PiezoCalibration(f, FLOOR, 0.0, t) for f, t in zip(Finger, taps, strict=True))
+    warned = tap_warnings(Calibration(piezo))
+    assert len(warned) == len(said)
+    assert all(part in sentence for part, sentence in zip(said, warned, strict=True))

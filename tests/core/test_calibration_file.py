@@ -1,0 +1,75 @@
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.core import Calibration, Finger, ForceCurve, InputError, PiezoCalibration
+from firstcontact.core.calibration_file import read_calibration, write_calibration
+
+positive = st.floats(1e-9, 1e3)
+piezos = st.builds(
+    PiezoCalibration,
+    st.sampled_from(Finger),
+    positive,
+    st.floats(-1, 1),
+    st.none() | positive,
+)
+curves = st.builds(
+    ForceCurve, st.sampled_from(Finger), positive, positive, positive, positive, positive
+)
+
+
+@given(st.lists(piezos, max_size=2), st.lists(curves, max_size=2))
+def test_a_calibration_comes_back_from_its_file(tmp_path_factory, piezo, force):
+    path = tmp_path_factory.mktemp("calibration") / "Größe.json"
+    calibration = Calibration(tuple(piezo), tuple(force), "2026-01-01T00:00:00+00:00")
+    write_calibration(calibration, path)
+    assert read_calibration(path) == calibration
+
+
+def tree(**change):
+    piezo = {"finger": 0, "noise": 0.002, "offset": 0.0, "tap": None}
+    return {
+        "format": "firstcontact.calibration",
+        "version": 1,
+        "piezo": [piezo],
+        "force": [],
+        "created": "",
+        **change,
+    }
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("{", "it is not JSON"),
+        ("[1]", "its format is not"),
+        (json.dumps(tree(format="other")), "its format is not"),
+        (json.dumps(tree(version=2)), "its version is 2 and not 1"),
+        (json.dumps(tree(piezo=[{"finger": 0}])), "it is not complete"),
+        (json.dumps(tree(piezo=[{"finger": 7, "noise": 1.0}])), "it is not complete"),
+        (json.dumps(tree(piezo=[{"finger": 0, "noise": -1.0}])), "the index's noise"),
+        (json.dumps(tree(piezo=[{"finger": 1, "noise": "loud"}])), "it is not complete"),
+        (
+            json.dumps(
+                tree(force=[{"finger": 1, "leak": 0.0, "gain": 0.0, "exponent": 1.0, "rms": 0.0}])
+            ),
+            "the thumb's force curve",
+        ),
+    ],
+)
+def test_other_files_are_refused(tmp_path, content, said):
+    path = tmp_path / "calibration.json"
+    path.write_text(content)
+    with pytest.raises(InputError, match=said) as refused:
+        read_calibration(path)
+    assert str(path) in str(refused.value)
+    assert "firstcontact calibrate" in str(refused.value)
+
+
+def test_files_that_cannot_be_opened_are_refused(tmp_path):
+    with pytest.raises(InputError, match="cannot be read"):
+        read_calibration(tmp_path / "none.json")
+    with pytest.raises(InputError, match="cannot be written"):
+        write_calibration(Calibration(), tmp_path)

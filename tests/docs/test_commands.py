@@ -40,6 +40,16 @@ ELSEWHERE = {
     "make format": "by hand",
     "make constraints": "by hand, when versions are raised",
     ".ci/run": "itself",
+    "make -C firmware sketch-folder": "tests/firmware/test_sketch.py",
+    "make -C firmware native": "tests/firmware/conftest.py",
+    "make -C firmware size": "by hand: it makes the table of docs/reference/firmware.md",
+    "make -C firmware test": "make test runs these, too",
+    "firmware/build/firstcontact-device --scans twin.scans": "tests/firmware/test_native_device.py",
+    "apt install gcc libc6-dev make": ".ci/run, where they are missing",
+    "apt install --no-install-recommends gcc-arm-none-eabi libnewlib-arm-none-eabi": (
+        ".ci/run, where they are missing"
+    ),
+    "apt install --no-install-recommends qemu-system-arm": ".ci/run, where it is missing",
     "pip install .": "tests/cli/test_install.py",
     "pip install '.[study]'": "make study, in editable form",
 }

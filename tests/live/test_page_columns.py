@@ -71,7 +71,8 @@ def test_epochs_are_not_joined() -> None:
     old = columns.place(5400, 0)
     columns.add(block(0, 800, epoch=1))
     assert old == 400 / columns.samples
-    assert columns.place(5400, 0) is None
+    assert columns.place(5400, 0) == old
+    assert columns.place(5400, 9) is None
     assert columns.place(0, 1) == 101.0
     _, got = columns.since(99)
     assert np.isnan(got[1]).all()

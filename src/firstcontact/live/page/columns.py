@@ -11,6 +11,8 @@ from firstcontact.core import Block, ChannelKind, Layout
 SECONDS = 2.0
 #: Columns in it: what a good tablet has for a trace.
 COLUMNS = 1200
+#: Epochs whose samples can still be placed.
+EPOCHS = 8
 
 
 class Columns:
@@ -36,8 +38,8 @@ class Columns:
         self._ring = np.full((self._size, len(self._piezo), 2), np.nan, np.float32)
         self._top = -1
         self._epoch: int | None = None
-        self._origin = 0
-        self._base = 0
+        # Of the last epochs: first sample and first column; events may be told a little late.
+        self._epochs: dict[int, tuple[int, int]] = {}
         self._next = 0
 
     @property
@@ -55,9 +57,12 @@ class Columns:
         if len(block.data) == 0:
             return
         if block.epoch != self._epoch:
-            self._epoch, self._origin = block.epoch, block.first_sample
+            self._epoch = block.epoch
             # An empty column between two epochs: nothing is joined.
-            self._base = self._top + 2 if self._top >= 0 else 0
+            base = self._top + 2 if self._top >= 0 else 0
+            self._epochs[block.epoch] = block.first_sample, base
+            while len(self._epochs) > EPOCHS:
+                del self._epochs[next(iter(self._epochs))]
             self._next = block.first_sample
         late = max(0, self._next - block.first_sample)
         values = self._layout.physical(block.data[late:], self._piezo).astype(np.float32)
@@ -65,7 +70,8 @@ class Columns:
             return
         samples = np.arange(block.first_sample + late, block.end)
         self._next = block.end
-        place = self._base + (samples - self._origin) // self.samples
+        origin, base = self._epochs[block.epoch]
+        place = base + (samples - origin) // self.samples
         self._make_room(int(place[-1]))
         starts = np.flatnonzero(np.diff(place, prepend=place[0] - 1))
         low = np.fmin.reduceat(values, starts, axis=0)
@@ -81,10 +87,11 @@ class Columns:
         self._top = max(self._top, top)
 
     def place(self, sample: int, epoch: int) -> float | None:
-        """Where a sample lies, in columns; None for one of another epoch."""
-        if epoch != self._epoch:
+        """Where a sample lies, in columns; None for one of an epoch long past."""
+        if epoch not in self._epochs:
             return None
-        return self._base + (sample - self._origin) / self.samples
+        origin, base = self._epochs[epoch]
+        return base + (sample - origin) / self.samples
 
     def since(self, column: int) -> tuple[int, NDArray[np.float32]]:
         """Complete columns from this one on, as far as they are still held.

@@ -5,7 +5,7 @@ import { byId, make, number, setText } from "./dom.js";
 const FACTS = [
   ["samples", "Samples received", false],
   ["lost_samples", "Samples lost", true],
-  ["overflow_samples", "– dropped by the device", true],
+  ["overflow_samples", "– by the device", true],
   ["lost_frames", "Frames lost", true],
   ["bad_frames", "Frames damaged", true],
   ["doubled_frames", "Frames doubled", true],

@@ -62,6 +62,7 @@ export class Traces {
     const x = (column) => left + ((column - start) / this.shown) * (right - left);
     this.fit(start);
     const lane = (height - TOP - BOTTOM) / this.fingers.length;
+    // First the marks: no line may hide the beginning of what it marks.
     this.fingers.forEach((finger, k) => {
       const middle = TOP + lane * (k + 0.5);
       const scale = (0.46 * lane) / this.range;
@@ -74,7 +75,6 @@ export class Traces {
       pen.restore();
     });
     this.time(pen, left, right, height);
-    for (const mark of this.marks) this.mark(pen, mark, x(mark.at), left, right, height, lane);
     this.fingers.forEach((finger, k) => this.name(pen, finger, left + 8, TOP + lane * (k + 0.12)));
   }
 
@@ -166,11 +166,6 @@ export class Traces {
     pen.lineTo(at, height - BOTTOM);
     pen.stroke();
     pen.globalAlpha = 1;
-    pen.lineWidth = 2;
-    pen.beginPath();
-    pen.moveTo(at, top);
-    pen.lineTo(at, top + lane);
-    pen.stroke();
     pen.beginPath();
     pen.moveTo(at - 7, top - 8);
     pen.lineTo(at + 7, top - 8);

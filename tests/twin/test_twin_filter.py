@@ -58,11 +58,13 @@ def test_any_blocks_give_the_plain_reference(seed: int, cuts: list[int]) -> None
     assert out.tolist() == reference(scans)
 
 
-@given(arrays(np.uint16, (60, 6), elements=st.sampled_from([0, ADC_COUNTS - 1])))
-def test_the_rails_stay_in_range(scans: NDArray[np.uint16]) -> None:
-    scans[:, 4:] = 0
+@given(arrays(np.uint16, (60, 6), elements=st.sampled_from([0, 5, ADC_COUNTS - 1, 1024, 65_535])))
+def test_whatever_is_read_stays_in_range(scans: NDArray[np.uint16]) -> None:
     out = DeviceFilter().update(scans)
     assert 0 <= out.min() <= out.max() <= TOP
+    possible = np.minimum(scans, ADC_COUNTS - 1)
+    possible[:, 4:] = scans[:, 4:] != 0
+    assert out.tolist() == reference(possible)
 
 
 def test_smoothing_is_the_float_one_within_one_subcount() -> None:

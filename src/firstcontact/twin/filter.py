@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from firstcontact.core.layout import SUBCOUNTS, TAXELS, fingertip_layout
+from firstcontact.core.layout import ADC_COUNTS, SUBCOUNTS, TAXELS, fingertip_layout
 from firstcontact.twin.sensor import SCAN
 
 #: Readings of a taxel that the sliding mean covers.
@@ -17,6 +17,12 @@ FORCE_READINGS = 8
 #: Scans after which every reading under the sliding means is a new one.
 ROUND = TAXELS * FORCE_READINGS
 _COLUMNS = len(fingertip_layout().channels)
+
+
+@njit(cache=True, nogil=True)
+def _clipped(count: int) -> int:
+    """What a converter of 10 bits can have read."""
+    return min(int(count), ADC_COUNTS - 1)
 
 
 @njit(cache=True, nogil=True)
@@ -32,13 +38,13 @@ def _filter(
     for i in range(len(scans)):
         if place[0] < 0:
             for f in range(2):
-                smoothed[f] = scans[i, f] * SUBCOUNTS
+                smoothed[f] = _clipped(scans[i, f]) * SUBCOUNTS
             place[0] = 0
         taxel = place[0] % TAXELS
         slot = place[0] // TAXELS
         for f in range(2):
-            smoothed[f] = (smoothed[f] + scans[i, f] * SUBCOUNTS) >> 1
-            count = np.int64(scans[i, 2 + f])
+            smoothed[f] = (smoothed[f] + _clipped(scans[i, f]) * SUBCOUNTS) >> 1
+            count = _clipped(scans[i, 2 + f])
             if readings[f, taxel, 0] < 0:
                 readings[f, taxel, :] = count
                 sums[f, taxel] = FORCE_READINGS * count
@@ -47,7 +53,7 @@ def _filter(
             out[i, f] = smoothed[f]
             for k in range(TAXELS):
                 out[i, 2 + TAXELS * f + k] = sums[f, k] * (SUBCOUNTS // FORCE_READINGS)
-            out[i, 2 + 2 * TAXELS + f] = scans[i, 4 + f]
+            out[i, 2 + 2 * TAXELS + f] = 1 if scans[i, 4 + f] else 0
         place[0] = (place[0] + 1) % (TAXELS * FORCE_READINGS)
 
 
@@ -58,7 +64,8 @@ class DeviceFilter:
     0.5, rounded down; the first reading is its own history. Force: a sliding mean
     over the last 8 readings of each taxel, exact in 1/32 counts; a taxel's first
     reading stands for the seven before it, and a taxel not read yet is 0. Scan i
-    reads taxel i modulo 6. Strips go through.
+    reads taxel i modulo 6. A strip is 1 where its reading is not 0. Counts
+    above 1023 count as 1023.
     """
 
     def __init__(self) -> None:

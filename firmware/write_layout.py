@@ -1,6 +1,7 @@
 """Write core/fc_layout.h: the layout of the fingertips as the firmware tells it.
 
-The layout is ``firstcontact.core.fingertip_layout()``; run this after changing it.
+The layout is ``firstcontact.core.fingertip_layout()`` and the version the package's; run this
+after changing either.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from firstcontact import __version__
 from firstcontact.core import fingertip_layout
 
 PAGE = Path(__file__).parent / "core" / "fc_layout.h"
@@ -16,7 +18,7 @@ HEAD = """\
 #ifndef FC_LAYOUT_H
 #define FC_LAYOUT_H
 
-#define FC_FIRMWARE_VERSION "0.1.0"
+#define FC_FIRMWARE_VERSION "@VERSION@"
 
 #define FC_LAYOUT \\
 """
@@ -37,7 +39,7 @@ def text() -> str:
     layout = json.dumps(fingertip_layout().to_json(), separators=(",", ":"))
     pieces = layout.replace("},{", "},\n{").replace("],", "],\n").split("\n")
     lines = ['    "' + piece.replace('"', '\\"') + '"' for piece in pieces]
-    return HEAD + " \\\n".join(lines) + TAIL
+    return HEAD.replace("@VERSION@", __version__) + " \\\n".join(lines) + TAIL
 
 
 if __name__ == "__main__":

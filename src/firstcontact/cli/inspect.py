@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import tyro
 
 if TYPE_CHECKING:
-    from firstcontact.core import Label
+    from firstcontact.core import Calibration, Label
     from firstcontact.recording import PinchMark, Recording
 
 
@@ -67,6 +67,7 @@ def _lines(recording: Recording) -> Iterator[str]:
             yield f"{field:11} {value}"
     for i, line in enumerate(header.notes.splitlines()):
         yield f"{'' if i else 'notes':11} {line}"
+    yield from _calibration(header.calibration)
     yield f"rate        {layout.rate:g} Hz, piezo smoothing alpha {layout.smoothing_alpha:g}"
     names = ", ".join(c.name for c in layout.channels)
     yield f"channels    {len(layout.channels)} ({header.dtype}): {names}"
@@ -84,6 +85,23 @@ def _lines(recording: Recording) -> Iterator[str]:
         yield "skipped     nothing"
     for sentence in recording.skipped:
         yield f"skipped     {sentence}"
+
+
+def _calibration(calibration: Calibration | None) -> Iterator[str]:
+    if calibration is None:
+        return
+    yield f"calibration {calibration.created or 'of unknown date'}"
+    for p in calibration.piezo:
+        tap = "" if p.tap is None else f", tap {p.tap:.3f} V"
+        yield (
+            f"  {p.finger.name.lower():6} piezo noise {p.noise * 1e3:.2f} mV RMS, offset "
+            f"{p.offset * 1e3:+.2f} mV{tap}"
+        )
+    for f in calibration.force:
+        yield (
+            f"  {f.finger.name.lower():6} force leak {f.leak:.3g} S, gain {f.gain:.3g}, "
+            f"exponent {f.exponent:.2f}, off by {f.rms:.2f} N RMS"
+        )
 
 
 def _what(label: Label) -> str:

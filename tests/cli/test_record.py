@@ -1,0 +1,182 @@
+"""``firstcontact record`` with the twin over its pseudo terminal, interrupted in every way."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.cli.main import main
+from firstcontact.core import Calibration, Finger, PiezoCalibration
+from firstcontact.core.calibration_file import write_calibration
+from firstcontact.recording import load_dataset, read_recording
+from firstcontact.recording.dataset import cut
+
+COMMAND = [sys.executable, "-m", "firstcontact.cli.main", "record", "--device", "twin"]
+#: Of the twin at rest, V; measured by ``firstcontact calibrate``, so that no test has to.
+FLOOR = 0.0017
+
+
+@pytest.fixture
+def calibration(tmp_path: Path) -> Path:
+    path = tmp_path / "calibration.json"
+    write_calibration(Calibration(tuple(PiezoCalibration(f, FLOOR) for f in Finger)), path)
+    return path
+
+
+def options(out: Path, calibration: Path, pinches: int) -> list[str]:
+    return [
+        "--object=block 29", "--specimen=b29", "--session=3", f"--pinches={pinches}",
+        f"--out={out}", f"--calibration={calibration}", "--speed=4",
+    ]  # fmt: skip
+
+
+@contextmanager
+def recording(*arguments: str) -> Iterator[subprocess.Popen[str]]:
+    """A recording that goes on; it is ended at the latest with the block."""
+    child = subprocess.Popen(
+        [*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        with child:
+            try:
+                yield child
+            finally:
+                child.kill()
+    finally:
+        child.wait()
+
+
+def wait_for(child: subprocess.Popen[str], word: str) -> None:
+    """Read its lines up to one with this word."""
+    assert child.stdout is not None
+    for line in child.stdout:
+        if word in line:
+            return
+    raise AssertionError(f"it ended without {word!r}: {child.stderr and child.stderr.read()}")
+
+
+def whole_pinches(path: Path) -> int:
+    """How many there are; each that is marked must be whole."""
+    recording = read_recording(path)
+    assert all(cut(recording, mark) is not None for mark in recording.pinches)
+    return len(recording.pinches)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_finishes_the_file_and_the_same_command_goes_on(tmp_path, calibration, number):
+    out = tmp_path / "übung"
+    with recording(*options(out, calibration, 500)) as child:
+        wait_for(child, "block 29 1/500")
+        child.send_signal(number)
+        rest, errors = child.communicate()
+    assert child.returncode == 130, errors
+    assert "the same command goes on with it" in rest
+    assert "Traceback" not in errors
+    first = read_recording(out / "session-3.mcap")
+    assert not any("not closed" in s for s in first.skipped)
+    done = len(first.pinches)
+    assert done >= 1
+    assert main(["record", "--device", "twin", *options(out, calibration, done + 1)]) == 0
+    assert [p.name for p in sorted(out.iterdir())] == ["session-3.mcap", "session-3.part2.mcap"]
+    dataset = load_dataset(out)
+    assert len(dataset) == done + 1
+    assert dataset.source == "twin"
+    assert set(dataset.shore_a.tolist()) == {29.0}  # as the twin knows it
+    assert set(dataset.specimens.tolist()) == {"b29"}
+    assert all(len(p.truth) == 2 for p in dataset.pinches)
+    header = first.header
+    assert (header.session, header.calibration.noise(Finger.THUMB)) == ("3", FLOOR)
+    assert "object: block 29" in [m.text for m in first.markers]
+    # The second part is another stretch of the twin, not the first one again.
+    one, other = (load_dataset(p).pinches[0] for p in sorted(out.iterdir()))
+    n = min(len(one.data), len(other.data))
+    assert not np.array_equal(one.data[:n], other.data[:n])
+
+
+def test_a_signal_before_the_recording_leaves_nothing(tmp_path):
+    arguments = ["--object=block 29", f"--out={tmp_path}"]
+    with recording(*arguments) as child:
+        wait_for(child, "measuring the noise floor")
+        child.send_signal(signal.SIGTERM)
+        _, errors = child.communicate()
+    assert child.returncode == 130, errors
+    assert "interrupted" in errors
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_killed_again_and_again_every_pinch_that_was_complete_is_there(tmp_path, calibration):
+    rng = np.random.default_rng(5)
+    out = tmp_path / "out"
+    wanted = 6
+    told = 0
+    for _ in range(3):
+        k = told + int(rng.integers(1, 3))
+        if k >= wanted:
+            break
+        with recording(*options(out, calibration, wanted)) as child:
+            wait_for(child, f"block 29 {k}/{wanted}")
+            os.kill(child.pid, signal.SIGKILL)
+        files = sorted(out.iterdir())
+        told = sum(whole_pinches(path) for path in files)
+        assert any("not closed" in s for s in read_recording(files[-1]).skipped)
+        # The mark of a pinch is told when it is written: at most the last one can be missing.
+        assert told >= k - 1
+    assert main(["record", "--device", "twin", *options(out, calibration, wanted)]) == 0
+    assert len(load_dataset(out)) == wanted
+    assert main(["record", "--device", "twin", *options(out, calibration, wanted)]) == 0
+    assert sum(whole_pinches(path) for path in out.iterdir()) == wanted
+
+
+def test_a_plan_and_two_sessions_become_one_dataset(tmp_path, capsys):
+    plan = tmp_path / "plan.csv"
+    plan.write_text("object,pinches,specimen,role\nblock 10,1,b10,train\napple 1,1,,test\n")
+    out = tmp_path / "out"
+    code = main(
+        ["record", "--device", "twin", "--plan", str(plan), "--sessions", "2", "--speed", "4",
+         "--out", str(out), "--notes", "a note"]
+    )  # fmt: skip
+    said = capsys.readouterr().out
+    assert code == 0, said
+    assert [p.name for p in sorted(out.iterdir())] == ["session-1.mcap", "session-2.mcap"]
+    dataset = load_dataset(out)
+    assert dataset.objects.tolist() == ["block 10", "apple 1"] * 2
+    assert dataset.test.tolist() == [False, True] * 2
+    assert dataset.sessions.tolist() == ["1", "1", "2", "2"]
+    assert "strip and piezo agree" in said
+    assert "samples lost so far" in said
+    assert main(["inspect", str(out / "session-2.mcap")]) == 0
+    said = capsys.readouterr().out
+    assert "piezo noise 1." in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], "give --object for one object, or --plan"),
+        (["--object=a", "--plan=p.csv"], "give --object for one object, or --plan"),
+        (["--object=lead"], "'lead' is not known"),
+        (["--object=block 29", "--pinches=0"], "give 1 or more"),
+        (["--object=block 29", "--sessions=2", "--session=monday"], "--session the number"),
+        (["--object=block 29", "--calibration=none.json"], "none.json cannot be read"),
+        (["--plan=none.csv"], "none.csv cannot be read"),
+    ],
+)
+def test_what_cannot_be_recorded_is_refused(tmp_path, capsys, arguments, said):
+    out = tmp_path / "out"
+    assert main(["record", "--device", "twin", f"--out={out}", *arguments]) == 2
+    assert said in capsys.readouterr().err
+    assert not list(tmp_path.rglob("*.mcap"))
+
+
+def test_speed_is_for_the_twin_alone(tmp_path, capsys):
+    arguments = ["--device", "/dev/null", "--object=a", "--speed=2", f"--out={tmp_path}"]
+    assert main(["record", *arguments]) == 2
+    assert "--speed is for the twin" in capsys.readouterr().err

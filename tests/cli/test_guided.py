@@ -1,0 +1,92 @@
+"""What the terminal says, and the Enter that it waits for."""
+
+import os
+
+import numpy as np
+import pytest
+
+from firstcontact.cli.guided import REMIND, Terminal, entered
+from firstcontact.collect.guide import Guide, Judged
+from firstcontact.collect.plan import Item
+from firstcontact.core import (
+    Block,
+    Calibration,
+    Finger,
+    InputError,
+    PiezoCalibration,
+    fingertip_layout,
+)
+from firstcontact.device import Arrival, Health
+
+LAYOUT = fingertip_layout()
+CALIBRATION = Calibration(tuple(PiezoCalibration(f, 0.002) for f in Finger))
+BLOCK = Item("block 29", 5, 29.0, "b29")
+LABEL = BLOCK.label("1")
+
+
+class Counts:
+    """As much of a source as a terminal looks at."""
+
+    health = Health(samples=1000, lost_samples=7)
+
+
+@pytest.fixture
+def typed(monkeypatch):
+    """Standard input, and where to type into it."""
+    there, here = os.pipe()
+    with os.fdopen(there) as stdin, os.fdopen(here, "w") as keys:
+        monkeypatch.setattr("sys.stdin", stdin)
+        yield keys
+
+
+def guide():
+    return Guide(LAYOUT, (BLOCK,), "1", CALIBRATION)
+
+
+def test_enter_is_seen_once_and_not_waited_for(typed):
+    assert not entered()
+    typed.write("\n")
+    typed.flush()
+    assert entered()
+    assert not entered()
+    typed.close()
+    with pytest.raises(InputError, match="standard input has ended"):
+        entered()
+
+
+@pytest.mark.parametrize("asks", [False, True])
+def test_the_next_object_is_named_and_waited_for_where_a_person_must_put_it_there(capsys, asks):
+    terminal = Terminal(Counts(), guide(), asks)
+    assert terminal.next_object(LABEL, 2, 5) is not asks
+    said = capsys.readouterr().out
+    assert "next: block 29, 29 Shore A, specimen b29, 3 of 5 pinches to go" in said
+    assert ("press Enter" in said) is asks
+
+
+def test_every_pinch_is_one_line_with_all_that_was_checked(capsys):
+    with Terminal(Counts(), guide(), False) as terminal:
+        terminal.judged(Judged(LABEL, (), None, 3, 5, 0.0165, -0.0004, 1.02))
+        terminal.judged(Judged(LABEL, ("samples were lost", "it clipped"), None, 3, 5, 0, 0, 1.0))
+    assert capsys.readouterr().out.splitlines() == [
+        "block 29 3/5: contact, strip and piezo agree to 0.4 ms, offset 16.5 ms, "
+        "noise 1.02 x floor, 7 samples lost so far",
+        "block 29: does not count: samples were lost; it clipped",
+        "link: 1000 samples, 7 lost, 0 damaged frames, 0 reconnects; 0 closings did not count",
+    ]
+
+
+def test_a_hand_that_does_not_close_is_asked_for_and_noise_is_blamed_where_it_is(capsys):
+    source, watching = Counts(), guide()
+    terminal = Terminal(source, watching, False)
+    data = np.zeros((2000, 16), np.int16)
+    noise = np.random.default_rng(0).normal(0, 0.005, (2000, 2))
+    data[:, :2] = noise / LAYOUT.channels[0].scale + LAYOUT.channels[0].offset
+    watching.update(Arrival(Block(data), 0.0))
+    terminal.going_on()
+    assert capsys.readouterr().out == ""
+    source.health = Health(samples=1000 + round(REMIND * LAYOUT.rate) + 1)
+    terminal.going_on()
+    terminal.going_on()
+    (line,) = capsys.readouterr().out.splitlines()
+    assert line.startswith("waiting for the hand to close; noise 2.")
+    assert line.endswith(": calibrate again, or quieten the hand")

@@ -75,6 +75,7 @@ def test_a_model_knows_what_it_learned_and_what_was_held_out(
     assert card["data"]["pinches"] == 60  # and none of role "test"
     assert card["data"]["sessions"] == ["a", "b", "c", "d"]
     assert card["data"]["levels"] == [10.0, 29.0, 60.0]
+    assert card["data"]["objects"] == {"block 10": 10.0, "block 29": 29.0, "block 60": 60.0}
     assert card["scores"]["n"] == 60  # each session was held out once
     assert card["scores"]["rmse"] < 10
     assert f"rmse {card['scores']['rmse']:.2f}" in said

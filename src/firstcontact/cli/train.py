@@ -135,6 +135,7 @@ class Train:
                 "specimens": sorted({str(s) for s in data.specimens}),
                 "target": target,
                 "levels": sorted({float(v) for v in data.y}),
+                "objects": _objects(data) if target == "shore_a" else {},
                 "objects": {str(o): float(data.y[data.objects == o].mean()) for o in _named(data)},
                 "contacts": contacts.how,
                 "seed": self.seed,
@@ -155,6 +156,12 @@ def folder_name(ms: float) -> str:
     """Folder of the model for windows of this length, ms: 3 becomes "03ms"."""
     whole, dot, rest = f"{ms:g}".partition(".")
     return f"{whole:0>2}{dot}{rest}ms"
+
+
+def _objects(data: Examples) -> dict[str, float]:
+    """Mean Shore A of each named object."""
+    names = sorted({str(name) for name in data.objects} - {""})
+    return {name: float(data.y[data.objects == name].mean()) for name in names}
 
 
 def _learned(detector: Detector, dataset: Dataset) -> dict[str, Any]:

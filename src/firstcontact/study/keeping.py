@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -85,7 +86,9 @@ def learn_to_keep(
         )
     splits, words = _splits(data, FEW_FOLDS.get(model, FOLDS), seed)
     question = Question(model, task, data, splits)
-    answers = held_out(Serial(), [question], seed, Cnn.epochs)[0]
+    with _one_thread(model):
+        answers = held_out(Serial(), [question], seed, Cnn.epochs)[0]
+        whole = train(Fit(model, task, data, data.X[:0], seed, Cnn.epochs))
     asked = np.isfinite(answers)
     scores = score(task, data.take(asked), answers[asked], seed)
     interval, calibration = None, _none(data, task, splits, level)
@@ -102,8 +105,18 @@ def learn_to_keep(
             "folds": len(splits),
             "held_out": coverage(tested, answers, data.y),
         }
-    whole = train(Fit(model, task, data, data.X[:0], seed, Cnn.epochs))
     return Kept(whole, scores, words, interval, calibration)
+
+
+@contextmanager
+def _one_thread(model: str) -> Iterator[None]:
+    """More threads gain nothing here, and lose minutes where other programs want the cores."""
+    import threadpoolctl
+
+    if model == "cnn":
+        import torch  # noqa: F401  # only libraries that are there can be told
+    with threadpoolctl.threadpool_limits(1):
+        yield
 
 
 def _none(data: Examples, task: Task, splits: list[Split], level: float) -> dict[str, Any]:

@@ -32,7 +32,7 @@ class Live:
     device: str
     """A serial port, "twin" for the simulated hand, or a recording to replay."""
     model: Path | None = None
-    """Folder that `firstcontact train` wrote; for the twin one is made where none is given."""
+    """Folder that `firstcontact train` wrote; for the twin one is made if none is given."""
     calibration: Path | None = None
     """What `firstcontact calibrate` wrote; without it the noise is measured at the start."""
     page: bool = False
@@ -69,23 +69,14 @@ class Live:
         if self.lsl:
             need("live", "pylsl")
         from firstcontact.cli.stopping import stopping
-        from firstcontact.cli.twin_model import twin_model
         from firstcontact.device.opening import open_source
         from firstcontact.live.pipeline import Pipeline
         from firstcontact.live.session import Session
 
-        model = self.model
-        if model is None and self.device == "twin":
-            need("twin", "numba")
-            model = twin_model(self.condition, self.seed)
-        if model is None:
-            raise InputError(
-                "--model is missing: give the folder of a model that `firstcontact train` wrote"
-            )
-        detector, answerers, landmarks = _models(model)
         source = open_source(
             self.device, speed=self.speed, condition=self.condition, seed=self.seed
         )
+        detector, answerers, landmarks = _models(self.model or self._own_model(source))
         with stopping() as stop, source:
             calibration = self._calibration(source)
             pipeline = Pipeline(source.descriptor.layout, detector, answerers, calibration)
@@ -97,6 +88,18 @@ class Live:
             stop.gently = True
             session.run(sinks, self.seconds, self.pinches, lambda: stop.requested)
             self._report(session, source, began, time.process_time() - used)
+
+    def _own_model(self, source: Source) -> Path:
+        """The twin's, where the twin is what is listened to, now or when it was recorded."""
+        recorded = Path(self.device).suffix == ".mcap" and source.descriptor.source == "twin"
+        if self.device != "twin" and not recorded:
+            raise InputError(
+                "--model is missing: give the folder of a model that `firstcontact train` wrote"
+            )
+        from firstcontact.cli.twin_model import twin_model
+
+        need("twin", "numba")
+        return twin_model(self.condition, self.seed)
 
     def _calibration(self, source: Source) -> Calibration | None:
         from firstcontact.core.calibration_file import read_calibration

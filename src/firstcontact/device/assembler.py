@@ -6,15 +6,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from firstcontact.core import Block
+from firstcontact.core import Block, InputError
+from firstcontact.device.handshake import read_greeting, refusal
 from firstcontact.device.protocol import (
     Frame,
     FrameError,
     FrameType,
     read_marker,
-    read_samples,
     read_stopped,
+    samples_head,
 )
+from firstcontact.device.source import Descriptor
 from firstcontact.recording import Marker
 
 _WRAP = 1 << 32
@@ -22,7 +24,10 @@ _WRAP = 1 << 32
 
 @dataclass(slots=True)
 class Counts:
-    """What was received and what was not; see :class:`firstcontact.device.source.Health`."""
+    """What was received and what was not; see :class:`firstcontact.device.source.Health`.
+
+    ``malformed_frames`` came whole and hold what they should not.
+    """
 
     samples: int = 0
     lost_samples: int = 0
@@ -34,97 +39,166 @@ class Counts:
 
 @dataclass(slots=True, eq=False)
 class Assembled:
-    """What a number of frames gave: blocks and markers in order, and whether the device stopped."""
+    """What a number of frames gave: blocks and markers in order.
+
+    ``greeted`` and ``stopped`` tell whether a descriptor, or the end, was among them.
+    """
 
     blocks: list[Block] = field(default_factory=list)
     markers: list[Marker] = field(default_factory=list)
+    greeted: bool = False
     stopped: bool = False
 
 
 class Assembler:
     """Joins the samples of frames into blocks.
 
-    A frame that comes late or twice is left out: it was counted as lost when the
-    next came first. After :meth:`begin` with another boot number the device's
-    counts start anew; with the same one they go on, and what was missed between
-    is counted.
+    What comes before the first descriptor belongs to another host and is left out. A
+    descriptor with another boot number, or one that was asked for and whose frame
+    counter has gone back, tells of a restarted device: its counts start anew in
+    a new epoch. After :meth:`interrupted` the same start goes on in a new epoch, and
+    what was missed in between is counted. A frame that comes late or twice is left
+    out: it was counted as lost when the next came first.
 
-    Parameters
+    Attributes
     ----------
-    channels
-        Columns of a sample.
+    counts
+        Since the beginning.
+    epoch
+        Of the samples that come next; -1 before the first descriptor.
+    descriptor
+        What the device said about itself; None before.
     """
 
-    def __init__(self, channels: int) -> None:
+    def __init__(self) -> None:
         self.counts = Counts()
-        #: Of the samples that come next.
         self.epoch = -1
-        self._channels = channels
-        self._boot: int | None = None
+        self.descriptor: Descriptor | None = None
+        self._listening = False  # since a descriptor came on this connection
+        self._asked = False
+        self._fits = False  # some samples frame of this start had the layout's columns
+        self._boot = 0
         self._counter: int | None = None
         self._next: int | None = None
         self._overflow: int | None = None
+        self._run: list[bytes] = []  # samples that follow one another ...
+        self._run_first = 0  # ... and the number of the first
 
-    def begin(self, boot: int, *, interrupted: bool = True) -> None:
-        """A handshake was made: a new epoch, unless the same start goes on uninterrupted."""
-        if boot != self._boot:
-            self._counter = self._next = self._overflow = None
-        if boot != self._boot or interrupted:
-            self.epoch += 1
-        self._boot = boot
+    def asked(self) -> None:
+        """The device was asked for its descriptor."""
+        self._asked = True
+
+    def interrupted(self) -> None:
+        """The connection was lost: nothing is taken before the next descriptor."""
+        self._listening = False
 
     def take(self, frames: list[Frame]) -> Assembled:
-        """The next frames in the order they came."""
+        """The next frames, in the order they came.
+
+        Raises
+        ------
+        InputError
+            The device speaks another version, refuses, has another layout than
+            before, or sends other columns than its layout has.
+        """
         out = Assembled()
-        pieces: list[Block] = []
         for frame in frames:
-            if frame.type not in _READ or not self._in_turn(frame.counter):
-                continue
             try:
-                if frame.type == FrameType.SAMPLES:
-                    self._samples(frame.payload, pieces)
-                elif frame.type == FrameType.MARKER:
-                    sample, text = read_marker(frame.payload)
-                    out.markers.append(Marker(self._unwrapped(sample), text, self.epoch))
-                elif frame.type == FrameType.STOPPED:
-                    self._account(*read_stopped(frame.payload))
-                    out.stopped = True
-            except FrameError:
+                if frame.type == FrameType.DESCRIPTOR:
+                    self._flush(out)
+                    out.greeted |= self._greeting(frame)
+                elif frame.type == FrameType.REFUSED:
+                    raise refusal(frame.payload)
+                elif self._listening and self._in_turn(frame.counter):
+                    self._content(frame, out)
+            except FrameError as error:
                 self.counts.malformed_frames += 1
-        out.blocks = _joined(pieces)
+                if frame.type == FrameType.SAMPLES and not self._fits:
+                    raise InputError(
+                        f"the device does not send what its descriptor says ({error}): flash the "
+                        "firmware that belongs to this version of firstcontact"
+                    ) from error
+        self._flush(out)
         return out
+
+    def _greeting(self, frame: Frame) -> bool:
+        """Whether a descriptor is news."""
+        greeting = read_greeting(frame.payload)
+        if self.descriptor is None:
+            self.descriptor = greeting.descriptor
+        elif greeting.descriptor.layout != self.descriptor.layout:
+            raise InputError(
+                "another device is on this port now, with other channels or another rate: "
+                "start again to use it"
+            )
+        back = self._counter is not None and self._ahead(frame.counter) < 0
+        restarted = self.epoch < 0 or greeting.boot != self._boot or (back and self._asked)
+        self._asked = False
+        if restarted:
+            self._counter = self._next = self._overflow = None
+            self._fits = False
+            self._boot = greeting.boot
+        if not self._in_turn(frame.counter):
+            return False
+        if restarted or not self._listening:
+            self.epoch += 1
+        self._listening = True
+        return True
+
+    def _content(self, frame: Frame, out: Assembled) -> None:
+        if frame.type == FrameType.SAMPLES:
+            self._samples(frame.payload, out)
+        elif frame.type == FrameType.MARKER:
+            sample, text = read_marker(frame.payload)
+            out.markers.append(Marker(self._unwrapped(sample), text, self.epoch))
+        elif frame.type == FrameType.STOPPED:
+            self._account(*read_stopped(frame.payload))
+            out.stopped = True
+
+    def _ahead(self, counter: int) -> int:
+        """How far a frame is ahead of the one that should come; negative if it is late."""
+        assert self._counter is not None
+        ahead = (counter - self._counter) % _WRAP
+        return ahead if ahead < _WRAP // 2 else ahead - _WRAP
 
     def _in_turn(self, counter: int) -> bool:
         if self._counter is not None:
-            ahead = (counter - self._counter) % _WRAP
-            if ahead >= _WRAP // 2:
+            ahead = self._ahead(counter)
+            if ahead < 0:
                 self.counts.doubled_frames += 1
                 return False
             self.counts.lost_frames += ahead
         self._counter = (counter + 1) % _WRAP
         return True
 
-    def _samples(self, payload: bytes, pieces: list[Block]) -> None:
-        frame = read_samples(payload, self._channels)
-        first = self._account(frame.first_sample, frame.overflow)
+    def _samples(self, payload: bytes, out: Assembled) -> None:
+        assert self.descriptor is not None
+        sample, overflow, n, data = samples_head(payload, len(self.descriptor.layout.channels))
+        self._fits = True
+        before = self._next
+        first = self._account(sample, overflow)
         if first is None:
             self.counts.doubled_frames += 1
             return
-        block = Block(frame.data, first, self.epoch)
-        self._next = block.end
-        self.counts.samples += len(frame.data)
-        pieces.append(block)
+        if first != before:
+            self._flush(out)
+            self._run_first = first
+        elif not self._run:
+            self._run_first = first
+        self._run.append(data)
+        self._next = first + n
+        self.counts.samples += n
 
     def _account(self, sample: int, overflow: int) -> int | None:
         """Count what is missing before a sample; its 64-bit number, None if it was there before."""
         number = self._unwrapped(sample)
-        if self._overflow is not None:
-            self.counts.overflow_samples += (overflow - self._overflow) % _WRAP
-        self._overflow = overflow
         if self._next is not None:
             if number < self._next:
                 return None
             self.counts.lost_samples += number - self._next
+        if self._overflow is not None:
+            self.counts.overflow_samples += (overflow - self._overflow) % _WRAP
+        self._overflow = overflow
         self._next = number
         return number
 
@@ -134,21 +208,12 @@ class Assembler:
         ahead = (sample - self._next) % _WRAP
         return self._next + (ahead if ahead < _WRAP // 2 else ahead - _WRAP)
 
-
-_READ = frozenset({FrameType.SAMPLES, FrameType.MARKER, FrameType.STOPPED})
-
-
-def _joined(pieces: list[Block]) -> list[Block]:
-    """Blocks that follow one another, as one."""
-    runs: list[list[Block]] = []
-    for piece in pieces:
-        if runs and runs[-1][-1].end == piece.first_sample and runs[-1][-1].epoch == piece.epoch:
-            runs[-1].append(piece)
-        else:
-            runs.append([piece])
-    return [
-        r[0]
-        if len(r) == 1
-        else Block(np.concatenate([b.data for b in r]), r[0].first_sample, r[0].epoch)
-        for r in runs
-    ]
+    def _flush(self, out: Assembled) -> None:
+        """Make a block of the samples that follow one another."""
+        if not self._run:
+            return
+        assert self.descriptor is not None
+        data = np.frombuffer(bytearray().join(self._run), dtype="<i2")
+        data = data.reshape(-1, len(self.descriptor.layout.channels))
+        out.blocks.append(Block(data, self._run_first, self.epoch))
+        self._run = []

@@ -8,25 +8,33 @@ from firstcontact.device.protocol import LONGEST, Frame, FrameError, decode
 class Decoder:
     """Cuts a stream of bytes at its zeros and decodes what lies between.
 
-    What is between two zeros and is no frame counts as one damaged piece: of a
-    burst of errors as much as of a single flipped bit. A flip that makes a zero
-    cuts a frame into two damaged pieces, one that takes a zero away joins two
-    frames into one; how many frames are lost is told by their counters, exactly.
-    The first piece after the beginning may be the end of a frame that was under way
-    and is not counted.
+    What lies between two zeros and is no frame counts as one damaged piece, a burst
+    of errors as much as a single flipped bit. Pieces are not frames: a flip that
+    makes a zero cuts one frame into two damaged pieces, and one that takes a zero
+    away joins two frames into one. How many frames are lost is told by
+    their counters, exactly. The first piece after the beginning may be the end of
+    a frame that was under way: it is not counted. A piece longer than any frame
+    is thrown away as it comes, so that a line without zeros costs no memory.
+
+    Attributes
+    ----------
+    bad
+        Damaged pieces so far.
     """
 
     def __init__(self) -> None:
-        #: Damaged pieces so far.
         self.bad = 0
-        self._rest = bytearray()
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin anew in the middle of anything, as after a lost port; the count stays."""
+        self._rest = b""
         self._first = True
         self._too_long = False
 
     def feed(self, data: bytes) -> list[Frame]:
         """Take the next bytes: the frames that they complete, in order."""
-        pieces = (bytes(self._rest) + data).split(b"\0")
-        self._rest = bytearray(pieces.pop())
+        *pieces, self._rest = (self._rest + data).split(b"\0")
         frames = []
         for piece in pieces:
             if piece or self._too_long:
@@ -37,7 +45,7 @@ class Decoder:
                     self.bad += 1
             self._first = self._too_long = False
         if len(self._rest) > LONGEST:
-            self._rest.clear()
+            self._rest = b""
             self._too_long = True
         return frames
 

@@ -131,8 +131,16 @@ def samples_payload(first_sample: int, overflow: int, data: NDArray[np.int16]) -
     return head + np.ascontiguousarray(data, dtype="<i2").tobytes()
 
 
-def read_samples(payload: bytes, channels: int) -> SamplesFrame:
-    """Take the payload of a samples frame apart.
+def samples_head(payload: bytes, channels: int) -> tuple[int, int, int, bytes]:
+    """Take the payload of a samples frame apart, but not the samples.
+
+    Returns
+    -------
+    first_sample, overflow, n : int
+        Number of the first sample, samples that the device dropped (32 bits each),
+        and how many samples there are.
+    data : bytes
+        Of these.
 
     Raises
     ------
@@ -142,10 +150,16 @@ def read_samples(payload: bytes, channels: int) -> SamplesFrame:
     if len(payload) < _SAMPLES.size:
         raise FrameError("a samples frame is too short")
     first, overflow, n = _SAMPLES.unpack_from(payload)
-    if n < 1 or len(payload) != _SAMPLES.size + 2 * n * channels:
+    data = payload[_SAMPLES.size :]
+    if n < 1 or len(data) != 2 * n * channels:
         raise FrameError(f"a samples frame does not hold {n} samples of {channels} channels")
-    data = np.frombuffer(payload, dtype="<i2", offset=_SAMPLES.size).reshape(n, channels)
-    return SamplesFrame(first, overflow, data)
+    return first, overflow, n, data
+
+
+def read_samples(payload: bytes, channels: int) -> SamplesFrame:
+    """Take the payload of a samples frame apart; raises as :func:`samples_head`."""
+    first, overflow, n, data = samples_head(payload, channels)
+    return SamplesFrame(first, overflow, np.frombuffer(data, dtype="<i2").reshape(n, channels))
 
 
 def descriptor_payload(boot: int, text: str, version: int = VERSION) -> bytes:

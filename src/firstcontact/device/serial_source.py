@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections import deque
@@ -13,57 +14,63 @@ from firstcontact.core import InputError
 from firstcontact.device.assembler import Assembled, Assembler
 from firstcontact.device.clock import ClockFit
 from firstcontact.device.decoder import Decoder
-from firstcontact.device.handshake import greet
-from firstcontact.device.protocol import FrameType, marker_text
+from firstcontact.device.protocol import VERSION, FrameType, marker_text
 from firstcontact.device.source import Arrival, Descriptor, Health
 from firstcontact.device.transport import LinkError, SerialTransport
 from firstcontact.recording import Marker
 
+#: What does not answer for so long after its port was opened is no device of ours, s.
+PATIENCE = 5.0
+#: A device that sends no samples for so long is asked whether it was reset, s ...
+SILENCE = 1.0
+#: ... and again after so long without an answer.
+AGAIN = 0.5
 #: Waits between attempts to open a port that is gone, s: twice as long each time.
 RETRY = (0.05, 1.0)
-#: A device that sends nothing for so long is asked whether it is still the same, s.
-SILENCE = 1.0
-#: How long the end of the stream is waited for when it is closed, s.
-FAREWELL = 1.0
+#: The end of the stream is waited for while something comes, and at most so long, s.
+FAREWELL = 10.0
 
 
 class SerialSource:
     """A device on a port; it may be unplugged and come back.
 
     One thread reads the port, whatever the reader of :meth:`read` does, and keeps
-    what has come until it is read. A port that comes back begins a new epoch; so
-    does a device that was reset without losing its port, which shows as silence.
+    what has come until it is read. A port that comes back begins a new epoch, even if
+    the device was never without power; so does a device that was reset without
+    losing its port, which shows as silence. What a device that kept its power
+    sampled meanwhile is counted as lost.
 
     Parameters
     ----------
     port
         Its path or name.
+    patience
+        How long to wait for an answer when it is opened, s.
 
     Raises
     ------
     InputError
         On entering: the port cannot be opened, is in use, or what is on it does
-        not answer or speaks another version.
+        not answer, speaks another version or cannot be used.
     """
 
-    def __init__(self, port: str) -> None:
+    def __init__(self, port: str, patience: float = PATIENCE) -> None:
         self.port = port
+        self._patience = patience
         self._transport: SerialTransport | None = None
-        self._descriptor: Descriptor | None = None
-        self._assembler: Assembler | None = None
         self._decoder = Decoder()
-        self._bad = 0  # of decoders before this one
+        self._assembler = Assembler()
         self._clock = ClockFit(1.0)
+        self._thread: threading.Thread | None = None
+        self._closing = threading.Event()
+        self._heard = 0.0  # when samples or an answer came last
+        # What follows is changed and looked at with this lock.
         self._changed = threading.Condition()
         self._arrivals: deque[Arrival] = deque()
         self._markers: list[Marker] = []  # that wait for their sample
-        self._error: InputError | None = None
         self._connected = False
-        self._reconnects = 0
-        self._stopping = threading.Event()
-        self._thread: threading.Thread | None = None
-        self._sending = threading.Lock()
-        self._heard = 0.0
+        self._finished = False
+        self._error: InputError | None = None
 
     @property
     def name(self) -> str:
@@ -73,62 +80,47 @@ class SerialSource:
     @property
     def descriptor(self) -> Descriptor:
         """What the device says about itself."""
-        if self._descriptor is None:
-            raise InputError(f"{self.port} is not open: enter the source first")
-        return self._descriptor
+        if self._assembler.descriptor is None:
+            raise InputError(f"{self.name} is not open: enter the source first")
+        return self._assembler.descriptor
 
     @property
     def health(self) -> Health:
         """Counts up to now."""
         with self._changed:
-            assembler = self._assembler
-            if assembler is None:
-                return Health()
-            c = assembler.counts
+            counts = self._assembler.counts
+            epoch = max(self._assembler.epoch, 0)
             return Health(
                 connected=self._connected,
-                epoch=max(assembler.epoch, 0),
-                samples=c.samples,
-                lost_samples=c.lost_samples,
-                overflow_samples=c.overflow_samples,
-                lost_frames=c.lost_frames,
-                bad_frames=self._bad + self._decoder.bad + c.malformed_frames,
-                doubled_frames=c.doubled_frames,
-                reconnects=self._reconnects,
+                epoch=epoch,
+                samples=counts.samples,
+                lost_samples=counts.lost_samples,
+                overflow_samples=counts.overflow_samples,
+                lost_frames=counts.lost_frames,
+                bad_frames=self._decoder.bad + counts.malformed_frames,
+                doubled_frames=counts.doubled_frames,
+                reconnects=epoch,
                 host_rate=self._clock.rate,
             )
 
     @property
     def ended(self) -> bool:
-        """Whether it was closed and all was read."""
+        """Whether it was closed, or has failed, and all was read."""
         with self._changed:
-            return self._stopping.is_set() and not self._alive and not self._arrivals
-
-    @property
-    def _alive(self) -> bool:
-        return self._thread is not None and self._thread.is_alive()
+            return self._finished and not self._arrivals
 
     def __enter__(self) -> Self:
-        transport = SerialTransport(self.port)
-        try:
-            greeting = greet(transport)
-        except (LinkError, InputError) as error:
-            transport.close()
-            if isinstance(error, InputError):
-                raise
-            raise InputError(
-                f"{self.port} went away while it was being opened: plug it in"
-            ) from None
-        self._transport = transport
-        self._descriptor = greeting.descriptor
-        layout = greeting.descriptor.layout
-        self._assembler = Assembler(len(layout.channels))
-        self._clock = ClockFit(layout.rate)
-        self._assembler.begin(greeting.boot)
-        self._connected = True
-        self._heard = time.monotonic()
+        self._transport = SerialTransport(self.port)
         self._thread = threading.Thread(target=self._run, name=f"reader {self.port}", daemon=True)
         self._thread.start()
+        try:
+            with self._changed:
+                self._changed.wait_for(lambda: self._connected or self._finished)
+                if self._error is not None:
+                    raise self._error
+        except BaseException:
+            self.close()
+            raise
         return self
 
     def __exit__(
@@ -142,10 +134,7 @@ class SerialSource:
     def read(self, timeout: float) -> list[Arrival]:
         """All that has come since the last call, waiting up to ``timeout`` s for something."""
         with self._changed:
-            if not self._arrivals and self._error is None and self._alive:
-                self._changed.wait_for(
-                    lambda: self._arrivals or self._error is not None or not self._alive, timeout
-                )
+            self._changed.wait_for(lambda: self._arrivals or self._finished, timeout)
             arrivals = list(self._arrivals)
             self._arrivals.clear()
             if not arrivals and self._error is not None:
@@ -160,148 +149,127 @@ class SerialSource:
         InputError
             The device is not there.
         """
+        transport = self._transport
         try:
-            self._send(FrameType.MARK, marker_text(text))
-        except LinkError:
+            if transport is None:
+                raise LinkError("closed")
+            transport.send(FrameType.MARK, marker_text(text))
+        except LinkError as error:
             raise InputError(
-                f"{self.port}: the device is not there, the marker was not set: plug it in"
-            ) from None
+                f"{self.name}: the device is not there and the marker was not set: plug it in"
+            ) from error
 
     def close(self) -> None:
-        """Stop the device, take what it still sends, and let go of the port."""
-        self._stopping.set()
+        """Stop the device, take what it still sends, and let go of the port.
+
+        What was taken can still be read. Closing twice is fine.
+        """
+        self._closing.set()
         if self._thread is not None:
             self._thread.join()
-        if self._transport is not None:
-            self._transport.close()
-            self._transport = None
-
-    def _send(self, kind: FrameType, payload: bytes = b"") -> None:
-        with self._sending:
-            if self._transport is None:
-                raise LinkError("closed")
-            self._transport.send(kind, payload)
 
     def _run(self) -> None:
-        """Read until closed; whatever goes wrong for good is raised by :meth:`read`."""
+        """Read until closed; what goes wrong for good is raised by :meth:`read`."""
+        error: InputError | None = None
         try:
-            with suppress(LinkError):
-                self._send(FrameType.START)
-            while not self._stopping.is_set():
+            while self._transport is not None:
                 try:
-                    self._pump()
-                except LinkError:
-                    self._lost()
-                    self._return()
-            with suppress(LinkError):
-                self._farewell()
-        except InputError as error:
-            with self._changed:
-                self._error = error
+                    self._converse(self._transport)
+                    break
+                except LinkError as lost:
+                    if self._assembler.epoch < 0:
+                        raise InputError("it went away while it was opened: plug it in") from lost
+                self._lost()
+                self._transport = self._reopened()
+        except InputError as known:
+            error = InputError(f"{self.name}: {known}")
+        except Exception as unknown:
+            # Whoever reads must not wait for a thread that is no more.
+            error = InputError(f"{self.name}: reading it failed ({unknown!r}): open it again")
         finally:
+            transport, self._transport = self._transport, None
+            if transport is not None:
+                transport.close()
             with self._changed:
-                self._connected = False
+                self._error, self._connected, self._finished = error, False, True
                 self._changed.notify_all()
 
-    def _pump(self) -> None:
-        """Take what the port has; ask a device that has gone silent who it is."""
-        assert self._transport is not None
-        data = self._transport.read()
-        now = time.monotonic()
-        if data:
-            self._take(data, now)
-        elif now - self._heard > SILENCE:
-            try:
-                self._again(interrupted=False)
-            except _ChangedError:
-                raise
-            except InputError:  # no answer yet: asked again when it was silent for as long
+    def _converse(self, transport: SerialTransport) -> None:
+        """Ask who is there, have it send, and take what comes until closed."""
+        opened = now = time.monotonic()
+        self._heard = asked = -math.inf
+        while not self._closing.is_set():
+            if now - self._heard > SILENCE and now - asked > AGAIN:
+                if self._assembler.epoch < 0 and now - opened > self._patience:
+                    raise InputError(
+                        "what is on this port does not answer: check that it is the fingertip "
+                        "(`firstcontact ports --ask`), and flash its firmware"
+                    )
                 with self._changed:
-                    self._connected = False
-                    self._heard = time.monotonic()
+                    # No answer to the last question is as good as no device.
+                    self._connected &= asked < self._heard
+                self._assembler.asked()
+                transport.send(FrameType.HELLO, bytes([VERSION]))
+                asked = now
+            data = transport.read()
+            now = time.monotonic()
+            if self._take(data, now).greeted:
+                transport.send(FrameType.START)
+        if self._assembler.epoch >= 0:
+            with suppress(LinkError):
+                self._farewell(transport)
 
     def _take(self, data: bytes, now: float) -> Assembled:
-        assert self._assembler is not None
         with self._changed:
+            epoch = self._assembler.epoch
             out = self._assembler.take(self._decoder.feed(data))
-            counts = self._assembler.counts
-            if counts.malformed_frames and not counts.samples:
-                raise InputError(
-                    f"{self.port}: samples do not have the columns of the device's layout: flash "
-                    "the firmware that belongs to this version of firstcontact"
-                )
-            # A marker belongs to a sample that comes after it.
+            if self._assembler.epoch != epoch:
+                self._clock = ClockFit(self.descriptor.layout.rate)
             self._markers += out.markers
             for block in out.blocks:
-                markers, self._markers = tuple(self._markers), []
-                self._arrivals.append(Arrival(block, now, markers))
-            if out.blocks:
-                self._heard = now
+                self._arrivals.append(Arrival(block, now, self._due(block.epoch, block.end)))
+            if out.blocks and out.blocks[-1].epoch == self._assembler.epoch:
                 self._clock.add(out.blocks[-1].end, now)
+            if out.blocks or out.greeted:
+                self._heard, self._connected = now, True
                 self._changed.notify_all()
             return out
+
+    def _due(self, epoch: int, end: int) -> tuple[Marker, ...]:
+        """Take the markers that belong to samples before this one."""
+        due = tuple(m for m in self._markers if (m.epoch, m.sample) < (epoch, end))
+        if due:
+            self._markers = [m for m in self._markers if m not in due]
+        return due
 
     def _lost(self) -> None:
         with self._changed:
             self._connected = False
-            self._bad += self._decoder.bad
-            self._decoder = Decoder()
-        with self._sending:
-            if self._transport is not None:
-                self._transport.close()
-                self._transport = None
+        transport, self._transport = self._transport, None
+        if transport is not None:
+            transport.close()
+        self._decoder.restart()
+        self._assembler.interrupted()
 
-    def _return(self) -> None:
-        """Wait for the port to come back."""
+    def _reopened(self) -> SerialTransport | None:
+        """The port when it is there again; None when closed before that."""
         wait, longest = RETRY
-        while not self._stopping.wait(wait):
+        while not self._closing.wait(wait):
             wait = min(2 * wait, longest)
-            try:
-                transport = SerialTransport(self.port)
-            except InputError:
-                continue
-            self._transport = transport
-            try:
-                self._again(interrupted=True)
-            except _ChangedError:
-                raise
-            except (LinkError, InputError):
-                # Not there yet, or busy starting.
-                with self._sending:
-                    transport.close()
-                    self._transport = None
-                continue
-            return
+            # Gone, not yet accessible, or taken by another program for a moment.
+            with suppress(InputError):
+                return SerialTransport(self.port)
+        return None
 
-    def _again(self, *, interrupted: bool) -> None:
-        """Shake hands anew with a device that came back or fell silent."""
-        assert self._transport is not None
-        assert self._assembler is not None
-        with self._sending:
-            greeting = greet(self._transport)
-        if greeting.descriptor.layout != self.descriptor.layout:
-            raise _ChangedError(
-                f"{self.port}: another device is plugged in, with another layout: start again"
-            )
-        with self._changed:
-            before = self._assembler.epoch
-            self._assembler.begin(greeting.boot, interrupted=interrupted)
-            if self._assembler.epoch != before:
-                self._clock.reset()
-                self._reconnects += 1
-            self._connected = True
-            self._heard = time.monotonic()
-        self._send(FrameType.START)
-
-    def _farewell(self) -> None:
+    def _farewell(self, transport: SerialTransport) -> None:
         """Stop, and take what comes until the device says that this was all."""
-        assert self._transport is not None
-        self._send(FrameType.STOP)
-        until = time.monotonic() + FAREWELL
-        while time.monotonic() < until:
-            if self._take(self._transport.read(), time.monotonic()).stopped:
+        now = time.monotonic()
+        self._heard, until, asked = now, now + FAREWELL, -AGAIN
+        while now < until and now - self._heard < SILENCE:
+            if now - asked > AGAIN:
+                transport.send(FrameType.STOP)
+                asked = now
+            data = transport.read()
+            now = time.monotonic()
+            if self._take(data, now).stopped:
                 return
-
-
-class _ChangedError(InputError):
-    """Another device than before."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import threading
 from contextlib import suppress
 from typing import Any
 
@@ -24,6 +26,9 @@ class LinkError(OSError):
 class SerialTransport:
     """An open serial port, for this process alone.
 
+    It is locked before anything about it is changed, so that whoever has it open is not
+    disturbed. One thread may read; :meth:`send` may be called from any.
+
     Parameters
     ----------
     port
@@ -40,11 +45,12 @@ class SerialTransport:
 
         self.port = port
         self._counter = 0
+        self._sending = threading.Lock()
         try:
             self._serial: Any = serial.Serial(
                 port, BAUD, timeout=PATIENCE, write_timeout=WRITE, exclusive=True
             )
-        except (OSError, ValueError) as error:  # SerialException is an OSError
+        except (OSError, ValueError) as error:  # pyserial's own exception is an OSError
             raise InputError(_why(port, error)) from error
 
     def read(self) -> bytes:
@@ -56,9 +62,10 @@ class SerialTransport:
             The port is gone.
         """
         try:
-            data: bytes = self._serial.read(self._serial.in_waiting or 1)
-            return data
-        except (OSError, TypeError) as error:  # a port closed meanwhile has no descriptor
+            data: bytes = self._serial.read(1)
+            # What came with the first byte; waiting for a full buffer would be a delay.
+            return data + self._serial.read(self._serial.in_waiting) if data else data
+        except (OSError, TypeError) as error:  # a port that was closed has no descriptor
             raise LinkError(f"{self.port}: {error}") from error
 
     def send(self, kind: FrameType, payload: bytes = b"") -> None:
@@ -69,11 +76,12 @@ class SerialTransport:
         LinkError
             The port is gone or takes nothing.
         """
-        try:
-            self._serial.write(encode(kind, self._counter, payload))
-        except (OSError, TypeError) as error:
-            raise LinkError(f"{self.port}: {error}") from error
-        self._counter += 1
+        with self._sending:
+            try:
+                self._serial.write(encode(kind, self._counter, payload))
+            except (OSError, TypeError) as error:
+                raise LinkError(f"{self.port}: {error}") from error
+            self._counter += 1
 
     def close(self) -> None:
         """Let go of the port. Closing twice is fine."""
@@ -83,14 +91,13 @@ class SerialTransport:
 
 def _why(port: str, error: Exception) -> str:
     number = getattr(error, "errno", None)
-    text = str(error)
-    if number == 2 or "No such file" in text:
+    if number == errno.ENOENT:
         return f"{port}: there is no such port: see `firstcontact ports`, or use --device twin"
-    if number == 13 or "ermission" in text:
+    if number in (errno.EACCES, errno.EPERM):
         return (
             f"{port}: you may not open this port: add yourself to its group (on Debian: "
             "`sudo adduser $USER dialout`) and log in again"
         )
-    if number in (11, 16) or "exclusively lock" in text:
+    if number in (errno.EAGAIN, errno.EBUSY):
         return f"{port}: another program has this port open: close that one first"
-    return f"{port}: cannot be opened ({text}): see `firstcontact ports`"
+    return f"{port}: cannot be opened as a serial port ({error}): see `firstcontact ports`"

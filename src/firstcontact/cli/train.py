@@ -136,7 +136,6 @@ class Train:
                 "target": target,
                 "levels": sorted({float(v) for v in data.y}),
                 "objects": _objects(data) if target == "shore_a" else {},
-                "objects": {str(o): float(data.y[data.objects == o].mean()) for o in _named(data)},
                 "contacts": contacts.how,
                 "seed": self.seed,
                 "notes": list(dataset.notes),
@@ -172,11 +171,6 @@ def _learned(detector: Detector, dataset: Dataset) -> dict[str, Any]:
         "pinches": sum(p.first is not None for p in dataset.pinches),
         "sessions": sorted({str(s) for s in dataset.sessions}),
     }
-
-
-def _named(data: Examples) -> list[str]:
-    """Objects that have a name."""
-    return sorted({str(o) for o in data.objects} - {""})
 
 
 def _target(dataset: Dataset, path: Path) -> tuple[str, Any]:

@@ -91,7 +91,7 @@ def learn_to_keep(
         whole = train(Fit(model, task, data, data.X[:0], seed, Cnn.epochs))
     asked = np.isfinite(answers)
     scores = score(task, data.take(asked), answers[asked], seed)
-    interval, calibration = None, _none(data, task, splits, level)
+    interval, calibration = None, _none(data, task, level)
     if not calibration:
         limits = SHORE_A if shore else None
         folds = np.zeros(len(data), dtype=np.intp)
@@ -119,13 +119,11 @@ def _one_thread(model: str) -> Iterator[None]:
         yield
 
 
-def _none(data: Examples, task: Task, splits: list[Split], level: float) -> dict[str, Any]:
+def _none(data: Examples, task: Task, level: float) -> dict[str, Any]:
     """Why there can be no interval, or nothing."""
     if task is Task.CLASSIFICATION:
         return {"none": "a classification answers one of its classes"}
     why = refusal(data.y, data.sessions, level)
-    if not why and len(np.unique(np.concatenate([s.test for s in splits]))) < len(data):
-        why = "not every session can be held out"
     return {"none": why} if why else {}
 
 

@@ -27,6 +27,14 @@ for (let i = 0; i < p.length; i += 4) if (p[i + 3] > 200) {
 }
 return [blue, orange];
 """
+#: Pixels of the flags above the index finger's trace, where no trace is drawn.
+FLAGS_SHOWN = """
+const c = document.getElementById('traces'), d = c.getContext('2d');
+const p = d.getImageData(0, 11, c.width, 5).data;
+let blue = 0;
+for (let i = 0; i < p.length; i += 4) if (p[i + 3] > 200 && p[i + 2] > p[i] + 90) blue++;
+return blue;
+"""
 
 
 class Fed:
@@ -68,8 +76,9 @@ def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 
 def faults(driver: Any) -> list[str]:
-    """What the page's scripts complained of."""
-    return [e["message"] for e in driver.get_log("browser") if e["source"] != "network"]
+    """What the page's scripts complained of, but for lost connections and how tests look at pixels."""
+    kinds = ("network", "rendering")
+    return [e["message"] for e in driver.get_log("browser") if e["source"] not in kinds]
 
 
 def test_what_happens_is_seen(fed: Fed, chromium: Any) -> None:
@@ -85,6 +94,7 @@ def test_what_happens_is_seen(fed: Fed, chromium: Any) -> None:
         assert name in text(chromium, "scale")
     assert "16.65 ms" in text(chromium, "bar")
     until(chromium, lambda d: min(d.execute_script(COUNT)) > 200)
+    until(chromium, lambda d: d.execute_script(FLAGS_SHOWN) > 20)
     until(chromium, lambda d: "1.98" in text(d, "ledger"))
     row = text(chromium, "rows")
     assert "2nd" in row

@@ -14,7 +14,8 @@ function cell(row, className, ...inside) {
 function row(pinch) {
   const tr = make("tr");
   cell(tr, "", String(pinch.number));
-  cell(tr, "left object", pinch.object || "–");
+  // The top of the page says already that it is a twin.
+  cell(tr, "left object", pinch.object.replace(/^twin: /, "") || "–");
   tr.lastChild.title = pinch.object;
   if (pinch.finger === null) cell(tr, "left", "–");
   else cell(tr, `left ${FINGERS[pinch.finger]}`, make("span", "swatch"), SHORT[pinch.finger]);

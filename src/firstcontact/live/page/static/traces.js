@@ -63,6 +63,7 @@ export class Traces {
     this.fit(start);
     const lane = (height - TOP - BOTTOM) / this.fingers.length;
     // First the marks: no line may hide the beginning of what it marks.
+    for (const mark of this.marks) this.mark(pen, mark, x(mark.at), left, right, height, lane);
     this.fingers.forEach((finger, k) => {
       const middle = TOP + lane * (k + 0.5);
       const scale = (0.46 * lane) / this.range;
@@ -90,7 +91,7 @@ export class Traces {
     }
     const wanted = niceAbove(Math.max(peak, 0.02));
     if (wanted >= this.range) this.range = wanted;
-    else if (peak < 0.35 * this.range) this.range = wanted;
+    else if (peak < 0.9 * wanted) this.range = wanted;
   }
 
   axis(pen, left, right, middle, scale) {

@@ -76,7 +76,7 @@ def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 
 def faults(driver: Any) -> list[str]:
-    """What the page's scripts complained of, but for lost connections and how tests look at pixels."""
+    """What the scripts complained of, but for lost connections and how tests look at pixels."""
     kinds = ("network", "rendering")
     return [e["message"] for e in driver.get_log("browser") if e["source"] not in kinds]
 

@@ -28,6 +28,11 @@ STATES = 2 * FINGER_STATES + 4
 #: What :func:`integrate` writes per sample and finger.
 OUTPUTS = 3
 BUFFER, CONTACT_FORCE, INDENTATION = range(OUTPUTS)
+#: What :func:`follow` writes per sample besides.
+OUTLINES = 2
+SQUEEZED, DRIVE_SPEED = range(OUTLINES)
+#: A face so near is about to be touched, m.
+NEAR = 2e-4
 
 _Vector = NDArray[np.float64]
 # "arcp" lets the compiler divide by a constant as a multiplication: a third of
@@ -48,14 +53,16 @@ def contact_stiffness(p: FingerParameters, o: ObjectParameters) -> float:
 @_inlined
 def _finger(
     x: _Vector, dx: _Vector, b: int, p: FingerParameters, o: ObjectParameters, stiffness: float,
-    touching: bool, depth: float, rate: float, push: float,
+    touching: bool, depth: float, rate: float, push: float, speed: float, press: float, loss: float,
 ) -> float:  # fmt: skip
     """Derivatives of one finger's states from ``b`` on; returns the contact force, N."""
     drive, phalanx, board, skin = x[b], x[b + 2], x[b + 4], x[b + 6]
     drive_v, phalanx_v, board_v, skin_v = x[b + 1], x[b + 3], x[b + 5], x[b + 7]
     pad_arm, arm, leaked, buffer = x[b + 8], x[b + 9], x[b + 10], x[b + 11]
-    motor = p.speed_gain * (p.speed - drive_v)
-    motor = min(max(motor, -p.drive_force), p.drive_force)
+    motor = p.speed_gain * (speed - drive_v)
+    motor = min(max(motor, -p.drive_force), press)
+    if loss > 0.0 and drive_v < 0.0 and speed >= 0.0:
+        motor -= loss * drive_v  # pushed back against its will
     link = p.link_stiffness * (drive - phalanx) + p.link_damping * (drive_v - phalanx_v)
     mount = p.mount_stiffness * (phalanx - board) + p.mount_damping * (phalanx_v - board_v)
     squeeze = board - skin
@@ -93,17 +100,20 @@ def _finger(
 def _derivative(
     x: _Vector, dx: _Vector, index: FingerParameters, thumb: FingerParameters,
     o: ObjectParameters, stiffness: _Vector, gap: _Vector, push_i: float, push_t: float,
+    drive: _Vector, loss: float,
 ) -> tuple[float, float]:  # fmt: skip
     """All derivatives. ``gap`` is NaN for a finger that has not touched yet."""
     n = 2 * FINGER_STATES
     on_i = not math.isnan(gap[0])
     on_t = not math.isnan(gap[1])
     f_i = _finger(
-        x, dx, 0, index, o, stiffness[0], on_i, x[6] - x[n] - gap[0], x[7] - x[n + 1], push_i
-    )
+        x, dx, 0, index, o, stiffness[0], on_i, x[6] - x[n] - gap[0], x[7] - x[n + 1], push_i,
+        drive[0], drive[2], loss,
+    )  # fmt: skip
     f_t = _finger(
-        x, dx, 12, thumb, o, stiffness[1], on_t, x[18] + x[n + 2] - gap[1], x[19] + x[n + 3], push_t
-    )
+        x, dx, 12, thumb, o, stiffness[1], on_t, x[18] + x[n + 2] - gap[1], x[19] + x[n + 3],
+        push_t, drive[1], drive[3], loss,
+    )  # fmt: skip
     bulk = o.bulk_stiffness * (x[n] - x[n + 2]) + o.bulk_damping * (x[n + 1] - x[n + 3])
     dx[n] = x[n + 1]
     dx[n + 1] = (
@@ -120,7 +130,7 @@ def _derivative(
 def _step(
     x: _Vector, new: _Vector, k: _Vector, t: float, dt: float, index: FingerParameters,
     thumb: FingerParameters, o: ObjectParameters, stiffness: _Vector, gap: _Vector,
-    noise: _Vector, noise_dt: float,
+    noise: _Vector, noise_dt: float, loud: float, drive: _Vector, loss: float,
 ) -> None:  # fmt: skip
     """One classical Runge-Kutta step from ``x`` to ``new``."""
     for stage in range(4):
@@ -135,11 +145,120 @@ def _step(
         part = place - cell
         _derivative(
             k[4], k[stage], index, thumb, o, stiffness, gap,
-            noise[0, cell] + part * (noise[0, cell + 1] - noise[0, cell]),
-            noise[1, cell] + part * (noise[1, cell + 1] - noise[1, cell]),
+            loud * (noise[0, cell] + part * (noise[0, cell + 1] - noise[0, cell])),
+            loud * (noise[1, cell] + part * (noise[1, cell + 1] - noise[1, cell])),
+            drive, loss,
         )  # fmt: skip
     for j in range(STATES):
         new[j] = x[j] + dt / 6.0 * (k[0, j] + 2.0 * (k[1, j] + k[2, j]) + k[3, j])
+
+
+@_njit
+def follow(
+    index: FingerParameters,
+    thumb: FingerParameters,
+    o: ObjectParameters,
+    touch: _Vector,
+    times: _Vector,
+    noise: _Vector,
+    noise_dt: float,
+    substeps: int,
+    drive: _Vector,
+    loss: float,
+    full: float,
+    limit: float,
+    calm: float,
+    x: _Vector,
+    gap: _Vector,
+    touched: _Vector,
+    out: _Vector,
+    body: _Vector,
+) -> int:
+    """Run a pinch whose drives are told something else in each sampling interval.
+
+    The arguments of :func:`integrate`, and those below. A gap that is a number
+    before its finger has touched is where the face is: the finger touches when it
+    gets there.
+
+    Parameters
+    ----------
+    drive
+        For each sampling interval the reference speeds of index and thumb, m/s, and
+        the most that their motors push with, N; shape (samples - 1, 4).
+    loss
+        Damping of a drive that is pushed back while it should close or stand, N s/m.
+    full
+        Speed of the drives at which their noise has its full strength, m/s; below it
+        has that share of it. 0 for full strength at any speed.
+    limit
+        Contact force at which the object breaks, N: the run stops at the sample
+        that shows it.
+    calm
+        So long after both contacts half the steps will do, s.
+    touched
+        First sampling instants at which index and thumb were seen to touch, s, NaN
+        before that, shape (2,); changed in place.
+    body
+        Shape (samples, 2): how much nearer the object's faces are, m, and the mean
+        speed of the drives, m/s.
+
+    Returns
+    -------
+    int
+        Samples that were taken, ``times.size`` if nothing broke.
+    """
+    stiffness = np.empty(2)
+    stiffness[0] = contact_stiffness(index, o)
+    stiffness[1] = contact_stiffness(thumb, o)
+    new = np.empty(STATES)
+    k = np.empty((5, STATES))
+    n = 2 * FINGER_STATES
+    first = 0 if touch[0] <= touch[1] else 1
+    for sample in range(times.size):
+        told = drive[min(sample, times.size - 2)]
+        f_i, f_t = _derivative(x, k[0], index, thumb, o, stiffness, gap, 0.0, 0.0, told, loss)
+        out[sample, 0, CONTACT_FORCE] = f_i
+        out[sample, 1, CONTACT_FORCE] = f_t
+        out[sample, 0, INDENTATION] = x[6] - x[n] - gap[0]
+        out[sample, 1, INDENTATION] = x[18] + x[n + 2] - gap[1]
+        out[sample, 0, BUFFER] = x[11]
+        out[sample, 1, BUFFER] = x[FINGER_STATES + 11]
+        body[sample, SQUEEZED] = x[n] - x[n + 2]
+        body[sample, DRIVE_SPEED] = 0.5 * (x[1] + x[FINGER_STATES + 1])
+        near = times[min(sample + 1, times.size - 1)] >= touch[first]
+        for f in range(2):
+            if out[sample, f, INDENTATION] > 0.0 and math.isnan(touched[f]):
+                touched[f] = times[sample]
+            near = near or out[sample, f, INDENTATION] > -NEAR
+        if max(f_i, f_t) > limit:
+            return sample + 1
+        if sample == times.size - 1:
+            break
+        if times[sample] - max(touched[0], touched[1]) > calm and not math.isnan(touched.sum()):
+            near = False
+        loud = 1.0 if full <= 0.0 else min(abs(body[sample, DRIVE_SPEED]) / full, 1.0)
+        interval = times[sample + 1] - times[sample]
+        steps = substeps if near else max(substeps // 2, 1)
+        for s in range(steps):
+            t = times[sample] + interval * s / steps
+            end = times[sample] + interval * (s + 1) / steps
+            # A step in which a finger touches is cut in two at that instant.
+            for f in (first, 1 - first):
+                if math.isnan(gap[f]) and touch[f] < end:
+                    at = max(touch[f], t)
+                    _step(
+                        x, new, k, t, at - t, index, thumb, o, stiffness, gap, noise, noise_dt,
+                        loud, told, loss,
+                    )  # fmt: skip
+                    x[:] = new
+                    gap[f] = x[6] - x[n] if f == 0 else x[18] + x[n + 2]
+                    t = at
+            _step(
+                x, new, k, t, end - t, index, thumb, o, stiffness, gap, noise, noise_dt, loud,
+                told, loss,
+            )  # fmt: skip
+            x[:] = new
+    return int(times.size)
 
 
 @_njit
@@ -180,36 +299,12 @@ def integrate(
         Shape (samples, 2, 3): buffer (V), contact force (N), indentation (m;
         negative while apart, NaN before the contact).
     """
-    stiffness = np.empty(2)
-    stiffness[0] = contact_stiffness(index, o)
-    stiffness[1] = contact_stiffness(thumb, o)
-    new = np.empty(STATES)
-    k = np.empty((5, STATES))
-    n = 2 * FINGER_STATES
-    first = 0 if touch[0] <= touch[1] else 1
-    for sample in range(times.size):
-        f_i, f_t = _derivative(x, k[0], index, thumb, o, stiffness, gap, 0.0, 0.0)
-        out[sample, 0, CONTACT_FORCE] = f_i
-        out[sample, 1, CONTACT_FORCE] = f_t
-        out[sample, 0, INDENTATION] = x[6] - x[n] - gap[0]
-        out[sample, 1, INDENTATION] = x[18] + x[n + 2] - gap[1]
-        out[sample, 0, BUFFER] = x[11]
-        out[sample, 1, BUFFER] = x[FINGER_STATES + 11]
-        if sample == times.size - 1:
-            break
-        interval = times[sample + 1] - times[sample]
-        near = times[sample + 1] >= touch[first]
-        steps = substeps if near else max(substeps // 2, 1)
-        for s in range(steps):
-            t = times[sample] + interval * s / steps
-            end = times[sample] + interval * (s + 1) / steps
-            # A step in which a finger touches is cut in two at that instant.
-            for f in (first, 1 - first):
-                if math.isnan(gap[f]) and touch[f] < end:
-                    at = max(touch[f], t)
-                    _step(x, new, k, t, at - t, index, thumb, o, stiffness, gap, noise, noise_dt)
-                    x[:] = new
-                    gap[f] = x[6] - x[n] if f == 0 else x[18] + x[n + 2]
-                    t = at
-            _step(x, new, k, t, end - t, index, thumb, o, stiffness, gap, noise, noise_dt)
-            x[:] = new
+    drive = np.empty((max(times.size - 1, 1), 4))
+    drive[:, 0] = index.speed
+    drive[:, 1] = thumb.speed
+    drive[:, 2] = index.drive_force
+    drive[:, 3] = thumb.drive_force
+    follow(
+        index, thumb, o, touch, times, noise, noise_dt, substeps, drive, 0.0, 0.0, math.inf,
+        math.inf, x, gap, np.full(2, np.nan), out, np.empty((times.size, OUTLINES)),
+    )  # fmt: skip

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from firstcontact.core.errors import InputError
 from firstcontact.core.pinch import Role
+from firstcontact.twin.fragility import Fragility
 from firstcontact.twin.materials import gent_modulus
 from firstcontact.twin.parameters import ObjectParameters
 
@@ -25,9 +26,19 @@ class TwinObject:
     nominal: ObjectParameters
     modulus_scatter: float
     """Standard deviation of ln E between specimens of one reading."""
+    friction: float = 0.7
+    """Coefficient of friction against the pad's silicone."""
+    fragility: Fragility | None = None
+    """None for what no fingertip of this hand breaks."""
+
+    @property
+    def mass(self) -> float:
+        """Of the whole object, kg."""
+        return 2 * self.nominal.face_mass
 
 
-def _block(shore_a: float) -> TwinObject:
+def block(shore_a: float) -> TwinObject:
+    """A block as the paper's, of any Shore A."""
     # 7 x 7 x 3.5 cm, pinched across the 3.5 cm; silicone of 1.1 g/cm3.
     modulus = gent_modulus(shore_a)
     mass = 0.07 * 0.07 * 0.035 * 1100
@@ -81,7 +92,7 @@ def _avocado(k: int, shore_a: float) -> TwinObject:
     return TwinObject(f"avocado {k}", shore_a, Role.TEST, _round(shore_a, 0.034, 0.19, 0.25), 0.18)
 
 
-BLOCKS = tuple(_block(s) for s in (10, 20, 29, 43, 60))
+BLOCKS = tuple(block(s) for s in (10, 20, 29, 43, 60))
 EVERYDAY_OBJECTS = (
     _apple(1, 28), _apple(2, 26), _orange(1, 35), _orange(2, 37),
     _tennis_ball(1, 45), _tennis_ball(2, 46), _avocado(1, 59), _avocado(2, 67),

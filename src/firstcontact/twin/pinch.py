@@ -7,14 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.layout import FINGERTIP_RATE, TAXELS, Finger, fingertip_layout
+from firstcontact.core.layout import FINGERTIP_RATE, Finger, fingertip_layout
 from firstcontact.core.pinch import Contact, Label, Pinch
+from firstcontact.twin.converters import Converters, settled_filter
 from firstcontact.twin.draw import PinchDraw
-from firstcontact.twin.filter import ROUND, DeviceFilter
-from firstcontact.twin.mechanics import BUFFER, CONTACT_FORCE, INDENTATION
-from firstcontact.twin.noise import pickup
 from firstcontact.twin.run import SUBSTEPS, PinchRun
-from firstcontact.twin.sensor import SCAN, force_readings, open_reading, piezo_readings
 
 #: Length of a pinch, s.
 DURATION = 0.3
@@ -43,19 +40,7 @@ def mechanics_of(
 def pinch_scans(draw: PinchDraw, duration: float = DURATION) -> NDArray[np.uint16]:
     """What the converters read during one pinch, shape (samples, 6), in the order of ``SCAN``."""
     times, out = mechanics_of(draw, duration)
-    scans = np.empty((times.size, len(SCAN)), np.uint16)
-    for f in Finger:
-        volts = out[:, f, BUFFER] + pickup(draw.noise[f], times, draw.rng)
-        scans[:, f] = piezo_readings(volts)
-        v = draw.velostat[f]
-        chatter = v.noise * draw.rng.standard_normal(times.size)
-        # The array lies between pad and board: it feels the contact, not the mount.
-        scans[:, 2 + f] = force_readings(
-            out[:, f, CONTACT_FORCE], draw.shares[f], v, chatter, 1 / FINGERTIP_RATE,
-            np.zeros((2, TAXELS)), 0,
-        )  # fmt: skip
-        scans[:, 4 + f] = out[:, f, INDENTATION] > 0
-    return scans
+    return Converters(draw, times).read(out)
 
 
 def simulate_pinch(
@@ -81,12 +66,7 @@ def simulate_pinch(
         read off the strips.
     """
     scans = pinch_scans(draw, duration)
-    device = DeviceFilter()
-    # The device has been reading the unloaded sheets before the first sample.
-    before = np.tile(scans[0], (ROUND, 1))
-    before[:, 2:4] = [open_reading(v) for v in draw.velostat]
-    device.update(before)
-    data = device.update(scans)
+    data = settled_filter(scans[0], draw.velostat).update(scans)
     truth = []
     for f in Finger:
         closed = scans[:, 4 + f]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,60 @@ SUBSTEPS = 10
 #: Sampling instants are off by no more than this, s: a tenth of the interval or
 #: more would be another fault than jitter.
 LARGEST_WOBBLE = 2e-5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """What a run meets whatever its drives do.
+
+    Parameters
+    ----------
+    times
+        Sampling instants of the longest run, s from its start, shape (samples,).
+    noise
+        Force on each phalanx, N, shape (2, points).
+    noise_dt
+        Between two points, s.
+    touch
+        When index and thumb touch if nothing else is commanded, s, shape (2,).
+    """
+
+    times: NDArray[np.float64]
+    noise: NDArray[np.float64]
+    noise_dt: float
+    touch: NDArray[np.float64]
+
+
+def drawn_course(draw: PinchDraw, duration: float, lead: int) -> Course:
+    """The course of a run; uses up some of the draw's chance.
+
+    Parameters
+    ----------
+    draw
+        The pinch.
+    duration
+        The longest that the run can take, s, without ``lead``.
+    lead
+        Samples before the instant that the draw's timing counts from.
+    """
+    before = lead / FINGERTIP_RATE
+    nominal = np.arange(-lead, round(duration * FINGERTIP_RATE)) / FINGERTIP_RATE
+    wobble = draw.jitter * draw.rng.standard_normal(nominal.size)
+    wobble = np.clip(wobble, -LARGEST_WOBBLE, LARGEST_WOBBLE)
+    rate = OVERSAMPLING * FINGERTIP_RATE
+    length = duration + before + 1e-3
+    noise = np.stack([phalanx_force(n, length, rate, draw.rng) for n in draw.noise])
+    first, second, first_is_index = draw.timing
+    touch = np.array([first, second] if first_is_index else [second, first]) + before
+    return Course(nominal + before + wobble - wobble[0], noise, 1 / rate, touch)
+
+
+def moving(draw: PinchDraw) -> NDArray[np.float64]:
+    """State of a hand that closes at its drawn speed, before any vibration."""
+    state = np.zeros(STATES)
+    for f, p in enumerate(draw.fingers):
+        state[f * FINGER_STATES + 1 : f * FINGER_STATES + 8 : 2] = p.speed
+    return state
 
 
 class PinchRun:
@@ -63,34 +118,25 @@ class PinchRun:
         at_rest: bool = False,
         substeps: int = SUBSTEPS,
     ) -> None:
-        before = lead / FINGERTIP_RATE
-        nominal = np.arange(-lead, round(duration * FINGERTIP_RATE)) / FINGERTIP_RATE
-        wobble = draw.jitter * draw.rng.standard_normal(nominal.size)
-        wobble = np.clip(wobble, -LARGEST_WOBBLE, LARGEST_WOBBLE)
-        self.times: NDArray[np.float64] = nominal + before + wobble - wobble[0]
+        course = drawn_course(draw, duration, lead)
+        self.times: NDArray[np.float64] = course.times
         self.done = 0
-        rate = OVERSAMPLING * FINGERTIP_RATE
-        length = duration + before + 1e-3
-        self._noise = np.stack([phalanx_force(n, length, rate, draw.rng) for n in draw.noise])
-        self._noise_dt = 1 / rate
+        self._noise = course.noise
+        self._noise_dt = course.noise_dt
         self._shaped = 0  # points of the noise that have got their loudness
         self._held = draw.held
         self._drawn = draw.fingers
         self._substeps = substeps
-        first, second, first_is_index = draw.timing
-        self._touch = np.array([first, second] if first_is_index else [second, first]) + before
+        self._touch = course.touch
         self.nominal_speed = sum(p.speed for p in draw.fingers) / 2
         self._to_go = self.nominal_speed * self._touch  # travel from here to the touch, m
         self._since = 0.0
-        self._state = np.zeros(STATES)
+        self._state = np.zeros(STATES) if at_rest else moving(draw)
         self._gap = np.full(2, np.nan)
         self._set_speed(0.0 if at_rest else self.nominal_speed)
         self._heard = self.loudness = 0.0 if at_rest else 1.0
         if at_rest:
             self._touch[:] = math.inf
-        else:
-            for f, p in enumerate(draw.fingers):
-                self._state[f * FINGER_STATES + 1 : f * FINGER_STATES + 8 : 2] = p.speed
 
     @property
     def now(self) -> float:

@@ -1,0 +1,105 @@
+"""What became of a pinch, read off its forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from firstcontact.core.layout import FINGERTIP_RATE
+
+GRAVITY = 9.81
+#: A stable grasp presses with so many times the force that just holds the object.
+SAFETY = 1.25
+#: And its force, smoothed over this time, s,
+SMOOTHED = 0.010
+#: changes by no more than this, N/s.
+STEADY = 15.0
+#: An object that has slipped so far is dropped, m.
+DROPPED = 0.010
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a pinch went.
+
+    Parameters
+    ----------
+    peak_force
+        Largest grip force, N; the grip force is the smaller one of both contacts'.
+    squeeze
+        Most that the object was pressed together: its bulk and its share of both
+        indentations, m.
+    time_to_grasp
+        From the first contact to the instant from which on the grip is strong enough
+        and steady, s; None if there is none, or if the object broke.
+    slipped
+        How far the object slid down, m.
+    dropped
+        It slipped out, or is about to.
+    broken
+        A contact force was more than it bears.
+    first_contact, second_contact
+        When fingers touched, s from the first sample; None if they did not.
+    """
+
+    peak_force: float
+    squeeze: float
+    time_to_grasp: float | None
+    slipped: float
+    dropped: bool
+    broken: bool
+    first_contact: float | None
+    second_contact: float | None
+
+
+def needed_force(mass: float, friction: float) -> float:
+    """Grip force that just holds a mass (kg) between two fingers, N."""
+    return mass * GRAVITY / (2 * friction)
+
+
+@njit(cache=True, nogil=True)
+def slide(
+    forces: NDArray[np.float64], mass: float, friction: float, dt: float
+) -> tuple[float, float]:
+    """Let go of the support and let friction do what it can.
+
+    Parameters
+    ----------
+    forces
+        Both contact forces from that instant on, N, shape (samples, 2).
+    mass, friction
+        The object's, kg, and against either finger.
+    dt
+        Sampling interval, s.
+
+    Returns
+    -------
+    tuple
+        How far it slid (m), and how fast it is sliding at the end (m/s).
+    """
+    way, speed = 0.0, 0.0
+    for i in range(len(forces)):
+        held = friction * (forces[i, 0] + forces[i, 1]) / mass
+        if speed > 0.0 or held < GRAVITY:
+            change = (GRAVITY - held) * dt
+            new = max(speed + change, 0.0)
+            way += 0.5 * (speed + new) * dt
+            speed = new
+    return way, speed
+
+
+def stable_from(grip: NDArray[np.float64], needed: float) -> int | None:
+    """Sample from which on a grip force (N, shape (samples,)) is strong enough and steady."""
+    width = round(SMOOTHED * FINGERTIP_RATE)
+    if len(grip) < 3 * width:
+        return None
+    smooth = np.convolve(grip, np.full(width, 1 / width), "valid")
+    rate = np.abs(smooth[width:] - smooth[:-width]) / (width / FINGERTIP_RATE)
+    weak = smooth[width:] < SAFETY * needed
+    bad = np.flatnonzero(weak | (rate > STEADY))
+    # Row i knows the samples from i to i + 2 width.
+    first = int(bad[-1]) + 1 if bad.size else 0
+    return None if first >= len(rate) else first + 2 * width - 1

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from firstcontact.core.layout import ADC_COUNTS, FINGERTIP_RATE
 from firstcontact.twin.filter import DeviceFilter
 
-COUNTS = st.integers(0, ADC_COUNTS - 1)
+COUNTS = st.one_of(st.integers(0, ADC_COUNTS - 1), st.integers(0, 0xFFFF))
 RAILS = st.sampled_from([0, ADC_COUNTS - 1])
 SHAPES = st.tuples(st.integers(1, 120), st.just(6))
 

@@ -146,7 +146,8 @@ class Live:
             if dropped:
                 _say(f"{name}: {dropped} updates dropped, it was too slow")
         for name, why in session.fanout.failed.items():
-            _say(f"{name}: failed ({why})")
+            if not why.startswith(BrokenPipeError.__name__):  # its reader has had enough
+                _say(f"{name}: failed ({why})")
         if session.recording.failed:
             _say(f"recording: {session.recording.failed}")
 
@@ -156,14 +157,13 @@ def _models(folder: Path) -> tuple[Detector, list[Answerer], dict[str, float]]:
     from firstcontact.contact.detector_file import load_detector
     from firstcontact.live.pipeline import Answerer
     from firstcontact.stiffness import load_interval, load_model, read_card
-    from firstcontact.stiffness.model_file import CARD
+    from firstcontact.stiffness.model_file import model_folders
 
-    folders = [folder] if (folder / CARD).exists() else [c.parent for c in folder.glob(f"*/{CARD}")]
-    # Without any, loading says what is missing.
-    answerers = [Answerer(load_model(f), load_interval(f)) for f in folders or [folder]]
+    folders = model_folders(folder)
+    answerers = [Answerer(load_model(f), load_interval(f)) for f in folders]
     known = read_card(folders[0])["data"].get("objects", {})
     landmarks = {str(name): float(value) for name, value in known.items()}
-    return load_detector(folder), answerers, landmarks
+    return load_detector(folders[0]), answerers, landmarks
 
 
 def _say(line: str) -> None:

@@ -77,12 +77,12 @@ class CommandedRun:
         self._told: Command | None = None
         self._reference = self.nominal
 
-    def tell(self, command: Command) -> None:
-        """Order; takes effect the drive's latency after the newest sample.
+    def tell(self, command: Command, effect: int) -> None:
+        """Order; takes effect after the sample of number ``effect``, counted with the lead.
 
-        Of two orders at one sample the later counts.
+        Orders come in the order of their effects, none before the newest sample. Of two
+        for one sample the later counts.
         """
-        effect = max(self.done - 1, 0) + self._drive.delay
         if self._orders and self._orders[-1][0] == effect:
             self._orders.pop()
         self._orders.append((effect, self._drive.clipped(command)))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.command import Command
-from firstcontact.core.layout import FINGERTIP_RATE, Finger
+from firstcontact.core.layout import FINGERTIP_RATE, Finger, fingertip_layout
 from firstcontact.twin.commanded import CommandedRun
 from firstcontact.twin.converters import Converters, settled_filter
 from firstcontact.twin.draw import PinchDraw
@@ -25,7 +25,7 @@ LIFT = 0.45
 #: And watched for this long, s.
 WATCHED = 0.20
 #: No pinch is longer, s: without a contact it ends here.
-LONGEST = 1.2
+LONGEST = 1.0
 
 
 class GraspPlant:
@@ -77,6 +77,11 @@ class GraspPlant:
         self._run.limit = math.inf if thing.fragility is None else thing.fragility.draw(draw.rng)
         self._run.advance(BURN_IN)
         self._device: DeviceFilter | None = None
+        # Nothing that is commanded from now on changes the next samples as far as the
+        # latency reaches: they are made together and handed out as they are asked for.
+        self._ahead = np.empty((0, len(fingertip_layout().channels)), np.int16)
+        self._made = 0
+        self._delay = drive.delay
         self._thing = thing
         # As the mechanics has it, the share of what the object gives of an indentation.
         moduli = np.array([p.pad_modulus for p in draw.fingers])
@@ -118,7 +123,7 @@ class GraspPlant:
 
     def command(self, command: Command) -> None:
         """Order; takes effect the drive's latency after the newest sample."""
-        self._run.tell(command)
+        self._run.tell(command, BURN_IN + self.sample - 1 + self._delay)
 
     def advance(self, samples: int) -> NDArray[np.int16]:
         """Take the next samples as the device sends them.
@@ -129,18 +134,26 @@ class GraspPlant:
             Shape (samples, 16), in the order of
             :func:`firstcontact.core.layout.fingertip_layout`; less at the longest's end.
         """
+        lacking = samples - len(self._ahead)
+        if lacking > 0:
+            self._ahead = np.concatenate([self._ahead, self._make(max(lacking, self._delay))])
+        data, self._ahead = self._ahead[:samples], self._ahead[samples:]
+        self.sample += len(data)
+        return data
+
+    def _make(self, samples: int) -> NDArray[np.int16]:
         motion, body = self._run.advance(samples)
         scans = self._converters.read(motion)
-        here = slice(self.sample, self.sample + len(motion))
+        here = slice(self._made, self._made + len(motion))
         self._forces[here] = motion[..., CONTACT_FORCE]
-        self._depths[here] = np.nan_to_num(motion[..., INDENTATION]).clip(0.0)
+        self._depths[here] = motion[..., INDENTATION]
         self._bulk[here] = body[:, SQUEEZED]
         for f in Finger:
             if self._contacts[f] is None and scans[:, 4 + f].any():
-                self._contacts[f] = self.sample + int(np.argmax(scans[:, 4 + f]))
+                self._contacts[f] = self._made + int(np.argmax(scans[:, 4 + f]))
         if self._device is None:
             self._device = settled_filter(scans[0], self._converters.sheets)
-        self.sample += len(motion)
+        self._made += len(motion)
         return self._device.update(scans)
 
     @property
@@ -148,16 +161,18 @@ class GraspPlant:
         """How it went, as far as it has gone."""
         forces = self._forces[: self.sample]
         grip = forces.min(axis=1)
-        seen = sorted(c for c in self._contacts if c is not None)
+        seen = sorted(c for c in self._contacts if c is not None and c < self.sample)
         needed = needed_force(self._mass, self._thing.friction)
         lifted = len(forces) if not seen else seen[0] + self._lift
         way, speed = slide(forces[lifted:], self._mass, self._thing.friction, 1 / FINGERTIP_RATE)
         weak = len(forces) > lifted and forces[-1].sum() * self._thing.friction < (
             self._mass * GRAVITY
         )
-        broken = self._run.broken_at is not None
+        crack = self._run.broken_at
+        broken = crack is not None and crack < BURN_IN + self.sample
         since = stable_from(grip, needed) if seen and not broken else None
-        squeeze = self._bulk[: self.sample] + self._depths[: self.sample] @ self._give
+        depths = np.nan_to_num(self._depths[: self.sample]).clip(0.0)
+        squeeze = self._bulk[: self.sample] + depths @ self._give
         return Outcome(
             peak_force=float(grip.max(initial=0.0)),
             squeeze=float(squeeze.max(initial=0.0)),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
+from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
@@ -33,18 +34,25 @@ class ReplaySource:
     speed
         Times real time; infinite to give all as fast as it is read.
     block
-        Samples of a block.
+        Samples of a block, 1 or more.
 
     Raises
     ------
     InputError
         The file is no recording, holds no samples, or the speed is not positive.
+
+    Notes
+    -----
+    At a pace, a block's time of arrival is when it is due, however late it is read;
+    without one, it is when it is read.
     """
 
     def __init__(self, path: Path, speed: float = 1.0, block: int | None = None) -> None:
         if not speed > 0:
             raise InputError(f"--speed is {speed:g}: give a positive number, or inf")
         self._recording = read_recording(path)
+        if block is not None and block < 1:
+            raise InputError(f"a block of {block} samples cannot be replayed: use 1 or more")
         if not self._recording.samples:
             raise InputError(f"{path} holds no samples: there is nothing to replay")
         self._speed = speed
@@ -54,6 +62,7 @@ class ReplaySource:
         self._ended = False
         self._closed = threading.Event()
         self._began = 0.0
+        self._paced = math.isfinite(speed)
         self._given = 0
         self._lost = 0
         self._end: Block | None = None
@@ -92,15 +101,14 @@ class ReplaySource:
 
     def read(self, timeout: float) -> list[Arrival]:
         """All that is due by now, waiting up to ``timeout`` s for something to be."""
-        if math.isinf(self._speed):
-            return self._take(1)
-        rate = self._speed * self.descriptor.layout.rate
-        due = self._began + (self._given + self._block) / rate
-        wait = due - time.monotonic()
+        if self._ended:
+            return []
+        if not self._paced:
+            return self._take(time.monotonic(), 1)
+        wait = self._due() - time.monotonic()
         if wait > 0 and self._closed.wait(min(wait, timeout)):
             return []
-        blocks = int((time.monotonic() - self._began) * rate - self._given) // self._block
-        return self._take(blocks)
+        return self._take(time.monotonic())
 
     def mark(self, text: str) -> None:
         """Refuse: what is recorded stays as it is.
@@ -130,16 +138,26 @@ class ReplaySource:
     ) -> None:
         self.close()
 
-    def _take(self, blocks: int) -> list[Arrival]:
+    def _due(self) -> float:
+        """When the last sample of the next block comes, s of the monotonic clock."""
+        if self._next is None:
+            return math.inf
+        samples = self._given + len(self._next[0].data)
+        return self._began + samples / (self._speed * self._recording.header.layout.rate)
+
+    def _take(self, now: float, most: int | None = None) -> list[Arrival]:
+        """What is due by now."""
         arrivals: list[Arrival] = []
-        now = time.monotonic()
-        while self._next is not None and len(arrivals) < blocks:
+        while self._next is not None and len(arrivals) != most:
+            due = self._due() if self._paced else now
+            if due > now:
+                break
             block, markers, pinches = self._next
             if self._end is not None and self._end.epoch == block.epoch:
                 self._lost += block.first_sample - self._end.end
             self._given += len(block.data)
             self._end = block
-            arrivals.append(Arrival(block, now, markers, pinches))
+            arrivals.append(Arrival(block, due, markers, pinches))
             self._advance()
         return arrivals
 
@@ -153,16 +171,19 @@ def _pieces(
     recording: Recording, length: int
 ) -> Iterator[tuple[Block, tuple[Marker, ...], tuple[PinchMark, ...]]]:
     """Blocks with the markers and pinch marks that belong to them."""
-    markers = sorted(recording.markers, key=lambda m: (m.epoch, m.sample))
-    pinches = sorted(recording.pinches, key=lambda m: (m.epoch, m.end))
+    markers = deque(sorted(recording.markers, key=lambda m: (m.epoch, m.sample)))
+    pinches = deque(sorted(recording.pinches, key=lambda m: (m.epoch, m.end)))
     for stretch in recording.stretches:
+        last = stretch is recording.stretches[-1]
         for start in range(0, len(stretch.data), length):
             data = stretch.data[start : start + length]
             block = Block(data, stretch.first_sample + start, stretch.epoch)
             until = (block.epoch, block.end)
+            # What is pinned to samples after the last one comes with the last one.
+            everything = last and start + length >= len(stretch.data)
             told, done = [], []
-            while markers and (markers[0].epoch, markers[0].sample) < until:
-                told.append(markers.pop(0))
-            while pinches and (pinches[0].epoch, pinches[0].end) <= until:
-                done.append(pinches.pop(0))
+            while markers and (everything or (markers[0].epoch, markers[0].sample) < until):
+                told.append(markers.popleft())
+            while pinches and (everything or (pinches[0].epoch, pinches[0].end) <= until):
+                done.append(pinches.popleft())
             yield block, tuple(told), tuple(done)

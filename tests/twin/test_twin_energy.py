@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -9,9 +11,11 @@ from numpy.typing import NDArray
 from firstcontact.twin.mechanics import (
     FINGER_STATES,
     INDENTATION,
+    OUTLINES,
     OUTPUTS,
     STATES,
     contact_stiffness,
+    follow,
     integrate,
 )
 from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS
@@ -82,6 +86,31 @@ def test_energy_never_grows(seed: int) -> None:
     grown = np.diff(history).max() / history[0]
     assert grown < 1e-6
     assert history[-1] < 0.999 * history[0], "nothing was lost: contact did not happen"
+
+
+@pytest.mark.parametrize("loss", [0.0, 60.0])
+def test_a_drive_that_is_pushed_back_gives_no_energy(loss: float) -> None:
+    o = BLOCKS[1].nominal
+    p = FingerParameters()._replace(drive_force=0.0)
+    x = np.zeros(STATES)
+    for f in range(2):
+        x[f * FINGER_STATES + 1 : f * FINGER_STATES + 8 : 2] = p.speed
+    gap, touched = np.full(2, np.nan), np.full(2, np.nan)
+    history = []
+    for piece in range(300):
+        times = (piece + np.linspace(0, 1, 11)) * 5e-4
+        out, body = np.empty((11, 2, OUTPUTS)), np.empty((11, OUTLINES))
+        drive = np.tile([p.speed, p.speed, 0.0, 0.0], (10, 1))
+        taken = follow(
+            p, p, o, np.array([0.001, 0.004]), times, np.zeros((2, 2)), 1.0, 10, drive, loss, 0.0,
+            math.inf, math.inf, x, gap, touched, out, body,
+        )  # fmt: skip
+        assert taken == 11
+        depth = np.nan_to_num(out[-1, :, INDENTATION])
+        history.append(energy(x, depth, (p, p), o))
+    assert np.diff(history).max() / history[0] < 1e-6
+    # The bounce takes most of what the drives had; damped, it takes more.
+    assert (history[-1] < 0.3 * history[0]) == (loss > 0)
 
 
 def test_momentum_is_only_handed_over() -> None:

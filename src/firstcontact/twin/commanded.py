@@ -21,12 +21,12 @@ CALM = 0.03
 
 
 class CommandedRun:
-    """A drawn pinch that closes as drawn until a command says otherwise.
+    """A drawn pinch that closes as drawn until the first command takes effect.
 
-    Until then each finger touches at its drawn instant, as in
-    :class:`firstcontact.twin.run.PinchRun`. The first command that changes anything
-    fixes where the object is: where a finger still on its way would have met it. From
-    then on a finger touches when its skin gets there.
+    Until then each finger touches at its drawn instant and the motor is heard at its
+    full strength, as in :class:`firstcontact.twin.run.PinchRun`. The first command fixes
+    where the object is: where a finger still on its way would have met it. From then on
+    a finger touches when its skin gets there, and the motor is as loud as it is fast.
 
     How a run is cut into pieces changes nothing.
 
@@ -75,7 +75,9 @@ class CommandedRun:
         self._touched = np.full(2, np.nan)
         self._orders: list[tuple[int, Command]] = []
         self._told: Command | None = None
-        self._reference = self.nominal
+        # Reference speed when the command took effect that holds now, and its sample.
+        self._from = self.nominal
+        self._since = 0
 
     def tell(self, command: Command, effect: int) -> None:
         """Order; takes effect after the sample of number ``effect``, counted with the lead.
@@ -103,7 +105,7 @@ class CommandedRun:
             # A piece starts at the newest sample, whose row is known already.
             begin = max(self.done - 1, 0)
             while self._orders and self._orders[0][0] <= begin:
-                self._obey(self._orders.pop(0)[1])
+                self._obey(self._orders.pop(0)[1], begin)
             stop = min(end, self._orders[0][0] + 1) if self._orders else end
             out, lines = self._piece(begin, stop)
             motion.append(out[self.done - begin :])
@@ -120,8 +122,7 @@ class CommandedRun:
         if self._told is None:
             drive[:] = (index.speed, thumb.speed, self._drive.force, self._drive.force)
         else:
-            references = self._drive.references(self._reference, self._told.speed, intervals)
-            drive[:, :2] = references[:, np.newaxis] * self._shares
+            drive[:, :2] = self._references(begin, intervals)[:, np.newaxis] * self._shares
             drive[:, 2:] = self._told.force
         limit = self.limit if self.broken_at is None else math.inf
         taken = follow(
@@ -131,19 +132,24 @@ class CommandedRun:
             math.inf if self._told is None else CALM, self._state, self._gap,
             self._touched, out, lines,
         )  # fmt: skip
-        if self._told is not None and taken > 1:
-            self._reference = float(references[taken - 2])
         if taken < stop - begin or out[taken - 1, :, CONTACT_FORCE].max() > limit:
             self.broken_at = begin + taken - 1
             self._held = stiffened(self._held, CRUSHED)
         return out[:taken], lines[:taken]
 
-    def _obey(self, command: Command) -> None:
+    def _obey(self, command: Command, at: int) -> None:
         if self._told is None:
-            if command == Command(self.nominal, self._drive.force):
-                return
             self._place()
+        else:
+            self._from = float(self._references(at - 1, 1)[0])
+        self._since = at
         self._told = command
+
+    def _references(self, begin: int, intervals: int) -> NDArray[np.float64]:
+        """Mean reference speed of so many intervals from that sample on, m/s."""
+        assert self._told is not None
+        counted = np.arange(1, intervals + 1) + (begin - self._since)
+        return self._drive.references(self._from, self._told.speed, counted)
 
     def _place(self) -> None:
         """Fix where the object is by letting the pinch run on as drawn, aside."""

@@ -75,18 +75,25 @@ class Drive:
             min(max(command.force, 0.0), self.force),
         )
 
-    def references(self, begin: float, target: float, samples: int) -> NDArray[np.float64]:
-        """Reference speed in each of the next sampling intervals, m/s, shape (samples,).
+    def references(
+        self, begin: float, target: float, intervals: NDArray[np.int64]
+    ) -> NDArray[np.float64]:
+        """Reference speed on the way from one commanded speed to another.
 
         Parameters
         ----------
         begin
-            The reference in the interval before, m/s.
+            The reference before, m/s.
         target
             The commanded speed, m/s.
-        samples
-            How many.
+        intervals
+            Which sampling intervals, counted from 1 where the command takes effect.
+
+        Returns
+        -------
+        ndarray
+            m/s, of the shape of ``intervals``.
         """
-        ramp = self.acceleration / FINGERTIP_RATE * np.arange(1, samples + 1)
+        ramp = self.acceleration / FINGERTIP_RATE * intervals
         change = target - begin
         return np.where(ramp < abs(change), begin + math.copysign(1.0, change) * ramp, target)

@@ -11,6 +11,10 @@ from firstcontact.twin.fragility import Fragility
 from firstcontact.twin.materials import gent_modulus
 from firstcontact.twin.parameters import ObjectParameters
 
+#: Of silicone on silicone, and of silicone on the skin of fruit.
+FRICTION = 0.7
+SKIN_FRICTION = 0.5
+
 
 @dataclass(frozen=True, slots=True)
 class TwinObject:
@@ -26,7 +30,7 @@ class TwinObject:
     nominal: ObjectParameters
     modulus_scatter: float
     """Standard deviation of ln E between specimens of one reading."""
-    friction: float = 0.7
+    friction: float = FRICTION
     """Coefficient of friction against the pad's silicone."""
     fragility: Fragility | None = None
     """None for what no fingertip of this hand breaks."""
@@ -72,11 +76,15 @@ def _round(shore_a: float, radius: float, mass: float, loss: float) -> ObjectPar
 
 
 def _apple(k: int, shore_a: float) -> TwinObject:
-    return TwinObject(f"apple {k}", shore_a, Role.TEST, _round(shore_a, 0.037, 0.18, 0.15), 0.15)
+    return TwinObject(
+        f"apple {k}", shore_a, Role.TEST, _round(shore_a, 0.037, 0.18, 0.15), 0.15, 0.5
+    )
 
 
 def _orange(k: int, shore_a: float) -> TwinObject:
-    return TwinObject(f"orange {k}", shore_a, Role.TEST, _round(shore_a, 0.037, 0.20, 0.45), 0.15)
+    return TwinObject(
+        f"orange {k}", shore_a, Role.TEST, _round(shore_a, 0.037, 0.20, 0.45), 0.15, 0.5
+    )
 
 
 def _tennis_ball(k: int, shore_a: float) -> TwinObject:
@@ -89,7 +97,9 @@ def _tennis_ball(k: int, shore_a: float) -> TwinObject:
 
 
 def _avocado(k: int, shore_a: float) -> TwinObject:
-    return TwinObject(f"avocado {k}", shore_a, Role.TEST, _round(shore_a, 0.034, 0.19, 0.25), 0.18)
+    return TwinObject(
+        f"avocado {k}", shore_a, Role.TEST, _round(shore_a, 0.034, 0.19, 0.25), 0.18, 0.5
+    )
 
 
 BLOCKS = tuple(block(s) for s in (10, 20, 29, 43, 60))

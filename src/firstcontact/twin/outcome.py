@@ -23,7 +23,7 @@ DROPPED = 0.010
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a pinch went.
+    """How a pinch went; of an object that broke, up to then.
 
     Parameters
     ----------

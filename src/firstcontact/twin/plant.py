@@ -25,14 +25,14 @@ LIFT = 0.45
 #: And watched for this long, s.
 WATCHED = 0.20
 #: No pinch is longer, s: without a contact it ends here.
-LONGEST = 1.0
+LONGEST = 1.5
 
 
 class GraspPlant:
     """One pinch from the closing hand to the lifted object.
 
     It begins as a simulated pinch does: both fingers closing at their drawn speed, the
-    motor heard, 130 ms or more before the first contact. Uncommanded it is that pinch.
+    motor heard, 130 ms or more before the first contact. Never commanded it is that pinch.
     The same draw and commands give the same bytes, however it is advanced.
 
     Parameters
@@ -159,26 +159,28 @@ class GraspPlant:
     @property
     def outcome(self) -> Outcome:
         """How it went, as far as it has gone."""
-        forces = self._forces[: self.sample]
-        grip = forces.min(axis=1)
-        seen = sorted(c for c in self._contacts if c is not None and c < self.sample)
-        needed = needed_force(self._mass, self._thing.friction)
-        lifted = len(forces) if not seen else seen[0] + self._lift
-        way, speed = slide(forces[lifted:], self._mass, self._thing.friction, 1 / FINGERTIP_RATE)
-        weak = len(forces) > lifted and forces[-1].sum() * self._thing.friction < (
-            self._mass * GRAVITY
-        )
         crack = self._run.broken_at
         broken = crack is not None and crack < BURN_IN + self.sample
-        since = stable_from(grip, needed) if seen and not broken else None
-        depths = np.nan_to_num(self._depths[: self.sample]).clip(0.0)
-        squeeze = self._bulk[: self.sample] + depths @ self._give
+        # What is left of a broken object is not what was to be held.
+        end = crack - BURN_IN + 1 if crack is not None and broken else self.sample
+        forces = self._forces[:end]
+        grip = forces.min(axis=1)
+        seen = sorted(c for c in self._contacts if c is not None and c < self.sample)
+        friction = self._thing.friction
+        lifted = forces[seen[0] + self._lift :] if seen else forces[:0]
+        way, speed = slide(lifted, self._mass, friction, 1 / FINGERTIP_RATE)
+        lost = speed > 0 and friction * float(forces[-1].sum()) < self._mass * GRAVITY
+        since = None
+        if seen and not broken:
+            since = stable_from(grip, needed_force(self._mass, friction))
+        depths = np.nan_to_num(self._depths[:end]).clip(0.0)
+        squeeze = self._bulk[:end] + depths @ self._give
         return Outcome(
             peak_force=float(grip.max(initial=0.0)),
             squeeze=float(squeeze.max(initial=0.0)),
             time_to_grasp=None if since is None else (since - seen[0]) / FINGERTIP_RATE,
             slipped=way,
-            dropped=way > DROPPED or (speed > 0 and weak) or (not seen and self.ended),
+            dropped=way > DROPPED or lost or (not seen and self.ended),
             broken=broken,
             first_contact=seen[0] / FINGERTIP_RATE if seen else None,
             second_contact=seen[1] / FINGERTIP_RATE if len(seen) > 1 else None,

@@ -1,0 +1,224 @@
+"""The plant sends what a device sends, and what becomes of the object is the mechanics'."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from pinches import SEED, drawn, simulated
+
+from firstcontact.core.command import Command
+from firstcontact.core.layout import FINGERTIP_RATE, ChannelKind, fingertip_layout
+from firstcontact.twin.brittle import BERRY, BRITTLE, CRISP
+from firstcontact.twin.draw import generator
+from firstcontact.twin.drive import Drive
+from firstcontact.twin.fragility import Fragility
+from firstcontact.twin.objects import BLOCKS, TwinObject, block
+from firstcontact.twin.outcome import GRAVITY, needed_force, slide, stable_from
+from firstcontact.twin.pinch import DURATION
+from firstcontact.twin.plant import LIFT, WATCHED, GraspPlant
+from firstcontact.twin.sensor import OPTIMISTIC, VelostatParameters
+
+LAYOUT = fingertip_layout()
+
+
+def plant(
+    kind: TwinObject, number: int = 0, drive: Drive | None = None,
+    velostat: VelostatParameters | None = None,
+) -> GraspPlant:  # fmt: skip
+    return GraspPlant(drawn(kind, number), drive or Drive(), kind, velostat)
+
+
+def closed(hand: GraspPlant, command: Command | None = None, piece: int = 50) -> NDArray[np.int16]:
+    if command is not None:
+        hand.command(command)
+    blocks = []
+    while not hand.ended:
+        blocks.append(hand.advance(piece))
+    return np.concatenate(blocks)
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_never_commanded_it_sends_what_simulate_sends(number: int) -> None:
+    kind = BLOCKS[number]
+    hand = GraspPlant(
+        drawn(kind, number), Drive(back_damping=0.0), kind, longest=DURATION, lift=1.0
+    )
+    expected = simulated(kind, number)
+    assert closed(hand, piece=7).tobytes() == expected.data.tobytes()
+    outcome = hand.outcome
+    contacts = [c.sample / FINGERTIP_RATE for c in expected.truth]
+    assert [outcome.first_contact, outcome.second_contact] == contacts
+
+
+@settings(max_examples=10)
+@given(st.integers(1, 400), st.sampled_from([0.0, 0.02, 0.08]))
+def test_same_draw_and_commands_same_bytes_however_it_is_advanced(
+    piece: int, latency: float
+) -> None:
+    def whole(step: int) -> tuple[bytes, object]:
+        hand = plant(BERRY, 3, Drive(latency=latency))
+        parts = []
+        while hand.sample < 2400:
+            if hand.sample == 600:
+                hand.command(Command(0.04, 2.0))
+            stop = 600 if hand.sample < 600 else 2400
+            parts.append(hand.advance(min(step, stop - hand.sample)))
+        return np.concatenate(parts).tobytes(), hand.outcome
+
+    assert whole(piece) == whole(2400)
+
+
+@pytest.mark.parametrize("latency", [0.0, 0.02])
+def test_the_future_is_not_made_before_it_can_be_commanded(latency: float) -> None:
+    drive = Drive(latency=latency)
+    one, other = plant(BLOCKS[2], 0, drive), plant(BLOCKS[2], 0, drive)
+    other.command(Command(other.nominal.speed, drive.force))
+    one.command(Command(one.nominal.speed, drive.force))
+    for hand in (one, other):
+        for _ in range(60):
+            hand.advance(5)
+    one.command(Command(-0.2, 12.0))
+    a, b = (np.concatenate([h.advance(5) for _ in range(100)]) for h in (one, other))
+    first = int((a != b).any(axis=1).argmax())
+    assert first >= drive.delay
+    assert first < drive.delay + 60
+
+
+def test_numbers_go_on_and_it_ends_when_the_object_was_lifted_and_watched() -> None:
+    hand = plant(BLOCKS[1])
+    assert hand.now == 0
+    data = closed(hand, hand.nominal, 5)
+    assert len(data) == hand.sample
+    assert hand.now == (hand.sample - 1) / FINGERTIP_RATE
+    outcome = hand.outcome
+    assert outcome.first_contact is not None
+    assert hand.now == pytest.approx(outcome.first_contact + LIFT + WATCHED, abs=6 / FINGERTIP_RATE)
+    strips = data[:, LAYOUT.columns(ChannelKind.STRIP)]
+    first = strips.any(axis=1).argmax()
+    assert first / FINGERTIP_RATE == outcome.first_contact
+
+
+def test_an_open_hand_never_grasps_and_the_object_stays_behind() -> None:
+    hand = plant(BLOCKS[1], 0, Drive(latency=0.0))
+    closed(hand, Command(-0.1, 12.0))
+    outcome = hand.outcome
+    assert outcome.first_contact is outcome.second_contact is outcome.time_to_grasp is None
+    assert outcome.dropped
+    assert outcome.peak_force == outcome.squeeze == outcome.slipped == 0
+    assert len(hand.advance(100)) == 0
+
+
+def test_gentler_commands_press_and_squeeze_less() -> None:
+    outcomes = []
+    for share, force in ((1.0, 12.0), (1.0, 5.0), (0.4, 5.0)):
+        hand = plant(block(5), 1)
+        closed(hand, Command(share * hand.nominal.speed, force))
+        outcomes.append(hand.outcome)
+        assert not hand.outcome.dropped
+        assert hand.outcome.time_to_grasp is not None
+    peaks = [o.peak_force for o in outcomes]
+    assert peaks == sorted(peaks, reverse=True)
+    assert [o.squeeze for o in outcomes] == sorted((o.squeeze for o in outcomes), reverse=True)
+
+
+@pytest.mark.parametrize("share", [0.9, 0.97, 1.03, 1.1])
+def test_it_is_dropped_exactly_when_friction_holds_less_than_its_weight(share: float) -> None:
+    force = 4.0
+    just = 2 * BLOCKS[2].nominal.face_mass * GRAVITY / (2 * force)
+    kind = replace(BLOCKS[2], friction=just * share)
+    hand = plant(kind, 2)
+    closed(hand, Command(hand.nominal.speed, force))
+    # The clamp takes a little of one finger's force: well below the steps of share.
+    assert hand.outcome.dropped == (share < 1)
+    assert (hand.outcome.slipped > 1e-4) == (share < 1)
+
+
+@pytest.mark.parametrize("held", [0.0, 0.5, 0.9, 1.0, 1.5])
+def test_sliding_is_free_fall_less_friction(held: float) -> None:
+    mass, friction, n = 0.2, 0.5, 1000
+    each = held * needed_force(mass, friction)
+    way, speed = slide(np.full((n, 2), each), mass, friction, 1 / FINGERTIP_RATE)
+    time = n / FINGERTIP_RATE
+    pull = max(1 - held, 0.0) * GRAVITY
+    assert way == pytest.approx(pull * time**2 / 2, abs=1e-12)
+    assert speed == pytest.approx(pull * time, abs=1e-12)
+
+
+def test_a_slide_ends_where_the_grip_comes_back() -> None:
+    forces = np.zeros((3000, 2))
+    forces[100:] = 3 * needed_force(0.1, 0.5)
+    way, speed = slide(forces, 0.1, 0.5, 1 / FINGERTIP_RATE)
+    time = 100 / FINGERTIP_RATE
+    assert speed == 0
+    # Falls at g, then is braked at 2 g.
+    assert way == pytest.approx(GRAVITY * time**2 / 2 * 1.5, rel=0.02)
+
+
+def test_a_grasp_is_stable_when_it_is_strong_and_steady_from_then_on() -> None:
+    t = np.arange(3000) / FINGERTIP_RATE
+    rising = np.minimum(100 * t, 4.0)
+    at = stable_from(rising, 2.0)
+    assert at is not None
+    assert at / FINGERTIP_RATE == pytest.approx(0.04, abs=0.021)
+    assert stable_from(rising, 4.0) is None, "not strong enough"
+    assert stable_from(rising[:10], 1.0) is None
+    assert stable_from(4 + np.sin(2 * np.pi * 11 * t), 1.0) is None, "it swings"
+    late = rising.copy()
+    late[2000:2300] = 1.0
+    again = stable_from(late, 2.0)
+    assert again is not None
+    assert again >= 2300
+
+
+@pytest.mark.parametrize("kind", BRITTLE, ids=lambda k: k.name)
+def test_it_breaks_when_a_contact_force_passes_its_limit(kind: TwinObject) -> None:
+    for number in range(4):
+        for command in (Command(0.13, 12.0), Command(0.02, 1.0)):
+            hand = plant(kind, number)
+            closed(hand, command)
+            whole = plant(replace(kind, fragility=None), number)
+            closed(whole, command)
+            outcome = hand.outcome
+            assert outcome.broken == (whole._forces[: whole.sample].max() > hand.limit)
+            assert not whole.outcome.broken
+            if outcome.broken:
+                assert outcome.time_to_grasp is None
+                # Within what a force rises by in a sample.
+                assert outcome.peak_force < 1.3 * hand.limit
+                after = hand._forces[hand._run.broken_at - 90 :][:5]
+                assert after.max() < 0.6 * hand.limit, "its force collapses"
+
+
+def test_what_breaks_scatters_as_weibull_says() -> None:
+    fragility = Fragility(2.2, 4.0)
+    rng = generator(SEED, "fragility")
+    limits = np.array([fragility.draw(rng) for _ in range(20_000)])
+    assert (limits < 2.2).mean() == pytest.approx(1 - np.exp(-1), abs=0.012)
+    assert limits.std() / limits.mean() == pytest.approx(0.28, abs=0.01)
+    assert plant(CRISP, 5).limit == plant(CRISP, 5).limit != plant(CRISP, 6).limit
+
+
+def test_an_optimistic_sheet_feels_the_same_pinch_sooner() -> None:
+    columns = list(LAYOUT.columns(ChannelKind.FORCE))
+    felt, heard = [], []
+    for sheet in (None, OPTIMISTIC):
+        hand = plant(BLOCKS[1], 0, velostat=sheet)
+        data = closed(hand, hand.nominal)
+        loud = data[:, columns].max(axis=1).astype(int)
+        felt.append(int(np.argmax(loud > loud[:100].max() + 600)))
+        heard.append(data[:, :2].tobytes())
+    assert heard[0] == heard[1], "the motion is the same"
+    assert felt[1] < felt[0] - 0.01 * FINGERTIP_RATE
+
+
+@pytest.mark.parametrize("shore_a", [5, 12.5, 70])
+def test_blocks_of_any_hardness_are_the_papers(shore_a: float) -> None:
+    made = block(shore_a)
+    assert made.shore_a == shore_a
+    assert made.mass == pytest.approx(0.189, abs=1e-3)
+    assert block(10) == BLOCKS[0]

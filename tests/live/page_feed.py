@@ -77,6 +77,7 @@ class Feed:
         self.done = PinchDone(
             self.pinches + 1, self.armed, end, self.epoch, self.contacts, (),
             () if self.refused else (self.estimate,),
+            () if self.refused else (self.estimate.case,),
             "the signal was at its limit" if self.refused else "",
         )  # fmt: skip
 

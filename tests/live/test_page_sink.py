@@ -20,7 +20,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from firstcontact.core import Block, Label
 from firstcontact.device import Arrival
-from firstcontact.live.events import Estimated, PinchDone
+from firstcontact.live.events import Case, Estimated, PinchDone
 from firstcontact.live.page import PageSink
 from firstcontact.live.page.pinches import Pinches, timing
 from firstcontact.live.sink import Update
@@ -285,9 +285,10 @@ def test_the_used_estimate_is_the_one_in_the_table() -> None:
     first = done.estimates[0]
     assert isinstance(first, Estimated)
     later = replace(first, value=99.0, used=False)
+    cases = (Case.IN_TIME, Case.TOO_LATE)
     pinches = Pinches(4936.0)
-    pinches.done(replace(done, estimates=(replace(first, used=True), later)))
-    pinches.done(replace(done, estimates=(replace(first, used=False), later)))
+    pinches.done(replace(done, estimates=(replace(first, used=True), later), cases=cases))
+    pinches.done(replace(done, estimates=(replace(first, used=False), later), cases=cases))
     pinches.done(replace(done, estimates=(), contacts=(), refused="a gap"))
     rows = pinches.tree()
     assert rows[0]["estimate"]["value"] == round(first.value, 2)

@@ -81,6 +81,25 @@ def test_an_estimate_says_whether_the_second_finger_was_there(
     assert cases == set(Case)  # the offsets of these pinches give both
 
 
+def test_in_hindsight_the_computation_and_the_real_instant_count(
+    fresh: Dataset, detector: Detector, answerers: list[Answerer]
+) -> None:
+    ticks = iter(range(10**9))
+    slow = 1 / LAYOUT.rate  # each look at the clock takes a sample
+    pipeline = Pipeline(LAYOUT, detector, answerers, clock=lambda: slow * next(ticks))
+    cases = []
+    for done in run(pipeline, blocks_of(fresh)):
+        if isinstance(done, PinchDone):
+            for estimate, case in zip(done.estimates, done.cases, strict=True):
+                out = estimate.complete + estimate.compute * LAYOUT.rate
+                late = len(done.contacts) > 1 and done.contacts[1].sample <= out
+                assert case is (Case.TOO_LATE if late else Case.IN_TIME)
+                # What was known to be too late stays so.
+                assert estimate.used or case is Case.TOO_LATE
+                cases.append((estimate.case, case))
+    assert (Case.IN_TIME, Case.TOO_LATE) in cases
+
+
 def test_a_window_across_a_gap_is_refused(
     fresh: Dataset, detector: Detector, answerers: list[Answerer]
 ) -> None:

@@ -48,6 +48,7 @@ EVENTS: tuple[Event, ...] = (
         contacts=(FIRST, SECOND),
         strips=((Finger.THUMB, 509), (Finger.INDEX, 578)),
         estimates=(ESTIMATE,),
+        cases=(ESTIMATE.case,),
     ),
 )
 

@@ -64,11 +64,13 @@ class Live:
 
     def run(self) -> None:
         """Run until Ctrl-C or one of the bounds."""
+        self._check()
         if self.page:
             need("live", "websockets")
         if self.lsl:
             need("live", "pylsl")
         from firstcontact.cli.stopping import stopping
+        from firstcontact.core.calibration_file import read_calibration
         from firstcontact.device.opening import open_source
         from firstcontact.live.pipeline import Pipeline
         from firstcontact.live.session import Session
@@ -77,8 +79,9 @@ class Live:
             self.device, speed=self.speed, condition=self.condition, seed=self.seed
         )
         detector, answerers, landmarks = _models(self.model or self._own_model(source))
+        given = None if self.calibration is None else read_calibration(self.calibration)
         with stopping() as stop, source:
-            calibration = self._calibration(source)
+            calibration = given or self._measured(source)
             pipeline = Pipeline(source.descriptor.layout, detector, answerers, calibration)
             session = Session(source, pipeline, recordings=self.recordings, calibration=calibration)
             sinks = self._sinks(session, landmarks)
@@ -88,6 +91,16 @@ class Live:
             stop.gently = True
             session.run(sinks, self.seconds, self.pinches, lambda: stop.requested)
             self._report(session, source, began, time.process_time() - used)
+
+    def _check(self) -> None:
+        if self.seconds is not None and not self.seconds > 0:
+            raise InputError(f"--seconds is {self.seconds:g}: give a time above 0, or leave it out")
+        if self.pinches is not None and self.pinches < 1:
+            raise InputError(f"--pinches is {self.pinches}: give 1 or more, or leave it out")
+        if not self.speed > 0:
+            raise InputError(f"--speed is {self.speed:g}: give a number above 0")
+        if not 0 <= self.port <= 65535:
+            raise InputError(f"--port is {self.port}: give one from 0 to 65535")
 
     def _own_model(self, source: Source) -> Path:
         """The twin's, where the twin is what is listened to, now or when it was recorded."""
@@ -101,12 +114,10 @@ class Live:
         need("twin", "numba")
         return twin_model(self.condition, self.seed)
 
-    def _calibration(self, source: Source) -> Calibration | None:
-        from firstcontact.core.calibration_file import read_calibration
+    def _measured(self, source: Source) -> Calibration | None:
+        """The noise floor, as it was recorded or as it is now."""
         from firstcontact.device.noise_floor import measure_noise
 
-        if self.calibration is not None:
-            return read_calibration(self.calibration)
         recorded = getattr(source, "calibration", None)
         if recorded is not None or Path(self.device).suffix == ".mcap":
             return recorded  # a recording has its own, or each of its closings is an epoch

@@ -58,10 +58,10 @@ class Estimated:
     epoch
         Of the samples.
     case
-        Whether the second finger was known to touch when the estimate came.
+        Whether the second finger was known to touch by then, told by the samples
+        up to ``complete``. In hindsight see :attr:`PinchDone.cases`.
     used
-        Whether it may be acted upon: in time, and the first of this closing
-        with this window.
+        Whether it may be acted upon: it came in time, as far as was known.
     host
         When it came (monotonic, s).
     compute
@@ -111,6 +111,10 @@ class PinchDone:
         As the strips say, where there are strips: sample of each finger.
     estimates
         In the order of their windows.
+    cases
+        Of each estimate, in hindsight: whether it was out, its computation
+        included, before the second contact happened. A contact is decided a little
+        after it happens; an estimate between the two was acted upon too late.
     refused
         Why there is none, or "".
     """
@@ -122,6 +126,7 @@ class PinchDone:
     contacts: tuple[Contact, ...]
     strips: tuple[tuple[Finger, int], ...]
     estimates: tuple[Estimated, ...]
+    cases: tuple[Case, ...] = ()
     refused: str = ""
 
 

@@ -269,6 +269,12 @@ class Pipeline:
         self.ledger.add(estimate)
         return estimate
 
+    def _hindsight(self, pinch: _Pinch, estimate: Estimated) -> Case:
+        """Whether an estimate was out before the second contact happened."""
+        out = estimate.complete + estimate.compute * self.layout.rate
+        late = any(c.sample <= out for c in pinch.contacts[1:])
+        return Case.TOO_LATE if late else Case.IN_TIME
+
     def _refuse(self, pinch: _Pinch, why: str) -> Refused:
         pinch.refused = why
         return Refused(pinch.contacts[0], why, pinch.epoch)
@@ -307,6 +313,7 @@ class Pipeline:
                 contacts=tuple(pinch.contacts),
                 strips=tuple((f, s) for f, s in strips),
                 estimates=tuple(pinch.estimates),
+                cases=tuple(self._hindsight(pinch, e) for e in pinch.estimates),
                 refused=pinch.refused,
             )
         )

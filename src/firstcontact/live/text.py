@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TextIO
 
 from firstcontact.device import Descriptor, Health
-from firstcontact.live.events import Estimated, PinchDone
+from firstcontact.live.events import Case, Estimated, PinchDone
 from firstcontact.live.sink import Update
 
 
@@ -59,7 +59,8 @@ def pinch_line(done: PinchDone, rate: float) -> str:
     """A pinch on one line; ``rate`` in Hz."""
     first = done.contacts[0]
     parts = [f"pinch {done.number}: {first.finger.name.lower()} first"]
-    parts += [estimate_words(e, rate) for e in done.estimates]
+    told = zip(done.estimates, done.cases, strict=True)
+    parts += [estimate_words(e, case, rate) for e, case in told]
     if done.refused:
         parts.append(f"no estimate: {done.refused}")
     if len(done.contacts) > 1:
@@ -68,8 +69,8 @@ def pinch_line(done: PinchDone, rate: float) -> str:
     return ", ".join(parts)
 
 
-def estimate_words(e: Estimated, rate: float) -> str:
-    """An estimate in a few words; ``rate`` in Hz."""
+def estimate_words(e: Estimated, case: Case, rate: float) -> str:
+    """An estimate in a few words, with the case it was in hindsight; ``rate`` in Hz."""
     bounds = f" ({e.low:.0f} to {e.high:.0f})" if e.level else ""
     after = 1e3 * ((e.complete - e.contact.sample) / rate + e.compute)
-    return f"{e.value:.1f} Shore A{bounds} at {after:.1f} ms, {e.case}"
+    return f"{e.value:.1f} Shore A{bounds} at {after:.1f} ms, {case}"

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
-from firstcontact.live.events import Estimated, PinchDone
+from firstcontact.live.events import Case, Estimated, PinchDone
 from firstcontact.recording import Marker, PinchMark
 
 #: Rows that are held.
@@ -36,6 +36,11 @@ def timing(estimate: Estimated, rate: float) -> dict[str, float]:
         "compute": round(compute, 3),
         "total": round(until + compute, 3),
     }
+
+
+def _hindsight(done: PinchDone, estimate: Estimated) -> Case:
+    """Whether it was out before the second contact happened."""
+    return done.cases[done.estimates.index(estimate)]
 
 
 def value(estimate: Estimated) -> dict[str, float]:
@@ -93,7 +98,7 @@ class Pinches:
             "estimate": None if estimate is None else value(estimate),
             "ms": None if estimate is None else timing(estimate, self._rate)["total"],
             "offset": offset,
-            "case": None if estimate is None else estimate.case.name,
+            "case": None if estimate is None else _hindsight(done, estimate).name,
             "refused": done.refused,
         }
         self._rows.append((done, row))

@@ -1,0 +1,153 @@
+"""``firstcontact live`` as a user runs it: a process, the twin on its terminal, signals."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from firstcontact.cli.main import main
+from firstcontact.recording import read_recording
+
+COMMAND = [sys.executable, "-m", "firstcontact.cli.main", "live"]
+#: Longest wait for a process, s: only a failing test ever waits so long.
+LONG = 240.0
+
+
+@pytest.fixture(scope="module")
+def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """A cache of its own, so that the twin's model is made once here."""
+    return {**os.environ, "XDG_CACHE_HOME": str(tmp_path_factory.mktemp("cache"))}
+
+
+def live(environment: dict[str, str], *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*COMMAND, *arguments], env=environment, capture_output=True, text=True, timeout=LONG
+    )
+
+
+@pytest.fixture(scope="module")
+def recorded(
+    environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, list[str]]:
+    """A recording that a live run made, and the lines of the pinches that it told."""
+    folder = tmp_path_factory.mktemp("recordings")
+    arguments = ("--pinches", "4", "--speed", "4", "--record", "--recordings", str(folder))
+    done = live(environment, "--device", "twin", *arguments)
+    assert done.returncode == 0, done.stderr
+    return next(folder.glob("*.mcap")), pinch_lines(done.stdout)
+
+
+def pinch_lines(text: str) -> list[str]:
+    """Lines about pinches, without how long the computation took."""
+    lines = [line for line in text.splitlines() if line.startswith("pinch ")]
+    return [" ".join(w for w in line.split() if not _is_time(w)) for line in lines]
+
+
+def _is_time(word: str) -> bool:
+    """The total time to an estimate, which has the computation in it."""
+    return word.replace(".", "").isdigit() and 15.0 <= float(word) < 40.0
+
+
+def test_the_twin_is_seen_and_recorded(recorded: tuple[Path, list[str]]) -> None:
+    path, lines = recorded
+    assert len(lines) == 4
+    recording = read_recording(path)
+    assert recording.skipped == ()
+    assert recording.header.source == "twin"
+    assert recording.header.calibration is not None
+    assert [m.text for m in recording.markers if m.text.startswith("twin: ")]
+    # The first pinches may have begun before the recording did.
+    assert 1 <= len(recording.pinches) <= 4
+
+
+def test_a_replay_tells_the_same_pinches(
+    environment: dict[str, str], recorded: tuple[Path, list[str]]
+) -> None:
+    path, _ = recorded
+    first = live(environment, "--device", str(path), "--speed", "inf", "--json")
+    again = live(environment, "--device", str(path), "--speed", "40", "--json")
+    assert first.returncode == again.returncode == 0, first.stderr + again.stderr
+
+    def pinches(text: str) -> list[tuple[object, ...]]:
+        events = [json.loads(line) for line in text.splitlines()]
+        estimates = [e for e in events if e["type"] == "estimated"]
+        return [(e["sample"], e["value"], e["low"], e["high"]) for e in estimates]
+
+    assert pinches(first.stdout) == pinches(again.stdout) != []
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_in_order(
+    number: signal.Signals, environment: dict[str, str], tmp_path: Path
+) -> None:
+    arguments = ["--device", "twin", "--speed", "4", "--record", "--recordings", str(tmp_path)]
+    process = subprocess.Popen(
+        [*COMMAND, *arguments], env=environment, stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    for line in process.stdout:
+        if line.startswith("pinch 2"):
+            process.send_signal(number)
+            break
+    process.stdout.read()
+    assert process.wait(LONG) == 0
+    process.stdout.close()
+    (path,) = tmp_path.glob("*.mcap")
+    assert read_recording(path).skipped == ()
+
+
+@pytest.fixture
+def paged(environment: dict[str, str]) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    arguments = ["--device", "twin", "--page", "--port", "0"]
+    process = subprocess.Popen(
+        [*COMMAND, *arguments], env=environment, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stderr is not None
+    address = next(line.split()[-1] for line in process.stderr if line.startswith("page: "))
+    yield process, address
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=LONG)
+
+
+def test_the_page_is_where_it_says(paged: tuple[subprocess.Popen[str], str]) -> None:
+    process, address = paged
+    assert process.stdout is None
+    with urllib.request.urlopen(address, timeout=LONG) as answer:
+        assert "firstcontact" in answer.read().decode().lower().replace(" ", "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (["--device", "/nowhere/tty"], "--model"),
+        (["--device", "nothing.mcap"], "nothing.mcap"),
+        (["--device", "twin", "--speed", "0"], "--speed"),
+        (["--device", "twin", "--seconds", "-1"], "--seconds"),
+        (["--device", "twin", "--pinches", "0"], "--pinches"),
+        (["--device", "twin", "--calibration", "none.json"], "none.json"),
+        (["--device", "twin", "--model", "nowhere"], "nowhere"),
+    ],
+)
+def test_what_cannot_be_used_is_said_in_one_sentence(
+    arguments: list[str],
+    word: str,
+    environment: dict[str, str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", environment["XDG_CACHE_HOME"])
+    assert main(["live", *arguments]) == 2
+    said = capsys.readouterr().err.strip().splitlines()
+    assert said[-1].startswith("firstcontact: ")
+    assert word in said[-1]
+    assert list(tmp_path.iterdir()) == []

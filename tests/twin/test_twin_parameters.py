@@ -8,13 +8,27 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.twin import draw, materials, noise, pinch, plan, stream
+from firstcontact.twin import (
+    commanded,
+    draw,
+    fragility,
+    materials,
+    noise,
+    objects,
+    outcome,
+    pinch,
+    plan,
+    plant,
+    stream,
+)
+from firstcontact.twin.brittle import BRITTLE
 from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition, Spread
+from firstcontact.twin.drive import Drive
 from firstcontact.twin.filter import FORCE_READINGS
 from firstcontact.twin.noise import MotorNoise
 from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS
 from firstcontact.twin.parameters import FingerParameters, ObjectParameters
-from firstcontact.twin.sensor import VelostatParameters
+from firstcontact.twin.sensor import OPTIMISTIC, VelostatParameters
 
 PAGE = Path(__file__).parents[2] / "docs/reference/twin-parameters.md"
 NOMINAL: dict[str, dict[str, float]] = {
@@ -50,11 +64,26 @@ RUNNING = {
     "APART": stream.APART,
     "SETTLE": stream.SETTLE,
 }
+HELD = {
+    "FRICTION": objects.FRICTION,
+    "SKIN_FRICTION": objects.SKIN_FRICTION,
+    "GRAVITY": outcome.GRAVITY,
+    "LIFT": plant.LIFT,
+    "WATCHED": plant.WATCHED,
+    "LONGEST": plant.LONGEST,
+    "DROPPED": outcome.DROPPED,
+    "SAFETY": outcome.SAFETY,
+    "SMOOTHED": outcome.SMOOTHED,
+    "STEADY": outcome.STEADY,
+    "CALM": commanded.CALM,
+    "CRUSHED": fragility.CRUSHED,
+}
 
 
-def rows(section: str) -> dict[str, list[str]]:
+def rows(section: str, mark: str = "##") -> dict[str, list[str]]:
     """Cells after the first of each row of a section's table, by the first."""
-    text = PAGE.read_text(encoding="utf-8").split(f"\n## {section}\n")[1].split("\n## ")[0]
+    text = PAGE.read_text(encoding="utf-8").split(f"\n{mark} {section}\n")[1]
+    text = re.split(r"\n##+ ", text)[0]
     lines = [line.strip("|").split("|") for line in text.splitlines() if line.startswith("| ")]
     return {cells[0].strip().strip("`"): [c.strip() for c in cells[1:]] for cells in lines[1:]}
 
@@ -105,3 +134,36 @@ def test_both_conditions_are_there() -> None:
 def test_the_constants_are_there(section: str, constants: dict[str, float]) -> None:
     table = rows(section)
     assert {name: float(cells[0]) for name, cells in table.items()} == constants
+
+
+def test_the_drive_is_there() -> None:
+    table = rows("Drive", "###")
+    assert {name: float(cells[0]) for name, cells in table.items()} == {
+        f.name: getattr(Drive(), f.name) for f in fields(Drive)
+    }
+    assert Drive().force == FingerParameters().drive_force
+
+
+def test_what_is_held_is_there() -> None:
+    table = rows("Held things", "###")
+    assert {name: float(cells[0]) for name, cells in table.items()} == HELD
+    for kind in (*BLOCKS, *EVERYDAY_OBJECTS, *BRITTLE):
+        assert kind.friction in (objects.FRICTION, objects.SKIN_FRICTION)
+
+
+def test_brittle_objects_are_there_with_their_limits() -> None:
+    table = rows("Brittle objects", "###")
+    assert list(table) == [kind.name for kind in BRITTLE]
+    for kind in BRITTLE:
+        o, limit = kind.nominal, kind.fragility
+        assert limit is not None
+        values = [kind.shore_a, kind.mass, o.radius, o.bulk_stiffness, limit.scale, limit.modulus]
+        assert [float(cell) for cell in table[kind.name]] == values
+        assert (o.clamp_stiffness, o.clamp_damping) == (20, 0.2)
+        assert kind.modulus_scatter == 0.15
+
+
+def test_the_optimistic_sheet_differs_only_in_what_is_listed() -> None:
+    table = rows("OPTIMISTIC", "###")
+    listed = {name: float(cells[0]) for name, cells in table.items()}
+    assert VelostatParameters()._replace(**listed) == OPTIMISTIC

@@ -14,6 +14,7 @@ from pinches import SEED, drawn, simulated
 from firstcontact.core.command import Command
 from firstcontact.core.layout import FINGERTIP_RATE, ChannelKind, fingertip_layout
 from firstcontact.twin.brittle import BERRY, BRITTLE, CRISP
+from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition
 from firstcontact.twin.draw import generator
 from firstcontact.twin.drive import Drive
 from firstcontact.twin.fragility import Fragility
@@ -101,6 +102,33 @@ def test_numbers_go_on_and_it_ends_when_the_object_was_lifted_and_watched() -> N
     strips = data[:, LAYOUT.columns(ChannelKind.STRIP)]
     first = strips.any(axis=1).argmax()
     assert first / FINGERTIP_RATE == outcome.first_contact
+
+
+COMMANDS = st.builds(Command, st.floats(-0.5, 0.5), st.floats(-1.0, 30.0))
+
+
+@settings(max_examples=25)
+@given(
+    st.sampled_from((*BRITTLE, BLOCKS[4], block(5))),
+    st.sampled_from((PAPER_RIG, EVERYDAY)),
+    st.sampled_from((0.0, 0.02)),
+    st.lists(st.tuples(st.integers(5, 400), COMMANDS), max_size=8),
+)
+def test_whatever_is_commanded_it_stays_finite_and_ends(
+    kind: TwinObject, condition: Condition, latency: float, told: list[tuple[int, Command]]
+) -> None:
+    hand = GraspPlant(drawn(kind, 1, condition), Drive(latency=latency), kind)
+    for samples, command in told:
+        hand.advance(samples)
+        hand.command(command)
+    closed(hand)
+    outcome = hand.outcome
+    assert 0 <= outcome.peak_force < 40
+    assert 0 <= outcome.squeeze < 0.1
+    assert outcome.slipped >= 0
+    assert outcome.time_to_grasp is None or 0 < outcome.time_to_grasp < 1
+    assert outcome.time_to_grasp is None or not outcome.dropped
+    assert not (outcome.broken and kind.fragility is None)
 
 
 def test_an_open_hand_never_grasps_and_the_object_stays_behind() -> None:

@@ -1,0 +1,56 @@
+"""Samples that say which they are, so that a test can prove that none is lost or moved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Block, fingertip_layout
+from firstcontact.device import Descriptor
+from firstcontact.device.protocol import FRAME_SAMPLES, FrameType, encode, samples_payload
+
+DESCRIPTOR = Descriptor(fingertip_layout(), "test firmware", "test", "", "synthetic")
+CHANNELS = len(DESCRIPTOR.layout.channels)
+#: What terminals and protocols are known to stumble over: NUL, CR LF, XON, XOFF, ETX, ESC.
+HOSTILE = np.array(
+    [0x0000, 0x0A0D, 0x0D0A, 0x1311, 0x1113, 0x0003, 0x1B04, 0x7F00, 0x007F, -1, -256, 255, 26, 28],
+    dtype=np.int16,
+)
+
+
+def numbered(first: int, count: int) -> NDArray[np.int16]:
+    """Samples, shape (count, 16): the first two columns are the number, 32 bits of it."""
+    data = np.empty((count, CHANNELS), dtype=np.int16)
+    data[:, 2:] = HOSTILE
+    numbers = (np.arange(first, first + count) & 0xFFFFFFFF).astype("<u4")
+    data[:, :2] = numbers.view("<i2").reshape(-1, 2)
+    return data
+
+
+def frames(
+    first: int, count: int, counter: int = 0, overflow: int = 0, size: int = FRAME_SAMPLES
+) -> list[bytes]:
+    """The same as samples frames on the wire."""
+    out = []
+    for k, start in enumerate(range(first, first + count, size)):
+        data = numbered(start, min(size, first + count - start))
+        out.append(encode(FrameType.SAMPLES, counter + k, samples_payload(start, overflow, data)))
+    return out
+
+
+def check(blocks: Iterable[Block]) -> int:
+    """How many samples there are, each the one that its number says, none joined or twice."""
+    count = 0
+    ends: dict[int, int] = {}
+    epoch = 0
+    for block in blocks:
+        assert block.epoch >= epoch
+        epoch = block.epoch
+        assert block.first_sample >= ends.get(epoch, 0)
+        assert len(block.data)
+        np.testing.assert_array_equal(block.data, numbered(block.first_sample, len(block.data)))
+        ends[epoch] = block.end
+        count += len(block.data)
+    return count

@@ -1,0 +1,138 @@
+"""A device on a pseudo terminal whose every sample, fault and reset a test decides."""
+
+from __future__ import annotations
+
+import os
+import select
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from numbered import DESCRIPTOR, check, numbered
+
+from firstcontact.device import Arrival, Descriptor, Source
+from firstcontact.device.pseudo_terminal import PseudoTerminal
+from firstcontact.device.responder import Responder
+
+#: What takes longer will never come, s.
+DEAD = 60.0
+
+
+@dataclass
+class Script:
+    """What goes wrong; frames are seen with the zero that ends them."""
+
+    sends: Callable[[bytes], bytes] = lambda frame: frame
+    hears: Callable[[bytes], bytes] = lambda data: data
+
+
+class ScriptedDevice:
+    """Sends what :meth:`put` gives it, and nothing by itself."""
+
+    def __init__(
+        self,
+        path: Path,
+        boot: int = 1,
+        room: int = 100_000,
+        descriptor: Descriptor = DESCRIPTOR,
+    ) -> None:
+        self.script = Script()
+        self._room = room
+        self._changed = threading.Condition()
+        self._terminal = PseudoTerminal(path)
+        self._wire = b""
+        self._wake, self._poke = os.pipe()
+        self.reset(boot, descriptor)
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+        self.port = str(path)
+
+    def reset(self, boot: int, descriptor: Descriptor = DESCRIPTOR) -> None:
+        """Start again: counts from 0, silent; what was not sent is gone."""
+        with self._changed:
+            self._wire = b"\0" if self._wire else b""
+            self._responder = Responder(descriptor, boot, self._room)
+            os.write(self._poke, b".")
+
+    def unplug(self) -> None:
+        with self._changed:
+            self._terminal.unplug()
+            self._wire = b""
+            os.write(self._poke, b".")
+
+    def plug(self) -> None:
+        with self._changed:
+            self._terminal.plug()
+            os.write(self._poke, b".")
+
+    def put(self, count: int) -> None:
+        """Take so many samples, once the host wants them."""
+        with self._changed:
+            assert self._changed.wait_for(lambda: self._responder.streaming, DEAD)
+            self._responder.sample(numbered(self._responder.next_sample, count))
+            os.write(self._poke, b".")
+
+    def pass_by(self, count: int) -> None:
+        """Take so many samples whether anybody wants them or not."""
+        with self._changed:
+            self._responder.sample(numbered(self._responder.next_sample, count))
+
+    @property
+    def next_sample(self) -> int:
+        with self._changed:
+            return self._responder.next_sample
+
+    def close(self) -> None:
+        os.close(self._poke)
+        self._thread.join()
+        os.close(self._wake)
+        self._terminal.unplug()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                terminal = self._terminal.fileno()
+            reading = [self._wake] + ([terminal] if terminal >= 0 else [])
+            writing = [terminal] if terminal >= 0 and self._wire else []
+            ready, _, _ = select.select(reading, writing, [], DEAD)
+            if self._wake in ready and not os.read(self._wake, 4096):
+                return
+            with self._changed:
+                if self._terminal.plugged and self._terminal.fileno() == terminal:
+                    if terminal in ready and self._responder.listens:
+                        self._responder.hear(self.script.hears(self._terminal.read()))
+                    self._send()
+                self._changed.notify_all()
+
+    def _send(self) -> None:
+        while len(self._wire) < 4096 and (frame := self._responder.frame()):
+            self._wire += self.script.sends(frame)
+        if self._wire:
+            self._wire = self._wire[self._terminal.write(self._wire) :]
+
+
+def collect(source: Source, enough: Callable[[int], bool]) -> list[Arrival]:
+    """Read until there are enough samples; all of them must be what they say."""
+    arrivals: list[Arrival] = []
+    count = 0
+    while not enough(count):
+        new = source.read(DEAD)
+        assert new, f"nothing more came after {count} samples; {source.health}"
+        arrivals += new
+        count += sum(len(a.block.data) for a in new)
+    check(a.block for a in arrivals)
+    return arrivals

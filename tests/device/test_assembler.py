@@ -1,0 +1,271 @@
+"""Samples out of frames: whatever is lost, doubled, late or restarted is counted exactly."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numbered import DESCRIPTOR, check, frames
+
+from firstcontact.core import InputError
+from firstcontact.device import protocol
+from firstcontact.device.assembler import Assembled, Assembler, Counts
+from firstcontact.device.decoder import Decoder
+from firstcontact.device.protocol import FrameType, encode
+
+LAST = 2**32 - 1
+
+
+def descriptor(boot: int = 1, counter: int = 0) -> bytes:
+    return encode(
+        FrameType.DESCRIPTOR, counter, protocol.descriptor_payload(boot, DESCRIPTOR.to_text())
+    )
+
+
+class Line:
+    """A decoder and an assembler, and all blocks so far."""
+
+    def __init__(self, *wire: bytes) -> None:
+        self.decoder, self.assembler = Decoder(), Assembler()
+        self.out = Assembled()
+        self.feed(*(wire or (descriptor(),)))
+
+    def feed(self, *wire: bytes) -> Assembled:
+        new = self.assembler.take(self.decoder.feed(b"".join(wire)))
+        self.out.blocks += new.blocks
+        self.out.markers += new.markers
+        return new
+
+    @property
+    def counts(self) -> Counts:
+        """After all blocks were held against their numbers."""
+        assert check(self.out.blocks) == self.assembler.counts.samples
+        return self.assembler.counts
+
+    @property
+    def stretches(self) -> list[tuple[int, int, int]]:
+        return [(b.epoch, b.first_sample, b.end) for b in self.out.blocks]
+
+
+def test_consecutive_frames_are_one_block() -> None:
+    line = Line()
+    line.feed(*frames(7, 98, 1))
+    assert line.stretches == [(0, 7, 105)]
+    assert line.counts == Counts(samples=98)
+
+
+def test_a_gap_begins_a_block_and_is_counted() -> None:
+    line = Line()
+    wire = frames(0, 50, 1)
+    line.feed(*wire[:3], *wire[5:])
+    assert line.stretches == [(0, 0, 15), (0, 25, 50)]
+    assert line.counts == Counts(samples=40, lost_samples=10, lost_frames=2)
+
+
+def test_what_the_device_dropped_is_lost_without_a_lost_frame() -> None:
+    line = Line()
+    line.feed(*frames(0, 10, 1, overflow=3), *frames(17, 5, 3, overflow=10))
+    line.feed(encode(FrameType.STOPPED, 4, protocol.stopped_payload(30, 18)))
+    assert line.counts == Counts(samples=15, lost_samples=15, overflow_samples=15)
+
+
+@given(st.lists(st.integers(1, 30), unique=True, max_size=20), st.data())
+def test_lost_doubled_and_late_frames_are_each_counted_once(
+    lost: list[int], data: st.DataObject
+) -> None:
+    wire = frames(0, 200, 1)
+    kept = [k for k in range(len(wire)) if k not in lost]
+    # Some come again later, or only later: up to four places.
+    again = data.draw(st.lists(st.sampled_from(kept[:-5]), unique=True, max_size=5))
+    order = list(kept)
+    for k in again:
+        order.insert(order.index(k) + data.draw(st.integers(1, 4)), k)
+    line = Line()
+    for k in order:
+        line.feed(wire[k])
+    assert line.counts == Counts(
+        samples=5 * len(kept),
+        lost_samples=5 * len(set(lost)),
+        lost_frames=len(set(lost)),
+        doubled_frames=len(again),
+    )
+
+
+def test_a_late_frame_was_lost_when_the_next_one_came() -> None:
+    line = Line()
+    a, b, c, d = frames(0, 20, 1)
+    line.feed(a, c, b, d)
+    assert line.stretches == [(0, 0, 5), (0, 10, 20)]
+    assert line.counts == Counts(samples=15, lost_samples=5, lost_frames=1, doubled_frames=1)
+
+
+@pytest.mark.parametrize("before", range(0, 12))
+def test_sample_numbers_go_on_beyond_32_bits(before: int) -> None:
+    line = Line()
+    first = 2**32 - before
+    line.feed(*frames(first, 20, 1))
+    assert line.assembler.counts == Counts(samples=20)
+    unwrapped = first if before else 0
+    assert line.stretches == [(0, unwrapped, unwrapped + 20)]
+    check(line.out.blocks)
+
+
+def test_numbers_wrap_again_and_again() -> None:
+    line = Line()
+    step = 2**31 - 5
+    numbers = [k * step for k in range(9)]
+    for k, number in enumerate(numbers):
+        line.feed(*frames(number, 5, 1 + k))
+    assert [s[1] for s in line.stretches] == numbers
+    assert line.counts.lost_samples == numbers[-1] + 5 - 45
+
+
+@pytest.mark.parametrize("missing", [0, 1, 2])
+def test_the_frame_counter_wraps(missing: int) -> None:
+    line = Line(descriptor(1, LAST - 3))
+    wire = frames(0, 50, LAST - 2)
+    line.feed(*wire[:2], *wire[2 + missing :])
+    assert line.counts.lost_frames == missing
+    assert line.counts.samples == 50 - 5 * missing
+    assert line.counts.doubled_frames == 0
+
+
+def test_frames_of_a_later_version_are_in_the_count() -> None:
+    line = Line()
+    line.feed(encode(0x7F, 1, b"what may come"), *frames(0, 10, 2))
+    assert line.counts == Counts(samples=10)
+
+
+def test_what_comes_before_the_descriptor_is_anothers() -> None:
+    line = Line(*frames(500, 20, 90), descriptor(1, 94), *frames(520, 20, 95))
+    assert line.stretches == [(0, 520, 540)]
+    assert line.counts == Counts(samples=20)
+
+
+def test_a_second_answer_changes_nothing() -> None:
+    line = Line()
+    line.feed(*frames(0, 10, 1), descriptor(1, 3), *frames(10, 10, 4))
+    assert line.counts == Counts(samples=20)
+    assert {s[0] for s in line.stretches} == {0}
+
+
+def test_a_reset_without_losing_the_port_begins_an_epoch() -> None:
+    line = Line()
+    line.feed(*frames(0, 100, 1))
+    line.assembler.asked()
+    line.feed(descriptor(2), *frames(0, 100, 1))
+    assert line.stretches == [(0, 0, 100), (1, 0, 100)]
+    assert line.counts == Counts(samples=200)
+
+
+def test_both_epochs_in_one_read_are_told_apart() -> None:
+    line = Line()
+    line.feed(*frames(0, 100, 1), descriptor(2), *frames(100, 100, 1))
+    assert line.stretches == [(0, 0, 100), (1, 100, 200)]
+    assert line.counts == Counts(samples=200)
+
+
+def test_a_restart_with_the_same_boot_number_shows_in_the_counter() -> None:
+    line = Line()
+    line.feed(*frames(0, 100, 1))
+    line.assembler.asked()
+    line.feed(descriptor(1, 0), *frames(0, 100, 1))
+    assert [s[0] for s in line.stretches] == [0, 1]
+    assert line.counts == Counts(samples=200)
+
+
+def test_a_doubled_descriptor_is_no_restart() -> None:
+    line = Line()
+    line.feed(*frames(0, 100, 1), descriptor(1, 0), *frames(100, 10, 21))
+    assert line.counts == Counts(samples=110, doubled_frames=1)
+    assert line.assembler.epoch == 0
+
+
+def test_after_an_interruption_the_same_start_goes_on_in_a_new_epoch() -> None:
+    line = Line()
+    line.feed(*frames(0, 100, 1))
+    line.decoder.restart()
+    line.assembler.interrupted()
+    # What it had sent meanwhile is not known to be of this start before it has said so.
+    line.feed(*frames(150, 10, 31), descriptor(1, 33), *frames(170, 30, 34))
+    assert line.stretches == [(0, 0, 100), (1, 170, 200)]
+    assert line.counts == Counts(samples=130, lost_samples=70, lost_frames=12)
+
+
+def test_markers_have_the_whole_number_of_their_sample() -> None:
+    line = Line()
+    line.feed(*frames(2**32 - 10, 10, 1))
+    line.feed(encode(FrameType.MARKER, 3, protocol.marker_payload(2**32 + 4, "später")))
+    (marker,) = line.out.markers
+    assert (marker.sample, marker.text, marker.epoch) == (2**32 + 4, "später", 0)
+
+
+def test_the_stopped_frame_tells_what_is_missing_at_the_end() -> None:
+    line = Line()
+    wire = frames(0, 50, 1)
+    line.feed(*wire[:7])
+    assert line.feed(encode(FrameType.STOPPED, 11, protocol.stopped_payload(50, 0))).stopped
+    assert line.counts == Counts(samples=35, lost_samples=15, lost_frames=3)
+
+
+def test_columns_that_the_descriptor_does_not_have_are_refused() -> None:
+    line = Line()
+    payload = protocol.samples_payload(0, 0, np.zeros((5, 15), np.int16))
+    with pytest.raises(InputError, match=r"does not hold 5 samples of 16 channels.*flash"):
+        line.feed(encode(FrameType.SAMPLES, 1, payload))
+
+
+def test_once_they_fitted_a_frame_that_does_not_is_counted() -> None:
+    line = Line()
+    payload = protocol.samples_payload(5, 0, np.zeros((5, 15), np.int16))
+    line.feed(*frames(0, 5, 1), encode(FrameType.SAMPLES, 2, payload), *frames(10, 5, 3))
+    assert line.counts == Counts(samples=10, lost_samples=5, malformed_frames=1)
+
+
+def test_another_version_is_refused() -> None:
+    payload = protocol.descriptor_payload(1, DESCRIPTOR.to_text(), version=2)
+    with pytest.raises(InputError, match=r"speaks version 2 .* this program version 1: flash"):
+        Line(encode(FrameType.DESCRIPTOR, 0, payload))
+    with pytest.raises(InputError, match=r"speaks version 3 .* this program version 1: flash"):
+        Line(encode(FrameType.REFUSED, 0, b"\3what?"))
+    with pytest.raises(InputError, match=r"refuses \(too hot\)"):
+        Line(encode(FrameType.REFUSED, 0, b"\1too hot"))
+
+
+def run(minutes: float) -> tuple[Counts, list[int]]:
+    """A stream as long as that in pieces as a port gives them; memory at each tenth, bytes."""
+    assembler, decoder = Assembler(), Decoder()
+    assembler.take(decoder.feed(descriptor()))
+    total = round(minutes * 60 * 4936)
+    step = 4936
+    memory, end = [], 0
+    for k, first in enumerate(range(0, total, step)):
+        # One frame more than whole ones hold: pieces end anywhere.
+        wire = b"".join(frames(first, min(step, total - first), 1 + k * -(-step // 5)))
+        blocks = []
+        for start in range(0, len(wire), 4095):
+            blocks += assembler.take(decoder.feed(wire[start : start + 4095])).blocks
+        check(blocks)
+        assert blocks[0].first_sample == end
+        end = blocks[-1].end
+        if first // step % max(1, total // step // 10) == 0:
+            memory.append(int(Path("/proc/self/statm").read_text().split()[1]) * 4096)
+    assert end == total
+    assert decoder.bad == 0
+    return assembler.counts, memory
+
+
+def test_two_minutes_lose_nothing() -> None:
+    counts, _ = run(2)
+    assert counts == Counts(samples=2 * 60 * 4936)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1200)
+def test_an_hour_loses_nothing_and_memory_is_flat() -> None:
+    counts, memory = run(60)
+    assert counts == Counts(samples=3600 * 4936)
+    assert max(memory[1:]) - memory[1] < 4 << 20

@@ -1,0 +1,140 @@
+"""Frames out of bytes: cut anywhere, damaged anywhere."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numbered import frames
+
+from firstcontact.device.decoder import Decoder
+from firstcontact.device.protocol import LONGEST, Frame, FrameType, decode, encode
+
+#: The fault is made in the middle one.
+STREAM = frames(0, 25)
+BYTES = b"".join(STREAM)
+START = len(b"".join(STREAM[:2]))
+FAULTY = range(START, START + len(STREAM[2]))
+
+
+def decoded(data: bytes, pieces: int = 1 << 20) -> tuple[Decoder, list[Frame]]:
+    decoder = Decoder()
+    out = []
+    for start in range(0, len(data), pieces):
+        out += decoder.feed(data[start : start + pieces])
+    return decoder, out
+
+
+def lost(out: list[Frame]) -> set[int]:
+    """Which frames of the stream are not there; those that are, are as they were."""
+    for frame in out:
+        assert frame == decode(STREAM[frame.counter][:-1])
+    return set(range(len(STREAM))) - {f.counter for f in out}
+
+
+@pytest.mark.parametrize("pieces", [1, 2, 3, 7, 190, 191, 192])
+def test_pieces_of_any_size_give_the_same(pieces: int) -> None:
+    decoder, out = decoded(BYTES, pieces)
+    assert lost(out) == set()
+    assert decoder.bad == 0
+
+
+@pytest.mark.parametrize("cut", range(len(BYTES)))
+def test_a_cut_at_every_byte_changes_nothing(cut: int) -> None:
+    decoder = Decoder()
+    assert lost(decoder.feed(BYTES[:cut]) + decoder.feed(BYTES[cut:])) == set()
+    assert decoder.bad == 0
+
+
+@pytest.mark.parametrize("start", range(1, len(STREAM[0])))
+def test_listening_from_within_a_frame_counts_nothing_as_damaged(start: int) -> None:
+    decoder, out = decoded(BYTES[start:])
+    assert lost(out) == {0}
+    assert decoder.bad == 0
+
+
+@pytest.mark.parametrize("place", FAULTY)
+def test_a_flipped_byte_loses_the_frames_it_touches(place: int) -> None:
+    for flip in (0x01, 0x80, 0xFF, BYTES[place]):
+        if flip == 0:
+            continue
+        flipped = bytes([BYTES[place] ^ flip])
+        decoder, out = decoded(BYTES[:place] + flipped + BYTES[place + 1 :])
+        joined = place == FAULTY[-1]  # the zero is gone
+        assert lost(out) == ({2, 3} if joined else {2})
+        # A new zero cuts the frame in two, but where it stands beside another.
+        cut = flip == BYTES[place] and FAULTY[0] < place < FAULTY[-2]
+        assert decoder.bad == (2 if cut else 1)
+
+
+@pytest.mark.parametrize("place", FAULTY)
+@pytest.mark.parametrize("byte", [0x00, 0x01, 0xFF])
+def test_an_inserted_byte_loses_the_frame_it_is_in(place: int, byte: int) -> None:
+    decoder, out = decoded(BYTES[:place] + bytes([byte]) + BYTES[place:])
+    between = byte == 0 and place in (FAULTY[0], FAULTY[-1])  # a zero beside a zero is nothing
+    assert lost(out) == (set() if between else {2})
+    assert decoder.bad == (0 if between else 2 if byte == 0 else 1)
+
+
+@pytest.mark.parametrize("place", FAULTY)
+def test_a_deleted_byte_loses_the_frames_it_touches(place: int) -> None:
+    decoder, out = decoded(BYTES[:place] + BYTES[place + 1 :])
+    assert lost(out) == ({2, 3} if place == FAULTY[-1] else {2})
+    assert decoder.bad == 1
+
+
+MANY = frames(0, 600)
+ENDS = np.cumsum([len(f) for f in MANY])
+
+
+@given(st.binary(min_size=1000, max_size=1000), st.integers(len(MANY[0]), 10_000))
+def test_a_burst_loses_the_frames_it_touches_and_no_more(burst: bytes, place: int) -> None:
+    first, last = np.searchsorted(ENDS, [place, place + len(burst) - 1], "right")
+    touched = set(range(first, last + 1))
+    # Where the burst ends on the zero of a frame, the next is joined to it.
+    joined = {int(last) + 1} if place + len(burst) == ENDS[last] else set()
+    data = b"".join(MANY)
+    decoder, out = decoded(data[:place] + burst + data[place + len(burst) :])
+    there = {f.counter for f in out}
+    others = set(range(len(MANY))) - touched
+    assert others - joined <= there <= others
+    assert 1 <= decoder.bad <= burst.count(0) + 1
+
+
+def test_a_line_without_zeros_costs_no_memory_and_one_damaged_piece() -> None:
+    decoder = Decoder()
+    decoder.feed(STREAM[0])
+    for _ in range(1000):
+        assert decoder.feed(b"\x11" * 1000) == []
+        assert len(decoder._rest) <= LONGEST
+    assert decoder.bad == 0, "it has not ended yet"
+    assert [f.counter for f in decoder.feed(b"\0" + STREAM[1])] == [1]
+    assert decoder.bad == 1
+
+
+def test_zeros_with_nothing_between_are_nothing() -> None:
+    decoder, out = decoded(b"\0\0".join([*STREAM, b"\0"]))
+    assert lost(out) == set()
+    assert decoder.bad == 0
+
+
+def test_after_a_restart_the_first_piece_may_be_the_end_of_something() -> None:
+    decoder, _ = decoded(BYTES[: START + 5])
+    decoder.restart()
+    assert lost(decoder.feed(BYTES[START + 9 :])) == {0, 1, 2}
+    assert decoder.bad == 0
+    decoder.feed(b"\x05\x05\0")
+    decoder.restart()
+    assert decoder.bad == 1, "what was counted stays"
+
+
+@given(st.integers(0, 255), st.integers(0, 2**32 - 1), st.binary(max_size=600), st.data())
+def test_any_frame_comes_back_however_it_is_cut(
+    kind: int, counter: int, payload: bytes, data: st.DataObject
+) -> None:
+    wire = encode(kind, counter, payload) + encode(FrameType.STOP, 0)
+    cut = data.draw(st.integers(0, len(wire)))
+    decoder = Decoder()
+    out = decoder.feed(wire[:cut]) + decoder.feed(wire[cut:])
+    assert out == [Frame(kind, counter, payload), Frame(FrameType.STOP, 0, b"")]

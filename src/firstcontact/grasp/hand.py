@@ -9,6 +9,10 @@ from typing import Protocol, Self
 from firstcontact.core import Command
 
 
+class HandError(RuntimeError):
+    """The hand cannot take the command: not open, closed, not reachable, or the command is none."""
+
+
 @dataclass(frozen=True, slots=True)
 class HandLimits:
     """What a hand can do.
@@ -44,10 +48,16 @@ class Hand(Protocol):
         """What it can do."""
 
     def send(self, command: Command) -> None:
-        """Order; returns at once. The hand may answer later or not at all."""
+        """Order; returns at once. The hand may answer later or not at all.
+
+        Raises
+        ------
+        HandError
+            Not open, closed, or known to be out of reach.
+        """
 
     def release(self) -> None:
-        """Open and let go, whatever was ordered before. Never raises."""
+        """Open and let go, whatever was ordered before, until the next command. Never raises."""
 
     def close(self) -> None:
         """Release and let go of the connection. Closing twice is fine."""

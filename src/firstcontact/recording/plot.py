@@ -92,7 +92,13 @@ def _strip(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
         closed = pinch.strip(finger)[:, 0] > 0.5
         level = -float(finger)
         axes.fill_between(
-            time, level - 0.3, level + 0.3, where=closed, color=COLOURS[finger], step="post", lw=0
+            time,
+            level - 0.3,
+            level + 0.3,
+            where=closed.tolist(),
+            color=COLOURS[finger],
+            step="post",
+            lw=0,
         )
     axes.set_yticks([0.0, -1.0], [NAMES[Finger.INDEX], NAMES[Finger.THUMB]])
     axes.set_ylim(-1.6, 0.6)

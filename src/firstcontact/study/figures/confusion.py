@@ -43,7 +43,7 @@ def confusion_figure(
         ax.spines[:].set_visible(False)
         bar = figure.colorbar(image_, ax=ax, shrink=0.85)
         bar.set_label("Share of the true class")
-        bar.outline.set_visible(False)
+        bar.ax.spines["outline"].set_visible(False)
         image = uri(figure)
     return Figure(
         f"confusion-{model}",

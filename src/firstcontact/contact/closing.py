@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from firstcontact.contact.detector import Detector
@@ -74,7 +75,7 @@ class Closings:
         self._gate = ClosingGate(layout, calibration)
         self._open = False
         self._end = 0
-        self._epoch = 0
+        self._epoch = self._epoch_before = 0
         self._latched = 0
 
     @property
@@ -87,36 +88,43 @@ class Closings:
         """Number of the sample that would come next."""
         return self._end
 
-    def update(self, block: Block) -> list[Stage]:
-        """Take the next block: what happened in it, in order."""
-        stages: list[Stage] = []
+    def update(self, block: Block) -> Iterator[Stage]:
+        """Take the next block: what happened in it, in order, each as soon as it is known.
+
+        What this gives must be gone through to its end before the next block.
+        """
         follows = block.first_sample == self._end and block.epoch == self._epoch
+        self._end, self._epoch_before, self._epoch = block.end, self._epoch, block.epoch
         place = block.first_sample
+        # A closing goes on up to where the gate decides next: who waits for its
+        # contacts does not have to wait for the gate.
+        if self._open and follows and len(block.data) <= self._gate.undecided + 1:
+            yield from self._go_on(block, place, block.end)
+            place = block.end
         for event in self._gate.update(block):
             if event.turn is Turn.SHUTS:
                 if follows:
-                    place = self._go_on(block, place, event.sample, stages)
-                stages.append(Ended(event.sample, self._epoch, follows))
+                    yield from self._go_on(block, place, event.sample)
+                    place = max(place, event.sample)
+                yield Ended(event.sample, self._epoch_before, follows)
                 self._open = False
             else:
                 place = event.sample
                 self._detector.start(self._layout)
                 self._latched = 0
                 self._open = True
-                stages.append(Began(event.sample, block.epoch))
-        self._go_on(block, place, block.end, stages)
-        self._end, self._epoch = block.end, block.epoch
-        return stages
+                yield Began(event.sample, block.epoch)
+        yield from self._go_on(block, place, block.end)
 
-    def _go_on(self, block: Block, start: int, stop: int, stages: list[Stage]) -> int:
+    def _go_on(self, block: Block, start: int, stop: int) -> Iterator[Went]:
         """Feed what belongs to the closing."""
-        if self._open and start < stop:
-            first = start - block.first_sample
-            piece = Block(block.data[first : stop - block.first_sample], start, block.epoch)
-            contacts: list[Contact] = []
-            # With both fingers on the object there is nothing left to detect.
-            if self._latched < self._fingers:
-                contacts = self._detector.update(piece)
-                self._latched += len(contacts)
-            stages.append(Went(piece, tuple(contacts)))
-        return max(start, stop)
+        if not self._open or start >= stop:
+            return
+        first = start - block.first_sample
+        piece = Block(block.data[first : stop - block.first_sample], start, block.epoch)
+        contacts: list[Contact] = []
+        # With both fingers on the object there is nothing left to detect.
+        if self._latched < self._fingers:
+            contacts = self._detector.update(piece)
+            self._latched += len(contacts)
+        yield Went(piece, tuple(contacts))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum, auto
+from typing import Any
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -91,6 +92,11 @@ class ClosingGate:
         """Whether it is open now."""
         return self._open
 
+    @property
+    def undecided(self) -> int:
+        """So many more samples change nothing yet: the step they belong to is not whole."""
+        return self._step - 1 - self._waiting_samples if self._started else 0
+
     def update(self, block: Block) -> list[GateEvent]:
         """Take the next block.
 
@@ -121,7 +127,8 @@ class ClosingGate:
         self._epoch = epoch
         self._state = _State.LOST
         self._since = 0  # step in which this state began
-        self._waiting = np.zeros((0, len(self._piezo) + len(self._force)))
+        self._waiting: list[NDArray[Any]] = []  # raw samples of a step that is not whole
+        self._waiting_samples = 0
         self._grid = first_sample  # of the first sample that waits
         self._steps = 0  # seen in this stretch
         self._sums = np.zeros((0, 2, len(self._piezo)))  # of the last steps
@@ -129,14 +136,16 @@ class ClosingGate:
         self._held = -STEPS  # last step in which something was held
 
     def _watch(self, block: Block) -> list[GateEvent]:
-        volts = self._volts(block.data)
-        waiting = np.concatenate([self._waiting, volts])
-        steps = len(waiting) // self._step
-        used = steps * self._step
-        self._waiting = waiting[used:]
+        self._waiting.append(block.data)
+        self._waiting_samples += len(block.data)
+        steps = self._waiting_samples // self._step
         if not steps:
             return []
-        parts = waiting[:used].reshape(steps, self._step, -1)
+        waiting = self._waiting[0] if len(self._waiting) == 1 else np.concatenate(self._waiting)
+        used = steps * self._step
+        self._waiting = [waiting[used:].copy()]
+        self._waiting_samples -= used
+        parts = self._volts(waiting[:used]).reshape(steps, self._step, -1)
         quiet = self._quiet(parts[:, :, : len(self._piezo)])
         events = self._turns(quiet, parts[:, :, len(self._piezo) :].mean(axis=1))
         self._grid += used

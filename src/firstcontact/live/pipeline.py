@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -133,8 +133,10 @@ class Pipeline:
         self._waiting: list[Block] = []
         self._waiting_samples = 0
 
-    def update(self, block: Block, host: float) -> list[Event]:
-        """Take the next block.
+    def update(self, block: Block, host: float) -> Iterator[Event]:
+        """Take the next block: what is found in it, in order, each as soon as it is known.
+
+        What this gives must be gone through to its end before the next block.
 
         Parameters
         ----------
@@ -142,27 +144,18 @@ class Pipeline:
             The samples.
         host
             When its last byte had been read, on the host's clock, s.
-
-        Returns
-        -------
-        list of Event
-            In order.
         """
-        if self._waiting and (
-            self._waiting[-1].end != block.first_sample or self._waiting[-1].epoch != block.epoch
-        ):
-            events = self._work(host)
-        else:
-            events = []
+        waiting = self._waiting
+        if waiting and (waiting[-1].end, waiting[-1].epoch) != (block.first_sample, block.epoch):
+            yield from self._work(host)
         self._waiting.append(block)
         self._waiting_samples += len(block.data)
         if self._closings.open or self._waiting_samples >= self._idle:
-            events += self._work(host)
-        return events
+            yield from self._work(host)
 
     def finish(self) -> list[Event]:
         """No more samples come: what is still known of the last pinch."""
-        events = self._work(self._clock()) if self._waiting else []
+        events = list(self._work(self._clock())) if self._waiting else []
         if self._pinch is not None:
             events += self._end(self._closings.end, "the stream ended")
         return events
@@ -182,24 +175,22 @@ class Pipeline:
                 for window in windows.update(stage.block, stage.contacts[:1]):
                     self._answerers[window.duration].model.predict_one(window.samples)
 
-    def _work(self, host: float) -> list[Event]:
+    def _work(self, host: float) -> Iterator[Event]:
         began = self._clock()
         block = _joined(self._waiting)
         self._waiting = []
         self._waiting_samples = 0
-        events: list[Event] = []
         for stage in self._closings.update(block):
             match stage:
                 case Began():
                     self._begin(stage)
-                    events.append(Armed(stage.sample, stage.epoch))
+                    yield Armed(stage.sample, stage.epoch)
                 case Went():
-                    events += self._go_on(stage, host)
+                    yield from self._go_on(stage, host)
                 case Ended():
                     why = "" if stage.whole else "samples were lost"
-                    events += self._end(stage.sample, why)
+                    yield from self._end(stage.sample, why)
         self.ledger.worked(self._clock() - began, len(block.data))
-        return events
 
     def _begin(self, stage: Began) -> None:
         windows = WindowStream(self.layout, tuple(self._answerers))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 
@@ -148,14 +148,16 @@ class Session:
         """What the recorder is doing."""
         return self._recorder.status
 
-    def _act(self, events: list[Event]) -> bool:
-        """Let actors act, and keep the events for everybody else."""
+    def _act(self, events: Iterable[Event]) -> bool:
+        """Let actors act on each event at once, and keep it for everybody else."""
+        found = False
         for event in events:
+            found = True
             for actor in self._actors:
                 actor(event)
             self.pinches += isinstance(event, PinchDone)
-        self._events += events
-        return bool(events)
+            self._events.append(event)
+        return found
 
     def _tell(self) -> None:
         """Hand what has come to the recorder and the sinks."""

@@ -35,7 +35,11 @@ $(VENV)/.study: pyproject.toml constraints.txt $(VENV)/.build-tool
 
 $(VENV)/.dev: pyproject.toml constraints.txt $(VENV)/.build-tool
 	$(PIP) install --quiet --no-build-isolation --constraint constraints.txt --editable '.[dev]'
-	@touch $(VENV)/.study $@
+	@touch $(VENV)/.study $(VENV)/.live $@
+
+$(VENV)/.live: pyproject.toml constraints.txt $(VENV)/.build-tool
+	$(PIP) install --quiet --no-build-isolation --constraint constraints.txt --editable '.[twin,live]'
+	@touch $@
 
 .PHONY: install constraints
 install: $(VENV)/.dev ## everything for development into .venv
@@ -67,6 +71,12 @@ real: $(VENV)/.study ## the study of real impacts (FIRSTCONTACT_DATA): firstcont
 	echo "Get the recordings (MIT licence) from github.com/Kev-HL/acoustic-hardness-classifier,"; \
 	echo "converted to WAV as docs/how-to/real-impacts.md says, and name their folder:"; \
 	echo "    make real FIRSTCONTACT_DATA=/path/to/impact_hardness"; } >&2; exit 2
+
+# --- live --------------------------------------------------------------------------------------
+
+.PHONY: live
+live: $(VENV)/.live ## the live page, with the simulated hand: opens on http://127.0.0.1:8765/
+	$(BIN)/firstcontact live --device twin --page
 
 # --- checks ------------------------------------------------------------------------------------
 

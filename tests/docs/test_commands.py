@@ -25,6 +25,7 @@ from pages import PAGES, ROOT, Fence, fences, name
 
 #: Commands that build an environment or take long, and what runs them.
 ELSEWHERE = {
+    "firstcontact live --device twin --page": "tests/cli/test_live.py",
     "make study": "by hand before a release: it makes docs/results/study.json",
     "make real": "by hand before a release: it makes docs/results/real.json",
     "make readme-numbers": "by hand before a release; its script: tests/docs/test_numbers.py",
@@ -52,6 +53,8 @@ ELSEWHERE = {
     "apt install --no-install-recommends qemu-system-arm": ".ci/run, where it is missing",
     "pip install .": "tests/cli/test_install.py",
     "pip install '.[study]'": "make study, in editable form",
+    "pip install '.[study,live]'": "make test, in editable form",
+    "make live": "tests/cli/test_live.py runs its command",
 }
 MARKS = {"", "slow", "data", "elsewhere"}
 LANGUAGES = {"sh", "python", "text", "json", ""}

@@ -69,7 +69,7 @@ class ScriptedDevice:
             os.write(self._poke, b".")
 
     def put(self, count: int) -> None:
-        """Take so many samples, once the host wants them."""
+        """Take so many samples, once the host wants them; they go in fives."""
         with self._changed:
             assert self._changed.wait_for(lambda: self._responder.streaming, DEAD)
             self._responder.sample(numbered(self._responder.next_sample, count))
@@ -119,10 +119,13 @@ class ScriptedDevice:
                 self._changed.notify_all()
 
     def _send(self) -> None:
-        while len(self._wire) < 4096 and (frame := self._responder.frame()):
-            self._wire += self.script.sends(frame)
-        if self._wire:
-            self._wire = self._wire[self._terminal.write(self._wire) :]
+        while True:
+            while len(self._wire) < 4096 and (frame := self._responder.frame()):
+                self._wire += self.script.sends(frame)
+            sent = self._terminal.write(self._wire) if self._wire else 0
+            self._wire = self._wire[sent:]
+            if not sent:
+                return
 
 
 def collect(source: Source, enough: Callable[[int], bool]) -> list[Arrival]:

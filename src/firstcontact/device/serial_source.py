@@ -7,10 +7,13 @@ import threading
 import time
 from collections import deque
 from contextlib import suppress
+from dataclasses import replace
 from types import TracebackType
 from typing import Self
 
-from firstcontact.core import InputError
+import numpy as np
+
+from firstcontact.core import Block, InputError
 from firstcontact.device.assembler import Assembled, Assembler
 from firstcontact.device.clock import ClockFit
 from firstcontact.device.decoder import Decoder
@@ -71,6 +74,7 @@ class SerialSource:
         self._connected = False
         self._finished = False
         self._error: InputError | None = None
+        self._told = False  # the error, to a reader
 
     @property
     def name(self) -> str:
@@ -105,9 +109,9 @@ class SerialSource:
 
     @property
     def ended(self) -> bool:
-        """Whether it was closed, or has failed, and all was read."""
+        """Whether it was closed and all was read, or has failed and :meth:`read` has said so."""
         with self._changed:
-            return self._finished and not self._arrivals
+            return self._finished and not self._arrivals and (self._error is None or self._told)
 
     def __enter__(self) -> Self:
         self._transport = SerialTransport(self.port)
@@ -138,6 +142,7 @@ class SerialSource:
             arrivals = list(self._arrivals)
             self._arrivals.clear()
             if not arrivals and self._error is not None:
+                self._told = True
                 raise self._error
             return arrivals
 
@@ -191,7 +196,13 @@ class SerialSource:
             if transport is not None:
                 transport.close()
             with self._changed:
+                if self._markers and self._arrivals:
+                    # Pinned behind the last sample: they come with it.
+                    last = self._arrivals.pop()
+                    markers = (*last.markers, *self._markers)
+                    self._arrivals.append(Arrival(last.block, last.host, markers))
                 self._error, self._connected, self._finished = error, False, True
+                self._part_with_markers()
                 self._changed.notify_all()
 
     def _converse(self, transport: SerialTransport) -> None:
@@ -241,6 +252,19 @@ class SerialSource:
         if due:
             self._markers = [m for m in self._markers if m not in due]
         return due
+
+    def _part_with_markers(self) -> None:
+        """Give away the markers whose sample will not come: with the last samples there were."""
+        markers, self._markers = tuple(self._markers), []
+        descriptor = self._assembler.descriptor
+        if not markers or descriptor is None:
+            return
+        if self._arrivals:
+            last = self._arrivals.pop()
+        else:  # those were read already
+            none = np.zeros((0, len(descriptor.layout.channels)), np.int16)
+            last = Arrival(Block(none, markers[-1].sample, markers[-1].epoch), time.monotonic())
+        self._arrivals.append(replace(last, markers=last.markers + markers))
 
     def _lost(self) -> None:
         with self._changed:

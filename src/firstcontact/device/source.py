@@ -84,7 +84,8 @@ class Arrival:
     host
         ``time.monotonic()``, s.
     markers
-        Words pinned to samples that came with them.
+        Words pinned to samples that came with them. A word pinned to a sample that never
+        came is with the last ones, or with none at all behind them.
     pinches
         Marks of the pinches that end in them (only a replayed recording has these).
     """
@@ -158,7 +159,7 @@ class Source(Protocol):
 
     @property
     def ended(self) -> bool:
-        """Whether nothing more will come and all that came was read."""
+        """Whether nothing more will come, all that came was read and every error raised."""
 
     def read(self, timeout: float) -> list[Arrival]:
         """All that has come since the last call, waiting up to ``timeout`` s for something.

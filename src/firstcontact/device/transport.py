@@ -23,6 +23,15 @@ WRITE = 1.0
 BAUD = 4_000_000
 
 
+#: What opening a port may raise; pyserial's own exception is an OSError.
+FAULTS: tuple[type[Exception], ...] = (OSError, ValueError)
+with suppress(ImportError):  # not on Windows
+    import termios
+
+    # A terminal that goes while it is opened; no OSError.
+    FAULTS += (termios.error,)
+
+
 class LinkError(OSError):
     """The port is gone; it may come back."""
 
@@ -54,7 +63,7 @@ class SerialTransport:
             self._serial: Any = serial.Serial(
                 port, BAUD, timeout=PATIENCE, write_timeout=WRITE, exclusive=True
             )
-        except (OSError, ValueError) as error:  # pyserial's own exception is an OSError
+        except FAULTS as error:
             raise InputError(_why(port, error)) from error
 
     def read(self) -> bytes:
@@ -103,7 +112,8 @@ class SerialTransport:
 
     def close(self) -> None:
         """Let go of the port. Closing twice is fine."""
-        with suppress(OSError):
+        # Not while a frame goes out: its rest would go to whatever has the number next.
+        with self._sending, suppress(OSError):
             self._serial.close()
 
 

@@ -1,0 +1,15 @@
+"""A device for each test, on a port of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from scripted_device import ScriptedDevice
+
+
+@pytest.fixture
+def device(tmp_path: Path) -> Iterator[ScriptedDevice]:
+    with ScriptedDevice(tmp_path / "port") as device:
+        yield device

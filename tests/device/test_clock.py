@@ -1,0 +1,62 @@
+"""The device's clock against the host's: a simulated hour, late blocks, steps, restarts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from firstcontact.device.clock import ClockFit
+
+RATE = 4936.0
+
+
+def feed(clock: ClockFit, ppm: float, seconds: float, jitter: float, seed: int = 0) -> None:
+    """Blocks of 1 ms, each late by chance: mostly little, now and then by much."""
+    rng = np.random.default_rng(seed)
+    samples = np.arange(5, round(seconds * RATE), 5)
+    true = samples / (RATE * (1 + 1e-6 * ppm))
+    late = rng.exponential(jitter, len(samples))
+    late[rng.random(len(samples)) < 0.001] += 0.05
+    # What waits is overtaken by nothing.
+    hosts = 1e5 + np.maximum.accumulate(true + late)
+    for sample, host in zip(samples.tolist(), hosts.tolist(), strict=True):
+        clock.add(sample, host)
+
+
+@pytest.mark.parametrize("ppm", [-100.0, 0.0, 100.0])
+def test_drift_is_told_to_a_part_per_million_after_a_minute(ppm: float) -> None:
+    clock = ClockFit(RATE)
+    feed(clock, ppm, 60, 2e-4)
+    assert clock.drift == pytest.approx(ppm, abs=1.0)
+    assert clock.rate == pytest.approx(RATE * (1 + 1e-6 * ppm), rel=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ppm", [-100.0, 100.0])
+def test_an_hour_of_drift(ppm: float) -> None:
+    clock = ClockFit(RATE)
+    feed(clock, ppm, 3600, 1e-3)
+    assert clock.drift == pytest.approx(ppm, abs=0.2)
+
+
+@pytest.mark.parametrize("rate", [2468.0, 4700.0, 5000.0])
+def test_another_rate_than_the_nominal_one_is_found(rate: float) -> None:
+    clock = ClockFit(RATE)
+    for sample in range(0, 100_000, 5):
+        clock.add(sample, 7.0 + sample / rate)
+    assert clock.rate == pytest.approx(rate, rel=1e-9)
+
+
+def test_lost_samples_do_not_disturb() -> None:
+    clock = ClockFit(RATE)
+    for sample in range(0, 100_000, 5):
+        if not 30_000 < sample < 60_000:
+            clock.add(sample, 7.0 + sample / RATE)
+    assert clock.rate == pytest.approx(RATE, rel=1e-9)
+
+
+def test_nothing_is_said_before_it_can_be_told() -> None:
+    clock = ClockFit(RATE)
+    assert (clock.rate, clock.drift) == (0.0, 0.0)
+    feed(clock, 50.0, 4, 1e-4)
+    assert clock.rate == 0.0

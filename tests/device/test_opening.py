@@ -1,0 +1,47 @@
+"""A source by its name."""
+
+from __future__ import annotations
+
+import importlib.util
+from importlib.machinery import ModuleSpec
+
+import pytest
+
+from firstcontact.core import InputError
+from firstcontact.device.opening import open_source
+from firstcontact.device.serial_source import SerialSource
+from firstcontact.device.twin_source import TwinSource
+
+
+def test_a_port_is_a_port() -> None:
+    source = open_source("/dev/ttyACM0")
+    assert isinstance(source, SerialSource)
+    assert source.name == "/dev/ttyACM0"
+
+
+def test_a_real_device_has_its_own_speed() -> None:
+    with pytest.raises(InputError, match=r"--speed is 2, but a device on /dev/ttyACM0 has its own"):
+        open_source("/dev/ttyACM0", speed=2.0)
+
+
+def test_the_twin_by_its_name() -> None:
+    with open_source("twin", speed=10.0, condition="everyday", seed=3) as source:
+        assert isinstance(source, TwinSource)
+        assert source.descriptor.source == "twin"
+        assert source.read(60.0)
+
+
+def test_what_the_twin_does_not_know_is_refused_when_it_is_opened() -> None:
+    with pytest.raises(InputError, match="condition 'lab' is not known"):
+        open_source("twin", condition="lab").__enter__()
+
+
+def test_a_twin_without_its_extra_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    there = importlib.util.find_spec
+
+    def without(name: str) -> ModuleSpec | None:
+        return None if name == "numba" else there(name)
+
+    monkeypatch.setattr("firstcontact.device.opening.find_spec", without)
+    with pytest.raises(InputError, match=r"pip install 'firstcontact\[twin\]'"):
+        open_source("twin")

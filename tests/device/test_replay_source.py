@@ -1,0 +1,142 @@
+"""A recording comes again: what is in it, where it was, however it is cut."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numbered import DESCRIPTOR, check, numbered
+
+from firstcontact.core import Block, Calibration, Finger, InputError, Label, PiezoCalibration
+from firstcontact.device import Arrival
+from firstcontact.device.opening import open_source
+from firstcontact.device.replay import ReplaySource
+from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
+
+CALIBRATION = Calibration((PiezoCalibration(Finger.INDEX, 0.005),))
+MARKERS = (Marker(0, "first"), Marker(999, "last of a stretch"), Marker(1100, "in the gap"),
+           Marker(3, "again", 1), Marker(500, "after the end", 1))  # fmt: skip
+PINCHES = (
+    PinchMark(0, 100, 400, 0, Label("block 20", 20.0)),
+    PinchMark(1, 900, 1300, 0),
+    PinchMark(2, 0, 500, 1),
+)
+#: Epoch, first sample, end: a gap of 200, and a restart.
+STRETCHES = ((0, 0, 1000), (0, 1200, 2007), (1, 0, 500))
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("replay") / "recording.mcap"
+    header = Header(
+        DESCRIPTOR.layout, "synthetic", sensor="a sensor", hand="a hand", firmware="a firmware",
+        calibration=CALIBRATION,
+    )  # fmt: skip
+    with RecordingWriter(path, header) as writer:
+        for epoch, first, end in STRETCHES:
+            writer.write(Block(numbered(first, end - first), first, epoch))
+        for marker in MARKERS:
+            writer.marker(marker)
+        for mark in PINCHES:
+            writer.mark(mark)
+    return path
+
+
+def play(source: ReplaySource) -> list[Arrival]:
+    arrivals = []
+    with source:
+        while not source.ended:
+            arrivals += source.read(1.0)
+        assert source.read(1.0) == []
+    return arrivals
+
+
+def stretches(arrivals: list[Arrival]) -> list[tuple[int, int, int]]:
+    out: list[tuple[int, int, int]] = []
+    for b in (a.block for a in arrivals):
+        if out and out[-1][::2] == (b.epoch, b.first_sample):
+            out[-1] = (b.epoch, out[-1][1], b.end)
+        else:
+            out.append((b.epoch, b.first_sample, b.end))
+    return out
+
+
+@given(block=st.integers(1, 3000))
+def test_everything_comes_where_it_was(recording: Path, block: int) -> None:
+    source = ReplaySource(recording, math.inf, block)
+    arrivals = play(source)
+    assert check(a.block for a in arrivals) == 2307
+    assert tuple(stretches(arrivals)) == STRETCHES
+    assert all(len(a.block.data) <= block for a in arrivals)
+    assert [m for a in arrivals for m in a.markers] == list(MARKERS)
+    assert [p for a in arrivals for p in a.pinches] == list(PINCHES)
+    for arrival in arrivals[:-1]:
+        here = (arrival.block.epoch, arrival.block.end)
+        assert all((m.epoch, m.sample) < here for m in arrival.markers)
+        assert all((p.epoch, p.end) <= here for p in arrival.pinches)
+    health = source.health
+    assert (health.samples, health.lost_samples, health.epoch) == (2307, 200, 1)
+    assert not health.connected
+
+
+def test_it_says_what_the_recording_says(recording: Path) -> None:
+    source = ReplaySource(recording)
+    assert source.name == str(recording)
+    assert source.descriptor.layout == DESCRIPTOR.layout
+    assert (source.descriptor.sensor, source.descriptor.hand) == ("a sensor", "a hand")
+    assert (source.descriptor.firmware, source.descriptor.source) == ("a firmware", "synthetic")
+    assert source.calibration == CALIBRATION
+
+
+def test_at_a_pace_blocks_come_when_they_are_due_however_late_they_are_read(
+    recording: Path,
+) -> None:
+    speed = 5.0
+    source = ReplaySource(recording, speed)
+    arrivals = play(source)
+    assert tuple(stretches(arrivals)) == STRETCHES
+    given_so_far = np.cumsum([len(a.block.data) for a in arrivals])
+    hosts = np.array([a.host for a in arrivals])
+    due = given_so_far / (speed * DESCRIPTOR.layout.rate)
+    np.testing.assert_allclose(hosts - hosts[0], due - due[0], atol=1e-6)
+
+
+def test_nothing_comes_before_it_is_due(recording: Path) -> None:
+    with ReplaySource(recording, 1e-6) as source:
+        assert source.read(0.0) == []
+        assert not source.ended
+
+
+def test_closing_ends_it(recording: Path) -> None:
+    source = ReplaySource(recording, math.inf)
+    with source:
+        assert source.read(0)
+    source.close()
+    assert source.ended
+    assert source.read(0) == []
+
+
+def test_what_has_happened_cannot_be_marked(recording: Path) -> None:
+    with ReplaySource(recording) as source, pytest.raises(InputError, match="no marker can be set"):
+        source.mark("now")
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, math.nan, -math.inf])
+def test_a_speed_that_is_none_is_refused(recording: Path, speed: float) -> None:
+    with pytest.raises(InputError, match="--speed is"):
+        open_source(str(recording), speed=speed)
+
+
+def test_what_cannot_be_replayed_is_refused(recording: Path, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="use 1 or more"):
+        ReplaySource(recording, 1.0, -5)
+    with pytest.raises(InputError, match=r"no\.mcap"):
+        open_source(str(tmp_path / "no.mcap"))
+    empty = tmp_path / "empty.mcap"
+    RecordingWriter(empty, Header(DESCRIPTOR.layout)).close()
+    with pytest.raises(InputError, match="holds no samples"):
+        open_source(str(empty))

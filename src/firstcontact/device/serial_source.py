@@ -196,11 +196,6 @@ class SerialSource:
             if transport is not None:
                 transport.close()
             with self._changed:
-                if self._markers and self._arrivals:
-                    # Pinned behind the last sample: they come with it.
-                    last = self._arrivals.pop()
-                    markers = (*last.markers, *self._markers)
-                    self._arrivals.append(Arrival(last.block, last.host, markers))
                 self._error, self._connected, self._finished = error, False, True
                 self._part_with_markers()
                 self._changed.notify_all()

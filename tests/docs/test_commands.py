@@ -52,7 +52,6 @@ ELSEWHERE = {
     ),
     "apt install --no-install-recommends qemu-system-arm": ".ci/run, where it is missing",
     "pip install .": "tests/cli/test_install.py",
-    "pip install '.[study]'": "make study, in editable form",
     "pip install '.[study,live]'": "make test, in editable form",
     "make live": "tests/cli/test_live.py runs its command",
 }

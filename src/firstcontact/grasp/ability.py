@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import threading
 import time
+from math import inf
 from types import TracebackType
 from typing import Any, Self
 
 from firstcontact.core import Command
-from firstcontact.grasp.ability_fingers import OPEN, OPPOSED, Felt, Fingers
+from firstcontact.grasp.ability_fingers import RELEASED, Felt, Fingers
 from firstcontact.grasp.ability_package import check, open_client
 from firstcontact.grasp.hand import HandError, HandLimits
 
@@ -127,35 +128,42 @@ class AbilityHand:
         fingers: Fingers | None = None
         zero: list[float] = []
         period = 1 / self.limits.rate
-        before = answered = time.monotonic()
-        reads, until = client.n_reads, float("inf")
+        before = moved = answered = time.monotonic()
+        reads, until = client.n_reads, inf
+        targets: list[float] = []
         while True:
             with self._change:
                 self._change.wait(max(before + period - time.monotonic(), 0.0))
-                now = time.monotonic()
-                if self._closing and until == float("inf"):
+                before = now = time.monotonic()
+                if self._closing and until == inf:
                     until = now + OPENING
                 if self._command is not None and now > self._heard + self.limits.watchdog:
                     self._command = None
                 command = self._command
-            if client.n_reads != reads and (position := client.hand.get_position()):
+            fresh = client.n_reads != reads and client.hand.get_position() is not None
+            if fresh:
                 reads, answered = client.n_reads, now
                 touch = client.hand.get_fsr() or []
                 zero = zero or touch
-                self._felt = Felt(position, [x - z for x, z in zip(touch, zero, strict=True)])
+                above = [x - z for x, z in zip(touch, zero, strict=True)]
+                self._felt = Felt(client.hand.get_position(), above)
                 fingers = fingers or Fingers(self._felt)
             elif now > answered + LOST and self._failure is None:
                 self._failure = HandError(f"the Ability Hand on {self._port} stopped answering")
-            if now >= until or (until < float("inf") and self._felt and self._felt.open):
+            # Only an answer to the order to open says that it is open.
+            opened = fresh and targets == RELEASED and self._felt is not None and self._felt.open
+            if now >= until or (until < inf and opened):
                 return
-            if fingers is None or self._felt is None or command is None or self._failure:
-                if fingers:
+            targets = RELEASED
+            if fingers is not None and self._felt is not None:
+                if command is None or self._failure is not None:
                     fingers.open()
-                targets = [OPEN] * 5 + [OPPOSED]
-            else:
-                # After a stall it goes on from where it is; it does not catch up.
-                fingers.move(command, min(now - before, 3 * period), self._felt)
+                    moved = now
+                elif fresh:
+                    # Not blindly: each step needs an answer to the one before, and after a
+                    # stall it goes on from where it is.
+                    fingers.move(command, min(now - moved, 3 * period), self._felt)
+                    moved = now
                 targets = fingers.targets
-            before = now
             client.set_position(targets, reply_mode=0)
             client.send_command()

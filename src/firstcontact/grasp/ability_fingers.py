@@ -27,12 +27,15 @@ OPEN, CLOSED = 5.0, 100.0
 #: The thumb stands opposite the index finger, degrees; assumed.
 OPPOSED = -80.0
 
+#: Where all six motors go to let go, degrees.
+RELEASED = [OPEN] * 5 + [OPPOSED]
+
 #: How far a target may run ahead of a closing finger, degrees; assumed. It bounds what the
 #: hand's position controller pushes with where no touch sensor tells of the contact.
 LEAD = 10.0
 
 #: Flexion below which a finger counts as open, degrees.
-NEARLY_OPEN = OPEN + 5.0
+NEARLY_OPEN = OPEN + 3.0
 
 
 @dataclass(frozen=True, slots=True)

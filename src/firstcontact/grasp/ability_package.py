@@ -66,7 +66,7 @@ def open_client(port: str, rate: float) -> Any:
     InputError
         No hand answers there.
     """
-    package = _package()
+    package = load()
     simulated = port == SIMULATED
     try:
         # It talks on standard output, which may carry data.
@@ -91,7 +91,8 @@ def open_client(port: str, rate: float) -> Any:
     return client
 
 
-def _package() -> Any:
+def load() -> Any:
+    """The package, imported so that it leaves the program alone."""
     with _importing:
         if "ah_wrapper.serial_connection" not in sys.modules:
             with _its_config():

@@ -1,0 +1,31 @@
+"""A program that closes a hand and then does what it is told: for tests that end it.
+
+Arguments: the hand's name, its port or "-", and what to do once it closes: ``wait`` for a signal,
+``raise``, ``exit``, or ``hang`` without a word.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+
+from firstcontact.core import Command
+from firstcontact.grasp.registry import open_hand
+
+
+def main() -> None:
+    name, port, then = sys.argv[1:]
+    never = threading.Event()
+    with open_hand(name, None if port == "-" else port) as hand:
+        hand.send(Command(0.02, 2.0))
+        print("closing", flush=True)
+        if then == "raise":
+            raise RuntimeError("a bug")
+        if then == "exit":
+            sys.exit(0)
+        while not never.wait(0.05):
+            if then == "wait":
+                hand.alive()
+
+
+main()

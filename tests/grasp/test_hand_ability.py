@@ -1,0 +1,222 @@
+"""The Ability Hand: its package's simulated hand, and an emulated one on a pseudo terminal."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import threading
+from itertools import pairwise
+from math import degrees
+from pathlib import Path
+
+import pytest
+from emulated_ability import EmulatedAbility
+from hands import PATIENCE
+
+from firstcontact.core import Command, InputError
+from firstcontact.grasp.ability import AbilityHand
+from firstcontact.grasp.ability_fingers import INDEX, LEVERS, NEARLY_OPEN, OPEN, THUMB
+from firstcontact.grasp.ability_package import SIMULATED
+from firstcontact.grasp.hand import HandError
+from firstcontact.grasp.safe import SafeHand
+
+PROGRAM = Path(__file__).with_name("hand_program.py")
+CLOSE = Command(0.05, 2.0)
+
+
+@pytest.fixture
+def port(tmp_path: Path) -> Path:
+    return tmp_path / "ttyHand"
+
+
+def closing(emulated: EmulatedAbility) -> bool:
+    """Whether finger and thumb have moved on from open."""
+    return min(emulated.targets[-1][INDEX], emulated.targets[-1][THUMB]) > OPEN + 8
+
+
+def opened_then_closing(emulated: EmulatedAbility, hand: SafeHand | AbilityHand) -> None:
+    """Let it open, and then close."""
+    emulated.wait(lambda e: e.open)
+    hand.send(CLOSE)
+    emulated.wait(closing)
+
+
+def test_the_simulated_hand_of_the_package_closes_stops_and_opens() -> None:
+    ability = AbilityHand(SIMULATED)
+    tick = threading.Event()
+
+    def until(flexion: float, sign: int) -> None:
+        for _ in range(int(PATIENCE / 0.02)):
+            hand.alive()
+            if ability.felt is not None and sign * (ability.felt.position[0] - flexion) > 0:
+                return
+            tick.wait(0.02)
+        pytest.fail(f"{ability.felt}")
+
+    with SafeHand(ability) as hand:
+        until(NEARLY_OPEN, -1)
+        hand.send(CLOSE)
+        until(30.0, 1)
+        hand.send(Command(0.0, 2.0))
+        tick.wait(0.1)
+        assert ability.felt is not None
+        held = ability.felt.position[0]
+        tick.wait(0.1)
+        assert ability.felt.position[0] == held
+        hand.release()
+        until(NEARLY_OPEN, -1)
+        hand.send(CLOSE)
+        until(20.0, 1)
+    assert ability.felt.open
+
+
+def test_it_closes_in_steps_no_larger_than_ordered(port: Path) -> None:
+    with EmulatedAbility(port) as emulated, SafeHand(AbilityHand(str(port))) as hand:
+        opened_then_closing(emulated, hand)
+        seen = len(emulated.targets)
+        emulated.wait(lambda e: len(e.targets) > seen + 50)
+        closing_targets = [t for t in emulated.targets if t[INDEX] > OPEN + 0.1]
+        for finger, lever in LEVERS.items():
+            steps = [b[finger] - a[finger] for a, b in pairwise(closing_targets)]
+            # The longest step is three periods of 10 ms, however late the thread came.
+            assert max(steps) <= degrees(CLOSE.speed / lever) * 0.03 + 0.01
+            assert min(steps) >= 0
+            assert sum(steps) > 0
+
+
+def test_it_stops_at_the_force_limit(port: Path) -> None:
+    with (
+        EmulatedAbility(port, touch_at=25.0) as emulated,
+        SafeHand(AbilityHand(str(port)), silence=PATIENCE) as hand,
+    ):
+        opened_then_closing(emulated, hand)
+        emulated.wait(lambda e: e.force(INDEX) > 1.5 and e.force(THUMB) > 1.5)
+        seen = len(emulated.targets)
+        emulated.wait(lambda e: len(e.targets) > seen + 100)
+        # One step of 30 ms and one answer that was on its way: 3.2 degrees of the thumb.
+        assert 1.5 < emulated.hardest < 2.0 + 0.7
+
+
+def test_a_lower_limit_holds_from_then_on(port: Path) -> None:
+    with (
+        EmulatedAbility(port, touch_at=25.0) as emulated,
+        SafeHand(AbilityHand(str(port)), silence=PATIENCE) as hand,
+    ):
+        emulated.wait(lambda e: e.open)
+        hand.send(Command(0.01, 1.2))
+        emulated.wait(lambda e: e.force(INDEX) > 1.0 and e.force(THUMB) > 1.0)
+        seen = len(emulated.targets)
+        emulated.wait(lambda e: len(e.targets) > seen + 100)
+        assert emulated.hardest < 1.6
+
+
+def test_it_opens_when_the_program_is_silent(port: Path) -> None:
+    with EmulatedAbility(port) as emulated, AbilityHand(str(port)) as hand:
+        opened_then_closing(emulated, hand)
+        emulated.wait(lambda e: e.open)
+
+
+def test_an_exception_opens_it(port: Path) -> None:
+    def use(emulated: EmulatedAbility) -> None:
+        with SafeHand(AbilityHand(str(port))) as hand:
+            opened_then_closing(emulated, hand)
+            raise ZeroDivisionError
+
+    with EmulatedAbility(port) as emulated:
+        with pytest.raises(ZeroDivisionError):
+            use(emulated)
+        emulated.wait(lambda e: e.open)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_program_that_is_stopped_opens_it(port: Path, number: int) -> None:
+    with EmulatedAbility(port) as emulated, started(port) as program:
+        emulated.wait(lambda e: bool(e.targets) and closing(e))
+        program.send_signal(number)
+        program.wait(PATIENCE)
+        emulated.wait(lambda e: e.open)
+
+
+def test_a_program_that_is_killed_leaves_it_to_its_own_watchdog(port: Path) -> None:
+    with EmulatedAbility(port) as emulated, started(port) as program:
+        emulated.wait(lambda e: bool(e.targets) and closing(e))
+        program.kill()
+        program.wait(PATIENCE)
+        emulated.wait(lambda e: not e.controlled)
+        # Nobody was left to order it; what the hand does then is not documented.
+        assert not emulated.open
+
+
+def started(port: Path) -> subprocess.Popen[str]:
+    """A program that closes the hand and goes on saying that it is alive."""
+    return subprocess.Popen(
+        [sys.executable, PROGRAM, "ability", port, "wait"],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+
+
+def refused(hand: SafeHand) -> str:
+    """What it says when it takes no commands any more."""
+    tick = threading.Event()
+    for _ in range(int(PATIENCE / 0.02)):
+        try:
+            hand.send(CLOSE)
+        except HandError as error:
+            return str(error)
+        tick.wait(0.02)
+    pytest.fail("it took commands until the end")
+
+
+def test_a_cable_that_is_pulled_is_noticed(port: Path) -> None:
+    with EmulatedAbility(port) as emulated, SafeHand(AbilityHand(str(port))) as hand:
+        opened_then_closing(emulated, hand)
+        emulated.unplug()
+        assert "stopped answering" in refused(hand)
+
+
+def test_a_hand_that_falls_silent_is_opened_blindly(port: Path) -> None:
+    with EmulatedAbility(port) as emulated, SafeHand(AbilityHand(str(port))) as hand:
+        opened_then_closing(emulated, hand)
+        emulated.mute = True
+        assert "stopped answering" in refused(hand)
+        emulated.wait(lambda e: e.open)
+
+
+def test_where_no_hand_answers_it_says_so(port: Path) -> None:
+    with pytest.raises(InputError, match=r"no Ability Hand answers on .*ttyHand"):
+        AbilityHand(str(port)).__enter__()
+    assert not sys.stdin.closed
+
+
+def test_a_port_is_needed() -> None:
+    with pytest.raises(InputError, match="needs its serial port"):
+        AbilityHand()
+
+
+def test_the_package_leaves_no_traces(tmp_path: Path) -> None:
+    """In a fresh process: no file, no path, no module, no logging, nothing on standard output."""
+    code = """
+import logging, os, sys
+from firstcontact.core import Command
+from firstcontact.grasp.registry import open_hand
+path, cwd = list(sys.path), os.getcwd()
+with open_hand("ability", "simulated") as hand:
+    hand.send(Command(0.01, 1.0))
+assert sys.path == path and os.getcwd() == cwd
+assert "config" not in sys.modules
+assert not logging.getLogger().handlers
+assert "matplotlib" not in sys.modules
+"""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == ""
+    assert not list(tmp_path.iterdir())

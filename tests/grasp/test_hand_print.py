@@ -1,0 +1,45 @@
+"""The dry hand writes down what it is told."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+
+from firstcontact.core import Command, InputError
+from firstcontact.grasp.printing import PrintHand
+from firstcontact.grasp.registry import HANDS, open_hand
+
+
+def test_a_line_for_each_order_that_differs() -> None:
+    out = io.StringIO()
+    with PrintHand(out) as hand:
+        for command in (
+            Command(0.02, 2.0),
+            Command(0.02, 2.0),
+            Command(0.0, 1.0),
+            Command(-0.1, 1),
+        ):
+            hand.send(command)
+        assert len(hand.told) == 4
+    lines = [line.split("s  ")[1] for line in out.getvalue().splitlines()]
+    assert lines == [
+        "close at 20.0 mm/s, at most 2.00 N",
+        "stop, at most 1.00 N",
+        "open at 100.0 mm/s, at most 1.00 N",
+        "release",
+    ]
+
+
+def test_a_terminal_that_is_gone_does_no_harm() -> None:
+    out = io.StringIO()
+    with PrintHand(out) as hand:
+        hand.send(Command(0.02, 2.0))
+        out.close()
+        hand.release()
+        assert hand.told[-1] is None
+
+
+def test_a_name_that_is_no_hand_is_refused() -> None:
+    with pytest.raises(InputError, match=f"choose one of {', '.join(HANDS)}"):
+        open_hand("iron")

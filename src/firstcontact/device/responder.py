@@ -44,6 +44,8 @@ class Responder:
         Samples dropped because the ring was full.
     streaming
         Whether samples are sent.
+    finished
+        Whether no more samples come: the last frame need not be full to be sent.
     """
 
     def __init__(
@@ -56,6 +58,7 @@ class Responder:
         self.next_sample = 0
         self.overflow = 0
         self.streaming = False
+        self.finished = False
         self._descriptor = descriptor
         self._boot = boot
         self._on_mark = on_mark
@@ -107,7 +110,7 @@ class Responder:
             sample, text = self._markers.popleft()
             return self._encode(FrameType.MARKER, protocol.marker_payload(sample, text))
         n = self._in_a_row()
-        if n == FRAME_SAMPLES or 0 < n < self._used or (n and stopping):
+        if n == FRAME_SAMPLES or 0 < n < self._used or (n and (stopping or self.finished)):
             return self._samples(n)
         return self._answer() if stopping else b""
 

@@ -1,0 +1,103 @@
+"""``firstcontact info``."""
+
+from __future__ import annotations
+
+import platform
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, requires, version
+from pathlib import Path
+from typing import Literal
+
+#: How long a device is listened to, s.
+LISTEN = 2.0
+
+
+@dataclass(frozen=True)
+class Info:
+    """Print what a bug report needs: versions, ports, and what a device says about itself."""
+
+    device: str | None = None
+    """A serial port, "twin" or a recording: say what it is, and listen to it for 2 s."""
+    condition: Literal["paper-rig", "everyday"] = "paper-rig"
+    """Of the twin."""
+
+    def run(self) -> None:
+        """Print it all, one thing a line."""
+        for line in (*_software(), *_ports()):
+            print(line)
+        if self.device is not None:
+            for line in _device(self.device, self.condition):
+                print(line)
+
+
+def _software() -> Iterator[str]:
+    yield _line("firstcontact", version("firstcontact"))
+    yield _line("Python", f"{platform.python_version()} ({sys.executable})")
+    yield _line("platform", platform.platform())
+    for name in _libraries():
+        try:
+            yield _line(name, version(name))
+        except PackageNotFoundError:
+            yield _line(name, "not installed")
+
+
+def _libraries() -> list[str]:
+    """What the package and its extras need, each once; not what its developers do."""
+    names = []
+    for need in requires("firstcontact") or []:
+        # "numba>=0.60; extra == 'twin'"
+        what, _, when = need.partition(";")
+        name = what.strip()
+        for end in "<>=!~ [(":
+            name = name.partition(end)[0]
+        if "dev" not in when and name != "firstcontact" and name not in names:
+            names.append(name)
+    return names
+
+
+def _ports() -> Iterator[str]:
+    from firstcontact.device.ports import access, groups, ports
+
+    found = ports()
+    for port in found:
+        yield _line(port.name, port.what)
+        yield _line("", access(Path(port.name)))
+    if not found:
+        yield _line("ports", "none")
+    if groups():
+        yield _line("groups", ", ".join(groups()))
+
+
+def _device(name: str, condition: str) -> Iterator[str]:
+    from firstcontact.device import ports
+    from firstcontact.device.opening import open_source
+
+    source = open_source(name, condition=condition)
+    if name != "twin" and Path(name).suffix != ".mcap":
+        yield _line("port", ports.access(Path(name)))
+    with source:
+        descriptor, layout = source.descriptor, source.descriptor.layout
+        yield _line("device", name)
+        for field in ("firmware", "sensor", "hand", "source"):
+            yield _line(field, getattr(descriptor, field) or "not known")
+        yield _line("rate", f"{layout.rate:g} Hz, piezo smoothing alpha {layout.smoothing_alpha:g}")
+        names = ", ".join(c.name for c in layout.channels)
+        yield _line("channels", f"{len(layout.channels)} ({descriptor.dtype}): {names}")
+        until = time.monotonic() + LISTEN
+        while (left := until - time.monotonic()) > 0 and not source.ended:
+            source.read(left)
+    health = source.health
+    yield _line("samples", f"{health.samples}, and {health.lost_samples} lost")
+    yield _line("", f"of these {health.overflow_samples} dropped by the device")
+    yield _line(
+        "frames",
+        f"{health.bad_frames} damaged, {health.lost_frames} lost, {health.doubled_frames} doubled",
+    )
+    yield _line("epochs", str(health.reconnects + 1))
+
+
+def _line(name: str, what: str) -> str:
+    return f"{name:16} {what}"

@@ -1,0 +1,53 @@
+"""``firstcontact ports``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from firstcontact.core.errors import InputError
+
+#: How long an answer is waited for, s.
+PATIENCE = 1.5
+
+
+@dataclass(frozen=True)
+class Ports:
+    """List the serial ports, and say which of them may be a fingertip."""
+
+    ask: bool = False
+    """Ask each port whether a fingertip is on it; sends it a few bytes."""
+
+    def run(self) -> None:
+        """Print one line a port."""
+        from firstcontact.device.ports import ports
+
+        found = ports()
+        for port in found:
+            print(f"{port.name:16} {port.what}")
+            if self.ask:
+                for line in answer(port.name):
+                    print(f"{'':16} {line}")
+        if not found:
+            print(
+                "no serial port is here: plug the fingertip in with a cable that carries data, or "
+                "do without one, --device twin"
+            )
+        elif not self.ask and not any(p.teensy for p in found):
+            print("none of these is a Teensy by its USB numbers: --ask asks each of them")
+
+
+def answer(port: str) -> Iterator[str]:
+    """What is on a port says about itself, or why it cannot be told."""
+    from firstcontact.device.serial_source import SerialSource
+
+    try:
+        with SerialSource(port, PATIENCE) as source:
+            descriptor = source.descriptor
+    except InputError as error:
+        yield str(error)
+        return
+    hand = f", {descriptor.hand}" if descriptor.hand else ""
+    yield f"a fingertip: {descriptor.firmware}; {descriptor.sensor}{hand} ({descriptor.source})"
+    layout = descriptor.layout
+    yield f"{len(layout.channels)} channels at {layout.rate:g} Hz"

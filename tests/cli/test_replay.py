@@ -1,0 +1,63 @@
+"""``firstcontact replay`` in a process of its own, and a host at its port."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.cli.main import main
+from firstcontact.core import Block, fingertip_layout
+from firstcontact.device.serial_source import SerialSource
+from firstcontact.recording import Header, RecordingWriter
+
+COMMAND = [sys.executable, "-m", "firstcontact.cli.main", "replay"]
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    path = tmp_path / "recording.mcap"
+    data = np.arange(16 * 2000, dtype=np.int16).reshape(2000, 16)
+    with RecordingWriter(path, Header(fingertip_layout(), "synthetic")) as writer:
+        writer.write(Block(data))
+    return path
+
+
+@pytest.mark.parametrize("named", [True, False])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_recording_as_a_port_until_it_is_told_to_stop(
+    recording: Path, tmp_path: Path, named: bool, number: signal.Signals
+) -> None:
+    options = ["--speed", "inf", *(["--port", str(tmp_path / "port")] if named else [])]
+    with subprocess.Popen(
+        [*COMMAND, str(recording), *options], stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        word, port = process.stdout.readline().split()
+        assert word == "port:"
+        assert (port == str(tmp_path / "port")) == named
+        blocks = []
+        with SerialSource(port) as source:
+            while source.health.samples < 2000:
+                blocks += [a.block for a in source.read(60.0)]
+        blocks += [a.block for a in source.read(0)]
+        process.send_signal(number)
+        assert process.wait() == 0
+    data = np.concatenate([b.data for b in blocks])
+    np.testing.assert_array_equal(data.ravel(), np.arange(16 * 2000, dtype=np.int16))
+    assert not Path(port).is_symlink(), "the port goes with the command"
+
+
+def test_what_cannot_be_is_refused(
+    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["replay", str(recording), "--port", str(recording)]) == 2
+    assert "cannot be made (File exists): choose another name" in capsys.readouterr().err
+    assert main(["replay", str(tmp_path / "none.mcap")]) == 2
+    assert "none.mcap" in capsys.readouterr().err
+    assert main(["replay", str(recording), "--speed", "0"]) == 2
+    assert "--speed is 0" in capsys.readouterr().err

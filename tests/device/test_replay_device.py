@@ -1,0 +1,107 @@
+"""A recording on a pseudo terminal, read by the host that reads fingertips."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numbered import DESCRIPTOR, check, numbered
+from scripted_device import collect
+
+from firstcontact.core import Block, InputError
+from firstcontact.device.pseudo_terminal import PseudoTerminal
+from firstcontact.device.replay_device import ReplayDevice
+from firstcontact.device.serial_source import SerialSource
+from firstcontact.recording import Header, Marker, RecordingWriter
+
+#: Epoch, first sample, end; none of a whole number of frames.
+STRETCHES = ((0, 7, 1004), (0, 1203, 2006), (1, 0, 498), (2, 2**32 - 100, 2**32 + 903))
+SAMPLES = sum(end - first for _, first, end in STRETCHES)
+MARKERS = (Marker(1500, "a word", 0), Marker(100, "another", 1))
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    path = tmp_path / "recording.mcap"
+    with RecordingWriter(path, Header(DESCRIPTOR.layout, "synthetic", hand="a hand")) as writer:
+        for epoch, first, end in STRETCHES:
+            writer.write(Block(numbered(first, end - first), first, epoch))
+        for marker in MARKERS:
+            writer.marker(marker)
+    return path
+
+
+@contextmanager
+def playing(recording: Path, port: Path, speed: float = math.inf) -> Iterator[None]:
+    terminal = PseudoTerminal(port)
+    device = ReplayDevice(recording, terminal, speed)
+    stop = threading.Event()
+    thread = threading.Thread(target=device.run, args=(stop.is_set,))
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join()
+        terminal.unplug()
+
+
+@pytest.mark.parametrize("speed", [math.inf, 10.0])
+def test_every_sample_gap_epoch_and_marker_comes_through(
+    recording: Path, tmp_path: Path, speed: float
+) -> None:
+    with playing(recording, tmp_path / "port", speed):
+        with SerialSource(str(tmp_path / "port")) as source:
+            assert source.descriptor.hand == "a hand"
+            # A frame that is not full waits for the end, as a device's does.
+            arrivals = collect(source, lambda n: n >= SAMPLES - 4)
+        arrivals += source.read(0)
+    assert check(a.block for a in arrivals) == SAMPLES
+    blocks = [a.block for a in arrivals]
+    for epoch in range(3):
+        stretches = [s for s in STRETCHES if s[0] == epoch]
+        own = [b for b in blocks if b.epoch == epoch]
+        assert (own[0].first_sample, own[-1].end) == (stretches[0][1], stretches[-1][2])
+    assert [m for a in arrivals for m in a.markers] == list(MARKERS)
+    health = source.health
+    assert (health.samples, health.lost_samples, health.reconnects) == (SAMPLES, 199, 2)
+    assert (health.bad_frames, health.lost_frames, health.overflow_samples) == (0, 0, 0)
+
+
+def test_it_pauses_when_told_to_and_begins_again_after_the_end(
+    recording: Path, tmp_path: Path
+) -> None:
+    port = str(tmp_path / "port")
+    with playing(recording, tmp_path / "port"):
+        seen: list[Block] = []
+        while sum(len(b.data) for b in seen) < SAMPLES:
+            with SerialSource(port) as source:
+                read = source.read(60.0)
+            seen += [a.block for a in (*read, *source.read(0))]
+            assert source.health.bad_frames == 0
+        with SerialSource(port) as source:
+            again = collect(source, lambda n: n >= 100)
+    assert again[0].block.first_sample == 7
+    numbers = np.concatenate([np.arange(first, end) for _, first, end in STRETCHES])
+    # A host that comes after 2^32 samples cannot know of those before.
+    there = np.concatenate([np.arange(b.first_sample, b.end) for b in seen])
+    np.testing.assert_array_equal(there % 2**32, numbers % 2**32)
+    for block in seen:
+        np.testing.assert_array_equal(block.data, numbered(block.first_sample, len(block.data)))
+
+
+def test_what_does_not_go_over_a_wire_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "floats.mcap"
+    with RecordingWriter(path, Header(DESCRIPTOR.layout, dtype="float32")) as writer:
+        writer.write(Block(np.zeros((10, 16), np.float32)))
+    terminal = PseudoTerminal(tmp_path / "port")
+    try:
+        with pytest.raises(InputError, match="its samples are float32 and a device sends int16"):
+            ReplayDevice(path, terminal)
+    finally:
+        terminal.unplug()

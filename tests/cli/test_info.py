@@ -16,7 +16,7 @@ from firstcontact.recording import Header, RecordingWriter
 
 def fields(said: str) -> dict[str, str]:
     lines = (line.split(maxsplit=1) for line in said.splitlines() if not line.startswith(" "))
-    return {name: what for name, what in lines}
+    return {line[0]: line[-1] for line in lines}
 
 
 def test_versions_and_platform(capsys: pytest.CaptureFixture[str]) -> None:

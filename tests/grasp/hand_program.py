@@ -12,12 +12,14 @@ import threading
 from firstcontact.core import Command
 from firstcontact.grasp.registry import open_hand
 
+CLOSE = Command(0.02, 2.0)
+
 
 def main() -> None:
     name, port, then = sys.argv[1:]
     never = threading.Event()
     with open_hand(name, None if port == "-" else port) as hand:
-        hand.send(Command(0.02, 2.0))
+        hand.send(CLOSE)
         print("closing", flush=True)
         if then == "raise":
             raise RuntimeError("a bug")
@@ -25,7 +27,7 @@ def main() -> None:
             sys.exit(0)
         while not never.wait(0.05):
             if then == "wait":
-                hand.alive()
+                hand.send(CLOSE)
 
 
 main()

@@ -10,7 +10,7 @@ from typing import Any, Self
 
 from firstcontact.core import Command
 from firstcontact.grasp.ability_fingers import RELEASED, Felt, Fingers
-from firstcontact.grasp.ability_package import check, open_client
+from firstcontact.grasp.ability_package import check, claimed, open_client
 from firstcontact.grasp.hand import HandError, HandLimits
 
 #: Time without an answer after which the hand is taken for lost, s.
@@ -110,18 +110,17 @@ class AbilityHand:
 
     def _run(self) -> None:
         try:
-            client = open_client(self._port, self.limits.rate)
+            with claimed(self._port):
+                client = open_client(self._port, self.limits.rate)
+                self._ready.set()
+                try:
+                    self._drive(client)
+                finally:
+                    client.close()
         except Exception as error:
             self._failure = error
-            return
         finally:
             self._ready.set()
-        try:
-            self._drive(client)
-        except Exception as error:
-            self._failure = error
-        finally:
-            client.close()
 
     def _drive(self, client: Any) -> None:
         """Send and read until closed."""

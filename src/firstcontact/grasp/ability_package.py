@@ -8,6 +8,7 @@ swallows every error of the port, and its threads outlive the main one.
 
 from __future__ import annotations
 
+import fcntl
 import os
 import sys
 import tempfile
@@ -54,6 +55,38 @@ def check(port: str | None) -> str:
             f"({SIMULATED!r} is the simulated hand of its package)"
         )
     return port
+
+
+@contextmanager
+def claimed(port: str) -> Iterator[None]:
+    """Hold the port against other programs that ask; the package opens it without asking.
+
+    Raises
+    ------
+    InputError
+        There is no such port, or somebody holds it.
+    """
+    if port == SIMULATED:
+        yield
+        return
+    try:
+        descriptor = os.open(port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+    except OSError as error:
+        raise InputError(
+            f"the Ability Hand's port {port} cannot be opened ({error.strerror}): check cable, "
+            "name and permission"
+        ) from error
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        os.close(descriptor)
+        raise InputError(
+            f"the Ability Hand's port {port} is in use by another program: end that one first"
+        ) from error
+    try:
+        yield
+    finally:
+        os.close(descriptor)
 
 
 def open_client(port: str, rate: float) -> Any:

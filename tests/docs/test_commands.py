@@ -26,6 +26,8 @@ from pages import PAGES, ROOT, Fence, fences, name
 #: Commands that build an environment or take long, and what runs them.
 ELSEWHERE = {
     "firstcontact live --device twin --page": "tests/cli/test_live.py",
+    "sudo adduser $USER dialout": "by hand, once on a machine with a device",
+    "firstcontact replay pinches/blocks-01.mcap --port fingertip": "tests/cli/test_replay.py",
     "make study": "by hand before a release: it makes docs/results/study.json",
     "make real": "by hand before a release: it makes docs/results/real.json",
     "make readme-numbers": "by hand before a release; its script: tests/docs/test_numbers.py",

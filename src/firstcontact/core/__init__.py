@@ -1,6 +1,6 @@
 """The nouns: small frozen types that every room shares."""
 
-from firstcontact.core.block import Block
+from firstcontact.core.block import Block, joined
 from firstcontact.core.calibration import Calibration, ForceCurve, PiezoCalibration
 from firstcontact.core.command import Command
 from firstcontact.core.errors import InputError
@@ -32,4 +32,5 @@ __all__ = [
     "Pinch",
     "Role",
     "fingertip_layout",
+    "joined",
 ]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 
@@ -30,3 +32,20 @@ class Block:
     def end(self) -> int:
         """Sample number that the next block of an unbroken stream starts with."""
         return self.first_sample + len(self.data)
+
+
+def joined(blocks: Iterable[Block]) -> list[Block]:
+    """The same samples in as few blocks as can be: those that follow each other become one."""
+    runs: list[list[Block]] = []
+    for block in blocks:
+        last = runs[-1][-1] if runs else None
+        if last and (last.end, last.epoch) == (block.first_sample, block.epoch):
+            runs[-1].append(block)
+        else:
+            runs.append([block])
+    return [
+        run[0]
+        if len(run) == 1
+        else Block(np.concatenate([b.data for b in run]), run[0].first_sample, run[0].epoch)
+        for run in runs
+    ]

@@ -19,6 +19,7 @@ from firstcontact.core import (
     Finger,
     InputError,
     Layout,
+    joined,
 )
 from firstcontact.live.events import Armed, Case, Estimated, Event, PinchDone, Refused, Touched
 from firstcontact.live.ledger import Ledger
@@ -177,7 +178,7 @@ class Pipeline:
 
     def _work(self, host: float) -> Iterator[Event]:
         began = self._clock()
-        block = _joined(self._waiting)
+        (block,) = joined(self._waiting)
         self._waiting = []
         self._waiting_samples = 0
         for stage in self._closings.update(block):
@@ -309,11 +310,3 @@ class Pipeline:
             )
         )
         return events
-
-
-def _joined(blocks: Sequence[Block]) -> Block:
-    """Blocks that follow one another, as one."""
-    if len(blocks) == 1:
-        return blocks[0]
-    data = np.concatenate([b.data for b in blocks])
-    return Block(data, blocks[0].first_sample, blocks[0].epoch)

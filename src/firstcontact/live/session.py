@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 
-from firstcontact.core import Calibration, Contact
+from firstcontact.core import Calibration, Contact, joined
 from firstcontact.device import Arrival, Source
 from firstcontact.device.recorder import Recorder, RecorderStatus
 from firstcontact.live.events import Event, PinchDone
@@ -162,7 +162,7 @@ class Session:
     def _tell(self) -> None:
         """Hand what has come to the recorder and the sinks."""
         assert self.fanout is not None
-        arrivals, self._arrivals = tuple(self._arrivals), []
+        arrivals, self._arrivals = _fewer(self._arrivals), []
         events, self._events = tuple(self._events), []
         done = [event for event in events if isinstance(event, PinchDone)]
         if self._from is None and arrivals:
@@ -182,3 +182,21 @@ class Session:
         truth = tuple(Contact(f, s, s) for f, s in done.strips)
         self._recorder.mark(PinchMark(self._number, done.armed, done.end, done.epoch, truth=truth))
         self._number += 1
+
+
+def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
+    """The same samples in as few arrivals as can be, each as late as its last."""
+    hosts = {(a.block.epoch, a.block.end): a.host for a in arrivals}
+    blocks = joined(a.block for a in arrivals)
+    markers = tuple(m for a in arrivals for m in a.markers)
+    pinches = tuple(p for a in arrivals for p in a.pinches)
+    last = len(blocks) - 1
+    return tuple(
+        Arrival(
+            block,
+            hosts[block.epoch, block.end],
+            markers if i == 0 else (),
+            pinches if i == last else (),
+        )
+        for i, block in enumerate(blocks)
+    )

@@ -1,0 +1,89 @@
+"""What is told at the end of a link, and by whom: failures, markers, ports that go."""
+
+from __future__ import annotations
+
+import dataclasses
+import termios
+
+import pytest
+from numbered import DESCRIPTOR
+from scripted_device import DEAD, ScriptedDevice, collect
+
+from firstcontact.core import InputError
+from firstcontact.device.protocol import FrameType
+from firstcontact.device.serial_source import SerialSource
+from firstcontact.device.transport import LinkError, SerialTransport
+
+
+def test_a_failure_between_two_reads_is_raised_before_the_end(device: ScriptedDevice) -> None:
+    other = dataclasses.replace(
+        DESCRIPTOR, layout=dataclasses.replace(DESCRIPTOR.layout, rate=1000.0)
+    )
+    with SerialSource(device.port) as source:
+        device.put(100)
+        collect(source, lambda n: n == 100)
+        device.unplug()
+        device.reset(2, other)
+        device.plug()
+        assert source._thread is not None
+        source._thread.join(DEAD)
+        assert not source._thread.is_alive()
+        # Nobody has read meanwhile: a loop that asks for the end first must not miss it.
+        assert not source.ended
+        with pytest.raises(InputError, match="another device is on this port now"):
+            source.read(0)
+        assert source.ended
+
+
+@pytest.mark.parametrize("read", [True, False])
+def test_a_marker_behind_the_last_sample_is_not_lost(device: ScriptedDevice, read: bool) -> None:
+    arrivals = []
+    with SerialSource(device.port) as source:
+        device.put(125)
+        if read:
+            arrivals += collect(source, lambda n: n == 125)
+        source.mark("the end")
+    arrivals += source.read(0)
+    markers = [marker for arrival in arrivals for marker in arrival.markers]
+    assert [(m.sample, m.text, m.epoch) for m in markers] == [(125, "the end", 0)]
+    assert sum(len(arrival.block.data) for arrival in arrivals) == 125
+    assert all(arrival.block.data.shape[1:] == (16,) for arrival in arrivals)
+    assert source.ended
+
+
+def test_markers_of_an_epoch_that_broke_off_keep_their_epoch(device: ScriptedDevice) -> None:
+    with SerialSource(device.port) as source:
+        device.put(125)
+        arrivals = collect(source, lambda n: n == 125)
+        source.mark("before")
+        source.mark("then")
+        # It may be reset before it has heard them, or with its answers on the wire.
+        device.reset(2)
+        device.put(100)
+        arrivals += collect(source, lambda n: n == 100)
+    markers = [marker for arrival in arrivals for marker in arrival.markers]
+    assert all((m.sample, m.epoch) == (125, 0) for m in markers)
+    assert [m.text for m in markers] == ["before", "then"][: len(markers)]
+
+
+def test_a_port_that_goes_while_it_is_opened_is_refused_as_any(
+    device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def gone(number: int, which: int) -> None:
+        raise termios.error(5, "Input/output error")
+
+    monkeypatch.setattr(termios, "tcflush", gone)
+    with pytest.raises(InputError, match=r"cannot be opened as a serial port.*Input/output error"):
+        SerialTransport(device.port)
+
+
+def test_a_closed_port_takes_nothing(device: ScriptedDevice) -> None:
+    transport = SerialTransport(device.port)
+    transport.close()
+    transport.close()
+    with pytest.raises(LinkError):
+        transport.send(FrameType.STOP)
+    with pytest.raises(LinkError):
+        transport.read()
+    # It is free for the next.
+    SerialTransport(device.port).close()

@@ -1,0 +1,145 @@
+"""The wire protocol's bytes, in Python alone; ``tests/firmware`` holds C against it."""
+
+from __future__ import annotations
+
+import dataclasses
+import struct
+import zlib
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.core import fingertip_layout
+from firstcontact.device import Descriptor, protocol
+from firstcontact.device.protocol import (
+    LONGEST,
+    MARKER_BYTES,
+    FrameError,
+    FrameType,
+    decode,
+    encode,
+    stuff,
+    unstuff,
+)
+
+#: Runs around the lengths where COBS changes, with and without zeros.
+HARD = st.lists(
+    st.one_of(
+        st.just(b"\0"),
+        st.integers(252, 256).map(lambda n: b"\x01" * n),
+        st.integers(507, 510).map(lambda n: b"\xff" * n),
+        st.binary(max_size=5),
+    ),
+    max_size=6,
+).map(b"".join)
+
+
+def plain_unstuff(stuffed: bytes) -> bytes:
+    """COBS as its paper tells it, byte by byte."""
+    out = b""
+    place = 0
+    while place < len(stuffed):
+        code = stuffed[place]
+        out += stuffed[place + 1 : place + code]
+        place += code
+        if code < 255 and place < len(stuffed):
+            out += b"\0"
+    return out
+
+
+@given(st.one_of(st.binary(max_size=1000), HARD))
+def test_stuffed_bytes_have_no_zero_and_come_back(data: bytes) -> None:
+    stuffed = stuff(data)
+    assert 0 not in stuffed
+    assert len(stuffed) <= len(data) + 1 + len(data) // 254
+    assert unstuff(stuffed) == data == plain_unstuff(stuffed)
+
+
+@given(st.binary(max_size=300))
+def test_any_bytes_are_unstuffed_or_refused(stuffed: bytes) -> None:
+    try:
+        data = unstuff(stuffed)
+    except FrameError:
+        return
+    assert data == plain_unstuff(stuffed)
+
+
+@given(st.binary(max_size=100), st.data())
+def test_the_crc_is_that_of_zlib_and_finds_any_changed_byte(
+    payload: bytes, data: st.DataObject
+) -> None:
+    body = unstuff(encode(FrameType.MARK, 7, payload)[:-1])
+    assert struct.unpack("<I", body[-4:])[0] == zlib.crc32(body[:-4])
+    place = data.draw(st.integers(0, len(body) - 1))
+    other = bytes([body[place] ^ data.draw(st.integers(1, 255))])
+    with pytest.raises(FrameError, match="CRC"):
+        decode(stuff(body[:place] + other + body[place + 1 :]))
+
+
+@given(st.integers(0, 8))
+def test_what_is_too_short_is_no_frame(n: int) -> None:
+    with pytest.raises(FrameError, match="too short"):
+        decode(stuff(b"\x01" * n))
+
+
+@given(st.text(max_size=400))
+def test_a_marker_is_cut_at_a_character(text: str) -> None:
+    cut = protocol.marker_text(text)
+    whole = text.encode()
+    assert whole.startswith(cut)
+    assert len(cut) <= MARKER_BYTES
+    # Only a character that does not fit is missing.
+    assert cut == whole or len(cut) + len(text[len(cut.decode())].encode()) > MARKER_BYTES
+    assert protocol.read_marker(protocol.marker_payload(2**32 + 9, text)) == (9, cut.decode())
+
+
+@given(
+    first=st.integers(0, 2**40),
+    overflow=st.integers(0, 2**40),
+    n=st.integers(1, 5),
+    channels=st.integers(1, 20),
+)
+def test_samples_come_back(first: int, overflow: int, n: int, channels: int) -> None:
+    data = np.arange(n * channels, dtype=np.int16).reshape(n, channels) * 2731
+    payload = protocol.samples_payload(first, overflow, data)
+    back = protocol.read_samples(payload, channels)
+    assert (back.first_sample, back.overflow) == (first % 2**32, overflow % 2**32)
+    np.testing.assert_array_equal(back.data, data)
+    for wrong in (payload[:-1], payload + b"\0", payload[:8], payload[:9], b""):
+        with pytest.raises(FrameError):
+            protocol.read_samples(wrong, channels)
+    with pytest.raises(FrameError, match=f"{n} samples of {channels + 1} channels"):
+        protocol.read_samples(payload, channels + 1)
+
+
+def test_no_sample_is_no_samples_frame() -> None:
+    with pytest.raises(FrameError, match="does not hold 0 samples"):
+        protocol.read_samples(protocol.samples_payload(0, 0, np.zeros((0, 16), np.int16)), 16)
+
+
+def test_other_payloads_come_back_or_are_refused() -> None:
+    said = protocol.descriptor_payload(2**32 - 1, "Größe", 3)
+    assert protocol.read_descriptor(said) == (3, 2**32 - 1, "Größe")
+    assert protocol.read_stopped(protocol.stopped_payload(2**32 + 1, 5)) == (1, 5)
+    for read, payload in (
+        (protocol.read_descriptor, b"\1\0\0\0"),
+        (protocol.read_descriptor, said[:-2]),  # half a character
+        (protocol.read_marker, b"\0\0\0"),
+        (protocol.read_marker, b"\0\0\0\0\xff"),
+        (protocol.read_stopped, b"\0" * 7),
+        (protocol.read_stopped, b"\0" * 9),
+    ):
+        with pytest.raises(FrameError):
+            read(payload)
+
+
+def test_a_descriptor_of_a_hundred_channels_is_no_longer_than_the_longest() -> None:
+    layout = fingertip_layout()
+    many = dataclasses.replace(layout, channels=(layout.channels * 7)[:100])
+    text = Descriptor(many, "firmware " * 5, "sensor " * 5, "hand " * 5).to_text()
+    wire = encode(FrameType.DESCRIPTOR, 0, protocol.descriptor_payload(1, text))
+    assert len(wire) <= LONGEST
+    version, boot, back = protocol.read_descriptor(decode(wire[:-1]).payload)
+    assert (version, boot, Descriptor.from_text(back).layout) == (protocol.VERSION, 1, many)

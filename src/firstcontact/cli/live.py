@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 REST = 1.0
 #: How long to wait for that rest, s.
 PATIENCE = 30.0
+#: A viewer's thread may hold up the pipeline's for so long, s; Python's own 5 ms is a
+#: third of a window.
+SWITCH = 5e-4
 
 
 @dataclass(frozen=True)
@@ -88,6 +91,7 @@ class Live:
             began, used = source.health.samples, time.process_time()
             if self.record:
                 _say(f"recording {session.start_recording()}")
+            sys.setswitchinterval(SWITCH)
             stop.gently = True
             session.run(sinks, self.seconds, self.pinches, lambda: stop.requested)
             self._report(session, source, began, time.process_time() - used)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import subprocess
 import sys
@@ -50,6 +51,45 @@ def test_a_recording_as_a_port_until_it_is_told_to_stop(
     data = np.concatenate([b.data for b in blocks])
     np.testing.assert_array_equal(data.ravel(), np.arange(16 * 2000, dtype=np.int16))
     assert not Path(port).is_symlink(), "the port goes with the command"
+
+
+@pytest.mark.parametrize("patient", [True, False])
+def test_once_it_leaves_when_a_host_had_all_of_it(
+    recording: Path, tmp_path: Path, patient: bool
+) -> None:
+    port = tmp_path / "port"
+    with subprocess.Popen(
+        [*COMMAND, str(recording), "--once", "--speed", "inf", "--port", str(port)],
+        stdout=subprocess.PIPE,
+    ) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        with SerialSource(str(port)) as source:
+            while source.health.samples < 2000:
+                source.read(60.0)
+            if patient:  # asks again when it hears nothing; else it says stop
+                assert process.wait(60.0) == 0
+        assert process.wait(60.0) == 0
+    assert (source.health.samples, source.health.lost_samples) == (2000, 0)
+    assert not port.is_symlink()
+
+
+def test_a_replay_is_a_device_like_any(recording: Path, tmp_path: Path) -> None:
+    port = tmp_path / "port"
+    with subprocess.Popen(
+        [*COMMAND, str(recording), "--port", str(port)], stdout=subprocess.PIPE
+    ) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        told = subprocess.run(
+            [*COMMAND[:-1], "info", "--device", str(port)],
+            capture_output=True, text=True, timeout=240.0,
+        )  # fmt: skip
+        process.terminate()
+        assert process.wait(60.0) == 0
+    assert told.returncode == 0, told.stderr
+    assert re.search(r"^samples +[1-9]\d*, and 0 lost$", told.stdout, re.MULTILINE)
+    assert re.search(r"^source +synthetic$", told.stdout, re.MULTILINE)
 
 
 def test_what_cannot_be_is_refused(

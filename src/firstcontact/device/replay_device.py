@@ -25,6 +25,8 @@ RING = 0.5
 TICK = 0.05
 #: Frames are made ahead up to about this many bytes.
 WIRE_BYTES = 4096
+#: Most samples that are taken from the tape at once.
+PIECE = 100
 #: How long the last answer is left for the host to take, s.
 LINGER = 1.0
 
@@ -111,7 +113,7 @@ class ReplayDevice:
         self._drained = True
         self._wire = b""
         room = math.ceil(RING * self._rate) if math.isfinite(self._rate) else 0
-        self._responder = Responder(self.descriptor, self._boot, max(room, 2 * WIRE_BYTES))
+        self._responder = Responder(self.descriptor, self._boot, max(room, 2 * PIECE))
 
     def _play(self) -> None:
         """Take from the tape what is due by now."""
@@ -120,13 +122,13 @@ class ReplayDevice:
             return
         now = time.monotonic()
         if math.isinf(self._rate):
-            self._due = float(FRAME_SAMPLES * 20 if self._drained and not self._wire else 0)
+            self._due = float(PIECE if self._drained and not self._wire else 0)
         elif self._looked is not None:
             self._due += (now - self._looked) * self._rate
         self._looked = now
         while self._tape and self._due >= 1:
             block = self._tape[0]
-            n = min(int(self._due), len(block.data) - self._at, WIRE_BYTES)
+            n = min(int(self._due), len(block.data) - self._at, PIECE)
             self._responder.next_sample = block.first_sample + self._at
             self._responder.sample(block.data[self._at : self._at + n])
             self._due -= n
@@ -139,17 +141,23 @@ class ReplayDevice:
             ):
                 marker = self._markers.popleft()
                 self._responder.marker(marker.sample, marker.text)
+            # What is late because this process was is no reason to drop anything.
+            self._send()
         self._responder.finished = not self._tape
 
     def _send(self) -> None:
-        while len(self._wire) < WIRE_BYTES:
-            frame = self._responder.frame()
-            self._drained = not frame
-            if not frame:
-                break
-            self._wire += frame
-        if self._wire:
-            self._wire = self._wire[self._terminal.write(self._wire) :]
+        """Send all that waits, or as much as the line takes."""
+        while True:
+            while len(self._wire) < WIRE_BYTES:
+                frame = self._responder.frame()
+                self._drained = not frame
+                if not frame:
+                    break
+                self._wire += frame
+            sent = self._terminal.write(self._wire) if self._wire else 0
+            self._wire = self._wire[sent:]
+            if not sent:
+                return
 
     def _wait(self) -> bytes:
         """What the host says, waiting for it until something else is to be done."""

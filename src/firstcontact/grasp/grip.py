@@ -1,0 +1,98 @@
+"""How hard and how fast to close on something, by mechanics: the rule of all who know stiffness."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite, sqrt
+
+from firstcontact.core import Command
+
+GRAVITY = 9.81
+#: 1 - nu^2 of what does not change its volume.
+PLANE = 0.75
+
+
+def gent_modulus(shore_a: float) -> float:
+    """Young's modulus of a Shore A reading, Pa (Gent 1958, Rubber Chem. Technol. 31, 896)."""
+    return 0.0981e6 * (56.0 + 7.62336 * shore_a) / (0.137505 * (254.0 - 2.54 * shore_a))
+
+
+@dataclass(frozen=True, slots=True)
+class Grip:
+    """What is declared of a hand and its use, and what follows from it.
+
+    None of it was chosen by a score. The margins are those that people hold with, 10 to 40 %
+    (Johansson and Westling 1984): the small one for what is soft, the large one for what bears it.
+
+    Parameters
+    ----------
+    speed
+        Of the approach at each fingertip, m/s; nothing closes faster.
+    force
+        The most that the hand presses with, N.
+    mass
+        What moves with a fingertip, motor and gears included, kg.
+    tip_radius
+        Of a fingertip, m.
+    pad_modulus
+        Young's modulus of its pad, Pa.
+    payload
+        The heaviest thing that is to be held, kg.
+    friction
+        Coefficient that is counted on.
+    margins
+        Smallest and largest ratio of the force to what just holds the payload.
+    dent
+        How deep a fingertip may press into pad and object together, m.
+    """
+
+    speed: float = 0.13
+    force: float = 12.0
+    mass: float = 0.47
+    tip_radius: float = 0.010
+    pad_modulus: float = 4.43e6
+    payload: float = 0.2
+    friction: float = 0.5
+    margins: tuple[float, float] = (1.1, 1.4)
+    dent: float = 1.0e-3
+
+    def stiffness(self, shore_a: float) -> float:
+        """Hertz's K of a fingertip on a flat object of that Shore A, N/m^1.5."""
+        modulus = 1 / (PLANE / self.pad_modulus + PLANE / gent_modulus(_within(shore_a)))
+        return 4 / 3 * modulus * sqrt(self.tip_radius)
+
+    @property
+    def holding(self) -> float:
+        """Force that just holds the payload between two fingers, N."""
+        return self.payload * GRAVITY / (2 * self.friction)
+
+    def force_for(self, shore_a: float) -> float:
+        """Force that presses to the dent, within the margins and the hand's, N."""
+        low, high = (m * self.holding for m in self.margins)
+        bears: float = self.stiffness(shore_a) * self.dent**1.5
+        return min(max(bears, low), high, self.force)
+
+    def speed_for(self, shore_a: float) -> float:
+        """Speed at which the moving mass alone presses to the dent, m/s (Hertz's impact)."""
+        # m v^2 / 2 = (2/5) K dent^2.5
+        bears: float = sqrt(0.8 * self.stiffness(shore_a) / self.mass) * self.dent**1.25
+        return min(bears, self.speed)
+
+    def command_for(self, shore_a: float) -> Command:
+        """How to close on something of that Shore A."""
+        return Command(self.speed_for(shore_a), self.force_for(shore_a))
+
+    @property
+    def approach(self) -> Command:
+        """At the approach's speed, no stronger than the softest thing is held."""
+        return Command(self.speed, self.gentle.force)
+
+    @property
+    def gentle(self) -> Command:
+        """What does for the softest thing on the scale: where nothing is known, and too late."""
+        return self.command_for(0.0)
+
+
+def _within(shore_a: float) -> float:
+    """On the scale; at its upper end the modulus is infinite. No number is the softest."""
+    return min(max(shore_a, 0.0), 99.0) if isfinite(shore_a) else 0.0

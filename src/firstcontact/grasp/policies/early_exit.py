@@ -1,0 +1,43 @@
+"""Force and speed from the first estimate that is sure enough."""
+
+from __future__ import annotations
+
+from firstcontact.core import Command
+from firstcontact.grasp.grip import Grip
+from firstcontact.grasp.policies.first_contact import LONGEST, FirstContact
+from firstcontact.grasp.policy import Stiffness
+
+
+class EarlyExit(FirstContact):
+    """Acts on the first estimate whose interval is tight, or on that of the longest window.
+
+    Parameters
+    ----------
+    grip
+        What is declared of the hand.
+    window
+        The longest window, s.
+    tight
+        An interval no wider than this is acted upon, Shore A. Half of what everyday objects
+        span (28 to 67 in the paper).
+    """
+
+    name = "early_exit"
+
+    def __init__(self, grip: Grip, window: float = LONGEST, tight: float = 20.0) -> None:
+        super().__init__(grip, window)
+        self.tight = tight
+        self._acted = False
+
+    def begin(self) -> Command:
+        """As all that wait for an estimate."""
+        self._acted = False
+        return super().begin()
+
+    def estimated(self, stiffness: Stiffness) -> Command | None:
+        """Close as the soft end of the interval bears, once."""
+        sure = stiffness.high - stiffness.low <= self.tight
+        if self._acted or not (sure or stiffness.duration >= self.window - 5e-4):
+            return None
+        self._acted = True
+        return self.grip.command_for(min(stiffness.low, stiffness.value))

@@ -1,0 +1,142 @@
+"""The loop: who is asked when, and every missed deadline counted exactly."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.core import ChannelKind, Command, Contact, Finger, fingertip_layout
+from firstcontact.grasp.grip import Grip
+from firstcontact.grasp.loop import GraspLoop
+from firstcontact.grasp.policies.registry import POLICIES
+from firstcontact.grasp.policy import Stiffness
+from firstcontact.grasp.taxels import REST, Taxels
+
+RATE = 1000.0
+SURE = Stiffness(50.0, 45.0, 55.0, 0.015, True)
+SHORT = Stiffness(50.0, 10.0, 90.0, 0.003, True)
+
+
+def looped(name: str, deadline: float | None = None) -> tuple[GraspLoop, list[Command]]:
+    sent: list[Command] = []
+    loop = GraspLoop(POLICIES[name](Grip(), 30.0), sent.append, RATE, deadline)
+    loop.begin()
+    return loop, sent
+
+
+def touch(loop: GraspLoop, sample: int = 100) -> None:
+    loop.touched(Contact(Finger.INDEX, sample, sample + 3), True, (sample + 3) / RATE)
+
+
+@given(st.integers(1, 60))
+def test_an_estimate_is_in_time_up_to_the_deadline_and_not_after(ms: int) -> None:
+    loop, sent = looped("first_contact", deadline=0.025)
+    touch(loop)
+    loop.estimated(SURE, (100 + ms) / RATE)
+    late = ms > 25
+    assert loop.counts.misses == loop.counts.unused == late
+    assert loop.counts.estimates == (not late)
+    assert sent[-1] == (Grip().gentle if late else Grip().command_for(45.0))
+
+
+@given(st.lists(st.tuples(st.booleans(), st.booleans()), max_size=12))
+def test_misses_are_the_closings_with_a_contact_and_without_an_estimate(
+    closings: list[tuple[bool, bool]],
+) -> None:
+    loop, _ = looped("early_exit")
+    for number, (contact, answered) in enumerate(closings):
+        loop.begin()
+        start = 1000 * number
+        if contact:
+            touch(loop, start + 100)
+        if answered:
+            loop.estimated(SURE, (start + 118) / RATE)
+        for sample in range(start + 120, start + 300, 5):
+            loop.felt(0.0, sample / RATE)
+        loop.done()
+    counts = loop.counts
+    assert counts.closings == len(closings) + 1
+    assert counts.contacts == sum(c for c, _ in closings)
+    assert counts.misses == sum(c and not a for c, a in closings)
+    assert counts.unused == sum(a and not c for c, a in closings)
+
+
+def test_time_alone_brings_the_fallback_once() -> None:
+    loop, sent = looped("first_contact", deadline=0.025)
+    touch(loop)
+    loop.felt(0.0, 0.125)
+    assert loop.counts.misses == 0
+    for t in (0.126, 0.2, 0.3):
+        loop.felt(0.0, t)
+    assert loop.counts.misses == 1
+    loop.estimated(SURE, 0.31)
+    loop.done()
+    assert (loop.counts.misses, loop.counts.unused) == (1, 1)
+    assert sent == [Grip().approach, Grip().gentle]
+
+
+def test_an_estimate_that_is_passed_over_does_not_end_the_wait() -> None:
+    loop, _ = looped("early_exit")
+    touch(loop)
+    loop.estimated(SHORT, 0.105)
+    loop.felt(0.0, 0.2)
+    assert (loop.counts.estimates, loop.counts.misses) == (1, 1)
+
+
+def test_a_closing_that_ends_first_was_missed_and_the_hand_hears_nothing() -> None:
+    loop, sent = looped("first_contact")
+    touch(loop)
+    before = len(sent)
+    loop.done()
+    loop.felt(1.0, 0.2)
+    touch(loop, 300)
+    assert loop.counts.misses == 1
+    assert len(sent) == before
+
+
+@pytest.mark.parametrize("name", POLICIES)
+def test_the_same_command_is_not_sent_twice(name: str) -> None:
+    loop, sent = looped(name)
+    touch(loop)
+    for t in (0.11, 0.12, 0.13, 0.2):
+        loop.felt(0.4, t)
+    loop.estimated(SURE, 0.21)
+    assert loop.counts.commands == len(sent)
+    assert all(a != b for a, b in itertools.pairwise(sent))
+
+
+@pytest.mark.parametrize("name", ["none", "force_feedback", "touch", "oracle"])
+def test_who_wants_no_estimate_misses_none(name: str) -> None:
+    loop, _ = looped(name, deadline=0.001)
+    touch(loop)
+    loop.felt(0.0, 9.0)
+    loop.done()
+    assert loop.counts.misses == 0
+
+
+def test_taxels_are_measured_from_where_they_rest() -> None:
+    layout = fingertip_layout()
+    columns = layout.columns(ChannelKind.FORCE)
+    data = np.zeros((600, len(layout.channels)), np.int16)
+    data[:, columns] = 1000
+    data[500:, columns[7]] = 2000
+    expected = 1000 * layout.channels[columns[7]].scale
+    for step in (1, 5, 250):
+        taxels = Taxels(layout)
+        for _ in range(2):
+            taxels.begin()
+            felt = [taxels.update(data[i : i + step]) for i in range(0, len(data), step)]
+            assert felt[-1] == pytest.approx(expected)
+            rest = round(REST * layout.rate)
+            assert felt[: rest // step] == [0.0] * (rest // step)
+            assert taxels.update(data[:0]) == 0.0
+
+
+def test_without_force_channels_nothing_is_felt() -> None:
+    layout = fingertip_layout()
+    bare = type(layout)(layout.channels[:2], layout.rate)
+    assert Taxels(bare).update(np.ones((400, 2), np.int16)) == 0.0

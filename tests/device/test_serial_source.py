@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -116,11 +117,21 @@ def test_what_the_device_drops_is_told_apart(tmp_path: Path) -> None:
     assert source.health.lost_frames == 0
 
 
-def test_arrivals_are_stamped_in_order_by_the_monotonic_clock(device: ScriptedDevice) -> None:
+def test_a_host_clock_that_is_set_back_does_not_matter(
+    device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with SerialSource(device.port) as source:
-        device.put(5000)
-        hosts = [a.host for a in collect(source, lambda n: n == 5000)]
+        before = time.monotonic()
+        device.put(2500)
+        arrivals = collect(source, lambda n: n == 2500)
+        monkeypatch.setattr(time, "time", lambda: 0.0)
+        monkeypatch.setattr(time, "time_ns", lambda: 0)
+        device.put(2500)
+        arrivals += collect(source, lambda n: n == 2500)
+        after = time.monotonic()
+    hosts = [before, *(a.host for a in arrivals), after]
     assert hosts == sorted(hosts)
+    assert source.health.reconnects == source.health.lost_samples == 0
 
 
 def test_a_cable_pulled_and_plugged_back_begins_an_epoch_and_counts(device: ScriptedDevice) -> None:

@@ -150,13 +150,17 @@ def test_a_recording_of_a_session_is_a_dataset_that_replays_the_same(
 def test_an_actor_that_raises_ends_the_session_and_closes_everything(
     recorded: Path, detector: Detector, tmp_path: Path
 ) -> None:
-    def fail(event: Event) -> None:
-        raise RuntimeError(f"an actor's fault at {type(event).__name__}")
+    class Failing:
+        def happened(self, event: Event) -> None:
+            raise RuntimeError(f"an actor's fault at {type(event).__name__}")
+
+        def came(self, block: Block) -> None:
+            """Do nothing."""
 
     source = ReplaySource(recorded, float("inf"))
     keeper = Keeper()
     with source:
-        session = Session(source, Pipeline(LAYOUT, detector), [fail], tmp_path)
+        session = Session(source, Pipeline(LAYOUT, detector), [Failing()], tmp_path)
         path = session.start_recording()
         with pytest.raises(RuntimeError, match="at Armed"):
             session.run([keeper])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
     from firstcontact.contact import Detector
     from firstcontact.core import Calibration
     from firstcontact.device import Source
+    from firstcontact.live.grasping import Grasping
     from firstcontact.live.pipeline import Answerer
     from firstcontact.live.session import Session
     from firstcontact.live.sink import Sink
@@ -50,6 +53,12 @@ class Live:
     """Write JSON lines to standard output instead of text."""
     lsl: bool = False
     """Offer samples and events to other programs by LSL."""
+    hand: str | None = None
+    """A hand to drive: twin (the simulated one, with --device twin), print or ability."""
+    hand_port: str | None = None
+    """Of the hand; "simulated" is the one in its maker's package."""
+    policy: str = "first_contact"
+    """What decides how the hand closes."""
     record: bool = False
     """Begin a recording at once."""
     recordings: Path = Path("firstcontact-recordings")
@@ -75,6 +84,7 @@ class Live:
         from firstcontact.cli.stopping import stopping
         from firstcontact.core.calibration_file import read_calibration
         from firstcontact.device.opening import open_source
+        from firstcontact.live.grasping import grasp_lines
         from firstcontact.live.pipeline import Pipeline
         from firstcontact.live.session import Session
 
@@ -86,15 +96,20 @@ class Live:
         with stopping() as stop, source:
             calibration = given or self._measured(source)
             pipeline = Pipeline(source.descriptor.layout, detector, answerers, calibration)
-            session = Session(source, pipeline, recordings=self.recordings, calibration=calibration)
-            sinks = self._sinks(session, landmarks)
-            began, used = source.health.samples, time.process_time()
-            if self.record:
-                _say(f"recording {session.start_recording()}")
-            sys.setswitchinterval(SWITCH)
-            stop.gently = True
-            session.run(sinks, self.seconds, self.pinches, lambda: stop.requested)
-            self._report(session, source, began, time.process_time() - used)
+            with self._driven(source) as grasping:
+                actors = () if grasping is None else (grasping,)
+                session = Session(source, pipeline, actors, self.recordings, calibration)
+                sinks = self._sinks(session, landmarks)
+                began, used = source.health.samples, time.process_time()
+                if self.record:
+                    _say(f"recording {session.start_recording()}")
+                sys.setswitchinterval(SWITCH)
+                stop.gently = True
+                session.run(sinks, self.seconds, self.pinches, lambda: stop.requested)
+                self._report(session, source, began, time.process_time() - used)
+            if grasping is not None:
+                for line in grasp_lines(grasping):
+                    _say(line)
 
     def _check(self) -> None:
         if self.seconds is not None and not self.seconds > 0:
@@ -105,6 +120,8 @@ class Live:
             raise InputError(f"--speed is {self.speed:g}: give a number above 0")
         if not 0 <= self.port <= 65535:
             raise InputError(f"--port is {self.port}: give one from 0 to 65535")
+        if self.hand == "twin" and self.device != "twin":
+            raise InputError("--hand twin is the hand of --device twin: name both, or another hand")
 
     def _own_model(self, source: Source) -> Path:
         """The twin's, where the twin is what is listened to, now or when it was recorded."""
@@ -127,6 +144,31 @@ class Live:
             return recorded  # a recording has its own, or each of its closings is an epoch
         _say(f"measuring the noise floor, {REST:g} s: keep the hand open and still")
         return measure_noise(source, REST, PATIENCE)
+
+    @contextmanager
+    def _driven(self, source: Source) -> Iterator[Grasping | None]:
+        """The hand with its policy, released on every way out; None where none is driven."""
+        from firstcontact.grasp.hand import HandError
+        from firstcontact.grasp.policies.registry import live_policy
+        from firstcontact.grasp.registry import open_hand
+        from firstcontact.grasp.safe import SafeHand
+        from firstcontact.live.grasping import Grasping
+
+        if self.hand is None:
+            yield None
+            return
+        policy = live_policy(self.policy)
+        try:
+            if self.hand == "twin":
+                from firstcontact.live.twin_hand import TwinHand
+
+                hand = SafeHand(TwinHand(source))
+            else:
+                hand = open_hand(self.hand, self.hand_port)
+            with hand:
+                yield Grasping(policy, hand, source.descriptor.layout)
+        except HandError as error:
+            raise InputError(f"--hand {self.hand}: {error}") from error
 
     def _sinks(self, session: Session, landmarks: dict[str, float]) -> list[Sink]:
         from firstcontact.live.json_lines import JsonLinesSink

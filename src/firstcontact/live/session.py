@@ -6,8 +6,9 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
+from typing import Protocol
 
-from firstcontact.core import Calibration, Contact, joined
+from firstcontact.core import Block, Calibration, Contact, joined
 from firstcontact.device import Arrival, Source
 from firstcontact.device.recorder import Recorder, RecorderStatus
 from firstcontact.live.events import Event, PinchDone
@@ -21,8 +22,15 @@ WAIT = 0.05
 #: Samples go to recorder and sinks together for so long, s; events at once.
 TOGETHER = 0.02
 
-#: Called in the session's own thread with each event as it happens.
-Actor = Callable[[Event], None]
+
+class Actor(Protocol):
+    """Acts on what happens, in the session's own thread: must be quick."""
+
+    def happened(self, event: Event) -> None:
+        """Something was found."""
+
+    def came(self, block: Block) -> None:
+        """Samples came; what was found in them was told before."""
 
 
 class Session:
@@ -35,7 +43,7 @@ class Session:
     pipeline
         For the source's layout.
     actors
-        Called with each event before anything else sees it; must be quick.
+        Told of each event before anything else sees it.
     recordings
         Folder for recordings that a viewer starts.
     calibration
@@ -101,6 +109,8 @@ class Session:
                 for arrival in new:
                     self._arrivals.append(arrival)
                     found |= self._act(self.pipeline.update(arrival.block, arrival.host))
+                    for actor in self._actors:
+                        actor.came(arrival.block)
                 if found or time.monotonic() - told >= TOGETHER:
                     self._tell()
                     told = time.monotonic()
@@ -154,7 +164,7 @@ class Session:
         for event in events:
             found = True
             for actor in self._actors:
-                actor(event)
+                actor.happened(event)
             self.pinches += isinstance(event, PinchDone)
             self._events.append(event)
         return found

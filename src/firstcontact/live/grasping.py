@@ -1,0 +1,91 @@
+"""Live events to a grasp policy, and its commands to a hand."""
+
+from __future__ import annotations
+
+from firstcontact.core import Block, Command, Layout
+from firstcontact.grasp.hand import Hand
+from firstcontact.grasp.loop import GraspLoop
+from firstcontact.grasp.policy import Policy, Stiffness
+from firstcontact.grasp.safe import SafeHand
+from firstcontact.grasp.taxels import Taxels
+from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Touched
+
+
+class Grasping:
+    """Drives a hand through the closings of a live session; an actor of it.
+
+    Times are those of the samples, with the computing added where an estimate is
+    told: what the deadline is held against.
+
+    Parameters
+    ----------
+    policy
+        What decides.
+    hand
+        Open. A :class:`~firstcontact.grasp.safe.SafeHand` is told with every block that
+        the session lives.
+    layout
+        Of the samples.
+    deadline
+        For an estimate, s after the first contact; None takes the policy's own.
+    """
+
+    def __init__(
+        self, policy: Policy, hand: Hand, layout: Layout, deadline: float | None = None
+    ) -> None:
+        self.hand = hand
+        self.loop = GraspLoop(policy, self._send, layout.rate, deadline)
+        #: What the hand was told last, None before the first.
+        self.last: Command | None = None
+        self._taxels = Taxels(layout)
+        self._rate = layout.rate
+        self._epoch = 0
+        self._done = True
+
+    def happened(self, event: Event) -> None:
+        """Let the policy answer to an event."""
+        match event:
+            case Armed():
+                self._epoch = event.epoch
+                self._done = False
+                self._taxels.begin()
+                self.loop.begin()
+            case Touched():
+                self.loop.touched(event.contact, event.first, event.contact.decided / self._rate)
+            case Estimated() if event.used:
+                now = event.complete / self._rate + event.compute
+                self.loop.estimated(
+                    Stiffness(event.value, event.low, event.high, event.duration, in_time=True), now
+                )
+            case PinchDone():
+                self._done = True
+                self.loop.done()
+
+    def came(self, block: Block) -> None:
+        """Let the policy feel the force, and see the time pass."""
+        if isinstance(self.hand, SafeHand):
+            self.hand.alive()
+        if not self._done and block.epoch == self._epoch:
+            self.loop.felt(self._taxels.update(block.data), block.end / self._rate)
+
+    def _send(self, command: Command) -> None:
+        self.last = command
+        self.hand.send(command)
+
+
+def grasp_lines(grasping: Grasping) -> list[str]:
+    """What the hand was told, for the end of a run."""
+    counts = grasping.loop.counts
+    lines = [
+        f"hand {grasping.hand.name}, policy {grasping.loop.policy.name}",
+        f"{counts.commands} commands in {counts.closings} closings, {counts.contacts} with contact",
+        f"deadline: {counts.estimates} estimates in time, {counts.misses} missed, "
+        f"{counts.unused} too late to be used",
+    ]
+    if isinstance(grasping.hand, SafeHand):
+        c = grasping.hand.counts
+        lines.append(
+            f"sent {c.sent}, clipped {c.clipped}, superseded {c.superseded}, "
+            f"repeated {c.repeated}, released {c.released}"
+        )
+    return lines

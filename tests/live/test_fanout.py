@@ -98,8 +98,12 @@ def test_closing_does_not_wait_for_ever() -> None:
     fanout = Fanout([stuck], DESCRIPTOR)
     fanout.put(Update())
     assert stuck.taking.wait(LONG)
+    for update in updates(7):
+        fanout.put(update)
     fanout.close(0.01)
     assert stuck.order == ["open"]
+    # What it did not take in time is no silent loss.
+    assert fanout.dropped == {"stuck": 7}
     go_on.set()
     fanout.close(LONG)
     assert stuck.order == ["open", "close"]

@@ -14,6 +14,7 @@ from firstcontact.core import (
     Block,
     Calibration,
     Finger,
+    InputError,
     Physical,
     PiezoCalibration,
     Pinch,
@@ -166,7 +167,45 @@ def test_an_actor_that_raises_ends_the_session_and_closes_everything(
             session.run([keeper])
     assert keeper.closed.is_set()
     assert session.recording.path is None
-    assert read_recording(path).skipped == ()
+    recording = read_recording(path)
+    assert recording.skipped == ()
+    # The samples that the fault was found in are there, too.
+    assert recording.samples == source.health.samples > 0
+
+
+def test_a_second_start_disturbs_nothing_of_the_recording_that_runs(
+    recorded: Path, calibration: Calibration, detector: Detector, tmp_path: Path
+) -> None:
+    refused: list[str] = []
+
+    class Again:
+        def happened(self, event: Event) -> None:
+            if isinstance(event, PinchDone):
+                with pytest.raises(InputError, match="is being recorded") as error:
+                    session.start_recording()
+                refused.append(str(error.value))
+
+        def came(self, block: Block) -> None:
+            """Do nothing."""
+
+    with ReplaySource(recorded, float("inf")) as source:
+        pipeline = Pipeline(LAYOUT, detector, (), calibration)
+        session = Session(source, pipeline, [Again()], tmp_path)
+        path = session.start_recording()
+        session.run()
+    marks = read_recording(path).pinches
+    assert [m.number for m in marks] == list(range(len(refused)))
+    assert len(marks) >= 4
+
+
+def test_a_folder_that_cannot_be_made_is_told(
+    recorded: Path, detector: Detector, tmp_path: Path
+) -> None:
+    (tmp_path / "file").touch()
+    with ReplaySource(recorded, float("inf")) as source:
+        session = Session(source, Pipeline(LAYOUT, detector), (), tmp_path / "file" / "folder")
+        with pytest.raises(InputError, match="--recordings"):
+            session.start_recording()
 
 
 def test_a_sink_that_raises_costs_the_recording_nothing(

@@ -110,6 +110,8 @@ class Live:
             if grasping is not None:
                 for line in grasp_lines(grasping):
                     _say(line)
+            if session.recording.failed:
+                raise InputError(session.recording.failed)
 
     def _check(self) -> None:
         if self.seconds is not None and not self.seconds > 0:
@@ -200,13 +202,11 @@ class Live:
         )
         assert session.fanout is not None
         for name, dropped in session.fanout.dropped.items():
-            if dropped:
+            if dropped and name not in session.fanout.failed:
                 _say(f"{name}: {dropped} updates dropped, it was too slow")
         for name, why in session.fanout.failed.items():
             if not why.startswith(BrokenPipeError.__name__):  # its reader has had enough
                 _say(f"{name}: failed ({why})")
-        if session.recording.failed:
-            _say(f"recording: {session.recording.failed}")
 
 
 def _models(folder: Path) -> tuple[Detector, list[Answerer], dict[str, float]]:

@@ -47,6 +47,11 @@ class _Feeder:
             self._closing = True
             self._changed.notify()
         self._thread.join(timeout)
+        if self._thread.is_alive():
+            # It is not waited for any longer: what it will not get is lost, and counted.
+            with self._changed:
+                self.dropped += len(self._waiting)
+                self._waiting.clear()
 
     def _run(self) -> None:
         try:

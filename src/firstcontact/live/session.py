@@ -8,7 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Protocol
 
-from firstcontact.core import Block, Calibration, Contact, joined
+from firstcontact.core import Block, Calibration, Contact, InputError, joined
 from firstcontact.device import Arrival, Source
 from firstcontact.device.recorder import Recorder, RecorderStatus
 from firstcontact.live.events import Event, PinchDone
@@ -66,6 +66,7 @@ class Session:
         self._folder = recordings
         self._calibration = calibration
         self._recorder = Recorder()
+        self._noted: Path | None = None  # recording that the next two are about
         self._number = 0
         self._from: tuple[int, int] | None = None
         self._arrivals: list[Arrival] = []
@@ -117,12 +118,14 @@ class Session:
                 if pinches is not None and self.pinches >= pinches:
                     break
             self._act(self.pipeline.finish())
-            self._tell()
         finally:
             try:
-                self._recorder.stop()
+                self._tell()  # what came before a fault belongs into the recording, too
             finally:
-                self.fanout.close()
+                try:
+                    self._recorder.stop()
+                finally:
+                    self.fanout.close()
 
     def start_recording(self) -> Path:
         """Begin a recording in the session's folder."""
@@ -139,9 +142,12 @@ class Session:
             created=datetime.now().astimezone().isoformat(timespec="seconds"),
             calibration=self._calibration,
         )
-        self._folder.mkdir(parents=True, exist_ok=True)
-        self._number = 0
-        self._from = None
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(
+                f"{self._folder} cannot be made ({error.strerror}): choose another --recordings"
+            ) from error
         self._recorder.start(path, header)
         return path
 
@@ -175,6 +181,10 @@ class Session:
         arrivals, self._arrivals = _fewer(self._arrivals), []
         events, self._events = tuple(self._events), []
         done = [event for event in events if isinstance(event, PinchDone)]
+        # Recordings begin and end in the threads of viewers: seen from here, in this one.
+        path = self.recording.path
+        if path != self._noted:
+            self._noted, self._number, self._from = path, 0, None
         if self._from is None and arrivals:
             self._from = (arrivals[0].block.epoch, arrivals[0].block.first_sample)
         self._recorder.put(arrivals)
@@ -187,7 +197,7 @@ class Session:
     def _note(self, done: PinchDone) -> None:
         """Mark the pinch in the recording, if there is one; the strips are its truth."""
         whole = self._from is not None and (done.epoch, done.armed) >= self._from
-        if self.recording.path is None or not whole:
+        if self._noted is None or self.recording.path != self._noted or not whole:
             return
         truth = tuple(Contact(f, s, s) for f, s in done.strips)
         self._recorder.mark(PinchMark(self._number, done.armed, done.end, done.epoch, truth=truth))

@@ -1,1 +1,1 @@
-"""The grasp study: policies against one another on the twin, and its report."""
+"""What grasp modulation saves: all policies on the same pinches of the twin's hand plant."""

@@ -18,13 +18,13 @@ class EarlyExit(FirstContact):
     window
         The longest window, s.
     tight
-        An interval no wider than this is acted upon, Shore A. Half of what everyday objects
-        span (28 to 67 in the paper).
+        An interval no wider than this is acted upon, Shore A. A quarter of what everyday
+        objects span (28 to 67 in the paper).
     """
 
     name = "early_exit"
 
-    def __init__(self, grip: Grip, window: float = LONGEST, tight: float = 20.0) -> None:
+    def __init__(self, grip: Grip, window: float = LONGEST, tight: float = 10.0) -> None:
         super().__init__(grip, window)
         self.tight = tight
         self._acted = False

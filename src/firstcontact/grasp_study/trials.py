@@ -1,0 +1,143 @@
+"""The same pinch again and again, closed by every policy: rows of what became of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from firstcontact.grasp.grip import Grip
+from firstcontact.grasp.policies.first_contact import FirstContact
+from firstcontact.grasp.policies.force_feedback import Feedback
+from firstcontact.grasp.policies.oracle import Oracle
+from firstcontact.grasp.policies.touch import Touch
+from firstcontact.grasp_study.closing import LAYOUT, Told, close
+from firstcontact.grasp_study.learning import CONDITION, loaded
+from firstcontact.grasp_study.settings import KINDS
+from firstcontact.grasp_study.variants import Variant
+from firstcontact.live.pipeline import Pipeline
+from firstcontact.twin.conditions import condition
+from firstcontact.twin.draw import draw_pinch, draw_specimen
+from firstcontact.twin.drive import Drive
+from firstcontact.twin.plant import GraspPlant
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """One pinch by chance: what is pinched, in which session.
+
+    Parameters
+    ----------
+    kind
+        Name of the object.
+    session
+        Number; with the group and the seed it decides all chance.
+    group
+        Sessions of the report and those of the search have names of their own.
+    seed
+        Of the hand and all else.
+    """
+
+    kind: str
+    session: int
+    group: str = "grasp"
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What became of one closing. Times in s, forces in N."""
+
+    kind: str
+    shore_a: float
+    session: int
+    variant: str
+    latency: float
+    peak: float
+    squeeze: float
+    time: float | None
+    slipped: float
+    dropped: bool
+    broken: bool
+    touched: float | None
+    offset: float | None
+    estimate: float | None
+    misses: int
+    estimates: int
+
+
+def plant_of(scene: Scene, variant: Variant, latency: float) -> GraspPlant:
+    """The hand about to close: same scene and latency, same chance, whatever the policy."""
+    rig = condition(CONDITION)
+    # A specimen for each session, none of them learned from: those are the first ones.
+    thing = draw_specimen(scene.seed, rig, KINDS[scene.kind], 1 + _specimen(scene))
+    draw = draw_pinch(scene.seed, rig, f"{scene.group}-{scene.session}", thing, scene.kind)
+    return GraspPlant(draw, Drive(latency=latency), thing, variant.velostat)
+
+
+def _specimen(scene: Scene) -> int:
+    return 2 * scene.session + (scene.group == "grasp")
+
+
+def played(
+    plant: GraspPlant,
+    scene: Scene,
+    variant: Variant,
+    tuned: Mapping[str, Feedback],
+    models: Path | None,
+) -> Told:
+    """Close on the scene, with the variant's policy."""
+    # The approach is as it was drawn; the policy is told so.
+    grip = Grip(speed=plant.nominal.speed, force=plant.nominal.force)
+    policy = variant.make(grip, KINDS[scene.kind].shore_a, tuned)
+    if not isinstance(policy, (FirstContact, Touch, Oracle)) or models is None:
+        return close(plant, policy, None, 0)
+    detector, answerers = loaded(models)
+    wanted = answerers if policy.deadline is not None else ()
+    pipeline = Pipeline(LAYOUT, detector, wanted, clock=lambda: 0.0)
+    return close(plant, policy, pipeline, len(wanted))
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A scene for all variants and latencies: a job."""
+
+    scene: Scene
+    variants: tuple[Variant, ...]
+    latencies: tuple[float, ...]
+    tuned: Mapping[str, Feedback]
+    models: Path | None
+
+
+def run_trial(trial: Trial) -> list[Row]:
+    """One row for each latency and variant, in this order."""
+    return [
+        _row(trial, variant, latency) for latency in trial.latencies for variant in trial.variants
+    ]
+
+
+def _row(trial: Trial, variant: Variant, latency: float) -> Row:
+    scene = trial.scene
+    plant = plant_of(scene, variant, latency)
+    told = played(plant, scene, variant, trial.tuned, trial.models)
+    outcome = plant.outcome
+    both = outcome.first_contact is not None and outcome.second_contact is not None
+    last = told.estimates[-1].value if told.estimates else None
+    return Row(
+        kind=scene.kind,
+        shore_a=KINDS[scene.kind].shore_a,
+        session=scene.session,
+        variant=variant.key,
+        latency=latency,
+        peak=outcome.peak_force,
+        squeeze=outcome.squeeze,
+        time=outcome.time_to_grasp,
+        slipped=outcome.slipped,
+        dropped=outcome.dropped,
+        broken=outcome.broken,
+        touched=outcome.first_contact,
+        offset=(outcome.second_contact or 0.0) - (outcome.first_contact or 0.0) if both else None,
+        estimate=last,
+        misses=told.counts.misses,
+        estimates=told.counts.estimates,
+    )

@@ -12,6 +12,9 @@ from firstcontact.core.command import Command
 from firstcontact.core.errors import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
 
+#: From a command to its effect unless something else is asked for, s.
+LATENCY = 0.020
+
 
 @dataclass(frozen=True, slots=True)
 class Drive:
@@ -42,7 +45,7 @@ class Drive:
         A negative or infinite number.
     """
 
-    latency: float = 0.020
+    latency: float = LATENCY
     acceleration: float = 10.0
     force: float = 12.0
     speed: float = 0.25

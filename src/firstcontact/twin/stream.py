@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -10,45 +9,34 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.core.command import Command
 from firstcontact.core.errors import InputError
 from firstcontact.core.layout import FINGERTIP_RATE, Finger
 from firstcontact.core.pinch import Contact, Label
 from firstcontact.twin.conditions import condition
 from firstcontact.twin.draw import draw_pinch, generator
+from firstcontact.twin.drive import LATENCY, Drive
 from firstcontact.twin.fingertips import Fingertips
-from firstcontact.twin.mechanics import INDENTATION, OUTPUTS
+from firstcontact.twin.mechanics import CONTACT_FORCE, OUTPUTS
 from firstcontact.twin.objects import OBJECTS, TwinObject, object_named
-from firstcontact.twin.parameters import FingerParameters
 from firstcontact.twin.plan import Planned, planned
-from firstcontact.twin.run import PinchRun
 from firstcontact.twin.sensor import SCAN
+from firstcontact.twin.stream_moves import PIECE, close, part, pieces
+from firstcontact.twin.stream_run import StreamRun
 
 #: The open hand rests this long with its motor off, s.
 REST = (0.6, 1.0)
-#: The motor gets to another speed in this time, s.
-RAMP = 0.06
 #: Added to the drawn instant of the first contact, which so comes 200 to 220 ms after
 #: the motor's start, 140 ms or more of it at full speed.
 LEAD = 0.04
-#: Squeezing is over when the drives have slowed down to this share of their speed.
-STALLED = 0.1
-#: Then the hand holds with this force of each drive, N: below its stall force, so that
-#: the speed loop damps what swings.
-GRIP = 10.0
-#: For this long, s.
+#: The hand that has squeezed holds for this long, s.
 HOLD = (0.40, 0.50)
-#: How far apart skin and object are before the opening hand is stopped, m.
-APART = 5e-3
-#: What still swings when the hand has stopped has died down after this time, s.
-SETTLE = 0.15
 #: No pinch is longer, s.
 LONGEST = 4.0
 #: The session that all pinches of a stream belong to.
 SESSION = "stream"
 #: Pinches that are remembered.
 REMEMBERED = 1000
-#: Samples that are made at a time, 5 ms.
-PIECE = 25
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,11 +52,17 @@ class StreamPinch:
     truth
         Contacts as the strips tell them, in the order of time; those that have
         come so far.
+    end
+        First sample after the hold, where the hand begins to open; None before that.
+    peak
+        Largest grip force until then, N: the smaller one of both contacts'.
     """
 
     start: int
     label: Label
     truth: tuple[Contact, ...] = ()
+    end: int | None = None
+    peak: float | None = None
 
 
 class TwinStream:
@@ -86,11 +80,19 @@ class TwinStream:
         each round. All of the paper's by default.
     seed
         Of everything by chance.
+    latency
+        From a command to its effect, s. All else of the :class:`Drive` is its own.
+
+    Attributes
+    ----------
+    ignored
+        Commands that no closing was there for.
 
     Raises
     ------
     InputError
-        Unknown condition or object, none at all, or a negative seed.
+        Unknown condition or object, none at all, a negative seed, or a latency
+        that cannot be.
     """
 
     def __init__(
@@ -98,14 +100,18 @@ class TwinStream:
         condition_name: str = "paper-rig",
         objects: Sequence[str | TwinObject] | None = None,
         seed: int = 0,
+        latency: float = LATENCY,
     ) -> None:
         self._condition = condition(condition_name)
+        self._drive = Drive(latency=latency)
         if seed < 0:
             raise InputError(f"seed is {seed}: use a whole number from 0 on")
         given = tuple(OBJECTS) if objects is None else objects
         self._objects = [object_named(o) if isinstance(o, str) else o for o in given]
         if not self._objects:
             raise InputError("the twin has no objects: give at least one")
+        self.ignored = 0
+        self._run: StreamRun | None = None  # while the hand closes and holds
         self._seed = seed
         self._rng = generator(seed, condition_name, "stream")
         self._chosen: TwinObject | None = None
@@ -135,6 +141,40 @@ class TwinStream:
         """
         self._chosen = None if name is None else object_named(name)
 
+    def command(self, command: Command) -> bool:
+        """Order something of the closing that is going on; holds until the hand opens.
+
+        It takes effect the drive's latency after the scan that was read last.
+
+        Returns
+        -------
+        bool
+            Whether there is a closing; otherwise the command is ignored and counted.
+
+        Raises
+        ------
+        InputError
+            A speed or force that is no number.
+        """
+        clipped = self._drive.clipped(command)
+        if self._run is None:
+            self.ignored += 1
+            return False
+        self._run.tell(clipped, self._effect(self._run))
+        return True
+
+    def release(self) -> None:
+        """Have the hand open now, and not when it has held; an open one stays as it is.
+
+        It begins to open the drive's latency after the scan that was read last, to
+        the next piece.
+        """
+        if self._run is not None:
+            self._run.tell(None, self._effect(self._run))
+
+    def _effect(self, run: StreamRun) -> int:
+        return run.done - 1 - len(self._left) + self._drive.delay
+
     def read(self, samples: int) -> NDArray[np.uint16]:
         """The next scans.
 
@@ -143,30 +183,43 @@ class TwinStream:
         ndarray
             Shape (samples, 6), in the order of :data:`firstcontact.twin.sensor.SCAN`.
         """
-        pieces = [self._left]
+        parts = [self._left]
         there = len(self._left)
         while there < samples:
             first = self._tips.sample
             scans = self._tips.read(next(self._moves))
             self._note(first, scans)
-            pieces.append(scans)
+            parts.append(scans)
             there += len(scans)
-        joined = np.concatenate(pieces)
+        joined = np.concatenate(parts)
         self._left = joined[samples:]
         return joined[:samples]
 
     def _move(self) -> Iterator[NDArray[np.float64]]:
         """Pieces of what :meth:`PinchRun.advance` gives, for ever."""
         while True:
-            for _ in range(_pieces(self._rng.uniform(*REST))):
+            for _ in range(pieces(self._rng.uniform(*REST))):
                 yield np.zeros((PIECE, 2, OUTPUTS))
             coming = self._next()
             key = f"{coming.label.specimen} {coming.number}"
             draw = draw_pinch(self._seed, self._condition, SESSION, coming.specimen, key)
             self._tips.take(draw)
             self.pinches.append(StreamPinch(self._tips.sample, coming.label))
-            run = PinchRun(draw, LONGEST, round(LEAD * FINGERTIP_RATE), at_rest=True)
-            yield from _pinch(run, float(self._rng.uniform(*HOLD)))
+            yield from self._pinch(
+                StreamRun(draw, LONGEST, round(LEAD * FINGERTIP_RATE), self._drive)
+            )
+
+    def _pinch(self, run: StreamRun) -> Iterator[NDArray[np.float64]]:
+        """From rest to rest."""
+        self._run = run
+        peak = 0.0
+        for motion in close(run, float(self._rng.uniform(*HOLD))):
+            peak = max(peak, float(motion[..., CONTACT_FORCE].min(axis=1).max()))
+            yield motion
+        self._run = None
+        self.ignored += run.take_back()
+        self.pinches[-1] = replace(self.pinches[-1], end=self._tips.sample, peak=peak)
+        yield from part(run)
 
     def _next(self) -> Planned:
         kind = self._chosen
@@ -199,43 +252,3 @@ class TwinStream:
         if new:
             new.sort(key=lambda c: c.sample)
             self.pinches[-1] = replace(pinch, truth=(*pinch.truth, *new))
-
-
-def _pieces(duration: float) -> int:
-    return round(duration * FINGERTIP_RATE / PIECE)
-
-
-def _pinch(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
-    """Close, hold and open, from rest to rest."""
-    yield from _ramp(run, run.nominal_speed)
-    while not all(run.touched) or run.drive_speed > STALLED * run.nominal_speed:
-        yield _piece(run)
-    # A drive that stands pushes with its gain times the speed it is told.
-    yield from _ramp(run, GRIP / FingerParameters().speed_gain)
-    for _ in range(_pieces(hold)):
-        yield _piece(run)
-    yield from _ramp(run, -run.nominal_speed)
-    while True:
-        motion = _piece(run)
-        yield motion
-        if (motion[-1, :, INDENTATION] < -APART).all():
-            break
-    yield from _ramp(run, 0.0)
-    for _ in range(_pieces(SETTLE)):
-        yield _piece(run)
-
-
-def _ramp(run: PinchRun, speed: float) -> Iterator[NDArray[np.float64]]:
-    """Bring the hand to another speed without a jerk."""
-    begin = run.speed
-    steps = _pieces(RAMP)
-    for k in range(steps):
-        part = 0.5 - 0.5 * math.cos(math.pi * (k + 1) / steps)
-        run.speed = begin + part * (speed - begin)
-        yield _piece(run)
-
-
-def _piece(run: PinchRun) -> NDArray[np.float64]:
-    """The next piece; a motor that stalls or stands is not heard."""
-    run.loudness = min(abs(run.drive_speed) / run.nominal_speed, 1.0)
-    return run.advance(PIECE)

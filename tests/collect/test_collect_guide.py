@@ -210,6 +210,24 @@ def test_a_session_is_gone_on_with_after_an_interruption(tmp_path):
     assert (header.calibration, header.hand, header.session) == (CALIBRATION, "left hand", "1")
 
 
+def test_a_device_that_is_unplugged_when_the_object_changes_is_told_later(tmp_path):
+    class Unplugged(MemorySource):
+        away = 3
+
+        def mark(self, text):
+            if self.away:
+                self.away -= 1
+                raise InputError("the device is not there")
+            super().mark(text)
+
+    source = Unplugged(arrivals(closings(2)[0].raw()))
+    items = (Item("block 10", 1, 10.0), Item("block 29", 1, 29.0))
+    guide = Guide(LAYOUT, items, "1", CALIBRATION)
+    header = header_of(source.descriptor, "1", CALIBRATION)
+    assert run_session(source, guide, tmp_path / "a.mcap", header, Silent())
+    assert source.marks == ["object: block 10", "object: block 29"]
+
+
 def test_everything_that_came_is_in_the_file_also_what_did_not_count(tmp_path):
     hand = Hand()
     hand.rest()

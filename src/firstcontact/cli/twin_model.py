@@ -49,7 +49,12 @@ def twin_model(condition: str, seed: int) -> Path:
                 seed=seed,
             ).run()
             Train(making / "pinches", making / "model", contacts="detected").run()
-        (making / "model").rename(folder)
+        try:
+            (making / "model").rename(folder)
+        except OSError:
+            # Another run may have made it meanwhile: then it is there, whole.
+            if not (folder / "detector.json").is_file():
+                raise
     finally:
         shutil.rmtree(making)
     return folder

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -93,11 +94,17 @@ def run_session(
     with Recorder() as recorder:
         recorder.start(path, header)
         label: Label | None = None
+        named = True
         while guide.current is not None and not stopped():
             if guide.current != label:
                 label = guide.current
-                source.mark(f"object: {label.object}")
+                named = False
                 guide.paused = not screen.next_object(label, *guide.progress(label))
+            if not named and label is not None:
+                # A device that is unplugged just now is told when it is back.
+                with suppress(InputError):
+                    source.mark(f"object: {label.object}")
+                    named = True
             if guide.paused and screen.in_place():
                 guide.paused = False
             arrivals = source.read(WAIT)

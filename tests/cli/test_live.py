@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -102,6 +103,26 @@ def test_a_signal_ends_it_in_order(
     process.stdout.close()
     (path,) = tmp_path.glob("*.mcap")
     assert read_recording(path).skipped == ()
+
+
+@pytest.mark.usefixtures("recorded")  # the model is there: only the recording is too large
+def test_a_recording_that_breaks_off_is_told_and_shows_in_the_exit_code(
+    environment: dict[str, str], tmp_path: Path
+) -> None:
+    limited = "ulimit -f 200; exec "  # kB or half of them: a stream fills it within two seconds
+    arguments = ["--device", "twin", "--seconds", "4", "--record", "--recordings", str(tmp_path)]
+    done = subprocess.run(
+        ["/bin/sh", "-c", limited + shlex.join([*COMMAND, *arguments])],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=LONG,
+    )
+    assert done.returncode == 2
+    (path,) = tmp_path.glob("*.mcap")
+    assert str(path) in done.stderr.splitlines()[-1]
+    assert "make room" in done.stderr.splitlines()[-1]
+    assert read_recording(path).samples > 0
 
 
 @pytest.fixture

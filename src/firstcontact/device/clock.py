@@ -33,12 +33,6 @@ class ClockFit:
         self._bucket = 0
         self._rate = 0.0
 
-    def reset(self) -> None:
-        """Forget: a new epoch has begun."""
-        self._points.clear()
-        self._best = None
-        self._rate = 0.0
-
     def add(self, sample: int, host: float) -> None:
         """A sample had arrived at a time of the host's clock, s."""
         delay = host - sample / self.nominal

@@ -14,6 +14,7 @@ from firstcontact.contact.closing import Began, Closings, Went
 from firstcontact.contact.threshold import ThresholdDetector
 from firstcontact.core import Block, Calibration, ChannelKind, Label, Layout
 from firstcontact.device import Arrival
+from firstcontact.device.twin_words import held_object
 from firstcontact.recording import PinchMark
 
 #: Height of the threshold that checks the strips: high, since a click of the motor
@@ -23,8 +24,6 @@ SIGMAS = 10.0
 PIECE = 0.015
 #: The noise is told over parts of this length, s.
 QUIET = 0.1
-#: How the twin says in a marker what it closes on.
-ANNOUNCES = "twin: "
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,8 +123,7 @@ class Guide:
     def update(self, arrival: Arrival) -> list[Judged]:
         """Take what came next: the closings that are over by now."""
         for marker in arrival.markers:
-            if marker.text.startswith(ANNOUNCES):
-                self._announced = marker.text.removeprefix(ANNOUNCES)
+            self._announced = held_object(marker.text) or self._announced
         block = arrival.block
         judged: list[Judged] = []
         for start in range(0, len(block.data), self._piece):

@@ -6,6 +6,11 @@ marker "twin: <object>", pinned to that sample. A host that sends the mark "obje
 29" has it take only that object from the next closing on (the names are those of
 :mod:`firstcontact.twin.objects`); "object: any" goes back to the plan, and a name
 that it does not know is answered with a marker that says so.
+
+The mark "hand: 0.0500 2.000" commands the closing that is going on: 0.05 m/s and 2 N at
+most, from the drive's latency on until the hand opens. "hand: release" opens it. When a
+closing is over, the marker "twin: peak 3.4 N" says how hard it squeezed, pinned to the
+sample where the hand begins to open.
 """
 
 from __future__ import annotations
@@ -19,6 +24,7 @@ from types import TracebackType
 from typing import Self
 
 from firstcontact.core import InputError
+from firstcontact.twin.drive import LATENCY
 
 
 class TwinDevice:
@@ -39,6 +45,8 @@ class TwinDevice:
         this condition and seed.
     speed
         1 for real time; more to have an hour in less.
+    latency
+        From a command to the hand to its effect, s of its samples.
 
     Raises
     ------
@@ -59,10 +67,12 @@ class TwinDevice:
         objects: Sequence[str] | None = None,
         seed: int = 0,
         speed: float = 1.0,
+        latency: float = LATENCY,
     ) -> None:
         if not 0 < speed < float("inf"):
             raise InputError(f"speed is {speed}: use a number above 0")
         options = [f"--condition={condition}", f"--seed={seed}", f"--speed={speed}"]
+        options.append(f"--latency={latency}")
         options += [f"--object={name}" for name in objects or ()]
         self._lock = threading.Lock()
         # A session of its own: signals to the terminal's group are not for it.

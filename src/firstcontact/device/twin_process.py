@@ -19,13 +19,17 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from firstcontact import __version__
-from firstcontact.core import InputError, fingertip_layout
+from firstcontact.core import Command, InputError, fingertip_layout
 from firstcontact.core.layout import FINGERTIP_RATE, TAXELS
 from firstcontact.device.protocol import FRAME_SAMPLES
 from firstcontact.device.pseudo_terminal import PseudoTerminal
 from firstcontact.device.responder import Responder
 from firstcontact.device.source import Descriptor
+from firstcontact.device.twin_words import HAND, TWIN, peak_text, read_order
 
+#: What is made before the clock starts ends in a closing: no rest is so long, and no
+#: closing so short.
+REHEARSED = round(1.2 * FINGERTIP_RATE)
 #: Samples that wait for a host that does not read, s of the host's time.
 RING = 0.5
 #: Shortest time between two looks at the clock, s.
@@ -41,7 +45,7 @@ class TwinProcess:
     ----------
     terminal
         Where the host is.
-    condition, objects, seed
+    condition, objects, seed, latency
         As of :class:`firstcontact.twin.stream.TwinStream`.
     speed
         Samples a second, as a multiple of 4936.
@@ -54,6 +58,7 @@ class TwinProcess:
         objects: Sequence[str] | None,
         seed: int,
         speed: float,
+        latency: float,
     ) -> None:
         # Numba is an extra: what needs it is imported where it is needed.
         from firstcontact.twin.filter import DeviceFilter
@@ -64,8 +69,11 @@ class TwinProcess:
         # Whole frames, and no more often than a tick.
         self._batch = FRAME_SAMPLES * max(1, round(self._rate * TICK / FRAME_SAMPLES))
         # Compiles everything, or loads it, before the clock starts.
-        DeviceFilter().update(TwinStream(condition, objects, seed).read(round(2 * FINGERTIP_RATE)))
-        self._stream = TwinStream(condition, objects, seed)
+        rehearsal = TwinStream(condition, objects, seed, latency=0.0)
+        DeviceFilter().update(rehearsal.read(REHEARSED))
+        rehearsal.command(Command(0.0, 0.0))
+        rehearsal.read(FRAME_SAMPLES * 10)
+        self._stream = TwinStream(condition, objects, seed, latency)
         self._filter = DeviceFilter()
         self._boot = secrets.randbits(31)
         self._announced = -1
@@ -85,7 +93,7 @@ class TwinProcess:
         self._lead = b"\0" if self._wire else b""
         self._wire = b""
         self._responder = Responder(
-            DESCRIPTOR, self._boot, max(round(RING * self._rate), FRAME_SAMPLES), self._choose
+            DESCRIPTOR, self._boot, max(round(RING * self._rate), FRAME_SAMPLES), self._obey
         )
 
     def run(self) -> None:
@@ -120,15 +128,18 @@ class TwinProcess:
         return max(at - time.monotonic(), 0.0)
 
     def _announce(self) -> None:
-        """Tell what the hand has begun to close on."""
+        """Tell what the hand has begun to close on, and how hard it has squeezed."""
+        words: list[tuple[int, str]] = []
         for pinch in reversed(self._stream.pinches):
+            words.append((pinch.start, f"{TWIN}{pinch.label.object}"))
+            if pinch.end is not None and pinch.peak is not None:
+                words.append((pinch.end, peak_text(pinch.peak)))
             if pinch.start <= self._announced:
-                return
-            if pinch.start < self._stream.sample:
-                self._announced = pinch.start
-                sample = max(pinch.start - self._origin, 0)
-                self._responder.marker(sample, f"twin: {pinch.label.object}")
-                return
+                break
+        for sample, text in sorted(words):
+            if self._announced < sample < self._stream.sample:
+                self._responder.marker(max(sample - self._origin, 0), text)
+        self._announced = self._stream.sample - 1
 
     def _send(self) -> None:
         if not self._terminal.plugged:
@@ -142,16 +153,26 @@ class TwinProcess:
         if self._wire:
             self._wire = self._wire[self._terminal.write(self._wire) :]
 
-    def _choose(self, text: str) -> None:
-        """Obey a mark that names an object."""
+    def _obey(self, text: str) -> None:
+        """Obey a mark that names an object or orders something of the hand."""
         word, _, name = text.partition(":")
-        if word.strip() != "object":
-            return
-        name = name.strip()
         try:
-            self._stream.choose(None if name == "any" else name)
+            if word.strip() == "object":
+                name = name.strip()
+                self._stream.choose(None if name == "any" else name)
+            elif text.startswith(HAND):
+                self._move(read_order(text))
         except InputError as error:
-            self._responder.marker(self._responder.next_sample, f"twin: {error}")
+            self._say(str(error))
+
+    def _move(self, order: Command | None) -> None:
+        if order is None:
+            self._stream.release()
+        elif not self._stream.command(order):
+            self._say(f"hand is not closing, command {self._stream.ignored} ignored")
+
+    def _say(self, text: str) -> None:
+        self._responder.marker(self._responder.next_sample, f"{TWIN}{text}")
 
     def _command(self) -> bool:
         """Obey one line of the parent; False where there is none any more."""
@@ -202,12 +223,18 @@ def main() -> None:
     parser.add_argument("--object", action="append", dest="objects")
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--speed", type=float, required=True)
+    parser.add_argument("--latency", type=float, required=True)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="firstcontact-twin-") as folder:
         terminal = PseudoTerminal(Path(folder) / "port")
         try:
             twin = TwinProcess(
-                terminal, options.condition, options.objects, options.seed, options.speed
+                terminal,
+                options.condition,
+                options.objects,
+                options.seed,
+                options.speed,
+                options.latency,
             )
         except ImportError:
             say("refused the twin needs Numba: install it with `pip install 'firstcontact[twin]'`")

@@ -8,6 +8,7 @@ from typing import Self
 
 from firstcontact.device.serial_source import SerialSource
 from firstcontact.device.twin_device import TwinDevice
+from firstcontact.twin.drive import LATENCY
 
 
 class TwinSource(SerialSource):
@@ -15,7 +16,7 @@ class TwinSource(SerialSource):
 
     Parameters
     ----------
-    condition, objects, seed, speed
+    condition, objects, seed, speed, latency
         As of the device.
     """
 
@@ -25,9 +26,10 @@ class TwinSource(SerialSource):
         objects: Sequence[str] | None = None,
         seed: int = 0,
         speed: float = 1.0,
+        latency: float = LATENCY,
     ) -> None:
         super().__init__("twin")
-        self._make = partial(TwinDevice, condition, objects, seed, speed)
+        self._make = partial(TwinDevice, condition, objects, seed, speed, latency)
         self.device: TwinDevice | None = None
 
     @property

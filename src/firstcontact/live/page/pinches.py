@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
+from firstcontact.device.twin_words import concerns_hand
 from firstcontact.live.events import Case, Estimated, PinchDone
 from firstcontact.recording import Marker, PinchMark
 
@@ -69,6 +70,8 @@ class Pinches:
 
     def word(self, marker: Marker) -> None:
         """A marker came: it names the pinch it lies in, or the next."""
+        if concerns_hand(marker.text):
+            return
         self._words.append(marker)
         for done, row in self._rows:
             if done.epoch == marker.epoch and done.armed <= marker.sample < done.end:

@@ -1,0 +1,73 @@
+"""The simulated hand of the running twin, commanded over the twin's own line."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from math import inf
+from types import TracebackType
+from typing import Self
+
+from firstcontact.core import Command, InputError
+from firstcontact.device.source import Source
+from firstcontact.device.twin_words import order_text
+from firstcontact.grasp.hand import HandError, HandLimits
+from firstcontact.twin.drive import Drive
+
+#: Commands that the twin tells apart a second, Hz: it makes its samples 5 ms at a time.
+RATE = 200.0
+
+
+class TwinHand:
+    """Each order is a mark to the twin: of the closing that is going on.
+
+    A hand that is at rest or opens takes no command; the twin says so in a marker, and goes on
+    with its next closing as it would have.
+
+    Parameters
+    ----------
+    source
+        The twin's, open when the hand is and as long.
+    """
+
+    name = "twin"
+    limits = HandLimits(speed=Drive().speed, force=Drive().force, rate=RATE, watchdog=inf)
+
+    def __init__(self, source: Source) -> None:
+        self._source = source
+        self._open = False
+
+    def send(self, command: Command) -> None:
+        """Order."""
+        if not self._open:
+            raise HandError(f"the hand {self.name!r} is not open")
+        try:
+            self._source.mark(order_text(command))
+        except InputError as error:
+            raise HandError(str(error)) from error
+
+    def release(self) -> None:
+        """Open."""
+        if not self._open:
+            return
+        # A twin that is gone has let go.
+        with suppress(InputError):
+            self._source.mark(order_text(None))
+
+    def close(self) -> None:
+        """Release; the source stays open."""
+        self.release()
+        self._open = False
+
+    def __enter__(self) -> Self:
+        if self._source.descriptor.source != "twin":
+            raise HandError(f"{self._source.name} is not the twin: use --device twin")
+        self._open = True
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()

@@ -16,9 +16,9 @@ from firstcontact.study.jobs import Runner
 
 #: What is tried, each with each.
 THRESHOLDS = (0.02, 0.05, 0.15)
-APPROACHES = (1.5, 2.0, 2.5, 4.0, 12.0)
+APPROACHES = (1.0, 1.5, 2.0, 2.5, 12.0)
 SPEEDS = (0.011, 0.02, 0.04, 0.08)
-FORCES = (2.0, 2.3, 2.6, 3.0)
+FORCES = (2.2, 2.5, 2.6, 3.0)
 #: The best so many of a first round meet again on more pinches.
 FINALISTS = 12
 #: It may take so much longer than closing without modulation, as a share.

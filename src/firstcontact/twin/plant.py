@@ -157,6 +157,16 @@ class GraspPlant:
         return self._device.update(scans)
 
     @property
+    def forces(self) -> NDArray[np.float64]:
+        """Contact force of index and thumb so far, N, shape (samples, 2)."""
+        return self._forces[: self.sample].copy()
+
+    @property
+    def gaps(self) -> NDArray[np.float64]:
+        """Of each finger to its face so far, m, negative where it presses; NaN where not known."""
+        return -self._depths[: self.sample]
+
+    @property
     def outcome(self) -> Outcome:
         """How it went, as far as it has gone."""
         crack = self._run.broken_at

@@ -24,11 +24,12 @@ VERBS = {
     "train": "Train",
     "evaluate": "Evaluate",
     "study": "Study",
+    "grasp-study": "GraspStudy",
 }
 
 
 def _module(verb: str) -> str:
-    return "import_" if verb == "import" else verb
+    return "import_" if verb == "import" else verb.replace("-", "_")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

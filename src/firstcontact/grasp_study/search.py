@@ -23,7 +23,7 @@ FORCES = (2.2, 2.5, 2.6, 3.0)
 FINALISTS = 12
 #: It may take so much longer than closing without modulation, as a share.
 SLOWER = 0.10
-#: Objects of the first round: the lightest touch, and the heaviest thing.
+#: Objects of the first round: a soft one, and the heaviest.
 FIRST_ROUND = ("block 10", "orange 1")
 
 
@@ -57,10 +57,9 @@ def search(settings: Settings, runner: Runner) -> dict[str, Found]:
     chosen at the headline's latency. Objects that break have no part in it.
     """
     everything = tuple(k for k in settings.kinds if KINDS[k].fragility is None)
-    few = tuple(k for k in FIRST_ROUND if k in everything) or everything[:2]
     numbers = range(settings.tuning)
     wide = tuple(Scene(k, s, "search", settings.seed) for k in everything for s in numbers)
-    short = tuple(Scene(k, s, "search", settings.seed) for k in few for s in range(2))
+    short = tuple(Scene(k, s, "search", settings.seed) for k in FIRST_ROUND for s in range(2))
     candidates = _coarse() if settings.coarse else _all()
     variants = {v.key: v for v in VARIANTS if v.policy == FEEDBACK}
     free = Variant("none", "none")

@@ -1,0 +1,165 @@
+"""What the report says, made out of the results alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from firstcontact.grasp_study.figures.headline import headline_figure
+from firstcontact.grasp_study.figures.latencies import over_latency
+from firstcontact.grasp_study.figures.stiffnesses import over_shore
+from firstcontact.grasp_study.words import name
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A figure: title, image (data URI), caption."""
+
+    title: str
+    image: str
+    caption: str
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Caption, head and rows."""
+
+    caption: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+def percent(share: float) -> str:
+    """A share as it is read."""
+    return f"{100 * share:.0f} %"
+
+
+def _between(tree: Mapping[str, Any], number: str, form: str, factor: float = 1.0) -> str:
+    if number not in tree:
+        return "–"
+    shown = form.format(factor * tree[number])
+    if ends := tree["intervals"].get(number):
+        low, high = (form.format(factor * end) for end in ends)
+        shown += f" ({low} to {high})"
+    return shown
+
+
+def sentences(results: Mapping[str, Any]) -> list[str]:
+    """The headline in words, whether or not the target was met."""
+    head = results["headline"]
+    said = []
+    for ours in ("first_contact", "early_exit"):
+        for other in ("feedback", "feedback_fast"):
+            found = head[ours][other]
+            soft, lasting = found["soft"], found["lasting"]
+            met = all(found["met"].values())
+            said.append(
+                f"{name(ours).capitalize()} against {name(other)}: peak force on objects up to "
+                f"{head['soft_up_to']:g} Shore A "
+                f"{_between(soft, 'less_peak', '{:.0f}', 100)} % lower, "
+                f"{found['all']['more_dropped']:+d} drops, {found['all']['more_broken']:+d} "
+                f"broken, time to grasp {_between(lasting, 'longer', '{:+.0f}', 100)} %. "
+                f"Target {'met' if met else 'not met'}."
+            )
+    return said
+
+
+def tables(results: Mapping[str, Any]) -> list[Table]:
+    """Everything at the headline's latency, then what force feedback was tuned to."""
+    ms = f"{results['headline']['latency_ms']:g}"
+    head = (
+        "", "Peak, soft (N)", "Peak, firm (N)", "Time to grasp (ms)", "Steady", "Dropped",
+        "Brittle broken",
+    )  # fmt: skip
+    rows = []
+    for variant, at in results["policies"].items():
+        groups = at[ms]
+        rows.append(
+            (
+                name(variant),
+                _between(groups["soft"], "peak_n", "{:.2f}"),
+                _between(groups["firm"], "peak_n", "{:.2f}"),
+                _between(groups["lasting"], "time_ms", "{:.0f}"),
+                _between(groups["lasting"], "steady", "{:.0f} %", 100).replace(" % ", " "),
+                percent(groups["all"]["dropped"]),
+                _between(groups["brittle"], "broken", "{:.0f} %", 100).replace(" % ", " "),
+            )
+        )
+    tuned = [
+        (
+            name(key), f"{1e3 * f['settings']['threshold']:g} mV",
+            f"{f['settings']['approach']:g} N", f"{1e3 * f['settings']['speed']:g} mm/s",
+            f"{f['settings']['force']:g} N", str(f["tried"]),
+        )
+        for key, f in results["feedback"].items()
+    ]  # fmt: skip
+    late = [
+        (name(v), *(str(at[m]["all"]["misses"]) for m in at))
+        for v, at in results["policies"].items()
+        if v in ("first_contact", "early_exit")
+    ]
+    latencies = [f"{m} ms" for m in next(iter(results["policies"].values()))]
+    count = next(iter(results["policies"].values()))[ms]["all"]["n"]
+    return [
+        Table(f"At {ms} ms brake latency; 95 % intervals draw whole sessions.", head, rows),
+        Table(
+            "What force feedback was tuned to: the best of all that was tried, on sessions that "
+            "are not in this report.",
+            ("", "Threshold", "Force until then", "Speed from then on", "Force from then on",
+             "Tried"),
+            tuned,
+        ),
+        Table(
+            f"Deadlines missed, of {count} closings at each latency: no estimate came that could "
+            "be used, and the hand stayed slow and gentle.",
+            ("", *latencies),
+            late,
+        ),
+    ]  # fmt: skip
+
+
+def pictures(results: Mapping[str, Any]) -> list[Picture]:
+    """All figures."""
+    policies = results["policies"]
+    ms = f"{results['headline']['latency_ms']:g}"
+    bars = "Bars are 95 % bootstrap intervals over sessions."
+    return [
+        Picture(
+            f"At {ms} ms brake latency",
+            headline_figure(policies, ms),
+            "Soft objects are blocks up to 20 Shore A. The time is the mean of the steady grasps "
+            "of all objects that cannot break. Lines are 95 % bootstrap intervals over sessions.",
+        ),
+        Picture(
+            "Peak force on soft objects",
+            over_latency(policies, "soft", "peak_n", "Mean peak force (N)"),
+            f"Grip force: the smaller one of both contacts. {bars}",
+        ),
+        Picture(
+            "Broken objects",
+            over_latency(policies, "brittle", "broken", "Brittle objects broken (%)", 100),
+            f"A quail's egg, a potato crisp and a ripe berry, each as often. {bars}",
+        ),
+        Picture(
+            "Dropped objects",
+            over_latency(policies, "all", "dropped", "Objects dropped (%)", 100),
+            f"All objects, lifted 450 ms after the first contact. {bars}",
+        ),
+        Picture(
+            "Time to a stable grasp",
+            over_latency(policies, "lasting", "time_ms", "Mean time to grasp (ms)"),
+            "From the first contact until the force is steady and holds with a quarter to spare; "
+            f"grasps that never get there are not in the mean. {bars}",
+        ),
+        Picture(
+            "Grasps that are stable",
+            over_latency(policies, "lasting", "steady", "Stable grasps (%)", 100),
+            f"Share of closings on objects that cannot break. {bars}",
+        ),
+        Picture(
+            f"Peak force over stiffness, {ms} ms",
+            over_shore(results["objects"]),
+            "Blocks and everyday objects that cannot break, the mean of each.",
+        ),
+    ]

@@ -1,0 +1,57 @@
+"""One number of every policy over the brake latency."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from firstcontact.grasp_study.words import colour, name
+from firstcontact.study.figures.style import canvas, uri
+
+
+def over_latency(
+    policies: Mapping[str, Any], group: str, number: str, label: str, factor: float = 1.0
+) -> str:
+    """Draw a number with its intervals.
+
+    Parameters
+    ----------
+    policies
+        See :func:`firstcontact.grasp_study.numbers.policies_tree`.
+    group
+        Of objects.
+    number
+        Its name in the tree; ``factor`` times it is drawn.
+    label
+        Of the axis.
+
+    Returns
+    -------
+    str
+        Data URI.
+    """
+    with canvas(size=(6.2, 3.9)) as (figure, axes):
+        axis = axes[0, 0]
+        width = 0.8
+        for place, (variant, at) in enumerate(policies.items()):
+            # Side by side, or the intervals would hide each other.
+            shift = (place - (len(policies) - 1) / 2) * width
+            points = [(float(ms), groups[group]) for ms, groups in at.items() if group in groups]
+            points = [(ms, tree) for ms, tree in points if number in tree]
+            if not points:
+                continue
+            x = [ms + shift for ms, _ in points]
+            y = [factor * tree[number] for _, tree in points]
+            ends = [tree["intervals"].get(number, [tree[number]] * 2) for _, tree in points]
+            low = [max(v - factor * e[0], 0.0) for v, e in zip(y, ends, strict=True)]
+            high = [max(factor * e[1] - v, 0.0) for v, e in zip(y, ends, strict=True)]
+            axis.errorbar(
+                x, y, yerr=[low, high], label=name(variant), color=colour(variant),
+                marker="o", markersize=4, linewidth=1.3, elinewidth=1, capsize=2,
+            )  # fmt: skip
+        axis.set_xlabel("Brake latency (ms)")
+        axis.set_ylabel(label)
+        axis.set_ylim(bottom=0)
+        axis.set_xticks(sorted({float(ms) for at in policies.values() for ms in at}))
+        figure.legend(loc="outside upper center", ncols=3)
+        return uri(figure)

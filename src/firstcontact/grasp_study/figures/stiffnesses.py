@@ -1,0 +1,28 @@
+"""Peak force over how stiff the object is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from firstcontact.grasp_study.words import colour, name
+from firstcontact.study.figures.style import canvas, uri
+
+
+def over_shore(objects: Mapping[str, Any]) -> str:
+    """Draw every object that cannot break, at the headline's latency; data URI."""
+    lasting = sorted((o for o in objects.values() if not o["breaks"]), key=lambda o: o["shore_a"])
+    variants = list(lasting[0]["variants"])
+    with canvas(size=(6.2, 3.9)) as (figure, axes):
+        axis = axes[0, 0]
+        for variant in variants:
+            axis.plot(
+                [o["shore_a"] for o in lasting],
+                [o["variants"][variant]["peak_n"] for o in lasting],
+                marker="o", markersize=3.5, color=colour(variant), label=name(variant),
+            )  # fmt: skip
+        axis.set_xlabel("Shore A")
+        axis.set_ylabel("Mean peak force (N)")
+        axis.set_ylim(bottom=0)
+        figure.legend(loc="outside upper center", ncols=3)
+        return uri(figure)

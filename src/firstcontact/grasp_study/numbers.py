@@ -1,0 +1,200 @@
+"""From rows to what is reported: means, shares, differences, each with its interval."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from firstcontact.grasp_study.settings import HEADLINE, KINDS, SOFT
+from firstcontact.grasp_study.trials import Row
+from firstcontact.grasp_study.variants import FAST, SLOW
+from firstcontact.study.metrics import Values, cluster_intervals
+
+#: The issue's target, at the headline's latency.
+LESS_PEAK, LONGER = 0.30, 0.10
+
+
+def _breaks(row: Row) -> bool:
+    return KINDS[row.kind].fragility is not None
+
+
+#: Objects that are told of together. The peak of what broke says how much it bore, no more.
+GROUPS: Mapping[str, Callable[[Row], bool]] = {
+    "soft": lambda row: not _breaks(row) and row.shore_a <= SOFT,
+    "firm": lambda row: not _breaks(row) and row.shore_a > SOFT,
+    "lasting": lambda row: not _breaks(row),
+    "brittle": _breaks,
+    "all": lambda row: True,
+}
+
+
+def milliseconds(latency: float) -> str:
+    """Of a latency, as a key."""
+    return f"{1e3 * latency:g}"
+
+
+def summary(rows: Sequence[Row], seed: int) -> dict[str, Any]:
+    """Means and shares over closings; intervals draw whole sessions.
+
+    Returns
+    -------
+    dict
+        ``peak_n``, ``squeeze_mm``, ``time_ms`` (of the steady grasps), shares ``steady``,
+        ``dropped`` and ``broken``, ``n``, ``misses`` and ``intervals``.
+    """
+    steady = np.array([r.time is not None for r in rows], dtype=float)
+    columns = np.stack(
+        [
+            np.ones(len(rows)),
+            [r.peak for r in rows],
+            [1e3 * r.squeeze for r in rows],
+            [1e3 * (r.time or 0.0) for r in rows],
+            steady,
+            [r.dropped for r in rows],
+            [r.broken for r in rows],
+        ],
+        axis=1,
+    )
+    means: dict[str, Callable[[Values], Values]] = {
+        "peak_n": lambda s: s[..., 1] / s[..., 0],
+        "squeeze_mm": lambda s: s[..., 2] / s[..., 0],
+        "steady": lambda s: s[..., 4] / s[..., 0],
+        "dropped": lambda s: s[..., 5] / s[..., 0],
+        "broken": lambda s: s[..., 6] / s[..., 0],
+    }
+    if steady.any():
+        # A resample without a steady grasp has no time: it counts as the mean.
+        whole = columns[:, 3].sum() / steady.sum()
+        means["time_ms"] = lambda s: np.where(
+            s[..., 4] > 0, s[..., 3] / np.maximum(s[..., 4], 1), whole
+        )
+    sessions = np.array([r.session for r in rows])
+    total = columns.sum(axis=0)
+    return {
+        **{name: float(of(total)) for name, of in means.items()},
+        "n": len(rows),
+        "misses": sum(r.misses for r in rows),
+        "intervals": cluster_intervals(columns, means, sessions, seed),
+    }
+
+
+def compared(ours: Sequence[Row], theirs: Sequence[Row], seed: int) -> dict[str, Any]:
+    """What one policy does to the same pinches otherwise than another.
+
+    Parameters
+    ----------
+    ours, theirs
+        Rows of the same pinches in the same order.
+    seed
+        Of the intervals.
+
+    Returns
+    -------
+    dict
+        ``less_peak``: by which share the mean peak force is lower. ``longer``: by which share
+        the mean time to grasp is longer, of pinches steadily held by both. ``more_dropped``
+        and ``more_broken``: pinches. ``intervals`` of the first two.
+    """
+    same = [(r.kind, r.session, r.latency) for r in ours]
+    if same != [(r.kind, r.session, r.latency) for r in theirs]:
+        raise ValueError("the rows are of different pinches")
+    pairs = list(zip(ours, theirs, strict=True))
+    both = [a.time is not None and b.time is not None for a, b in pairs]
+    columns = np.stack(
+        [
+            [a.peak for a, _ in pairs],
+            [b.peak for _, b in pairs],
+            [(a.time or 0.0) * k for (a, _), k in zip(pairs, both, strict=True)],
+            [(b.time or 0.0) * k for (_, b), k in zip(pairs, both, strict=True)],
+        ],
+        axis=1,
+    )
+    ratios: dict[str, Callable[[Values], Values]] = {
+        "less_peak": lambda s: 1 - s[..., 0] / s[..., 1]
+    }
+    if any(both):
+        ratios["longer"] = lambda s: np.where(
+            s[..., 3] > 0, s[..., 2] / np.maximum(s[..., 3], 1e-9) - 1, 0.0
+        )
+    total = columns.sum(axis=0)
+    return {
+        **{name: float(of(total)) for name, of in ratios.items()},
+        "more_dropped": sum(a.dropped - b.dropped for a, b in pairs),
+        "more_broken": sum(a.broken - b.broken for a, b in pairs),
+        "n": len(pairs),
+        "intervals": cluster_intervals(columns, ratios, np.array([r.session for r in ours]), seed),
+    }
+
+
+def policies_tree(rows: Sequence[Row], seed: int) -> dict[str, Any]:
+    """Variant to latency (ms) to group to :func:`summary`."""
+    tree: dict[str, Any] = {}
+    for variant, latency in dict.fromkeys((r.variant, r.latency) for r in rows):
+        its = [r for r in rows if r.variant == variant and r.latency == latency]
+        groups = {name: [r for r in its if belongs(r)] for name, belongs in GROUPS.items()}
+        tree.setdefault(variant, {})[milliseconds(latency)] = {
+            name: summary(group, seed) for name, group in groups.items() if group
+        }
+    return tree
+
+
+def objects_tree(rows: Sequence[Row], seed: int) -> dict[str, Any]:
+    """Object to variant to :func:`summary`, at the headline's latency."""
+    tree: dict[str, Any] = {}
+    here = [r for r in rows if r.latency == HEADLINE]
+    for kind in dict.fromkeys(r.kind for r in here):
+        its = [r for r in here if r.kind == kind]
+        tree[kind] = {
+            "shore_a": KINDS[kind].shore_a,
+            "breaks": KINDS[kind].fragility is not None,
+            "variants": {
+                v: summary([r for r in its if r.variant == v], seed)
+                for v in dict.fromkeys(r.variant for r in its)
+            },
+        }
+    return tree
+
+
+def headline(rows: Sequence[Row], ours: Sequence[str], seed: int) -> dict[str, Any]:
+    """The issue's target at the headline's latency: each of ours against both force arrays.
+
+    Returns
+    -------
+    dict
+        ``best_feedback``; for each of ``ours`` and each force array ``soft`` and ``lasting``
+        (see :func:`compared`) and ``met``: lower peak on soft objects, no more drops anywhere,
+        time to grasp.
+    """
+    here = [r for r in rows if r.latency == HEADLINE]
+
+    def of(variant: str, group: str) -> list[Row]:
+        belongs = GROUPS[group]
+        return [r for r in here if r.variant == variant and belongs(r)]
+
+    peaks = {v: float(np.mean([r.peak for r in of(v, "soft")])) for v in (SLOW, FAST)}
+    tree: dict[str, Any] = {
+        "latency_ms": 1e3 * HEADLINE,
+        "soft_up_to": SOFT,
+        "best_feedback": min(peaks, key=lambda v: peaks[v]),
+        "target": {"less_peak": LESS_PEAK, "more_dropped": 0, "longer": LONGER},
+    }
+    for variant in ours:
+        against: dict[str, Any] = {}
+        for other in (SLOW, FAST):
+            soft = compared(of(variant, "soft"), of(other, "soft"), seed)
+            lasting = compared(of(variant, "lasting"), of(other, "lasting"), seed)
+            everything = compared(of(variant, "all"), of(other, "all"), seed)
+            against[other] = {
+                "soft": soft,
+                "lasting": lasting,
+                "all": everything,
+                "met": {
+                    "less_peak": soft["less_peak"] >= LESS_PEAK,
+                    "more_dropped": everything["more_dropped"] <= 0,
+                    "longer": lasting.get("longer", 1.0) <= LONGER,
+                },
+            }
+        tree[variant] = against
+    return tree

@@ -1,0 +1,39 @@
+"""The page: one file that needs nothing else."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from firstcontact.grasp_study.chapters import pictures, sentences, tables
+from firstcontact.study.report import duration
+
+
+def render(results: Mapping[str, Any], film: Path) -> str:
+    """Render the report, HTML.
+
+    Parameters
+    ----------
+    results
+        What ``results.json`` holds.
+    film
+        An animated GIF; goes into the page.
+    """
+    from jinja2 import Environment, StrictUndefined
+
+    template = files("firstcontact.grasp_study").joinpath("report.html").read_text("utf-8")
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    moving = base64.b64encode(film.read_bytes()).decode()
+    return environment.from_string(template).render(
+        results=results,
+        sentences=sentences(results),
+        tables=tables(results),
+        pictures=pictures(results),
+        film=f"data:image/gif;base64,{moving}",
+        elapsed=duration(results["study"]["seconds"]),
+    )

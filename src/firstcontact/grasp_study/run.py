@@ -1,0 +1,143 @@
+"""A whole grasp study: models, search, closings, files."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import asdict
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from firstcontact.core import InputError
+from firstcontact.core.files import write_json, write_text
+from firstcontact.grasp.grip import Grip
+from firstcontact.grasp_study.film import PICTURES, film
+from firstcontact.grasp_study.learning import learn
+from firstcontact.grasp_study.numbers import headline, objects_tree, policies_tree
+from firstcontact.grasp_study.report import render
+from firstcontact.grasp_study.search import Found, search
+from firstcontact.grasp_study.settings import Settings
+from firstcontact.grasp_study.trials import Row, Scene, Trial, run_trial
+from firstcontact.grasp_study.variants import VARIANTS
+from firstcontact.study.jobs import Runner, parallel, terminations_interrupt
+from firstcontact.study.state import versions
+
+#: Policies that the target is about.
+OURS = ("first_contact", "early_exit")
+
+
+def run_grasp_study(settings: Settings, out: Path, quick: bool, command: str) -> Path:
+    """Run everything and write ``report.html``, ``results.json``, ``film.gif`` and ``grasp.png``.
+
+    Parameters
+    ----------
+    settings
+        Size and seed.
+    out
+        Folder of the study; recordings and models in it are made again.
+    quick
+        Whether the settings are the small ones: the report says so.
+    command
+        What was typed: the report says so.
+
+    Returns
+    -------
+    Path
+        The report.
+
+    Raises
+    ------
+    InputError
+        ``out`` cannot be written to.
+    """
+    from tqdm import tqdm
+
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{out} cannot be made ({error.strerror}): choose another --out") from None
+    began = time.monotonic()
+    started = datetime.now().astimezone().isoformat(timespec="minutes")
+    often = 0.1 if sys.stderr.isatty() else 10.0
+    with (
+        terminations_interrupt(),
+        tqdm(unit="job", bar_format=_BAR, miniters=0, mininterval=often) as bar,
+    ):
+
+        def within(done: int, total: int) -> None:
+            bar.total, bar.n = total, done
+            bar.update(0)
+
+        with parallel(settings.workers, within) as runner:
+            bar.set_description("models")
+            learned = learn(settings, out, runner)
+            bar.set_description("search for force feedback")
+            found = search(settings, runner)
+            bar.set_description("closings")
+            rows = close_all(settings, found, learned.folder, runner)
+        bar.set_description("done")
+    tuned = {key: f.settings for key, f in found.items()}
+    pictures = PICTURES // 3 if quick else PICTURES
+    shown = film(
+        out / "film.gif", settings.sessions, settings.seed, tuned, learned.folder, pictures
+    )
+    results: dict[str, Any] = {
+        "study": {
+            "command": command,
+            "started": started,
+            "seconds": time.monotonic() - began,
+            "quick": quick,
+            "seed": settings.seed,
+            "workers": settings.workers,
+            "versions": dict(versions()),
+        },
+        "data": {
+            "source": "twin",
+            "objects": list(settings.kinds),
+            "sessions": settings.sessions,
+            "pinches": settings.sessions * len(settings.kinds),
+            "closings": len(rows),
+            "training": 5 * settings.training,
+            "latencies_ms": [round(1e3 * latency, 3) for latency in settings.latencies],
+        },
+        "models": {"rmse": learned.rmse, "interval_width": learned.width},
+        "grip": asdict(Grip()),
+        "feedback": {key: f.to_json() for key, f in found.items()},
+        **numbers(rows, settings.seed),
+        "film": {"object": shown.kind, "session": shown.session},
+    }
+    write_json(out / "results.json", results)
+    from firstcontact.grasp_study.figures.headline import headline_figure
+
+    ms = f"{results['headline']['latency_ms']:g}"
+    headline_figure(results["policies"], ms, out / "grasp.png")
+    report = out / "report.html"
+    write_text(report, render(results, out / "film.gif"))
+    return report
+
+
+def close_all(
+    settings: Settings, found: dict[str, Found], models: Path, runner: Runner
+) -> list[Row]:
+    """Every policy on every pinch at every latency: same pinch, same chance."""
+    tuned = {key: f.settings for key, f in found.items()}
+    trials = [
+        Trial(Scene(k, s, seed=settings.seed), VARIANTS, settings.latencies, tuned, models)
+        for s in range(settings.sessions)
+        for k in settings.kinds
+    ]
+    return [row for rows in runner.map(run_trial, trials) for row in rows]
+
+
+def numbers(rows: Sequence[Row], seed: int) -> dict[str, Any]:
+    """All that is computed from the rows."""
+    return {
+        "policies": policies_tree(rows, seed),
+        "objects": objects_tree(rows, seed),
+        "headline": headline(rows, OURS, seed),
+    }
+
+
+_BAR = "{desc}: {percentage:3.0f} %|{bar}| {n_fmt}/{total_fmt} [{elapsed}]"

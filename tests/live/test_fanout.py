@@ -107,3 +107,28 @@ def test_closing_does_not_wait_for_ever() -> None:
     go_on.set()
     fanout.close(LONG)
     assert stuck.order == ["open", "close"]
+
+
+def test_who_is_patient_loses_nothing() -> None:
+    go_on = threading.Event()
+    slow = Keeper("slow", go_on)
+    fanout = Fanout([slow], DESCRIPTOR, patient=True)
+    sent = updates(3 * WAITING)
+    feeding = threading.Thread(target=lambda: [fanout.put(update) for update in sent])
+    feeding.start()
+    assert slow.taking.wait(LONG)
+    go_on.set()
+    feeding.join(LONG)
+    fanout.close()
+    assert slow.got == sent
+    assert fanout.dropped == {"slow": 0}
+
+
+def test_patience_ends_with_a_sink_that_fails() -> None:
+    raiser = Raiser("raiser")
+    fanout = Fanout([raiser], DESCRIPTOR, patient=True)
+    for update in updates(2 * WAITING):
+        fanout.put(update)
+    fanout.close()
+    assert fanout.deserted
+    assert fanout.dropped["raiser"] == 2 * WAITING - 1

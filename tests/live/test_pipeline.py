@@ -91,7 +91,8 @@ def test_in_hindsight_the_computation_and_the_real_instant_count(
     for done in run(pipeline, blocks_of(fresh)):
         if isinstance(done, PinchDone):
             for estimate, case in zip(done.estimates, done.cases, strict=True):
-                out = estimate.complete + estimate.compute * LAYOUT.rate
+                assert estimate.waited > 0  # the whole pinch is one block
+                out = estimate.contact.sample + estimate.after(LAYOUT.rate) * LAYOUT.rate
                 late = len(done.contacts) > 1 and done.contacts[1].sample <= out
                 assert case is (Case.TOO_LATE if late else Case.IN_TIME)
                 # What was known to be too late stays so.

@@ -237,3 +237,15 @@ def test_it_ends_after_so_many_pinches_or_when_it_is_told(
             session.run([], **bound)  # type: ignore[arg-type]
             assert not source.ended
             assert session.pinches == bound.get("pinches", 0)
+
+
+def test_it_ends_when_nobody_is_left_to_tell(recorded: Path, detector: Detector) -> None:
+    class Leaver(Keeper):
+        def take(self, update: Update) -> None:
+            raise BrokenPipeError
+
+    source = ReplaySource(recorded, float("inf"))
+    with source:
+        session = Session(source, Pipeline(LAYOUT, detector))
+        session.run([Leaver()], patient=True)
+        assert not source.ended

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Iterator
@@ -105,7 +106,9 @@ class Live:
                     _say(f"recording {session.start_recording()}")
                 sys.setswitchinterval(SWITCH)
                 stop.gently = True
-                session.run(sinks, self.seconds, self.pinches, lambda: stop.requested)
+                # A replay without a pace can wait, so that no line of it is dropped.
+                patient = math.isinf(self.speed)
+                session.run(sinks, self.seconds, self.pinches, lambda: stop.requested, patient)
                 self._report(session, source, began, time.process_time() - used)
             if grasping is not None:
                 for line in grasp_lines(grasping):

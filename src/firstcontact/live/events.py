@@ -66,6 +66,8 @@ class Estimated:
         When it came (monotonic, s).
     compute
         From having the block that completed the window to the estimate, s.
+    waited
+        How long that sample waited for the rest of its block, by the device's clock, s.
     """
 
     contact: Contact
@@ -80,6 +82,11 @@ class Estimated:
     used: bool
     host: float
     compute: float
+    waited: float = 0.0
+
+    def after(self, rate: float) -> float:
+        """From the contact to the estimate, s, without the way through the cable."""
+        return (self.complete - self.contact.sample) / rate + self.waited + self.compute
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +119,7 @@ class PinchDone:
     estimates
         In the order of their windows.
     cases
-        Of each estimate, in hindsight: whether it was out, its computation
+        Of each estimate, in hindsight: whether it was out, its waiting and computation
         included, before the second contact happened. A contact is decided a little
         after it happens; an estimate between the two was acted upon too late.
     refused

@@ -1,4 +1,4 @@
-"""Updates to viewers and other programs: each in a thread of its own, none can hold up the rest."""
+"""Updates to viewers and other programs: each in a thread of its own, none holds up the rest."""
 
 from __future__ import annotations
 
@@ -30,8 +30,10 @@ class _Feeder:
     def start(self) -> None:
         self._thread.start()
 
-    def put(self, update: Update) -> None:
+    def put(self, update: Update, patient: bool) -> None:
         with self._changed:
+            if patient:
+                self._changed.wait_for(lambda: self.failed or len(self._waiting) < WAITING)
             if self.failed:
                 self.dropped += 1
                 return
@@ -40,9 +42,9 @@ class _Feeder:
                 self._waiting.popleft()
                 self.dropped += 1
             self._waiting.append(update)
-            self._changed.notify()
+            self._changed.notify_all()
 
-    def close(self, timeout: float) -> None:
+    def close(self, timeout: float | None) -> None:
         with self._changed:
             self._closing = True
             self._changed.notify()
@@ -64,6 +66,7 @@ class _Feeder:
                 self.failed = f"{type(error).__name__}: {error}"
                 self.dropped += len(self._waiting)
                 self._waiting.clear()
+                self._changed.notify_all()
         finally:
             with suppress(Exception):
                 self.sink.close()
@@ -72,11 +75,13 @@ class _Feeder:
         with self._changed:
             while not self._waiting and not self._closing:
                 self._changed.wait()
-            return self._waiting.popleft() if self._waiting else None
+            update = self._waiting.popleft() if self._waiting else None
+            self._changed.notify_all()
+            return update
 
 
 class Fanout:
-    """Hands every update to every sink without ever waiting for one.
+    """Hands every update to every sink.
 
     Parameters
     ----------
@@ -84,9 +89,15 @@ class Fanout:
         Who wants updates.
     descriptor
         Of the source.
+    patient
+        Wait for slow sinks, so that none misses anything: where samples can wait, too.
+        Otherwise none is ever waited for.
     """
 
-    def __init__(self, sinks: Sequence[Sink], descriptor: Descriptor) -> None:
+    def __init__(
+        self, sinks: Sequence[Sink], descriptor: Descriptor, patient: bool = False
+    ) -> None:
+        self._patient = patient
         self._feeders = [_Feeder(sink, descriptor) for sink in sinks]
         for feeder in self._feeders:
             feeder.start()
@@ -94,7 +105,7 @@ class Fanout:
     def put(self, update: Update) -> None:
         """Queue an update for each sink."""
         for feeder in self._feeders:
-            feeder.put(update)
+            feeder.put(update, self._patient)
 
     @property
     def dropped(self) -> dict[str, int]:
@@ -106,7 +117,12 @@ class Fanout:
         """What each sink that failed died of, by its name."""
         return {f.sink.name: f.failed for f in self._feeders if f.failed}
 
+    @property
+    def deserted(self) -> bool:
+        """Whether there were sinks, and all of them have failed."""
+        return bool(self._feeders) and all(f.failed for f in self._feeders)
+
     def close(self, timeout: float = 2.0) -> None:
-        """Let each sink finish what waits for it, but not for longer than ``timeout`` s."""
+        """Let each sink finish what waits for it; without patience ``timeout`` s at most."""
         for feeder in self._feeders:
-            feeder.close(timeout)
+            feeder.close(None if self._patient else timeout)

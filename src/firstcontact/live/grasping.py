@@ -53,7 +53,7 @@ class Grasping:
             case Touched():
                 self.loop.touched(event.contact, event.first, event.contact.decided / self._rate)
             case Estimated() if event.used:
-                now = event.complete / self._rate + event.compute
+                now = event.contact.sample / self._rate + event.after(self._rate)
                 self.loop.estimated(
                     Stiffness(event.value, event.low, event.high, event.duration, in_time=True), now
                 )

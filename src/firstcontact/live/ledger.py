@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from firstcontact.live.events import Estimated
+from firstcontact.live.events import Case, Estimated, PinchDone
 
 #: Pinches that the figures are about: the last so many.
 KEPT = 10_000
@@ -28,18 +28,19 @@ class Entry:
     window
         Device: from the contact to the sample that completed the window, the
         filter's look-ahead included.
+    wait
+        Device: how long that sample waited for the rest of its block.
     compute
-        Host: from having that sample to the estimate.
+        Host: from having that block to the estimate.
+    total
+        From the contact to the estimate, without the way through the cable.
     """
 
     decide: float
     window: float
+    wait: float
     compute: float
-
-    @property
-    def total(self) -> float:
-        """From the contact to the estimate, without the way through the cable, s."""
-        return self.window + self.compute
+    total: float
 
 
 class Ledger:
@@ -54,8 +55,10 @@ class Ledger:
     def __init__(self, rate: float) -> None:
         self.rate = rate
         self.entries: deque[Entry] = deque(maxlen=KEPT)
-        #: Estimates so far.
+        #: Estimates so far; of these, used ones; of these, too late in hindsight.
         self.estimates = 0
+        self.used = 0
+        self.late = 0
         #: Blocks that took longer to work on than their samples last.
         self.overruns = 0
         #: Blocks so far.
@@ -77,21 +80,31 @@ class Ledger:
             Entry(
                 (contact.decided - contact.sample) / self.rate,
                 (estimate.complete - contact.sample) / self.rate,
+                estimate.waited,
                 estimate.compute,
+                estimate.after(self.rate),
             )
         )
+
+    def close(self, done: PinchDone) -> None:
+        """Note how a pinch ended."""
+        for estimate, case in zip(done.estimates, done.cases, strict=True):
+            self.used += estimate.used
+            self.late += estimate.used and case is Case.TOO_LATE
 
     def summary(self) -> Mapping[str, float]:
         """Figures so far: counts, and p50, p99 and max of each time, s."""
         figures = {
             "estimates": float(self.estimates),
+            "used": float(self.used),
+            "late": float(self.late),
             "overruns": float(self.overruns),
             "blocks": float(self.blocks),
             "busy": self.busy,
         }
         if self.entries:
             entries = list(self.entries)
-            for name in ("decide", "window", "compute", "total"):
+            for name in ("decide", "window", "wait", "compute", "total"):
                 values = np.array([getattr(e, name) for e in entries])
                 p50, p99 = np.percentile(values, [50, 99])
                 figures |= {

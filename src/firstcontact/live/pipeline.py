@@ -219,7 +219,8 @@ class Pipeline:
             for window in pinch.windows.update(went.block, told):
                 # A short window can be whole before its contact is decided.
                 known = max(window.complete, window.contact.decided)
-                events.append((known, self._estimate(pinch, window, known, host)))
+                waited = (went.block.end - 1 - known) / self.layout.rate
+                events.append((known, self._estimate(pinch, window, known, host, waited)))
                 pinch.asked -= 1
             if pinch.windows.refused > refused:
                 pinch.asked -= pinch.windows.refused - refused
@@ -232,7 +233,7 @@ class Pipeline:
         return found
 
     def _estimate(
-        self, pinch: _Pinch, window: ContactWindow, known: int, host: float
+        self, pinch: _Pinch, window: ContactWindow, known: int, host: float, waited: float
     ) -> Estimated | Refused:
         answerer = self._answerers[window.duration]
         try:
@@ -256,6 +257,7 @@ class Pipeline:
             used=not late,
             host=now,
             compute=now - host,
+            waited=waited,
         )
         pinch.estimates.append(estimate)
         self.ledger.add(estimate)
@@ -263,7 +265,7 @@ class Pipeline:
 
     def _hindsight(self, pinch: _Pinch, estimate: Estimated) -> Case:
         """Whether an estimate was out before the second contact happened."""
-        out = estimate.complete + estimate.compute * self.layout.rate
+        out = estimate.contact.sample + estimate.after(self.layout.rate) * self.layout.rate
         late = any(c.sample <= out for c in pinch.contacts[1:])
         return Case.TOO_LATE if late else Case.IN_TIME
 
@@ -296,17 +298,17 @@ class Pipeline:
             events.append(self._refuse(pinch, why or "the closing ended before the window"))
         self._number += 1
         strips = sorted(pinch.strips.items(), key=lambda item: item[1])
-        events.append(
-            PinchDone(
-                number=self._number,
-                armed=pinch.armed,
-                end=sample,
-                epoch=pinch.epoch,
-                contacts=tuple(pinch.contacts),
-                strips=tuple((f, s) for f, s in strips),
-                estimates=tuple(pinch.estimates),
-                cases=tuple(self._hindsight(pinch, e) for e in pinch.estimates),
-                refused=pinch.refused,
-            )
+        done = PinchDone(
+            number=self._number,
+            armed=pinch.armed,
+            end=sample,
+            epoch=pinch.epoch,
+            contacts=tuple(pinch.contacts),
+            strips=tuple((f, s) for f, s in strips),
+            estimates=tuple(pinch.estimates),
+            cases=tuple(self._hindsight(pinch, e) for e in pinch.estimates),
+            refused=pinch.refused,
         )
+        self.ledger.close(done)
+        events.append(done)
         return events

@@ -79,8 +79,9 @@ class Session:
         seconds: float | None = None,
         pinches: int | None = None,
         stopped: Callable[[], bool] = lambda: False,
+        patient: bool = False,
     ) -> None:
-        """Work until the source ends or one of these bounds.
+        """Work until the source ends, nobody is left to tell, or one of these bounds.
 
         Parameters
         ----------
@@ -92,13 +93,15 @@ class Session:
             Most pinches.
         stopped
             Asked several times a second whether to end.
+        patient
+            Wait for slow sinks: for a source that waits, too.
 
         Raises
         ------
         InputError
             What the source raises.
         """
-        self.fanout = Fanout(sinks, self.source.descriptor)
+        self.fanout = Fanout(sinks, self.source.descriptor, patient)
         until = None if seconds is None else time.monotonic() + seconds
         told = time.monotonic()
         try:
@@ -115,7 +118,7 @@ class Session:
                 if found or time.monotonic() - told >= TOGETHER:
                     self._tell()
                     told = time.monotonic()
-                if pinches is not None and self.pinches >= pinches:
+                if (pinches is not None and self.pinches >= pinches) or self._alone:
                     break
             self._act(self.pipeline.finish())
         finally:
@@ -163,6 +166,12 @@ class Session:
     def recording(self) -> RecorderStatus:
         """What the recorder is doing."""
         return self._recorder.status
+
+    @property
+    def _alone(self) -> bool:
+        """Whether nobody gets anything any more."""
+        assert self.fanout is not None
+        return self.fanout.deserted and not self._actors and self.recording.path is None
 
     def _act(self, events: Iterable[Event]) -> bool:
         """Let actors act on each event at once, and keep it for everybody else."""

@@ -8,7 +8,8 @@ from collections.abc import Iterator, Mapping
 _LINES = {
     "decide": "contact to its decision (device clock)",
     "window": "contact to the window's last sample (device clock)",
-    "compute": "that sample read to the estimate (host clock)",
+    "wait": "that sample to the end of its block (device clock)",
+    "compute": "that block read to the estimate (host clock)",
     "total": "contact to the estimate",
 }
 
@@ -30,6 +31,11 @@ def ledger_lines(figures: Mapping[str, float], samples: float, cpu: float) -> It
         for name, words in _LINES.items():
             values = (1e3 * figures[f"{name}_{key}"] for key in ("p50", "p99", "max"))
             yield f"{words:>52} " + " ".join(f"{v:8.3f}" for v in values)
+    yield (
+        f"{figures['used']:.0f} of {figures['estimates']:.0f} estimates could be used, "
+        f"{figures['late']:.0f} of these too late in hindsight: the second contact had happened "
+        "and was not decided yet"
+    )
     yield (
         f"{figures['estimates']:.0f} estimates in {samples:.1f} s of samples; "
         f"{figures['overruns']:.0f} of {figures['blocks']:.0f} blocks took longer than they last"

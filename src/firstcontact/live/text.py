@@ -72,5 +72,4 @@ def pinch_line(done: PinchDone, rate: float) -> str:
 def estimate_words(e: Estimated, case: Case, rate: float) -> str:
     """An estimate in a few words, with the case it was in hindsight; ``rate`` in Hz."""
     bounds = f" ({e.low:.0f} to {e.high:.0f})" if e.level else ""
-    after = 1e3 * ((e.complete - e.contact.sample) / rate + e.compute)
-    return f"{e.value:.1f} Shore A{bounds} at {after:.1f} ms, {case}"
+    return f"{e.value:.1f} Shore A{bounds} at {1e3 * e.after(rate):.1f} ms, {case}"

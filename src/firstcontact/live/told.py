@@ -72,7 +72,7 @@ def of_event(event: Event) -> dict[str, Any]:
                 "contacts": [_contact(c) for c in event.contacts],
                 "strips": [{"finger": _finger(f), "sample": s} for f, s in event.strips],
                 "estimates": [_estimate(e) for e in event.estimates],
-                "cases": [case.value for case in event.cases],
+                "cases": [case.name.lower() for case in event.cases],
                 "refused": event.refused,
             }
 
@@ -128,4 +128,5 @@ def _estimate(event: Estimated) -> dict[str, Any]:
         "used": event.used,
         "host_s": event.host,
         "compute_s": event.compute,
+        "waited_s": event.waited,
     }

@@ -25,10 +25,10 @@ def chosen(estimates: Sequence[Estimated]) -> Estimated | None:
 def timing(estimate: Estimated, rate: float) -> dict[str, float]:
     """From contact to estimate in its parts, ms.
 
-    The window and the wait for the sample that completed it are counted in the
-    device's samples, the computation by the host's clock.
+    The window and the wait for the end of the block that completed it are counted in
+    the device's samples, the computation by the host's clock.
     """
-    until = 1e3 * (estimate.complete - estimate.contact.sample) / rate
+    until = 1e3 * ((estimate.complete - estimate.contact.sample) / rate + estimate.waited)
     window = min(1e3 * estimate.duration, until)
     compute = 1e3 * estimate.compute
     return {
@@ -39,7 +39,7 @@ def timing(estimate: Estimated, rate: float) -> dict[str, float]:
     }
 
 
-def _hindsight(done: PinchDone, estimate: Estimated) -> Case:
+def hindsight(done: PinchDone, estimate: Estimated) -> Case:
     """Whether it was out before the second contact happened."""
     return done.cases[done.estimates.index(estimate)]
 
@@ -101,7 +101,7 @@ class Pinches:
             "estimate": None if estimate is None else value(estimate),
             "ms": None if estimate is None else timing(estimate, self._rate)["total"],
             "offset": offset,
-            "case": None if estimate is None else _hindsight(done, estimate).name,
+            "case": None if estimate is None else hindsight(done, estimate).name,
             "refused": done.refused,
         }
         self._rows.append((done, row))

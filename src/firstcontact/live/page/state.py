@@ -17,7 +17,7 @@ from firstcontact.device.recorder import RecorderStatus
 from firstcontact.live.events import Estimated, Event, PinchDone, Refused, Touched
 from firstcontact.live.page.closeup import Closeup
 from firstcontact.live.page.columns import SECONDS, Columns
-from firstcontact.live.page.pinches import Pinches, timing, value
+from firstcontact.live.page.pinches import Pinches, chosen, hindsight, timing, value
 from firstcontact.live.sink import Update
 
 #: Mean time from the first to the second contact, as published, ms.
@@ -133,6 +133,11 @@ class State:
                 self._now = {"refused": event.reason, "finger": int(event.contact.finger)}
                 self._put("now", self._now)
             case PinchDone():
+                shown = chosen(event.estimates)
+                if shown is not None and "estimate" in self._now:
+                    # In hindsight: the second contact may have happened, and be told later.
+                    self._now = {**self._now, "case": hindsight(event, shown).name}
+                    self._put("now", self._now)
                 self._pinches.done(event)
                 self._put("pinches", [dict(row) for row in self._pinches.tree()])
             case _:

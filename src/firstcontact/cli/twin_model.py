@@ -12,6 +12,8 @@ from tempfile import mkdtemp
 
 #: Pinches of each block that it learns from: enough for a first look in half a minute.
 PINCHES = 60
+#: Raised whenever what is trained here changes, so that older ones are not used.
+RECIPE = 1
 
 
 def cache_folder() -> Path:
@@ -30,7 +32,7 @@ def twin_model(condition: str, seed: int) -> Path:
     seed
         Of the twin's hand; the pinches learned from are other ones than those shown live.
     """
-    folder = cache_folder() / f"twin-{version('firstcontact')}-{condition}-{seed}"
+    folder = cache_folder() / f"twin-{version('firstcontact')}.{RECIPE}-{condition}-{seed}"
     if (folder / "detector.json").is_file():
         return folder
     from firstcontact.cli.simulate import Simulate

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from itertools import pairwise
 
@@ -11,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from firstcontact.core.command import Command
 from firstcontact.core.errors import InputError
 from firstcontact.core.layout import ADC_COUNTS, FINGERTIP_RATE, TAXELS
 from firstcontact.twin.objects import BLOCKS, OBJECTS
@@ -120,16 +122,216 @@ def test_a_chosen_object_is_taken_from_the_next_closing_on() -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("lab", None, 0), "'lab'"),
-        (("paper-rig", ["pear"], 0), "'pear' is not known: use one of block 10"),
-        (("paper-rig", [], 0), "no objects"),
-        (("paper-rig", None, -1), "seed is -1"),
+        (("lab", None, 0, 0.02), "'lab'"),
+        (("paper-rig", ["pear"], 0, 0.02), "'pear' is not known: use one of block 10"),
+        (("paper-rig", [], 0, 0.02), "no objects"),
+        (("paper-rig", None, -1, 0.02), "seed is -1"),
+        (("paper-rig", None, 0, -0.01), "latency is -0.01"),
     ],
 )
 def test_what_cannot_be_streamed_is_refused(
-    arguments: tuple[str, list[str] | None, int], words: str
+    arguments: tuple[str, list[str] | None, int, float], words: str
 ) -> None:
     with pytest.raises(InputError, match=words):
         TwinStream(*arguments)
     with pytest.raises(InputError, match="'pear'"):
         TwinStream().choose("pear")
+
+
+#: A closing that does as it is told.
+Tell = Callable[[TwinStream], object]
+#: Reads so many scans at a time.
+STEP = 5
+#: Closings that a commanded stream is watched for.
+WATCHED = 4
+
+
+def closings(
+    tell: Tell | None = None, at: int = 1, place: str = "touched", **given: float
+) -> tuple[list[StreamPinch], NDArray[np.uint16], TwinStream]:
+    """The first closings, the one of number ``at`` commanded when its first finger touched.
+
+    Or where its motor starts.
+    """
+    stream = TwinStream(seed=6, **given)  # type: ignore[arg-type]
+    parts = []
+    while sum(p.end is not None for p in stream.pinches) < WATCHED:
+        parts.append(stream.read(STEP))
+        if tell is not None and len(stream.pinches) == at + 1:
+            if place == "touched" and not stream.pinches[-1].truth:
+                continue
+            tell(stream)
+            tell = None
+    return list(stream.pinches)[:WATCHED], np.concatenate(parts), stream
+
+
+@cache
+def uncommanded() -> tuple[list[StreamPinch], NDArray[np.uint16]]:
+    return closings()[:2]
+
+
+def since_start(pinch: StreamPinch) -> tuple[object, ...]:
+    """All that is known of a pinch but when it was."""
+    assert pinch.end is not None
+    truth = tuple((c.finger, c.sample - pinch.start) for c in pinch.truth)
+    return pinch.label, truth, pinch.end - pinch.start, pinch.peak
+
+
+def test_a_stream_that_is_never_commanded_knows_no_latency() -> None:
+    _, scans = uncommanded()
+    assert (closings(latency=0.08)[1] == scans).all()
+
+
+def test_each_closing_says_how_hard_it_squeezed_until_the_hand_opened() -> None:
+    pinches, scans = uncommanded()
+    for pinch in pinches:
+        assert pinch.end is not None
+        assert pinch.peak is not None
+        # The hold's force and less than twice the stall force.
+        assert 8.0 < pinch.peak < 24.0
+        if pinch.end + 1000 < len(scans):
+            assert scans[pinch.end - 1, 4:].all(), "held"
+            assert not scans[pinch.end + 1000, 4:].any(), "let go"
+
+
+@pytest.mark.parametrize("at", range(3))
+def test_a_commanded_closing_presses_less_and_the_others_do_as_before(at: int) -> None:
+    as_drawn, _ = uncommanded()
+    pinches, _, stream = closings(lambda s: s.command(Command(0.05, 2.0)), at)
+    peaks = [(p.peak, q.peak) for p, q in zip(pinches, as_drawn, strict=True)]
+    told, drawn = peaks.pop(at)
+    assert told is not None
+    assert drawn is not None
+    assert told < 0.6 * drawn
+    assert all(p == q for p, q in peaks)
+    for k in {0, 1, 2, 3} - {at}:
+        assert since_start(pinches[k]) == since_start(as_drawn[k])
+    assert stream.ignored == 0
+
+
+def test_nothing_is_otherwise_before_the_latency_and_all_of_it_counts() -> None:
+    _, scans = uncommanded()
+    first: dict[float, int] = {}
+    for latency in (0.0, 0.02, 0.05):
+        told: list[int] = []
+
+        def tell(stream: TwinStream, told: list[int] = told) -> None:
+            told.append(stream.sample)
+            stream.command(Command(0.0, 0.0))
+
+        _, other, _ = closings(tell, latency=latency)
+        n = min(len(other), len(scans))
+        differs = (other[:n] != scans[:n]).any(axis=1)
+        first[latency] = int(differs.argmax()) - told[0]
+        # What is made ahead is a piece at most.
+        assert first[latency] >= round(latency * FINGERTIP_RATE)
+    # A drive that stops is felt some milliseconds later, through gears and link.
+    spread = [first[k] - round(k * FINGERTIP_RATE) for k in first]
+    assert max(spread) < 0.03 * FINGERTIP_RATE
+
+
+def test_slowed_down_before_the_second_contact_it_touches_later_and_more_gently() -> None:
+    pinches, _ = uncommanded()
+    gaps = [p.truth[1].sample - p.truth[0].sample for p in pinches]
+    # The one whose second finger comes last: the drive has time to act.
+    at = int(np.argmax(gaps))
+    assert gaps[at] > 0.015 * FINGERTIP_RATE
+    tell: Tell = lambda s: s.command(Command(0.04, 12.0))  # noqa: E731
+    slowed, scans, _ = closings(tell, at, latency=0.0)
+    after = slowed[at].truth[1].sample - slowed[at].truth[0].sample
+    assert after > 1.5 * gaps[at]
+    finger = slowed[at].truth[1].finger
+
+    def knock(pinch: StreamPinch, scans: NDArray[np.uint16]) -> float:
+        second = pinch.truth[1].sample
+        return float(np.ptp(scans[second : second + 40, finger].astype(float)))
+
+    assert knock(slowed[at], scans) < 0.7 * knock(pinches[at], uncommanded()[1])
+
+
+def test_commanded_to_close_as_drawn_it_touches_when_it_would_have() -> None:
+    pinches, _ = uncommanded()
+
+    def tell(stream: TwinStream) -> None:
+        # The drawn speeds of this hand are within a few per cent of it.
+        stream.command(Command(0.13, 12.0))
+
+    told, _, _ = closings(tell, 1, latency=0.0)
+    for a, b in zip(told[1].truth, pinches[1].truth, strict=True):
+        assert a.finger == b.finger
+        assert abs((a.sample - told[1].start) - (b.sample - pinches[1].start)) < 15
+
+
+def test_a_release_opens_at_once_and_the_next_closing_is_as_before() -> None:
+    as_drawn, _ = uncommanded()
+    for place in ("touched", "start"):
+        told: list[int] = []
+
+        def tell(stream: TwinStream, told: list[int] = told) -> None:
+            told.append(stream.sample)
+            stream.release()
+            stream.release()
+
+        pinches, _, _ = closings(tell, 1, place)
+        end = pinches[1].end
+        assert end is not None
+        # To the next piece and no longer.
+        assert 0 <= end - told[0] - round(0.02 * FINGERTIP_RATE) <= 50
+        if place == "start":
+            assert pinches[1].truth == ()
+            assert pinches[1].peak == 0.0
+        assert since_start(pinches[2]) == since_start(as_drawn[2])
+
+
+def test_a_command_without_a_closing_is_ignored_and_counted() -> None:
+    stream = TwinStream(seed=6)
+    assert not stream.command(Command(0.0, 0.0))
+    stream.release()
+    stream.read(round(0.3 * FINGERTIP_RATE))
+    assert not stream.command(Command(0.0, 0.0))
+    assert stream.ignored == 2
+    there = len(uncommanded()[1])
+    rest = stream.read(there - stream.sample)
+    assert (rest == uncommanded()[1][-len(rest) :]).all()
+    with pytest.raises(InputError, match="must be numbers"):
+        stream.command(Command(float("nan"), 1.0))
+
+
+def test_what_the_hand_opens_before_counts_as_ignored() -> None:
+    def late(stream: TwinStream) -> None:
+        stream.release()
+        assert not stream.command(Command(0.1, 1.0))
+
+    assert closings(late)[2].ignored == 1
+    # Nor does it come back to one whose effect would come after the hold.
+    pinches, scans, stream = closings(lambda s: s.command(Command(0.0, 0.0)), latency=3.0)
+    assert stream.ignored == 1
+    assert pinches == uncommanded()[0]
+    assert (scans == uncommanded()[1]).all()
+
+
+@pytest.mark.parametrize("condition", CONDITIONS)
+@settings(max_examples=10)
+@given(
+    st.lists(
+        st.tuples(
+            st.integers(1, 3000),
+            st.none() | st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 50.0)),
+        ),
+        max_size=12,
+    ),
+    st.sampled_from([0.0, 0.02, 0.08, 5.0]),
+)
+def test_no_orders_keep_the_hand_from_going_on(
+    condition: str, orders: list[tuple[int, tuple[float, float] | None]], latency: float
+) -> None:
+    stream = TwinStream(condition, seed=6, latency=latency)
+    for wait, order in orders:
+        assert stream.read(wait).shape == (wait, 6)
+        if order is None:
+            stream.release()
+        else:
+            stream.command(Command(*order))
+    before = len(stream.pinches)
+    stream.read(round(6 * FINGERTIP_RATE))
+    assert len(stream.pinches) > before

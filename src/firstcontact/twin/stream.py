@@ -111,7 +111,7 @@ class TwinStream:
         if not self._objects:
             raise InputError("the twin has no objects: give at least one")
         self.ignored = 0
-        self._run: StreamRun | None = None  # while the hand closes and holds
+        self._run: StreamRun | None = None  # while the hand takes commands
         self._seed = seed
         self._rng = generator(seed, condition_name, "stream")
         self._chosen: TwinObject | None = None
@@ -167,10 +167,11 @@ class TwinStream:
         """Have the hand open now, and not when it has held; an open one stays as it is.
 
         It begins to open the drive's latency after the scan that was read last, to
-        the next piece.
+        the next piece. What is commanded after it comes too late for this closing.
         """
         if self._run is not None:
             self._run.tell(None, self._effect(self._run))
+            self._run = None
 
     def _effect(self, run: StreamRun) -> int:
         return run.done - 1 - len(self._left) + self._drive.delay

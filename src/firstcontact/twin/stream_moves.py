@@ -40,15 +40,10 @@ def close(run: StreamRun, hold: float) -> Iterator[NDArray[np.float64]]:
 
     A command takes the place of the drawn speed and of the hold's force.
     """
-    yield from _ramp(run, run.nominal_speed)
-    while not run.released and not _over(run):
-        yield _piece(run)
-    # A drive that stands pushes with its gain times the speed it is told.
-    yield from _ramp(run, GRIP / FingerParameters().speed_gain)
-    for _ in range(pieces(hold)):
+    for motion in _squeeze(run, hold):
+        yield motion
         if run.released:
             return
-        yield _piece(run)
 
 
 def part(run: StreamRun) -> Iterator[NDArray[np.float64]]:
@@ -61,6 +56,16 @@ def part(run: StreamRun) -> Iterator[NDArray[np.float64]]:
             break
     yield from _ramp(run, 0.0)
     for _ in range(pieces(SETTLE)):
+        yield _piece(run)
+
+
+def _squeeze(run: StreamRun, hold: float) -> Iterator[NDArray[np.float64]]:
+    yield from _ramp(run, run.nominal_speed)
+    while not _over(run):
+        yield _piece(run)
+    # A drive that stands pushes with its gain times the speed it is told.
+    yield from _ramp(run, GRIP / FingerParameters().speed_gain)
+    for _ in range(pieces(hold)):
         yield _piece(run)
 
 

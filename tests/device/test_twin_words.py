@@ -1,0 +1,50 @@
+"""What host and twin say to each other is understood, and nothing else is taken for it."""
+
+from __future__ import annotations
+
+from math import isfinite
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.core import Command, InputError
+from firstcontact.device.twin_words import (
+    concerns_hand,
+    held_object,
+    order_text,
+    peak_text,
+    read_order,
+)
+from firstcontact.twin.objects import OBJECTS
+
+
+@given(st.floats(-1.0, 1.0), st.floats(0.0, 100.0))
+def test_an_order_is_read_as_it_was_meant(speed: float, force: float) -> None:
+    read = read_order(order_text(Command(speed, force)))
+    assert read is not None
+    assert read.speed == pytest.approx(speed, abs=5.1e-5)
+    assert read.force == pytest.approx(force, abs=5.1e-4)
+    assert read_order(order_text(None)) is None
+
+
+@given(st.text(max_size=30))
+def test_whatever_else_is_said_is_refused_in_words(text: str) -> None:
+    try:
+        order = read_order("hand:" + text)
+    except InputError as error:
+        said = f"twin: {error}"
+    else:
+        assert order is None or (isfinite(order.speed) and isfinite(order.force))
+        return
+    assert concerns_hand(said)
+
+
+def test_only_an_object_is_taken_for_one() -> None:
+    for name in OBJECTS:
+        assert held_object(f"twin: {name}") == name
+        assert not concerns_hand(f"twin: {name}")
+    for text in (peak_text(3.44), order_text(None), "twin: hand is not closing", "an apple"):
+        assert held_object(text) is None
+        assert concerns_hand(text) == (text != "an apple")
+    assert peak_text(3.44) == "twin: peak 3.4 N"

@@ -1,0 +1,156 @@
+"""The twin's hand is a hand as any other, and what it is told is done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from firstcontact.core import Command, fingertip_layout
+from firstcontact.device.source import Arrival, Descriptor, Source
+from firstcontact.device.twin_source import TwinSource
+from firstcontact.device.twin_words import held_object
+from firstcontact.grasp.hand import Hand, HandError
+from firstcontact.grasp.safe import SafeHand
+from firstcontact.live.twin_hand import TwinHand
+from firstcontact.recording import Marker
+
+#: A source that is silent for so long is dead, s.
+DEAD = 60.0
+
+
+@pytest.fixture(scope="module")
+def source() -> Iterator[TwinSource]:
+    with TwinSource(seed=4, speed=2) as source:
+        yield source
+
+
+@pytest.fixture
+def hand(source: TwinSource) -> Hand:
+    return TwinHand(source)
+
+
+def heard(source: Source, enough: Callable[[list[Marker]], bool]) -> list[Marker]:
+    """Markers from now on, until there are enough."""
+    markers: list[Marker] = []
+    while not enough(markers):
+        arrivals: list[Arrival] = source.read(DEAD)
+        assert arrivals, "the twin has gone silent"
+        markers += [m for a in arrivals for m in a.markers]
+    return markers
+
+
+def test_limits_are_limits(hand: Hand) -> None:
+    limits = hand.limits
+    assert 0 < limits.speed < 2
+    assert 0 < limits.force < 100
+    assert 0 < limits.rate < 10_000
+    assert limits.watchdog > 1 / limits.rate, "else no rate is fast enough"
+
+
+def test_it_takes_what_its_limits_allow(hand: Hand) -> None:
+    limits = hand.limits
+    with hand:
+        for speed in (-limits.speed, 0.0, limits.speed):
+            for force in (0.0, limits.force):
+                hand.send(Command(speed, force))
+
+
+def test_release_never_raises(hand: Hand) -> None:
+    hand.release()
+    with hand:
+        hand.release()
+        hand.release()
+        hand.send(Command(0.0, 1.0))
+        hand.release()
+    hand.release()
+
+
+def test_closing_twice_is_fine_and_closing_unopened_too(hand: Hand) -> None:
+    hand.close()
+    with hand:
+        hand.close()
+        hand.close()
+    hand.close()
+
+
+def test_an_exception_passes_and_closes(hand: Hand) -> None:
+    with pytest.raises(ZeroDivisionError), hand:
+        raise ZeroDivisionError
+    with pytest.raises(HandError):
+        hand.send(Command(0.0, 1.0))
+
+
+def test_commands_need_an_open_hand(hand: Hand) -> None:
+    with pytest.raises(HandError, match="not open"):
+        hand.send(Command(0.0, 1.0))
+    with hand:
+        hand.send(Command(0.0, 1.0))
+    with pytest.raises(HandError, match="not open"):
+        hand.send(Command(0.0, 1.0))
+
+
+def test_it_can_be_made_safe(source: TwinSource) -> None:
+    with SafeHand(TwinHand(source)) as hand:
+        hand.send(Command(1e6, 1e6))
+        hand.alive()
+        assert hand.counts.clipped == 1
+    assert hand.counts.sent == 1
+    assert hand.counts.released >= 1
+    assert hand.failure is None
+
+
+def test_the_twin_hears_each_order_as_it_was_given(source: TwinSource, hand: Hand) -> None:
+    with hand:
+        hand.send(Command(0.0123, 4.5))
+
+    def orders(markers: list[Marker]) -> list[str]:
+        """As they came, from this test's on; those of tests before may come first."""
+        texts = [m.text for m in markers if m.text.startswith("hand:")]
+        return texts[texts.index("hand: 0.0123 4.500") :] if "hand: 0.0123 4.500" in texts else []
+
+    markers = heard(source, lambda ms: len(orders(ms)) >= 2)
+    assert orders(markers) == ["hand: 0.0123 4.500", "hand: release"]
+
+
+def test_a_commanded_hand_squeezes_less() -> None:
+    with TwinSource(objects=["block 10"], seed=4) as source, TwinHand(source) as hand:
+        told: float | None = None
+        while told is None:
+            start = heard(source, lambda ms: any(held_object(m.text) for m in ms))[-1].sample
+            hand.send(Command(0.03, 1.0))
+            markers = heard(source, lambda ms: any("peak" in m.text for m in ms))
+            came = next(m.sample for m in markers if m.text == "hand: 0.0300 1.000")
+            # One that came late is for a closing after this one to show.
+            if came - start < 900:
+                told = next(peak(m) for m in markers if "peak" in m.text)
+        alone = heard(source, lambda ms: sum("peak" in m.text for m in ms) >= 2)
+    assert told < 0.6 * min(peak(m) for m in alone if "peak" in m.text)
+
+
+def peak(marker: Marker) -> float:
+    return float(marker.text.split()[2])
+
+
+def test_what_is_gone_takes_no_command_and_needs_no_release() -> None:
+    source = TwinSource(seed=4, speed=2)
+    hand = TwinHand(source)
+    with source, hand:
+        hand.send(Command(0.0, 1.0))
+        source.close()
+        with pytest.raises(HandError, match="not there"):
+            hand.send(Command(0.0, 1.0))
+        hand.release()
+
+
+class Real(TwinSource):
+    """A source that says it is no twin."""
+
+    @property
+    def descriptor(self) -> Descriptor:
+        return Descriptor(fingertip_layout(), source="real")
+
+
+def test_only_a_twin_has_it() -> None:
+    with pytest.raises(HandError, match="--device twin"), TwinHand(Real()):
+        raise AssertionError

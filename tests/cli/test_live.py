@@ -114,6 +114,40 @@ def test_a_recording_that_breaks_off_is_told_and_shows_in_the_exit_code(
     assert read_recording(path).samples > 0
 
 
+def test_the_twins_hand_is_driven(environment: dict[str, str]) -> None:
+    done = live(environment, "--device", "twin", "--hand", "twin", "--pinches", "2", "--json")
+    assert done.returncode == 0, done.stderr
+    markers = [
+        e["text"] for e in map(json.loads, done.stdout.splitlines()) if e["type"] == "marker"
+    ]
+    # The device tells each command that it took, and how hard the hand squeezed.
+    assert len([m for m in markers if m.startswith("hand: ")]) >= 4
+    assert [m for m in markers if m.startswith("twin: peak ")]
+    assert "hand twin, policy first_contact" in done.stderr
+    assert "in 2 closings, 2 with contact" in done.stderr
+    assert "released 1" in done.stderr
+
+
+def test_a_signal_releases_the_hand(environment: dict[str, str]) -> None:
+    arguments = ["--device", "twin", "--hand", "print", "--policy", "touch"]
+    process = subprocess.Popen(
+        [*COMMAND, *arguments],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    for line in process.stdout:
+        if line.startswith("pinch 1"):
+            process.send_signal(signal.SIGTERM)
+            break
+    _, said = process.communicate(timeout=LONG)
+    assert process.returncode == 0
+    orders = [line for line in said.splitlines() if line.startswith("hand ") and " s  " in line]
+    assert orders[-1].endswith("release")
+
+
 @pytest.fixture
 def paged(environment: dict[str, str]) -> Iterator[tuple[subprocess.Popen[str], str]]:
     arguments = ["--device", "twin", "--page", "--port", "0"]
@@ -144,6 +178,9 @@ def test_the_page_is_where_it_says(paged: tuple[subprocess.Popen[str], str]) -> 
         (["--device", "twin", "--pinches", "0"], "--pinches"),
         (["--device", "twin", "--calibration", "none.json"], "none.json"),
         (["--device", "twin", "--model", "nowhere"], "nowhere"),
+        (["--device", "twin", "--hand", "nobody's"], "nobody's"),
+        (["--device", "twin", "--hand", "print", "--policy", "guess"], "guess"),
+        (["--device", "nothing.mcap", "--hand", "twin"], "--hand twin"),
     ],
 )
 def test_what_cannot_be_used_is_said_in_one_sentence(

@@ -1,7 +1,7 @@
 """Write the tables of results in the README and the docs from results files.
 
     python docs/write_tables.py                     the tables, from docs/results
-    python docs/write_tables.py --study A --real B  copy A and B to docs/results first
+    python docs/write_tables.py --study A --real B --grasp C  copy them to docs/results first
 
 Tables stand between ``<!-- numbers: NAME -->`` and ``<!-- /numbers -->``. Nothing in them is
 typed by hand, and a test holds them against docs/results.
@@ -36,6 +36,9 @@ FORMS = {
     "s": ("{:.0f} s", 1.0),
     "ratio": ("{:.1f} times", 1.0),
     "shore": ("{:.2f}", 1.0),
+    "newton": ("{:.2f} N", 1.0),
+    "change": ("{:+.0f} %", 100.0),
+    "whole_ms": ("{:.0f} ms", 1.0),
     "p": ("{:.3f}", 1.0),
 }
 
@@ -150,6 +153,56 @@ REAL = [
     Row("– SVM, random folds", "hardness_order.random_folds.svm.accuracy", "share"),
 ]
 
+#: Policies, in the order of the table, and the rows of one latency.
+POLICIES = {
+    "none": "no modulation",
+    "feedback": "force feedback",
+    "feedback_fast": "force feedback, ideal sheet",
+    "touch": "gentle at touch",
+    "first_contact": "first contact",
+    "early_exit": "early exit",
+    "oracle": "oracle",
+}
+GRASP = [
+    Row("", "soft.peak_n", "newton"),
+    Row("", "lasting.time_ms", "whole_ms"),
+    Row("", "brittle.broken", "share"),
+    Row("", "all.dropped", "share"),
+]
+
+
+def grasp_table(tree: Any) -> str:
+    """A row a policy, at the headline's latency."""
+    ms = f"{tree['headline']['latency_ms']:g}"
+    lines = [["", "peak force, soft objects", "time to grasp", "brittle broken", "dropped"]]
+    lines.append(["---"] * len(lines[0]))
+    for key, label in POLICIES.items():
+        if key in tree["policies"]:
+            lines.append([label, *(row.cell(tree["policies"][key][ms]) for row in GRASP)])
+    return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
+
+
+def target_table(tree: Any) -> str:
+    """What is saved against each other policy, at the headline's latency."""
+    lines = [["", "against", "peak force, soft", "time to grasp", "drops", "broken"]]
+    lines.append(["---"] * len(lines[0]))
+    for ours in ("first_contact", "early_exit"):
+        for other, found in tree["headline"][ours].items():
+            less = {
+                "change": -found["soft"]["less_peak"],
+                "intervals": {
+                    "change": [-end for end in reversed(found["soft"]["intervals"]["less_peak"])]
+                },
+            }
+            cells = [
+                Row("", "change", "change").cell(less),
+                Row("", "longer", "change").cell(found["lasting"]),
+                f"{found['all']['more_dropped']:+d}",
+                f"{found['all']['more_broken']:+d}",
+            ]
+            lines.append([POLICIES[ours], POLICIES[other], *cells])
+    return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
+
 
 def table(rows: Sequence[Row], columns: dict[str, Any], published: bool) -> str:
     """A Markdown table; rows that no column has are left out."""
@@ -164,7 +217,8 @@ def table(rows: Sequence[Row], columns: dict[str, Any], published: bool) -> str:
 
 def tables(results: Path) -> dict[str, str]:
     """All tables by name, of the results that are there."""
-    made = dict.fromkeys(("study", "speed", "real"), "*Not run yet.*\n")
+    names = ("study", "speed", "real", "grasp", "grasp_target")
+    made = dict.fromkeys(names, "*Not run yet.*\n")
     if (results / "study.json").is_file():
         tree = json.loads((results / "study.json").read_text(encoding="utf-8"))
         conditions = {"paper rig": tree}
@@ -175,6 +229,10 @@ def tables(results: Path) -> dict[str, str]:
     if (results / "real.json").is_file():
         tree = json.loads((results / "real.json").read_text(encoding="utf-8"))
         made["real"] = table(REAL, {"here": tree}, published=False)
+    if (results / "grasp.json").is_file():
+        tree = json.loads((results / "grasp.json").read_text(encoding="utf-8"))
+        made["grasp"] = grasp_table(tree)
+        made["grasp_target"] = target_table(tree)
     return made
 
 
@@ -199,9 +257,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--study", type=Path, help="results.json of `make study`")
     parser.add_argument("--real", type=Path, help="results.json of `make real`")
+    parser.add_argument("--grasp", type=Path, help="results.json of `firstcontact grasp-study`")
     options = parser.parse_args()
     RESULTS.mkdir(exist_ok=True)
-    for name, source in (("study", options.study), ("real", options.real)):
+    for name, source in (
+        ("study", options.study),
+        ("real", options.real),
+        ("grasp", options.grasp),
+    ):
         if source is not None:
             tree = json.loads(source.read_text(encoding="utf-8"))
             # Where the data lay on the machine of the run is nobody's business.

@@ -49,18 +49,19 @@ def sentences(results: Mapping[str, Any]) -> list[str]:
     """The headline in words, whether or not the target was met."""
     head = results["headline"]
     said = []
+    best = head["best_feedback"]
     for ours in ("first_contact", "early_exit"):
-        for other in ("feedback", "feedback_fast"):
-            found = head[ours][other]
+        for other, found in head[ours].items():
             soft, lasting = found["soft"], found["lasting"]
-            met = all(found["met"].values())
+            verdict = ""
+            if other == best:
+                verdict = f"Target {'met' if all(found['met'].values()) else 'not met'}."
             said.append(
                 f"{name(ours).capitalize()} against {name(other)}: peak force on objects up to "
                 f"{head['soft_up_to']:g} Shore A "
                 f"{_between(soft, 'less_peak', '{:.0f}', 100)} % lower, "
                 f"{found['all']['more_dropped']:+d} drops, {found['all']['more_broken']:+d} "
-                f"broken, time to grasp {_between(lasting, 'longer', '{:+.0f}', 100)} %. "
-                f"Target {'met' if met else 'not met'}."
+                f"broken, time to grasp {_between(lasting, 'longer', '{:+.0f}', 100)} %. {verdict}"
             )
     return said
 

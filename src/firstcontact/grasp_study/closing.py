@@ -77,7 +77,13 @@ class Told:
     counts: LoopCounts
 
 
-def close(plant: GraspPlant, policy: Policy, pipeline: Pipeline | None, windows: int) -> Told:
+def close(
+    plant: GraspPlant,
+    policy: Policy,
+    pipeline: Pipeline | None = None,
+    windows: int = 0,
+    feels: bool = True,
+) -> Told:
     """Close the hand on what is in the plant, until the object is lifted or lost.
 
     Computing takes no time here, nor does the cable: both belong to the latency.
@@ -93,6 +99,9 @@ def close(plant: GraspPlant, policy: Policy, pipeline: Pipeline | None, windows:
         first contact and all estimates are there.
     windows
         How many estimates are to come; 0 for a policy that waits for none.
+    feels
+        Whether the policy acts on the force arrays; of others no more is asked, and blocks
+        get long, once all is known.
     """
     hand = PlantHand(plant)
     grasping = Grasping(policy, hand, LAYOUT)
@@ -103,7 +112,7 @@ def close(plant: GraspPlant, policy: Policy, pipeline: Pipeline | None, windows:
         grasping.happened(Armed(0, 0))
     while not plant.ended:
         waiting = policy.deadline is not None and not _settled(grasping)
-        step = BLOCK if listening or waiting or pipeline is None else LONG
+        step = BLOCK if listening or waiting or feels else LONG
         first = plant.sample
         block = Block(plant.advance(step), first)
         if listening and pipeline is not None:

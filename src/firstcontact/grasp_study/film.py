@@ -88,8 +88,8 @@ def film(
             return []
 
         # Rows share their scales, and those must not jump.
-        most = 1.15 * max(float(t.grip.max()) for t in takes)
-        fast = 1.25e3 * max(o.command.speed for t in takes for o in t.orders)
+        most = 1.4 * max(float(t.grip.max()) for t in takes)
+        fast = 1.7e3 * max(o.command.speed for t in takes for o in t.orders)
 
         def fixed(picture: int) -> list[Any]:
             draw(picture)
@@ -130,7 +130,7 @@ def _hand(axis: Axes, shown: Take, now: float) -> None:
     from matplotlib.patches import Rectangle
 
     row = min(int(np.searchsorted(shown.time, now)), len(shown.time) - 1)
-    gaps = np.nan_to_num(shown.gaps[row], nan=3e-3).clip(-1e-3, 4e-3) * 1e3
+    gaps = np.nan_to_num(shown.gaps[row], nan=3e-3).clip(0.0, 4e-3) * 1e3
     half = 4.0
     axis.add_patch(Rectangle((-half, -1.2), 2 * half, 2.4, color="#C9D3DC"))
     for side, gap in zip((-1, 1), gaps, strict=True):
@@ -139,7 +139,8 @@ def _hand(axis: Axes, shown: Take, now: float) -> None:
         axis.add_patch(
             Rectangle(
                 (min(face, face + side * 3.0), -0.8), 3.0, 1.6,
-                color=colour(shown.variant) if touching else "#8A94A0",
+                facecolor=colour(shown.variant) if touching else "#DDE3E8",
+                edgecolor="#8A94A0",
             )
         )  # fmt: skip
     axis.set_xlim(-11.5, 11.5)

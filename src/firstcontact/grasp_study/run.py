@@ -66,23 +66,27 @@ def run_grasp_study(settings: Settings, out: Path, quick: bool, command: str) ->
         tqdm(unit="job", bar_format=_BAR, miniters=0, mininterval=often) as bar,
     ):
 
+        def stage(title: str) -> None:
+            bar.reset()
+            bar.set_description(title)
+
         def within(done: int, total: int) -> None:
             bar.total, bar.n = total, done
             bar.update(0)
 
         with parallel(settings.workers, within) as runner:
-            bar.set_description("models")
+            stage("models")
             learned = learn(settings, out, runner)
-            bar.set_description("search for force feedback")
+            stage("search for force feedback")
             found = search(settings, runner)
-            bar.set_description("closings")
+            stage("closings")
             rows = close_all(settings, found, learned.folder, runner)
-        bar.set_description("done")
-    tuned = {key: f.settings for key, f in found.items()}
-    pictures = PICTURES // 3 if quick else PICTURES
-    shown = film(
-        out / "film.gif", settings.sessions, settings.seed, tuned, learned.folder, pictures
-    )
+            stage("film")
+            tuned = {key: f.settings for key, f in found.items()}
+            pictures = PICTURES // 3 if quick else PICTURES
+            shown = film(
+                out / "film.gif", settings.sessions, settings.seed, tuned, learned.folder, pictures
+            )
     results: dict[str, Any] = {
         "study": {
             "command": command,

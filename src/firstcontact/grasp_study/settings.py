@@ -42,7 +42,7 @@ class Settings:
         Processes.
     """
 
-    sessions: int = 16
+    sessions: int = 12
     latencies: tuple[float, ...] = (0.0, 0.020, 0.040, 0.060, 0.080)
     training: int = 60
     windows: tuple[float, ...] = (0.003, 0.005, 0.008, 0.015)

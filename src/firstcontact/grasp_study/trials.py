@@ -8,7 +8,7 @@ from pathlib import Path
 
 from firstcontact.grasp.grip import Grip
 from firstcontact.grasp.policies.first_contact import FirstContact
-from firstcontact.grasp.policies.force_feedback import Feedback
+from firstcontact.grasp.policies.force_feedback import Feedback, ForceFeedback
 from firstcontact.grasp.policies.oracle import Oracle
 from firstcontact.grasp.policies.touch import Touch
 from firstcontact.grasp_study.closing import LAYOUT, Told, close
@@ -91,11 +91,11 @@ def played(
     grip = Grip(speed=plant.nominal.speed, force=plant.nominal.force)
     policy = variant.make(grip, KINDS[scene.kind].shore_a, tuned)
     if not isinstance(policy, (FirstContact, Touch, Oracle)) or models is None:
-        return close(plant, policy, None, 0)
+        return close(plant, policy, feels=isinstance(policy, ForceFeedback))
     detector, answerers = loaded(models)
     wanted = answerers if policy.deadline is not None else ()
     pipeline = Pipeline(LAYOUT, detector, wanted, clock=lambda: 0.0)
-    return close(plant, policy, pipeline, len(wanted))
+    return close(plant, policy, pipeline, len(wanted), feels=False)
 
 
 @dataclass(frozen=True, slots=True)

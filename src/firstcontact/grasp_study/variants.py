@@ -8,11 +8,14 @@ from dataclasses import dataclass
 from firstcontact.grasp.grip import Grip
 from firstcontact.grasp.policies.force_feedback import Feedback, ForceFeedback
 from firstcontact.grasp.policies.registry import POLICIES
+from firstcontact.grasp.policies.touch import Touch
 from firstcontact.grasp.policy import Policy
 from firstcontact.twin.sensor import OPTIMISTIC, VelostatParameters
 
 FEEDBACK = ForceFeedback.name
 SLOW, FAST = "feedback", "feedback_fast"
+#: Knows of the contact and of no stiffness.
+CONTROL = Touch.name
 
 
 @dataclass(frozen=True, slots=True)

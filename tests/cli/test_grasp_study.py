@@ -1,0 +1,42 @@
+"""``firstcontact grasp-study``: from the twin to the report, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from firstcontact.cli.main import main
+
+
+@pytest.mark.timeout(600)
+def test_quick_runs_from_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "study"
+    assert main(["grasp-study", "--quick", "--out", str(out), "--seed", "5", "--workers", "2"]) == 0
+    assert capsys.readouterr().out.strip() == str(out / "report.html")
+    results = json.loads((out / "results.json").read_text(encoding="utf-8"))
+    assert results["study"]["quick"]
+    variants, latencies = len(results["policies"]), len(results["data"]["latencies_ms"])
+    assert results["data"]["closings"] == results["data"]["pinches"] * variants * latencies
+    assert (out / "film.gif").read_bytes().startswith(b"GIF89a")
+    assert (out / "grasp.png").stat().st_size > 1000
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "Quick study" in page
+
+
+@pytest.mark.parametrize("option", ["--seed", "--workers"])
+def test_negative_numbers_are_refused(
+    option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["grasp-study", option, "-1", "--out", str(tmp_path / "x")]) == 2
+    assert "must not be negative" in capsys.readouterr().err
+    assert not (tmp_path / "x").exists()
+
+
+def test_a_file_in_place_of_the_folder_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "taken").write_text("mine", encoding="utf-8")
+    assert main(["grasp-study", "--quick", "--out", str(tmp_path / "taken")]) == 2
+    assert "choose another --out" in capsys.readouterr().err

@@ -1,0 +1,118 @@
+"""Closings of the plant: the same chance for all, the same rows again, on any workers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.grasp.policies.force_feedback import Feedback
+from firstcontact.grasp_study.learning import learn
+from firstcontact.grasp_study.search import search
+from firstcontact.grasp_study.settings import KINDS, Settings
+from firstcontact.grasp_study.trials import Row, Scene, Trial, plant_of, played, run_trial
+from firstcontact.grasp_study.variants import VARIANTS, Variant
+from firstcontact.study.jobs import Serial, parallel
+
+SMALL = Settings(
+    sessions=2,
+    latencies=(0.020,),
+    training=20,
+    windows=(0.003, 0.015),
+    tuning=1,
+    coarse=True,
+    kinds=("block 5", "block 60"),
+    workers=1,
+)
+TUNED = {"feedback": Feedback(0.05, 1.5, 0.02, 2.6)}
+BY_KEY = {v.key: v for v in VARIANTS}
+
+
+@pytest.fixture(scope="module")
+def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return learn(SMALL, tmp_path_factory.mktemp("grasp"), Serial()).folder
+
+
+def closings(models: Path, session: int = 0, latency: float = 0.020) -> dict[str, Row]:
+    trial = Trial(Scene("block 20", session), VARIANTS, (latency,), TUNED, models)
+    return {row.variant: row for row in run_trial(trial)}
+
+
+def test_every_policy_closes_on_the_same_pinch() -> None:
+    data = []
+    for variant in VARIANTS:
+        # Force arrays differ between variants; what piezos and strips say does not.
+        plant = plant_of(Scene("block 5", 3), variant, 0.04)
+        block = plant.advance(900)
+        data.append(np.concatenate([block[:, :2], block[:, 14:]], axis=1).tobytes())
+        assert plant.limit == np.inf
+    assert len(set(data)) == 1
+    eggs = {plant_of(Scene("egg shell", 1), v, lat).limit for v in VARIANTS for lat in (0.0, 0.08)}
+    assert len(eggs) == 1
+
+
+def test_scenes_differ_in_chance_and_none_was_learned_from() -> None:
+    scenes = [Scene("block 20", s, g) for s in range(4) for g in ("grasp", "search")]
+    plants = [plant_of(scene, VARIANTS[0], 0.02) for scene in scenes]
+    assert len({plant.advance(500).tobytes() for plant in plants}) == len(scenes)
+
+
+def test_at_the_first_contact_they_still_share_their_past(models: Path) -> None:
+    rows = closings(models)
+    assert len({row.touched for row in rows.values()}) == 1
+    assert all(row.offset is not None for row in rows.values())
+
+
+def test_the_estimate_comes_and_the_hand_is_told_after_the_contact(models: Path) -> None:
+    scene = Scene("block 60", 1)
+    plant = plant_of(scene, BY_KEY["early_exit"], 0.020)
+    told = played(plant, scene, BY_KEY["early_exit"], TUNED, models)
+    first = plant.outcome.first_contact
+    assert first is not None
+    assert len(told.estimates) == len(SMALL.windows)
+    approach, *others = told.orders
+    assert approach.at < first
+    assert others
+    assert all(order.at > first for order in others)
+    assert told.counts.contacts == 1
+    assert told.counts.misses + told.counts.estimates >= 1
+
+
+def test_gentle_at_touch_presses_less_than_no_modulation(models: Path) -> None:
+    rows = closings(models)
+    for variant in ("touch", "first_contact", "early_exit", "oracle"):
+        assert rows[variant].peak < rows["none"].peak
+        assert not rows[variant].dropped
+
+
+def test_same_seed_same_rows_on_one_worker_and_two(models: Path) -> None:
+    trials = [
+        Trial(Scene(kind, s), VARIANTS, (0.020,), TUNED, models)
+        for s in range(2)
+        for kind in SMALL.kinds
+    ]
+    alone = Serial().map(run_trial, trials)
+    with parallel(2) as runner:
+        assert runner.map(run_trial, trials) == alone
+
+
+def test_the_search_finds_what_holds_and_asks_other_pinches_than_the_report() -> None:
+    found = search(SMALL, Serial())
+    assert set(found) == {"feedback", "feedback_fast"}
+    for one in found.values():
+        assert one.tried == 4
+        assert one.unsteady == 0
+    reported, searched = (
+        plant_of(Scene("block 5", 0, group), Variant("none", "none"), 0.02).advance(400)
+        for group in ("grasp", "search")
+    )
+    assert (reported != searched).any()
+
+
+def test_quick_is_part_of_the_whole() -> None:
+    quick = Settings().quick()
+    assert set(quick.kinds) < set(KINDS)
+    assert set(quick.latencies) < set(Settings().latencies)
+    assert all(round(d * FINGERTIP_RATE) > 0 for d in quick.windows)

@@ -1,0 +1,74 @@
+"""The report says what the results hold, and needs nothing but itself."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from toy_rows import rows
+
+from firstcontact.grasp_study.chapters import sentences, tables
+from firstcontact.grasp_study.figures.headline import headline_figure
+from firstcontact.grasp_study.report import render
+from firstcontact.grasp_study.run import numbers
+from firstcontact.grasp_study.variants import VARIANTS
+from firstcontact.grasp_study.words import COLOURS, NAMES
+
+
+@pytest.fixture
+def results() -> dict[str, Any]:
+    feedback = {
+        "settings": {"threshold": 0.05, "approach": 1.5, "speed": 0.02, "force": 2.6},
+        "tried": 7, "peak": 3.0, "time": 0.14, "unsteady": 0.0,
+    }  # fmt: skip
+    return {
+        "study": {
+            "command": "firstcontact grasp-study <b>", "started": "now", "seconds": 12.0,
+            "quick": True, "seed": 3, "workers": 2, "versions": {"python": "3"},
+        },
+        "data": {
+            "source": "twin", "objects": ["block 5"], "sessions": 4, "pinches": 16,
+            "closings": 224, "training": 100, "latencies_ms": [20.0, 60.0],
+        },
+        "models": {"rmse": {"3": 3.21}, "interval_width": {"3": 8.0}},
+        "grip": {"speed": 0.13},
+        "feedback": {"feedback": feedback, "feedback_fast": feedback},
+        **numbers(rows(), 0),
+        "film": {"object": "block 10", "session": 2},
+    }  # fmt: skip
+
+
+def test_the_page_holds_the_numbers_and_nothing_from_elsewhere(
+    results: dict[str, Any], tmp_path: Path
+) -> None:
+    (tmp_path / "film.gif").write_bytes(b"GIF89a")
+    page = render(results, tmp_path / "film.gif")
+    for said in ("Quick study", "seed 3", "224 closings", "3.21", "grasp-study &lt;b&gt;"):
+        assert said.replace("3.21", "3.2") in page
+    for variant in VARIANTS:
+        peak = results["policies"][variant.key]["20"]["soft"]["peak_n"]
+        assert f"{peak:.2f} (" in page
+        assert NAMES[variant.key] in page
+    assert not re.search(r"(src|href)=\"(?!data:|#)", page)
+
+
+def test_the_target_is_judged_once_for_each_of_ours(results: dict[str, Any]) -> None:
+    said = sentences(results)
+    assert sum("Target met." in s for s in said) == 2
+    assert "35 % lower" in " ".join(said).replace("35 (35 to 35) %", "35 %")
+    results["headline"]["early_exit"]["feedback_fast"]["met"]["longer"] = False
+    assert sum("Target not met." in s for s in sentences(results)) == 1
+
+
+def test_every_variant_has_a_row_a_name_and_a_colour_of_its_own(results: dict[str, Any]) -> None:
+    assert len(tables(results)[0].rows) == len(VARIANTS)
+    assert set(NAMES) == set(COLOURS) == {v.key for v in VARIANTS}
+    assert len(set(COLOURS.values())) == len(VARIANTS)
+
+
+def test_the_headline_is_written_as_a_picture(results: dict[str, Any], tmp_path: Path) -> None:
+    path = tmp_path / "grasp.png"
+    assert headline_figure(results["policies"], "20", path).startswith("data:image/svg")
+    assert path.read_bytes().startswith(b"\x89PNG")

@@ -20,6 +20,7 @@ from firstcontact.twin import (
     plan,
     plant,
     stream,
+    stream_moves,
 )
 from firstcontact.twin.brittle import BRITTLE
 from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition, Spread
@@ -55,14 +56,15 @@ CONSTANTS = {
 RUNNING = {
     "REST[0]": stream.REST[0],
     "REST[1]": stream.REST[1],
-    "RAMP": stream.RAMP,
+    "RAMP": stream_moves.RAMP,
     "LEAD": stream.LEAD,
-    "STALLED": stream.STALLED,
-    "GRIP": stream.GRIP,
+    "STALLED": stream_moves.STALLED,
+    "PATIENCE": stream_moves.PATIENCE,
+    "GRIP": stream_moves.GRIP,
     "HOLD[0]": stream.HOLD[0],
     "HOLD[1]": stream.HOLD[1],
-    "APART": stream.APART,
-    "SETTLE": stream.SETTLE,
+    "APART": stream_moves.APART,
+    "SETTLE": stream_moves.SETTLE,
 }
 HELD = {
     "FRICTION": objects.FRICTION,

@@ -9,6 +9,7 @@ from pathlib import Path
 from firstcontact.grasp.grip import Grip
 from firstcontact.grasp.policies.first_contact import FirstContact
 from firstcontact.grasp.policies.force_feedback import Feedback, ForceFeedback
+from firstcontact.grasp.policies.none import NoModulation
 from firstcontact.grasp.policies.oracle import Oracle
 from firstcontact.grasp.policies.touch import Touch
 from firstcontact.grasp_study.closing import LAYOUT, Told, close
@@ -90,12 +91,15 @@ def played(
     # The approach is as it was drawn; the policy is told so.
     grip = Grip(speed=plant.nominal.speed, force=plant.nominal.force)
     policy = variant.make(grip, KINDS[scene.kind].shore_a, tuned)
-    if not isinstance(policy, (FirstContact, Touch, Oracle)) or models is None:
-        return close(plant, policy, feels=isinstance(policy, ForceFeedback))
+    # Whoever is not known to do without is given everything.
+    deaf = isinstance(policy, (NoModulation, ForceFeedback))
+    feels = not isinstance(policy, (NoModulation, Touch, FirstContact, Oracle))
+    if deaf or models is None:
+        return close(plant, policy, feels=feels)
     detector, answerers = loaded(models)
     wanted = answerers if policy.deadline is not None else ()
     pipeline = Pipeline(LAYOUT, detector, wanted, clock=lambda: 0.0)
-    return close(plant, policy, pipeline, len(wanted), feels=False)
+    return close(plant, policy, pipeline, len(wanted), feels)
 
 
 @dataclass(frozen=True, slots=True)

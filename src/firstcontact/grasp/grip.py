@@ -58,7 +58,7 @@ class Grip:
     friction: float = 0.5
     margins: tuple[float, float] = (1.3, 2.0)
     dent: float = 0.5e-3
-    searching: float = 1.5
+    searching: float = 1.0
 
     def stiffness(self, shore_a: float) -> float:
         """Hertz's K of a fingertip on a flat object of that Shore A, N/m^1.5."""

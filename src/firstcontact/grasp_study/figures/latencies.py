@@ -10,8 +10,9 @@ from firstcontact.study.figures.style import canvas, uri
 
 
 def over_latency(
-    policies: Mapping[str, Any], group: str, number: str, label: str, factor: float = 1.0
-) -> str:
+    policies: Mapping[str, Any], group: str, number: str, label: str, factor: float = 1.0,
+    least: float = 0.0,
+) -> str:  # fmt: skip
     """Draw a number with its intervals.
 
     Parameters
@@ -23,7 +24,7 @@ def over_latency(
     number
         Its name in the tree; ``factor`` times it is drawn.
     label
-        Of the axis.
+        Of the axis, which reaches up to ``least`` at least.
 
     Returns
     -------
@@ -51,7 +52,7 @@ def over_latency(
             )  # fmt: skip
         axis.set_xlabel("Brake latency (ms)")
         axis.set_ylabel(label)
-        axis.set_ylim(bottom=0)
+        axis.set_ylim(0, max(axis.get_ylim()[1], least))
         axis.set_xticks(sorted({float(ms) for at in policies.values() for ms in at}))
         figure.legend(loc="outside upper center", ncols=3)
         return uri(figure)

@@ -10,9 +10,9 @@ from firstcontact.study.figures.style import canvas, uri
 
 
 def over_shore(objects: Mapping[str, Any]) -> str:
-    """Draw every object that cannot break, at the headline's latency; data URI."""
+    """Draw all policies but none, on objects that cannot break; data URI."""
     lasting = sorted((o for o in objects.values() if not o["breaks"]), key=lambda o: o["shore_a"])
-    variants = list(lasting[0]["variants"])
+    variants = [v for v in lasting[0]["variants"] if v != "none"]
     with canvas(size=(6.2, 3.9)) as (figure, axes):
         axis = axes[0, 0]
         for variant in variants:

@@ -53,12 +53,18 @@ constraints: $(VENV)/.dev ## pin what is in .venv now; what is not in it stays a
 
 # --- studies -----------------------------------------------------------------------------------
 
-.PHONY: study quick real
+.PHONY: study quick grasp quick-grasp real
 study: $(VENV)/.study ## the full study at paper size: firstcontact-study/report.html
 	$(BIN)/firstcontact study --out $(OUT)
 
 quick: $(VENV)/.study ## the same study, small (a minute): firstcontact-study/quick/report.html
 	$(BIN)/firstcontact study --quick --out $(OUT)/quick
+
+grasp: $(VENV)/.study ## policies against one another on the twin (5 minutes): firstcontact-study/grasp/report.html
+	$(BIN)/firstcontact grasp-study --out $(OUT)/grasp
+
+quick-grasp: $(VENV)/.study ## the same, small (half a minute): firstcontact-study/quick-grasp/report.html
+	$(BIN)/firstcontact grasp-study --quick --out $(OUT)/quick-grasp
 
 real: $(VENV)/.study ## the study of real impacts (FIRSTCONTACT_DATA): firstcontact-study/real/report.html
 	@# The labels are those of a trigger, which comes up to 4 ms after the hit.
@@ -110,9 +116,9 @@ bench: $(VENV)/.dev ## what is timed: benchmarks/
 # --- numbers in the docs -----------------------------------------------------------------------
 
 .PHONY: readme-numbers
-readme-numbers: $(VENV)/.study ## copy the numbers of both studies into docs/results and the tables
-	$(BIN)/python docs/write_tables.py \
-		--study $(OUT)/results.json --real $(OUT)/real/results.json
+readme-numbers: $(VENV)/.study ## copy the numbers of all studies into docs/results and the tables
+	$(BIN)/python docs/write_tables.py --study $(OUT)/results.json \
+		--real $(OUT)/real/results.json --grasp $(OUT)/grasp/results.json
 
 .PHONY: clean
 clean: ## remove what was built (studies and .venv stay)

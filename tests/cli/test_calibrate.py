@@ -49,3 +49,15 @@ def test_what_cannot_be_calibrated_is_refused(tmp_path, capsys, arguments, said)
     assert main(["calibrate", "--device", "twin", "--out", str(out), *arguments]) == 2
     assert said in capsys.readouterr().err
     assert not out.exists()
+
+
+def test_an_unwritable_result_is_told_before_the_work(tmp_path, capsys):
+    (tmp_path / "file").write_text("as it was")
+    for out in (tmp_path, tmp_path / "file" / "calibration.json"):
+        assert main(["calibrate", "--device", "twin", "--out", str(out)]) == 2
+        told = capsys.readouterr()
+        assert f"{out} cannot be written" in told.err
+        assert "Traceback" not in told.err
+        assert told.out == ""  # nothing was asked for
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
+    assert (tmp_path / "file").read_text() == "as it was"

@@ -39,11 +39,13 @@ class Calibrate:
         from firstcontact.cli.stopping import stopping
         from firstcontact.collect.force_fit import read_weights
         from firstcontact.collect.tap import tap_warnings
-        from firstcontact.core.calibration_file import write_calibration
+        from firstcontact.core.calibration_file import check_writable, write_calibration
         from firstcontact.device.opening import open_source
 
         if not 0.1 <= self.seconds <= 3600 or not 0 <= self.patience <= 3600:
             raise InputError("--seconds must lie between 0.1 and 3600, --patience from 0 on")
+        # What hands have done must not be lost at the end.
+        check_writable(self.out)
         curves = _fit(read_weights(self.weights)) if self.weights is not None else ()
         with stopping(), open_source(self.device) as source:
             calibration = self._measure(source)

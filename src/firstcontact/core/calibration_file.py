@@ -8,7 +8,7 @@ from pathlib import Path
 
 from firstcontact.core.calibration import Calibration
 from firstcontact.core.errors import InputError
-from firstcontact.core.files import write_json
+from firstcontact.core.files import try_replacing, write_json
 
 #: Name and version of the format; anything else is refused.
 FORMAT = "firstcontact.calibration"
@@ -26,9 +26,21 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
     try:
         write_json(path, {"format": FORMAT, "version": VERSION, **calibration.to_json()})
     except OSError as error:
-        raise InputError(
-            f"{path} cannot be written ({error.strerror}): check its folder"
-        ) from error
+        raise _unwritable(path, error) from error
+
+
+def check_writable(path: Path) -> None:
+    """Try a path before the work whose result it is to hold; nothing is left there.
+
+    Raises
+    ------
+    InputError
+        :func:`write_calibration` could not write it.
+    """
+    try:
+        try_replacing(path)
+    except OSError as error:
+        raise _unwritable(path, error) from error
 
 
 def read_calibration(path: Path) -> Calibration:
@@ -68,6 +80,10 @@ def _check(path: Path, calibration: Calibration) -> None:
         numbers = (curve.gain, curve.exponent, curve.resistor)
         if not all(math.isfinite(x) and x > 0 for x in numbers) or not curve.leak >= 0:
             raise _foreign(path, f"the {curve.finger.name.lower()}'s force curve is none")
+
+
+def _unwritable(path: Path, error: OSError) -> InputError:
+    return InputError(f"{path} cannot be written ({error.strerror}): choose another file")
 
 
 def _foreign(path: Path, why: str) -> InputError:

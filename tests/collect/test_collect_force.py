@@ -94,3 +94,11 @@ def test_the_most_loaded_taxel_is_the_one_that_is_weighed():
     assert loaded_volts(source, Finger.INDEX, 0.5) == pytest.approx(UNLOADED * scale)
     with pytest.raises(InputError, match="sends no samples"):
         loaded_volts(source, Finger.INDEX)
+
+
+def test_what_came_before_the_weight_lay_there_is_not_weighed():
+    data = np.full((10_000, 16), UNLOADED, np.int16)
+    data[:1000] = 12_000  # waits to be read: 20 arrivals of 50 samples
+    scale = LAYOUT.channels[2].scale
+    volts = loaded_volts(MemorySource(arrivals(data)), Finger.INDEX)
+    assert volts == pytest.approx(UNLOADED * scale)

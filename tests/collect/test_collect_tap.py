@@ -39,6 +39,13 @@ def test_a_tap_on_the_other_finger_is_none_of_this_one():
         wait_for_tap(source, CALIBRATION, Finger.THUMB, patience=3.0)
 
 
+def test_a_tap_before_it_was_asked_for_does_not_count():
+    early = tapped(1.2)[round(RATE) - 100 :][:1000]  # waits to be read
+    source = MemorySource(arrivals(np.concatenate([early, tapped(0.5)])))
+    calibration = wait_for_tap(source, CALIBRATION, Finger.THUMB)
+    assert [p.tap for p in calibration.piezo] == [None, pytest.approx(0.5, abs=1e-3)]
+
+
 def test_no_samples_are_told():
     with pytest.raises(InputError, match="sends no samples"):
         wait_for_tap(MemorySource(), CALIBRATION, Finger.THUMB)

@@ -80,6 +80,7 @@ def wait_for_tap(
     layout = source.descriptor.layout
     watch = TapWatch(layout, calibration, finger)
     left = patience * layout.rate
+    source.read(0)  # what was felt before anybody was asked
     while left > 0:
         arrivals = source.read(SILENCE)
         if not arrivals:

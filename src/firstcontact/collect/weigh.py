@@ -30,6 +30,7 @@ def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
         raise InputError(f"the {finger.name.lower()} has no force channel: leave the weights out")
     total = np.zeros(len(columns))
     count = 0
+    source.read(0)  # what came before the weight lay there
     while count < seconds * layout.rate:
         arrivals = source.read(SILENCE)
         if not arrivals:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from firstcontact.collect.table import read_table
 from firstcontact.core import Finger, InputError
 from firstcontact.recording import Recording
 
@@ -87,25 +87,14 @@ def read_contacts(path: Path) -> dict[Key, float]:
         The file cannot be read, misses a column, a value cannot be used, or a
         contact stands there twice.
     """
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            reader = csv.DictReader(stream, skipinitialspace=True)
-            missing = [c for c in COLUMNS if c not in (reader.fieldnames or ())]
-            rows = list(reader)
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
-    except (ValueError, csv.Error) as error:
-        raise InputError(f"{path} is not a CSV in UTF-8 ({error}): save it as one") from error
-    if missing:
-        raise InputError(f"{path}: column {missing[0]!r} is missing: give {', '.join(COLUMNS)}")
     contacts: dict[Key, float] = {}
-    for line, row in enumerate(rows, start=2):
+    for line, row in read_table(path, COLUMNS):
         try:
-            key = int(row["pinch"]), Finger[str(row["finger"]).strip().upper()]
+            key = int(row["pinch"]), Finger[row["finger"].upper()]
             time = float(row["time_s"])
             if not math.isfinite(time):
                 raise ValueError
-        except (KeyError, ValueError, TypeError) as error:
+        except (KeyError, ValueError) as error:
             raise InputError(
                 f"{path}, line {line}: give a pinch's number, index or thumb, and a time in s"
             ) from error

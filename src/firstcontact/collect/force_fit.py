@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from firstcontact.collect.table import read_table
 from firstcontact.core import Finger, ForceCurve, InputError
 from firstcontact.core.calibration import DIVIDER_OHM
 from firstcontact.core.layout import ADC_VOLTS
@@ -39,23 +39,12 @@ def read_weights(path: Path) -> tuple[Weighing, ...]:
     InputError
         The file cannot be read, misses a column, or a value cannot be used.
     """
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            reader = csv.DictReader(stream, skipinitialspace=True)
-            missing = [c for c in COLUMNS if c not in (reader.fieldnames or ())]
-            rows = list(reader)
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
-    except (ValueError, csv.Error) as error:
-        raise InputError(f"{path} is not a CSV in UTF-8 ({error}): save it as one") from error
-    if missing:
-        raise InputError(f"{path}: column {missing[0]!r} is missing: give {', '.join(COLUMNS)}")
     weighings = []
-    for line, row in enumerate(rows, start=2):
+    for line, row in read_table(path, COLUMNS):
         try:
-            finger = Finger[str(row["finger"]).strip().upper()]
+            finger = Finger[row["finger"].upper()]
             newtons, volts = float(row["newtons"]), float(row["volts"])
-        except (KeyError, ValueError, TypeError) as error:
+        except (KeyError, ValueError) as error:
             raise InputError(
                 f"{path}, line {line}: give index or thumb, then two numbers"
             ) from error

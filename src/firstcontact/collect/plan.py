@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from firstcontact.collect.table import read_table
 from firstcontact.core import InputError, Label, Role
 
 #: Columns of a plan; the first two must be there.
@@ -61,36 +61,25 @@ def read_plan(path: Path) -> tuple[Item, ...]:
         The file cannot be read, misses a column or has one that is not known,
         is empty, names an object twice, or a value in it cannot be used.
     """
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            reader = csv.DictReader(stream, skipinitialspace=True)
-            names = [name.strip() for name in reader.fieldnames or ()]
-            reader.fieldnames = names
-            rows = list(reader)
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
-    except (ValueError, csv.Error) as error:
-        raise InputError(f"{path} is not a CSV in UTF-8 ({error}): save it as one") from error
-    wrong = [n for n in names if n not in COLUMNS] + [c for c in COLUMNS[:2] if c not in names]
-    if wrong:
-        raise InputError(
-            f"{path}: column {wrong[0]!r} is {'not known' if wrong[0] in names else 'missing'}: "
-            f"the columns are {', '.join(COLUMNS)}"
-        )
-    items = tuple(_item(path, line, row) for line, row in enumerate(rows, start=2))
+    rows = read_table(path, COLUMNS[:2])
+    for name in rows[0][1] if rows else ():
+        if name not in COLUMNS:
+            raise InputError(
+                f"{path}: column {name!r} is not known: the columns are {', '.join(COLUMNS)}"
+            )
+    items = tuple(_item(path, line, row) for line, row in rows)
     if not items:
         raise InputError(f"{path} plans nothing: add a line for each object")
     labels = [item.label("") for item in items]
     for k, label in enumerate(labels):
         if label in labels[:k]:
             raise InputError(
-                f"{path}, line {k + 2}: {label.specimen} stands there twice: join them"
+                f"{path}, line {rows[k][0]}: {label.specimen} stands there twice: join them"
             )
     return items
 
 
-def _item(path: Path, line: int, row: Mapping[str, str | None]) -> Item:
-    cells = {name: (cell or "").strip() for name, cell in row.items() if name is not None}
+def _item(path: Path, line: int, cells: Mapping[str, str]) -> Item:
     field = "pinches"
     try:
         pinches = int(cells["pinches"])

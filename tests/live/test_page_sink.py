@@ -20,6 +20,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from firstcontact.core import Block, Label
 from firstcontact.device import Arrival
+from firstcontact.device.protocol import MARKER_BYTES
 from firstcontact.live.events import Case, Estimated, PinchDone
 from firstcontact.live.page import PageSink
 from firstcontact.live.page.pinches import Pinches, timing
@@ -122,6 +123,28 @@ def test_nonsense_is_answered_and_nothing_else_happens(
         viewer.send('{"do": "mark", "text": " after "}')
         told(viewer, lambda s: s.get("answer", {}).get("ok") is True)
     assert asked.calls == ["mark after"]
+
+
+@pytest.mark.parametrize("word", ["ü" * 150, "é" + "x" * 199 + "é", "x" * 199 + "🍎", "apple"])
+def test_a_marker_is_told_as_it_is_set(page: PageSink, asked: Asked, word: str) -> None:
+    with view(page) as viewer:
+        viewer.send(json.dumps({"do": "mark", "text": word}))
+        got = told(viewer, lambda s: "answer" in s)["answer"]
+    assert got["ok"] is True
+    (call,) = asked.calls
+    set_to = call.removeprefix("mark ")
+    assert got["text"] == f"Marked “{set_to}”."
+    assert word.startswith(set_to)
+    assert len(set_to.encode()) <= MARKER_BYTES
+    assert len(word.encode()) <= MARKER_BYTES or len(set_to.encode()) > MARKER_BYTES - 4
+
+
+def test_half_a_character_is_refused_in_a_sentence(page: PageSink, asked: Asked) -> None:
+    with view(page) as viewer:
+        viewer.send('{"do": "mark", "text": "apple \\ud83c"}')
+        got = told(viewer, lambda s: "answer" in s)["answer"]
+    assert (got["ok"], asked.calls) == (False, [])
+    assert got["text"].startswith("This marker holds a character that cannot be sent")
 
 
 def test_a_message_too_long_ends_that_viewer_only(page: PageSink) -> None:

@@ -7,6 +7,7 @@ import json
 from typing import Any
 
 from firstcontact.core import InputError
+from firstcontact.device.protocol import marker_text
 from firstcontact.live.sink import Controls
 
 
@@ -49,6 +50,17 @@ def _do(do: str, text: str, controls: Controls | None) -> str:
         controls.stop_recording()
         return "Recording stopped."
     if do == "mark" and text.strip():
-        controls.mark(text.strip())
-        return f"Marked “{text.strip()}”."
+        word = _word(text.strip())
+        controls.mark(word)
+        return f"Marked “{word}”."
     raise InputError("That was not understood.")
+
+
+def _word(text: str) -> str:
+    """What a device sets of a marker's text."""
+    try:
+        return marker_text(text).decode().strip()
+    except UnicodeEncodeError as error:  # half a surrogate pair
+        raise InputError(
+            "This marker holds a character that cannot be sent: write it anew."
+        ) from error

@@ -8,9 +8,11 @@ from collections.abc import Iterator
 import pytest
 from page_browser import UPGRADE, ask
 from page_feed import DESCRIPTOR
+from websockets.datastructures import Headers
 
 from firstcontact.core import InputError
 from firstcontact.live.page import PageSink
+from firstcontact.live.page.guard import Guard, NotAllowedError
 
 TOKEN = "a-token-of-enough-length"
 
@@ -90,7 +92,9 @@ def test_the_page_itself_gets_its_socket(page: PageSink) -> None:
 
 
 @pytest.mark.parametrize("path", ["/", "/page.css", "/socket", "/nothing"])
-@pytest.mark.parametrize("given", ["", "?token=", "?token=wrong", f"?token={TOKEN}&token=x"])
+@pytest.mark.parametrize(
+    "given", ["", "?token=", "?token=wrong", f"?token={TOKEN}&token=x", "?token=%FF"]
+)
 def test_without_the_token_there_is_nothing(guarded: PageSink, path: str, given: str) -> None:
     assert ask(port(guarded), path + given, **UPGRADE)[0] == 401
 
@@ -110,6 +114,21 @@ def test_the_token_opens_the_page_and_its_cookie_the_rest(guarded: PageSink) -> 
     assert ask(port(guarded), "/main.js", Cookie="(=;;@")[0] == 401
     evil = {"Origin": "http://evil.example", **UPGRADE}
     assert ask(port(guarded), "/socket", Cookie=cookie, **evil)[0] == 403
+
+
+@pytest.mark.parametrize("where", ["Cookie", "Host", "Origin"])
+def test_bytes_that_are_no_ascii_are_answered(guarded: PageSink, where: str) -> None:
+    heads = {"Cookie": f"firstcontact-{port(guarded)}=ü", "Origin": "ü"}
+    host, head = ("ü", {}) if where == "Host" else (None, {where: heads[where]})
+    assert ask(port(guarded), "/", host=host, **head)[0] == (403 if where == "Host" else 401)
+
+
+@pytest.mark.parametrize("query", ["token=\udcfc", "token=%FF\udcfc", "\udcfc=1"])
+def test_raw_bytes_in_a_query_are_no_token(query: str) -> None:
+    # Some versions of websockets hand them on; others end the connection themselves.
+    guard = Guard("127.0.0.1", 8765, TOKEN)
+    with pytest.raises(NotAllowedError, match="token is needed"):
+        guard.check(f"/?{query}", Headers(Host="127.0.0.1:8765"), False)
 
 
 def test_beyond_this_machine_only_with_a_token() -> None:

@@ -27,6 +27,10 @@ from firstcontact.live.page.pinches import Pinches, timing
 from firstcontact.live.sink import Update
 from firstcontact.recording import Marker, PinchMark
 
+HEAD = "".join(f"{k.replace('_', '-')}: {v}\r\n" for k, v in UPGRADE.items())
+#: Asks for the socket.
+OPENING = f"GET /socket HTTP/1.1\r\nHost: localhost\r\n{HEAD}\r\n".encode()
+
 
 @pytest.fixture
 def asked() -> Asked:
@@ -193,14 +197,37 @@ def test_one_viewer_too_many_is_refused(page: PageSink) -> None:
             viewers.enter_context(view(page))
 
 
+def test_as_many_at_once_are_not_more(page: PageSink) -> None:
+    with view(page) as viewer, ExitStack() as closing:
+        told(viewer, lambda s: "hello" in s)
+        lines = [socket.create_connection(("127.0.0.1", port(page))) for _ in range(24)]
+        for line in lines:
+            closing.enter_context(line)
+            line.settimeout(PATIENCE)
+        held, go = threading.Event(), threading.Event()
+
+        def hold() -> None:
+            held.set()
+            go.wait()
+
+        # While the page's loop is held all of them ask: it finds them together.
+        assert page._loop is not None
+        page._loop.call_soon_threadsafe(hold)
+        assert held.wait(PATIENCE)
+        for line in lines:
+            line.sendall(OPENING)
+        go.set()
+        status = [line.recv(12).split()[1] for line in lines]
+    assert (status.count(b"101"), status.count(b"503")) == (15, 9)
+
+
 def deaf(sink: PageSink) -> socket.socket:
     """A viewer that opens the socket and then never reads."""
     line = socket.socket()
     line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     line.settimeout(PATIENCE)
     line.connect(("127.0.0.1", port(sink)))
-    head = "".join(f"{k.replace('_', '-')}: {v}\r\n" for k, v in UPGRADE.items())
-    line.sendall(f"GET /socket HTTP/1.1\r\nHost: localhost\r\n{head}\r\n".encode())
+    line.sendall(OPENING)
     return line
 
 

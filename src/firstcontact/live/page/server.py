@@ -105,6 +105,7 @@ class PageServer:
         except NotAllowedError as error:
             return _response(error.status, "text/plain; charset=utf-8", error.sentence.encode())
         if websocket:
+            # The loop does nothing else between this and `_view`, which counts: a test holds it.
             if self._viewers >= VIEWERS:
                 sentence = f"{VIEWERS} viewers are watching: close one of them."
                 return _plain(HTTPStatus.SERVICE_UNAVAILABLE, sentence)

@@ -29,6 +29,7 @@ ELSEWHERE = {
     "sudo adduser $USER dialout": "by hand, once on a machine with a device",
     "firstcontact replay pinches/blocks-01.mcap --port fingertip": "tests/cli/test_replay.py",
     "make study": "by hand before a release: it makes docs/results/study.json",
+    "firstcontact grasp-study": "by hand before a release: it makes docs/results/grasp.json",
     "make real": "by hand before a release: it makes docs/results/real.json",
     "make readme-numbers": "by hand before a release; its script: tests/docs/test_numbers.py",
     "make test": ".ci/run",

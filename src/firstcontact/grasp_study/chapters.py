@@ -61,8 +61,8 @@ def sentences(results: Mapping[str, Any]) -> list[str]:
                 less["intervals"]["change"] = [-end for end in reversed(ends)]
             said.append(
                 f"{name(ours).capitalize()} against {name(other)}: peak force on objects up to "
-                f"{head['soft_up_to']:g} Shore A {_between(less, 'change', '{:+.0f}', 100)} %, "
-                f"time to grasp {_between(lasting, 'longer', '{:+.0f}', 100)} %, drops "
+                f"{head['soft_up_to']:g} Shore A {_between(less, 'change', '{:+z.0f}', 100)} %, "
+                f"time to grasp {_between(lasting, 'longer', '{:+z.0f}', 100)} %, drops "
                 f"{found['all']['more_dropped']:+d}, broken {found['all']['more_broken']:+d} of "
                 f"{found['all']['n']} closings. {verdict}"
             )

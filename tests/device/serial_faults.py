@@ -1,0 +1,40 @@
+"""What tests do to frames on a line, and how they read what is left."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from firstcontact.device import Arrival
+from firstcontact.device.protocol import FrameType, decode, encode
+from firstcontact.device.serial_source import SerialSource
+
+
+def samples(arrivals: list[Arrival]) -> int:
+    return sum(len(a.block.data) for a in arrivals)
+
+
+def wait_for(source: SerialSource, what: Callable[[], object]) -> list[Arrival]:
+    """Read until something is true."""
+    arrivals: list[Arrival] = []
+    while not what():
+        assert not source.ended
+        arrivals += source.read(0.05)
+    return arrivals
+
+
+def every_other(count: int, sends: Callable[[bytes], bytes]) -> Callable[[bytes], bytes]:
+    """Do something to each ``count``-th samples frame but the first."""
+    seen = 0
+
+    def change(frame: bytes) -> bytes:
+        nonlocal seen
+        if decode(frame[:-1]).type != FrameType.SAMPLES:
+            return frame
+        seen += 1
+        return sends(frame) if seen % count == 0 else frame
+
+    return change
+
+
+def answering(kind: FrameType, payload: bytes) -> Callable[[bytes], bytes]:
+    return lambda frame: encode(kind, decode(frame[:-1]).counter, payload)

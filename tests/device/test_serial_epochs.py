@@ -1,0 +1,153 @@
+"""Cables that are pulled, devices that are reset or silent, and how the host goes on."""
+
+from __future__ import annotations
+
+import pytest
+from scripted_device import ScriptedDevice, collect
+from serial_faults import samples, wait_for
+
+from firstcontact.device import serial_source
+from firstcontact.device.protocol import FrameType, encode
+from firstcontact.device.serial_source import SerialSource
+from firstcontact.device.twin_source import TwinSource
+
+
+def test_a_cable_pulled_and_plugged_back_begins_an_epoch_and_counts(device: ScriptedDevice) -> None:
+    with SerialSource(device.port) as source:
+        device.put(700)
+        before = collect(source, lambda n: n == 700)
+        device.unplug()
+        assert not wait_for(source, lambda: not source.health.connected)
+        device.pass_by(300)
+        device.plug()
+        wait_for(source, lambda: source.health.connected)
+        device.put(1000)
+        after = collect(source, lambda n: n >= 1000)
+        assert {a.block.epoch for a in before} == {0}
+        assert {a.block.epoch for a in after} == {1}
+        assert source.health.reconnects == 1
+    health = source.health
+    # The device kept its power: nothing is unaccounted for.
+    assert health.samples + health.lost_samples == device.next_sample == 2000
+    assert health.bad_frames == 0
+
+
+def test_a_device_that_lost_its_power_begins_with_sample_0(device: ScriptedDevice) -> None:
+    with SerialSource(device.port) as source:
+        device.put(700)
+        collect(source, lambda n: n == 700)
+        for boot in (2, 3):
+            device.unplug()
+            wait_for(source, lambda: not source.health.connected)
+            device.reset(boot)
+            device.plug()
+            device.put(100)
+            arrivals = collect(source, lambda n: n == 100)
+            assert arrivals[0].block.first_sample == 0
+            assert {a.block.epoch for a in arrivals} == {boot - 1}
+    assert source.health.samples == 900
+    assert source.health.lost_samples == 0
+    assert source.health.reconnects == 2
+
+
+@pytest.mark.parametrize("boot", [2, 1])
+def test_a_reset_without_losing_the_port(device: ScriptedDevice, boot: int) -> None:
+    """Also of a device that cannot count its starts."""
+    with SerialSource(device.port) as source:
+        device.put(700)
+        collect(source, lambda n: n == 700)
+        device.reset(boot)
+        device.put(100)
+        arrivals = collect(source, lambda n: n == 100)
+        assert {(a.block.epoch, a.block.first_sample) for a in arrivals[:1]} == {(1, 0)}
+    assert source.health.reconnects == 1
+    assert source.health.samples == 800
+    assert source.health.lost_samples == 0
+
+
+def test_a_silent_device_is_asked_and_goes_on_in_its_epoch(
+    device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(serial_source, "SILENCE", 0.05)
+    asked = []
+
+    def hears(data: bytes) -> bytes:
+        asked.append(data)
+        return data
+
+    with SerialSource(device.port) as source:
+        device.put(700)
+        collect(source, lambda n: n == 700)
+        device.script.hears = hears
+        wait_for(source, lambda: len(asked) > 4)
+        device.put(700)
+        collect(source, lambda n: n == 700)
+    assert source.health.reconnects == 0
+    assert source.health.lost_samples == source.health.lost_frames == 0
+
+
+def test_a_device_that_has_died_shows_as_not_connected_and_may_wake(
+    device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(serial_source, "SILENCE", 0.1)
+    monkeypatch.setattr(serial_source, "AGAIN", 0.1)
+    with SerialSource(device.port) as source:
+        device.put(100)
+        collect(source, lambda n: n == 100)
+        device.script.hears = lambda data: b""
+        wait_for(source, lambda: not source.health.connected)
+        device.script.hears = lambda data: data
+        wait_for(source, lambda: source.health.connected)
+        device.put(100)
+        collect(source, lambda n: n == 100)
+
+
+def test_a_start_that_is_lost_is_said_again(
+    device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(serial_source, "SILENCE", 0.1)
+    start = encode(FrameType.START, 1)
+    device.script.hears = lambda data: data.replace(start, b"")
+    with SerialSource(device.port) as source:
+        device.put(100)
+        collect(source, lambda n: n == 100)
+
+
+def test_closing_while_it_is_unplugged(device: ScriptedDevice) -> None:
+    source = SerialSource(device.port)
+    with source:
+        device.put(100)
+        collect(source, lambda n: n == 100)
+        device.unplug()
+        wait_for(source, lambda: not source.health.connected)
+    source.close()
+    assert source.ended
+
+
+def test_the_twin_unplugged_plugged_back_and_reset() -> None:
+    with TwinSource(objects=["block 20"], speed=2) as source:
+        assert source.name == "twin"
+        assert source.descriptor.source == "twin"
+        twin = source.device
+        assert twin is not None
+        arrivals = wait_for(source, lambda: source.health.samples > 1000)
+        twin.unplug()
+        arrivals += wait_for(source, lambda: not source.health.connected)
+        twin.plug()
+        there = source.health.samples
+        arrivals += wait_for(source, lambda: source.health.samples > there + 1000)
+        twin.reset()
+        arrivals += wait_for(source, lambda: source.health.epoch == 2)
+    arrivals += source.read(0)
+    ends = {0: arrivals[0].block.first_sample}
+    missing = 0
+    for block in (a.block for a in arrivals):
+        # It kept its power and counted on while it was unplugged; after the reset, from 0.
+        end = ends.get(block.epoch, ends[0] if block.epoch == 1 else block.first_sample)
+        missing += block.first_sample - end
+        ends[block.epoch] = block.end
+    assert sorted(ends)[:2] == [0, 1]
+    health = source.health
+    assert health.samples == samples(arrivals)
+    assert health.lost_samples >= missing > 0
+    assert health.reconnects == 2

@@ -1,0 +1,149 @@
+"""Ports and devices that are not the ones that were meant."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numbered import DESCRIPTOR
+from scripted_device import ScriptedDevice, collect
+from serial_faults import answering, every_other, wait_for
+
+from firstcontact.core import InputError
+from firstcontact.device import protocol
+from firstcontact.device.decoder import Decoder
+from firstcontact.device.protocol import FrameType
+from firstcontact.device.serial_source import SerialSource
+from firstcontact.device.transport import SerialTransport
+
+
+def test_a_port_opened_twice_is_refused_and_the_first_goes_on(device: ScriptedDevice) -> None:
+    with SerialSource(device.port) as source:
+        device.put(500)
+        with pytest.raises(InputError, match="another program has this port open"):
+            SerialSource(device.port).__enter__()
+        device.put(500)
+        collect(source, lambda n: n == 1000)
+    with SerialSource(device.port):
+        pass
+
+
+def test_another_process_is_refused_too(device: ScriptedDevice) -> None:
+    script = (
+        "import sys\n"
+        "from firstcontact.device.serial_source import SerialSource\n"
+        "SerialSource(sys.argv[1]).__enter__()"
+    )
+    with SerialSource(device.port) as source:
+        done = subprocess.run(
+            [sys.executable, "-c", script, device.port], capture_output=True, text=True
+        )
+        assert "another program has this port open" in done.stderr
+        device.put(500)
+        collect(source, lambda n: n == 500)
+
+
+@pytest.mark.parametrize(
+    ("kind", "payload", "words"),
+    [
+        (FrameType.REFUSED, b"\2only 2", "speaks version 2 of the protocol and this program"),
+        (
+            FrameType.DESCRIPTOR,
+            protocol.descriptor_payload(1, DESCRIPTOR.to_text(), 9),
+            "speaks version 9 of the protocol and this program",
+        ),
+        (FrameType.DESCRIPTOR, protocol.descriptor_payload(1, "{}"), "descriptor cannot be used"),
+        (
+            FrameType.DESCRIPTOR,
+            protocol.descriptor_payload(
+                1, replace(DESCRIPTOR, layout=replace(DESCRIPTOR.layout, channels=())).to_text()
+            ),
+            "no piezo channel",
+        ),
+    ],
+)
+def test_a_device_that_does_not_fit_is_refused(
+    device: ScriptedDevice, kind: FrameType, payload: bytes, words: str
+) -> None:
+    device.script.sends = answering(kind, payload)
+    with pytest.raises(InputError, match=f"{device.port}: .*{words}.*: flash"):
+        SerialSource(device.port).__enter__()
+    SerialTransport(device.port).close()  # it was let go
+
+
+def test_other_columns_than_the_layout_has_are_refused(device: ScriptedDevice) -> None:
+    short = protocol.samples_payload(0, 0, np.zeros((5, 15), np.int16))
+    device.script.sends = every_other(1, answering(FrameType.SAMPLES, short))
+    with SerialSource(device.port) as source:
+        device.put(500)
+        with pytest.raises(InputError, match=r"does not hold 5 samples of 16 channels.*flash"):
+            wait_for(source, lambda: False)
+        assert source.ended
+        with pytest.raises(InputError, match="flash"):
+            source.read(0)
+
+
+def test_another_device_on_the_same_port_is_refused(device: ScriptedDevice) -> None:
+    with SerialSource(device.port) as source:
+        device.put(500)
+        collect(source, lambda n: n == 500)
+        device.unplug()
+        wait_for(source, lambda: not source.health.connected)
+        faster = replace(DESCRIPTOR, layout=replace(DESCRIPTOR.layout, rate=9872.0))
+        device.reset(2, faster)
+        device.plug()
+        with pytest.raises(InputError, match="other channels or another rate: start again"):
+            wait_for(source, lambda: False)
+
+
+def test_what_does_not_answer_is_refused(device: ScriptedDevice) -> None:
+    device.script.hears = lambda data: b""
+    with pytest.raises(InputError, match=r"does not answer.*firstcontact ports --ask"):
+        SerialSource(device.port, patience=0.2).__enter__()
+
+
+def test_a_device_that_goes_while_it_is_opened(device: ScriptedDevice) -> None:
+    def hears(data: bytes) -> bytes:
+        device._terminal.unplug()
+        return b""
+
+    device.script.hears = hears
+    with pytest.raises(InputError, match="went away while it was opened: plug it in"):
+        SerialSource(device.port).__enter__()
+
+
+def test_a_port_that_is_not_there_and_one_that_is_none(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="there is no such port: see `firstcontact ports`"):
+        SerialSource(str(tmp_path / "none")).__enter__()
+    file = tmp_path / "file"
+    file.write_text("")
+    with pytest.raises(InputError, match="cannot be opened as a serial port"):
+        SerialSource(str(file)).__enter__()
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may open every port")
+def test_a_port_without_permission(device: ScriptedDevice) -> None:
+    Path(device.port).resolve().chmod(0)
+    with pytest.raises(InputError, match="add yourself to its group"):
+        SerialSource(device.port).__enter__()
+
+
+def test_whatever_breaks_in_the_thread_is_told_to_the_reader(
+    device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with SerialSource(device.port) as source:
+        device.put(100)
+        collect(source, lambda n: n == 100)
+
+        def breaks(self: Decoder, data: bytes) -> list[object]:
+            raise MemoryError("no more")
+
+        monkeypatch.setattr(Decoder, "feed", breaks)
+        with pytest.raises(InputError, match=r"MemoryError.*open it again"):
+            wait_for(source, lambda: False)
+        assert not source.health.connected

@@ -102,13 +102,15 @@ def test_a_signal_finishes_the_file_and_the_same_command_goes_on(tmp_path, calib
 
 
 def test_a_signal_before_the_recording_leaves_nothing(tmp_path):
-    arguments = ["--object=block 29", f"--out={tmp_path}"]
+    # So slow a twin gives the second of rest that is measured in twenty: the signal falls into it.
+    arguments = ["--object=block 29", f"--out={tmp_path}", "--speed=0.05"]
     with recording(*arguments) as child:
         wait_for(child, "measuring the noise floor")
         child.send_signal(signal.SIGTERM)
-        _, errors = child.communicate()
+        rest, errors = child.communicate()
     assert child.returncode == 130, errors
     assert "interrupted" in errors
+    assert rest == ""  # nothing came after that line
     assert list(tmp_path.iterdir()) == []
 
 

@@ -121,7 +121,10 @@ class Record:
                 print(f"session {session} is complete: {before.files[-1]}")
                 return True
             if calibration is None or len(calibration.piezo) < len(layout.piezo_fingers):
-                print(f"measuring the noise floor, {REST:g} s of rest: keep the hand still")
+                print(
+                    f"measuring the noise floor, {REST:g} s of rest: keep the hand still",
+                    flush=True,
+                )
                 calibration = with_noise(calibration, measure_noise(source, REST, PATIENCE))
             guide = Guide(layout, items, session, calibration, before.done)
             header = header_of(source.descriptor, session, calibration, self.hand, self.notes)

@@ -127,13 +127,17 @@ static size_t put_samples(fc_device *d, uint8_t *payload, uint32_t n)
     return w;
 }
 
+#define IN_WORDS(x) IN_WORDS_(x)
+#define IN_WORDS_(x) #x
+#define REFUSAL "this firmware speaks version " IN_WORDS(FC_PROTOCOL_VERSION) " of the protocol"
+
 static size_t put_reply(fc_device *d, uint8_t *payload)
 {
     switch (d->reply) {
     case FC_DESCRIPTOR:
         return fc_put_descriptor(payload, d->boot, d->descriptor, strlen(d->descriptor));
     case FC_REFUSED:
-        return fc_put_refused(payload, "this firmware speaks version 1 of the protocol");
+        return fc_put_refused(payload, REFUSAL);
     case FC_MARKER:
         return fc_put_marker(payload, d->reply_sample, d->text, d->text_bytes);
     default:

@@ -11,8 +11,10 @@
 extern "C" {
 #endif
 
+/* A macro, so that the preprocessor can put it into words. */
+#define FC_PROTOCOL_VERSION 1
+
 enum {
-    FC_PROTOCOL_VERSION = 1,
     FC_FRAME_SAMPLES = 5,  /* most samples of a frame: 1 ms */
     FC_MARKER_BYTES = 200, /* longest text of a marker */
     FC_FRAME_HEAD = 5,     /* type and counter */

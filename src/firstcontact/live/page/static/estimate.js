@@ -22,6 +22,7 @@ export class Estimate {
     this.estimate = null;
     setText(byId("value"), "–");
     setText(byId("interval"), "");
+    setText(byId("sure"), "");
     setText(byId("felt"), "Waiting for a contact.");
     byId("verdict").hidden = true;
     this.paint();
@@ -31,7 +32,7 @@ export class Estimate {
     const verdict = byId("verdict");
     if (now.refused) {
       this.clear();
-      setText(byId("felt"), `${FINGER_NAMES[now.finger]} touched first.`);
+      setText(byId("felt"), `${FINGER_NAMES[now.finger]} first`);
       verdict.className = "verdict none";
       setText(verdict, `No estimate: ${now.refused}`);
       verdict.hidden = false;
@@ -42,9 +43,10 @@ export class Estimate {
     const { value, low, high, level } = now.estimate;
     this.estimate = now.estimate;
     setText(byId("value"), number(value, 0));
-    const sure = level > 0 ? ` (${number(100 * level)} %)` : "";
-    setText(byId("interval"), high > low ? `${number(low)} to ${number(high)}${sure}` : "no interval");
-    setText(byId("felt"), `${FINGER_NAMES[now.finger]} touched first.`);
+    setText(byId("interval"), high > low ? `${number(low)} to ${number(high)}` : "no interval");
+    // What it promises, and for what: other things lie outside far more often.
+    setText(byId("sure"), level > 0 ? `${number(100 * level)} % on things like those learned` : "");
+    setText(byId("felt"), `${FINGER_NAMES[now.finger]} first`);
     const early = now.case === "IN_TIME";
     verdict.className = early ? "verdict good" : "verdict late";
     const used = early && !now.used ? ", not used" : "";

@@ -61,7 +61,8 @@ quick: $(VENV)/.study ## the same study, small (a minute): firstcontact-study/qu
 	$(BIN)/firstcontact study --quick --out $(OUT)/quick
 
 grasp: $(VENV)/.study ## policies against one another on the twin (5 minutes): firstcontact-study/grasp/report.html
-	$(BIN)/firstcontact grasp-study --out $(OUT)/grasp
+	@# Seed 0 was looked at while the rule was set: the numbers in the docs are another's.
+	$(BIN)/firstcontact grasp-study --seed 1 --out $(OUT)/grasp
 
 quick-grasp: $(VENV)/.study ## the same, small (half a minute): firstcontact-study/quick-grasp/report.html
 	$(BIN)/firstcontact grasp-study --quick --out $(OUT)/quick-grasp

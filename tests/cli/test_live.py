@@ -181,6 +181,7 @@ def test_the_page_is_where_it_says(paged: tuple[subprocess.Popen[str], str]) -> 
         (["--device", "twin", "--hand", "nobody's"], "nobody's"),
         (["--device", "twin", "--hand", "print", "--policy", "guess"], "guess"),
         (["--device", "nothing.mcap", "--hand", "twin"], "--hand twin"),
+        (["--device", "nothing.mcap", "--hand", "ability"], "--hand ability"),
     ],
 )
 def test_what_cannot_be_used_is_said_in_one_sentence(

@@ -151,12 +151,17 @@ def test_a_recording_of_a_session_is_a_dataset_that_replays_the_same(
 def test_an_actor_that_raises_ends_the_session_and_closes_everything(
     recorded: Path, detector: Detector, tmp_path: Path
 ) -> None:
+    order: list[str] = []
+
     class Failing:
         def happened(self, event: Event) -> None:
             raise RuntimeError(f"an actor's fault at {type(event).__name__}")
 
         def came(self, block: Block) -> None:
             """Do nothing."""
+
+        def ended(self) -> None:
+            order.append("actor ended")
 
     source = ReplaySource(recorded, float("inf"))
     keeper = Keeper()
@@ -165,6 +170,7 @@ def test_an_actor_that_raises_ends_the_session_and_closes_everything(
         path = session.start_recording()
         with pytest.raises(RuntimeError, match="at Armed"):
             session.run([keeper])
+    assert order == ["actor ended"]
     assert keeper.closed.is_set()
     assert session.recording.path is None
     recording = read_recording(path)
@@ -186,6 +192,9 @@ def test_a_second_start_disturbs_nothing_of_the_recording_that_runs(
                 refused.append(str(error.value))
 
         def came(self, block: Block) -> None:
+            """Do nothing."""
+
+        def ended(self) -> None:
             """Do nothing."""
 
     with ReplaySource(recorded, float("inf")) as source:

@@ -125,6 +125,16 @@ class Live:
             raise InputError(f"--speed is {self.speed:g}: give a number above 0")
         if not 0 <= self.port <= 65535:
             raise InputError(f"--port is {self.port}: give one from 0 to 65535")
+        recorded = Path(self.device).suffix == ".mcap"
+        if (
+            self.hand == "ability"
+            and self.hand_port != "simulated"
+            and (recorded or self.speed != 1.0)
+        ):
+            raise InputError(
+                "--hand ability is not driven from a recording, nor faster than real time: use "
+                "--hand print, or --hand-port simulated"
+            )
         if self.hand == "twin" and self.device != "twin":
             raise InputError("--hand twin is the hand of --device twin: name both, or another hand")
 

@@ -57,6 +57,8 @@ class Grasping:
                 self.loop.estimated(
                     Stiffness(event.value, event.low, event.high, event.duration, in_time=True), now
                 )
+            case Estimated():
+                self.loop.counts.unused += 1
             case PinchDone():
                 self._done = True
                 self.loop.done()
@@ -67,6 +69,10 @@ class Grasping:
             self.hand.alive()
         if not self._done and block.epoch == self._epoch:
             self.loop.felt(self._taxels.update(block.data), block.end / self._rate)
+
+    def ended(self) -> None:
+        """Let go, before anything slower is closed."""
+        self.hand.release()
 
     def _send(self, command: Command) -> None:
         self.last = command

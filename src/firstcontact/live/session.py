@@ -32,6 +32,9 @@ class Actor(Protocol):
     def came(self, block: Block) -> None:
         """Samples came; what was found in them was told before."""
 
+    def ended(self) -> None:
+        """The session ends, for whatever reason: told before anything else is closed."""
+
 
 class Session:
     """Runs a pipeline on a source until either ends; is what viewers control.
@@ -123,6 +126,8 @@ class Session:
             self._act(self.pipeline.finish())
         finally:
             try:
+                for actor in self._actors:
+                    actor.ended()
                 self._tell()  # what came before a fault belongs into the recording, too
             finally:
                 try:

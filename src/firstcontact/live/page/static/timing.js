@@ -2,7 +2,7 @@
 
 import { byId, draw, make, number, setText, size, watch } from "./dom.js";
 
-const PARTS = [["window", "Window"], ["wait", "Look-ahead, frame"], ["compute", "Computation"]];
+const PARTS = [["window", "Window"], ["wait", "Waiting"], ["compute", "Computation"]];
 
 export class Timing {
   constructor() {

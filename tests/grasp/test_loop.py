@@ -17,8 +17,8 @@ from firstcontact.grasp.policy import Stiffness
 from firstcontact.grasp.taxels import REST, Taxels
 
 RATE = 1000.0
-SURE = Stiffness(50.0, 45.0, 55.0, 0.015, True)
-SHORT = Stiffness(50.0, 10.0, 90.0, 0.003, True)
+SURE = Stiffness(50.0, 45.0, 55.0, 0.015)
+SHORT = Stiffness(50.0, 10.0, 90.0, 0.003)
 
 
 def looped(name: str, deadline: float | None = None) -> tuple[GraspLoop, list[Command]]:

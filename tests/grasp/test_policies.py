@@ -24,7 +24,7 @@ VOLTS = st.floats(-0.1, 3.3)
 
 
 def stiffness(value: float, low: float, high: float, ms: float = 15.0) -> Stiffness:
-    return Stiffness(value, low, high, 1e-3 * ms, True)
+    return Stiffness(value, low, high, 1e-3 * ms)
 
 
 def commands(

@@ -10,7 +10,7 @@ from firstcontact.core import Command, Contact
 
 @dataclass(frozen=True, slots=True)
 class Stiffness:
-    """An estimate as a policy sees it.
+    """An estimate as a policy sees it: one that the second finger has not overtaken.
 
     Parameters
     ----------
@@ -20,15 +20,12 @@ class Stiffness:
         Bounds of the interval; equal to the value where the model has none.
     duration
         Of the window it was made from, s.
-    in_time
-        Whether the second finger was not known to touch when it came.
     """
 
     value: float
     low: float
     high: float
     duration: float
-    in_time: bool
 
 
 class Policy(Protocol):

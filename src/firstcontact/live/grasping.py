@@ -55,7 +55,7 @@ class Grasping:
             case Estimated() if event.used:
                 now = event.contact.sample / self._rate + event.after(self._rate)
                 self.loop.estimated(
-                    Stiffness(event.value, event.low, event.high, event.duration, in_time=True), now
+                    Stiffness(event.value, event.low, event.high, event.duration), now
                 )
             case Estimated():
                 self.loop.counts.unused += 1

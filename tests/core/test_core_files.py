@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import pytest
 
-from firstcontact.core.files import replacing, write_json, write_text
+from firstcontact.core.errors import InputError
+from firstcontact.core.files import (
+    open_regular,
+    read_regular,
+    replacing,
+    write_json,
+    write_text,
+)
 
 
 def names(folder: Path) -> list[str]:
@@ -63,3 +71,17 @@ def test_two_writers_do_not_share_a_temporary_name(tmp_path: Path) -> None:
         other.write_text("other", encoding="utf-8")
     assert path.read_text(encoding="utf-8") == "one"
     assert names(tmp_path) == [path.name]
+
+
+def test_only_regular_files_are_opened_and_only_so_much_is_read(tmp_path: Path) -> None:
+    pipe, file = tmp_path / "pipe", tmp_path / "file"
+    os.mkfifo(pipe)
+    file.write_bytes(b"12345")
+    assert read_regular(file, 5) == b"12345"
+    with pytest.raises(InputError, match="more than 4 bytes"):
+        read_regular(file, 4)
+    for other in (pipe, tmp_path):  # opening the pipe would wait for ever
+        with pytest.raises(InputError, match="not a regular file"):
+            open_regular(other)
+    with pytest.raises(FileNotFoundError):
+        open_regular(tmp_path / "none")

@@ -8,8 +8,46 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from stat import S_ISREG
+from typing import IO, Any
 from uuid import uuid4
+
+from firstcontact.core.errors import InputError
+
+
+def open_regular(path: Path) -> IO[bytes]:
+    """Open a file for reading that is one: never waits for a pipe or a device.
+
+    Raises
+    ------
+    InputError
+        The path names a folder, a pipe, a socket or a device.
+    OSError
+        It is not there or may not be read.
+    """
+    # Without O_NONBLOCK, opening a named pipe waits for somebody who writes to it.
+    number = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+    if not S_ISREG(os.fstat(number).st_mode):
+        os.close(number)
+        raise InputError(f"{path} is not a regular file: give a file")
+    return os.fdopen(number, "rb")
+
+
+def read_regular(path: Path, most: int) -> bytes:
+    """All of a regular file that has at most so many bytes.
+
+    Raises
+    ------
+    InputError
+        As :func:`open_regular`, or it is longer.
+    OSError
+        It is not there or cannot be read.
+    """
+    with open_regular(path) as stream:
+        data = stream.read(most + 1)
+    if len(data) > most:
+        raise InputError(f"{path} has more than {most} bytes: give the right file")
+    return data
 
 
 @contextmanager

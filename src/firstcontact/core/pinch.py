@@ -71,6 +71,9 @@ class Pinch:
     truth
         Contacts known from the strips or from labels, in the order of time:
         none, the first, or the first and the second.
+    motor_start
+        Device sample number (as ``first_sample``; not counted within the pinch)
+        from which the motor closes the hand freely; None where not known.
     """
 
     data: NDArray[Any]
@@ -78,6 +81,7 @@ class Pinch:
     label: Label = field(default_factory=Label)
     first_sample: int = 0
     truth: tuple[Contact, ...] = ()
+    motor_start: int | None = None
 
     @property
     def first(self) -> Contact | None:

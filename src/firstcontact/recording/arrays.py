@@ -2,7 +2,7 @@
 
 Arrays: ``piezo`` (pinches, samples, 1 or 2); optional ``force`` (pinches,
 samples, 2, 6), ``strip`` (pinches, samples, 2), and one value a pinch of
-``first_contact``, ``second_contact`` (-1 not known), ``first_finger``,
+``first_contact``, ``second_contact``, ``motor_start`` (-1 not known), ``first_finger``,
 ``object``, ``shore_a`` or ``hardness_rank``, ``specimen``, ``session``,
 ``role``. Attributes (of the file or of ``piezo``; 0-d arrays in an NPZ):
 ``sample_rate_hz``, ``piezo_unit``, optional ``smoothing_alpha``, ``source``.
@@ -29,7 +29,13 @@ from firstcontact.recording.checks import (
     read_settings,
 )
 from firstcontact.recording.dataset import pause_between
-from firstcontact.recording.labels import CONTACT_COLUMNS, LABEL_COLUMNS, make_contacts, make_labels
+from firstcontact.recording.labels import (
+    CONTACT_COLUMNS,
+    LABEL_COLUMNS,
+    make_contacts,
+    make_labels,
+    make_motor_starts,
+)
 
 _SIGNALS = {"piezo": 3, "force": 4, "strip": 3}
 _KNOWN = {*_SIGNALS, *SETTINGS, *LABEL_COLUMNS, *CONTACT_COLUMNS}
@@ -99,6 +105,7 @@ def from_arrays(path: Path, arrays: Arrays) -> Dataset:
     }
     labels, notes = make_labels(str(path), columns, pinches)
     contacts, assumed = make_contacts(str(path), columns, list(data[:, :, :piezos]), settings.rate)
+    motors = make_motor_starts(str(path), columns, [data.shape[1]] * pinches, contacts)
     notes += [*assumed, *settings.notes]
     unknown = sorted(set(arrays) - _KNOWN)
     if unknown:
@@ -112,8 +119,8 @@ def from_arrays(path: Path, arrays: Arrays) -> Dataset:
         smoothing_alpha=settings.smoothing_alpha,
     )
     made = [
-        Pinch(data[i], layout, label, 0, truth)
-        for i, (label, truth) in enumerate(zip(labels, contacts, strict=True))
+        Pinch(data[i], layout, label, 0, truth, motor)
+        for i, (label, truth, motor) in enumerate(zip(labels, contacts, motors, strict=True))
     ]
     return Dataset(pause_between(made), settings.source, tuple(notes))
 

@@ -28,7 +28,13 @@ from firstcontact.recording.checks import (
     read_settings,
 )
 from firstcontact.recording.dataset import pause_between
-from firstcontact.recording.labels import CONTACT_COLUMNS, LABEL_COLUMNS, make_contacts, make_labels
+from firstcontact.recording.labels import (
+    CONTACT_COLUMNS,
+    LABEL_COLUMNS,
+    make_contacts,
+    make_labels,
+    make_motor_starts,
+)
 from firstcontact.recording.table import read_table
 
 PIEZO = ("piezo_index", "piezo_thumb")
@@ -86,6 +92,7 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
     contacts, assumed = make_contacts(
         str(path), of_pinches, [cut[:, :piezos] for cut in cuts], settings.rate
     )
+    motors = make_motor_starts(str(path), of_pinches, [len(cut) for cut in cuts], contacts)
     notes += [*assumed, *settings.notes]
     unknown = sorted(set(columns) - _KNOWN)
     if unknown:
@@ -99,8 +106,8 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
         smoothing_alpha=settings.smoothing_alpha,
     )
     pinches = [
-        Pinch(cut, layout, label, 0, truth)
-        for cut, label, truth in zip(cuts, labels, contacts, strict=True)
+        Pinch(cut, layout, label, 0, truth, motor)
+        for cut, label, truth, motor in zip(cuts, labels, contacts, motors, strict=True)
     ]
     return Dataset(pause_between(pinches), settings.source, tuple(notes))
 

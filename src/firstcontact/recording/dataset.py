@@ -64,7 +64,8 @@ def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
             label = mark.label
             if not label.session:
                 label = replace(label, session=recording.header.session)
-            return Pinch(data, recording.header.layout, label, mark.first_sample, mark.truth)
+            layout = recording.header.layout
+            return Pinch(data, layout, label, mark.first_sample, mark.truth, mark.motor_start)
     return None
 
 
@@ -113,7 +114,8 @@ def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
         truth = tuple(
             replace(c, sample=c.sample + shift, decided=c.decided + shift) for c in pinch.truth
         )
-        numbered.append(replace(pinch, first_sample=start, truth=truth))
+        motor = None if pinch.motor_start is None else pinch.motor_start + shift
+        numbered.append(replace(pinch, first_sample=start, truth=truth, motor_start=motor))
         start += len(pinch.data) + 1
     return tuple(numbered)
 

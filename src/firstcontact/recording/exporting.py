@@ -57,6 +57,10 @@ def pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
         ],
         "first_finger": [int(Finger.INDEX if p.first is None else p.first.finger) for p in pinches],
     }
+    if any(p.motor_start is not None for p in pinches):
+        values["motor_start"] = [
+            -1 if p.motor_start is None else p.motor_start - p.first_sample for p in pinches
+        ]
     return {name: column for name, column in values.items() if not {None, ""} & set(column)}
 
 

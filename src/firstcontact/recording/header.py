@@ -91,6 +91,8 @@ class PinchMark:
         What was pinched.
     truth
         Known contacts, in the order of time.
+    motor_start
+        Device sample number from which the motor closes the hand, None where not known.
     """
 
     number: int
@@ -99,10 +101,11 @@ class PinchMark:
     epoch: int = 0
     label: Label = field(default_factory=Label)
     truth: tuple[Contact, ...] = ()
+    motor_start: int | None = None
 
     def to_json(self) -> dict[str, Any]:
         """A JSON-ready form."""
-        return {
+        tree = {
             "number": self.number,
             "first_sample": self.first_sample,
             "end": self.end,
@@ -110,6 +113,9 @@ class PinchMark:
             "label": self.label.to_json(),
             "truth": [{"finger": int(c.finger), "sample": c.sample} for c in self.truth],
         }
+        if self.motor_start is not None:
+            tree["motor_start"] = self.motor_start
+        return tree
 
     @classmethod
     def from_json(cls, tree: Mapping[str, Any]) -> PinchMark:
@@ -118,7 +124,15 @@ class PinchMark:
             Contact(Finger(c["finger"]), int(c["sample"]), int(c["sample"])) for c in tree["truth"]
         )
         label = Label.from_json(tree["label"])
-        return cls(tree["number"], tree["first_sample"], tree["end"], tree["epoch"], label, truth)
+        return cls(
+            tree["number"],
+            tree["first_sample"],
+            tree["end"],
+            tree["epoch"],
+            label,
+            truth,
+            tree.get("motor_start"),
+        )
 
 
 @dataclass(frozen=True, slots=True)

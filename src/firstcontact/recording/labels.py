@@ -24,8 +24,14 @@ LABEL_COLUMNS = (
     "session",
     "role",
 )
-#: Columns that say when it was touched.
-CONTACT_COLUMNS = ("first_contact", "pre_trigger_samples", "second_contact", "first_finger")
+#: Columns that say when it was touched, and from when on the hand closed.
+CONTACT_COLUMNS = (
+    "first_contact",
+    "pre_trigger_samples",
+    "second_contact",
+    "first_finger",
+    "motor_start",
+)
 #: How long after a contact the fingers are compared where the labels name none, s.
 _LISTEN = 0.005
 
@@ -161,6 +167,39 @@ def make_contacts(
             "taken as that of the finger that touched first, whichever it is"
         )
     return contacts, notes
+
+
+def make_motor_starts(
+    where: str, columns: Columns, lengths: Sequence[int], contacts: Sequence[tuple[Contact, ...]]
+) -> list[int | None]:
+    """From which sample on the motor runs in each pinch, counted from its own first sample.
+
+    Parameters
+    ----------
+    where
+        File that messages name.
+    columns
+        ``motor_start`` of them is read; -1 is not known.
+    lengths
+        Samples of each pinch.
+    contacts
+        Of each pinch, as :func:`make_contacts` gives them.
+
+    Raises
+    ------
+    InputError
+        A start outside its pinch, or not before its first contact.
+    """
+    starts = _each(where, columns, "motor_start", _whole) or [-1] * len(lengths)
+    for i, (start, length, known) in enumerate(zip(starts, lengths, contacts, strict=True)):
+        end = known[0].sample if known else length
+        if not -1 <= start < max(end, 0):
+            raise InputError(
+                f"{where}: motor_start of pinch {i} is {start}, outside the {end} samples before "
+                f"its {'first contact' if known else 'end'}: count from 0 within the pinch, -1 "
+                "where not known"
+            )
+    return [None if start < 0 else start for start in starts]
 
 
 def _livelier(piezo: NDArray[Any], first: int, second: int, rate: float) -> Finger:

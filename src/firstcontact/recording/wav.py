@@ -13,7 +13,13 @@ from numpy.typing import NDArray
 from firstcontact.core import Dataset, InputError, Pinch
 from firstcontact.recording.checks import check_rate, check_samples, make_layout
 from firstcontact.recording.dataset import pause_between
-from firstcontact.recording.labels import CONTACT_COLUMNS, LABEL_COLUMNS, make_contacts, make_labels
+from firstcontact.recording.labels import (
+    CONTACT_COLUMNS,
+    LABEL_COLUMNS,
+    make_contacts,
+    make_labels,
+    make_motor_starts,
+)
 from firstcontact.recording.table import read_table
 
 LABELS = "labels.csv"
@@ -55,6 +61,7 @@ def import_wav(folder: Path) -> Dataset:
             )
     labels, notes = make_labels(str(table), columns, len(files))
     contacts, assumed = make_contacts(str(table), columns, [d for _, d in sounds], float(rate))
+    motors = make_motor_starts(str(table), columns, [len(d) for _, d in sounds], contacts)
     notes += assumed
     unknown = sorted(set(columns) - _KNOWN)
     if unknown:
@@ -66,8 +73,10 @@ def import_wav(folder: Path) -> Dataset:
         scale=1.0 / _FULL_SCALE[str(first.dtype)],
     )
     pinches = [
-        Pinch(_samples(file, data), layout, label, 0, truth)
-        for file, (_, data), label, truth in zip(files, sounds, labels, contacts, strict=True)
+        Pinch(_samples(file, data), layout, label, 0, truth, motor)
+        for file, (_, data), label, truth, motor in zip(
+            files, sounds, labels, contacts, motors, strict=True
+        )
     ]
     return Dataset(pause_between(pinches), "real", tuple(notes))
 

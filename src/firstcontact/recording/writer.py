@@ -128,7 +128,15 @@ class RecordingWriter:
         block = Block(pinch.data, pinch.first_sample, epoch)
         self.write(block)
         self.mark(
-            PinchMark(self._number, block.first_sample, block.end, epoch, pinch.label, pinch.truth)
+            PinchMark(
+                self._number,
+                block.first_sample,
+                block.end,
+                epoch,
+                pinch.label,
+                pinch.truth,
+                pinch.motor_start,
+            )
         )
 
     def close(self) -> None:

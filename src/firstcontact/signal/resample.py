@@ -68,17 +68,16 @@ def _resample_pinch(pinch: Pinch, new: float) -> Pinch:
         data[:, strips] = pinch.data[np.minimum(nearest, len(pinch.data) - 1)][:, strips]
     first = _position(pinch.first_sample, ratio)
 
-    def moved(contact: Contact) -> Contact:
-        sample = first + _position(contact.sample - pinch.first_sample, ratio)
-        decided = first + _position(contact.decided - pinch.first_sample, ratio)
-        return Contact(contact.finger, sample, decided)
+    def at(sample: int) -> int:
+        return first + _position(sample - pinch.first_sample, ratio)
 
     return Pinch(
         data,
         replace(layout, rate=new),
         pinch.label,
         first,
-        tuple(moved(c) for c in pinch.truth),
+        tuple(Contact(c.finger, at(c.sample), at(c.decided)) for c in pinch.truth),
+        None if pinch.motor_start is None else at(pinch.motor_start),
     )
 
 

@@ -30,6 +30,7 @@ class MemorySource:
         self.descriptor = Descriptor(LAYOUT, "test", "made up", "", "synthetic")
         self.health = Health(True)
         self.marks: list[str] = []
+        self.orders: list[str] = []
         self.left = list(arrivals)
         self._at_a_time = at_a_time
 
@@ -45,6 +46,9 @@ class MemorySource:
 
     def mark(self, text: str) -> None:
         self.marks.append(text)
+
+    def order(self, text: str) -> None:
+        self.orders.append(text)
 
     def close(self) -> None:
         self.left = []

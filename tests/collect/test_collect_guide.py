@@ -194,7 +194,7 @@ def test_a_session_is_gone_on_with_after_an_interruption(tmp_path):
     path, complete, screen, source = record(tmp_path, closings(3)[0], items)
     assert (path.name, complete) == ("session-1.mcap", False)
     assert screen.objects == [("block 10", 0, 2), ("block 29", 0, 3)]
-    assert source.marks == ["object: block 10", "object: block 29"]
+    assert source.marks == source.orders == ["object: block 10", "object: block 29"]
     path, complete, screen, source = record(tmp_path, closings(9, seed=8)[0], items)
     assert (path.name, complete) == ("session-1.part2.mcap", True)
     assert screen.objects == [("block 29", 1, 3)]

@@ -166,16 +166,36 @@ def test_a_stall_is_counted_to_the_sample() -> None:
 
 def test_a_mark_is_echoed_with_the_number_of_the_next_sample() -> None:
     heard: list[str] = []
-    host = Host(Responder(DESCRIPTOR, 1, 100, heard.append))
+    host = Host(Responder(DESCRIPTOR, 1, 100, lambda text: heard.append(text) or "done"))
     host.make(42)
     host.say(FrameType.MARK, "Müller: apple".encode())
     (frame,) = host.listen()
     assert frame.type == FrameType.MARKER
     assert protocol.read_marker(frame.payload) == (42, "Müller: apple")
-    assert heard == ["Müller: apple"]
     host.say(FrameType.MARK, bytes(201))
     assert host.listen() == []
-    assert len(heard) == 1
+    assert heard == [], "a mark is no order"
+
+
+def test_an_order_is_answered_with_what_became_of_it() -> None:
+    heard: list[str] = []
+    host = Host(Responder(DESCRIPTOR, 1, 100, lambda text: heard.append(text) or "done"))
+    host.make(7)
+    host.say(FrameType.ORDER, b"hand: release")
+    (frame,) = host.listen()
+    assert frame.type == FrameType.MARKER
+    assert protocol.read_marker(frame.payload) == (7, "done")
+    host.say(FrameType.ORDER, bytes(201))
+    assert host.listen() == []
+    assert heard == ["hand: release"]
+
+
+def test_a_device_without_a_hand_takes_no_notice_of_orders() -> None:
+    host = device()
+    host.say(FrameType.ORDER, b"hand: release")
+    assert host.listen() == []
+    host.say(FrameType.HELLO, b"\1")
+    assert [f.type for f in host.listen()] == [FrameType.DESCRIPTOR]
 
 
 def test_its_own_marker_comes_after_the_samples_before_it() -> None:

@@ -23,7 +23,7 @@ from firstcontact.device import protocol
 from firstcontact.device.protocol import Frame, FrameError, FrameType, SamplesFrame, encode
 from firstcontact.device.source import Descriptor
 from firstcontact.device.twin_device import TwinDevice
-from firstcontact.device.twin_words import held_object, order_text
+from firstcontact.device.twin_words import TOLD, held_object, order_text, peak_text
 from firstcontact.twin.filter import DeviceFilter
 from firstcontact.twin.stream import TwinStream
 
@@ -261,7 +261,7 @@ def test_a_pulled_cable_ends_the_port_and_comes_back_under_its_name(twin: TwinDe
 
 def test_the_hand_takes_what_it_is_told_to(twin: TwinDevice) -> None:
     with host(twin.port) as h:
-        h.say(FrameType.MARK, b"object: block 29")
+        h.say(FrameType.ORDER, b"object: block 29")
         told = protocol.read_marker(h.until(FrameType.MARKER).payload)[0]
         h.start(1)
 
@@ -272,9 +272,9 @@ def test_the_hand_takes_what_it_is_told_to(twin: TwinDevice) -> None:
         h.listen(lambda: len(taken()) >= 3)
         # The piece of stream that was made already may hold one start more.
         assert taken()[1:3] == ["twin: block 29"] * 2
-        h.say(FrameType.MARK, b"object: pear")
+        h.say(FrameType.ORDER, b"object: pear")
         h.listen(lambda: any("'pear' is not known" in text for _, text in h.markers))
-        h.say(FrameType.MARK, b"object: any")
+        h.say(FrameType.ORDER, b"object: any")
         before = len(taken())
         h.listen(lambda: len(taken()) >= before + 5)
         assert set(taken()[before + 1 :]) != {"twin: block 29"}
@@ -313,15 +313,19 @@ class Squeezed:
         Its number among the closings seen, its start, and the sample that the order came at.
         """
         text = order_text(order)
+        answer = f"{TOLD}{text}"
         while True:
             n = len(self.starts())
             self.h.listen(lambda n=n: len(self.starts()) > n)
             start = self.starts()[-1][0]
-            self.h.say(FrameType.MARK, text.encode())
+            self.h.say(FrameType.ORDER, text.encode())
             self.h.listen(
-                lambda s=start: any(at > s and said == text for at, said in self.h.markers)
+                lambda s=start: any(at > s and said.endswith(text) for at, said in self.h.markers)
             )
-            came = next(at for at, said in self.h.markers if at > start and said == text)
+            answers = ((at, t) for at, t in self.h.markers if at > start and t.endswith(text))
+            came, said = next(answers)
+            if said != answer:
+                continue  # it came when the hand had begun to open
             if came - start < within:
                 return len(self.starts()) - 1, start, came
 
@@ -360,12 +364,12 @@ def test_a_release_opens_the_hand_after_the_latency() -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["hand:", "hand: 1", "hand: 1 2 3", "hand: nan 1", "hand: 1 inf", "hand: halt", "hand:\0"],
+    ["hand:", "hand: 1", "hand: 1 2 3", "hand: nan 1", "hand: 1 inf", "hand: halt", "hand:\0", "?"],
 )
 def test_an_order_that_is_none_is_answered_and_changes_nothing(twin: TwinDevice, text: str) -> None:
     with host(twin.port) as h:
         h.start(1)
-        h.say(FrameType.MARK, text.encode())
+        h.say(FrameType.ORDER, text.encode())
         h.listen(lambda: any("twin: hand order" in said for _, said in h.markers))
         h.check(h.stop())
 
@@ -377,7 +381,31 @@ def test_a_command_to_a_hand_at_rest_is_answered() -> None:
             # Told as soon as it begins to open; it opens and rests for most of a second.
             h.until(FrameType.MARKER)
             if "peak" in h.markers[-1][1]:
-                h.say(FrameType.MARK, b"hand: 0.0 0.0")
+                h.say(FrameType.ORDER, b"hand: 0.0 0.0")
+
+
+def test_no_mark_is_an_order() -> None:
+    """Whoever sets a marker, a viewer of the page too, moves nothing with it."""
+    with TwinDevice(seed=4, objects=["block 10", "apple 1"]) as device, host(device.port) as h:
+        h.start(1)
+        texts = ("object: block 10", "hand: release", "hand: 0.0 0.0", "twin: told hand: 0.0 0.0")
+
+        def hand() -> list[tuple[int, str]]:
+            return [(at, said) for at, said in h.markers if said not in texts]
+
+        while sum("peak" in said for _, said in hand()) < 3:
+            h.until(FrameType.MARKER)
+            if "peak" not in h.markers[-1][1] and h.markers[-1][1] not in texts:
+                for text in texts:  # as a closing begins
+                    h.say(FrameType.MARK, text.encode())
+        assert {said for _, said in h.markers} >= set(texts)
+        # The hand does what it would have done unasked.
+        stream = TwinStream("paper-rig", ["block 10", "apple 1"], seed=4)
+        while len([p for p in stream.pinches if p.end]) < 20:
+            stream.read(1000)
+        alone = [(p.start, f"twin: {p.label.object}") for p in stream.pinches]
+        alone += [(p.end, peak_text(p.peak)) for p in stream.pinches if p.end and p.peak]
+        assert set(hand()) <= set(alone)
 
 
 def test_ctrl_c_is_not_for_the_twin(twin: TwinDevice) -> None:

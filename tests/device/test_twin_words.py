@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 
 from firstcontact.core import Command, InputError
 from firstcontact.device.twin_words import (
+    TOLD,
     concerns_hand,
     held_object,
+    object_text,
     order_text,
     peak_text,
     read_order,
@@ -32,19 +34,20 @@ def test_an_order_is_read_as_it_was_meant(speed: float, force: float) -> None:
 def test_whatever_else_is_said_is_refused_in_words(text: str) -> None:
     try:
         order = read_order("hand:" + text)
-    except InputError as error:
-        said = f"twin: {error}"
-    else:
-        assert order is None or (isfinite(order.speed) and isfinite(order.force))
+    except InputError:
         return
-    assert concerns_hand(said)
+    assert order is None or (isfinite(order.speed) and isfinite(order.force))
 
 
 def test_only_an_object_is_taken_for_one() -> None:
     for name in OBJECTS:
         assert held_object(f"twin: {name}") == name
         assert not concerns_hand(f"twin: {name}")
-    for text in (peak_text(3.44), order_text(None), "twin: hand is not closing", "an apple"):
+    about = (peak_text(3.44), TOLD + order_text(None), TOLD + object_text("apple 1"))
+    for text in (*about, "twin: hand is not closing", "hand: release", "hand: -0.0160 2.551"):
         assert held_object(text) is None
-        assert concerns_hand(text) == (text != "an apple")
+        assert concerns_hand(text)
+    for text in ("an apple", "hand: my left one", "hand: 0.0160 2.551 or so"):
+        assert held_object(text) is None
+        assert not concerns_hand(text)
     assert peak_text(3.44) == "twin: peak 3.4 N"

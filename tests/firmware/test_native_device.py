@@ -111,6 +111,13 @@ def test_marks_come_back_with_their_text_and_the_next_samples_number(
         host.assert_every_frame_arrived()
 
 
+def test_an_order_to_a_hand_is_none_for_a_fingertip(strict_program: Path) -> None:
+    with running(strict_program) as device, Host(device.path) as host:
+        host.send(FrameType.ORDER, b"hand: release")
+        assert host.mark("after it") == (0, "after it")
+        host.assert_every_frame_arrived()
+
+
 def test_another_version_is_refused_and_the_right_one_then_taken(strict_program: Path) -> None:
     with running(strict_program) as device, Host(device.path) as host:
         host.send(FrameType.HELLO, bytes([protocol.VERSION + 1]))

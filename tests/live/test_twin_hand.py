@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from firstcontact.core import Command, fingertip_layout
+from firstcontact.core import Command, InputError, fingertip_layout
 from firstcontact.device.source import Arrival, Descriptor, Source
 from firstcontact.device.twin_source import TwinSource
 from firstcontact.device.twin_words import held_object
@@ -106,11 +106,16 @@ def test_the_twin_hears_each_order_as_it_was_given(source: TwinSource, hand: Han
 
     def orders(markers: list[Marker]) -> list[str]:
         """As they came, from this test's on; those of tests before may come first."""
-        texts = [m.text for m in markers if m.text.startswith("hand:")]
-        return texts[texts.index("hand: 0.0123 4.500") :] if "hand: 0.0123 4.500" in texts else []
+        words = [m.text.partition("hand: ")[2] for m in markers if "hand: " in m.text]
+        return words[words.index("0.0123 4.500") :] if "0.0123 4.500" in words else []
 
     markers = heard(source, lambda ms: len(orders(ms)) >= 2)
-    assert orders(markers) == ["hand: 0.0123 4.500", "hand: release"]
+    assert orders(markers) == ["0.0123 4.500", "release"]
+
+
+def test_what_only_the_twin_says_is_set_by_nobody_else(source: TwinSource) -> None:
+    with pytest.raises(InputError, match="is the twin's own"):
+        source.mark("twin: apple 1")
 
 
 def test_a_commanded_hand_squeezes_less() -> None:
@@ -120,7 +125,7 @@ def test_a_commanded_hand_squeezes_less() -> None:
             start = heard(source, lambda ms: any(held_object(m.text) for m in ms))[-1].sample
             hand.send(Command(0.03, 1.0))
             markers = heard(source, lambda ms: any("peak" in m.text for m in ms))
-            came = next(m.sample for m in markers if m.text == "hand: 0.0300 1.000")
+            came = next(m.sample for m in markers if m.text.endswith("hand: 0.0300 1.000"))
             # One that came late is for a closing after this one to show.
             if came - start < 900:
                 told = next(peak(m) for m in markers if "peak" in m.text)

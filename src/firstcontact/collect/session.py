@@ -13,6 +13,7 @@ from firstcontact.collect.guide import Guide, Judged
 from firstcontact.core import Calibration, InputError, Label
 from firstcontact.device import Descriptor, Source
 from firstcontact.device.recorder import Recorder
+from firstcontact.device.twin_words import object_text
 from firstcontact.recording import Header
 
 #: Longest wait for samples, s: how soon a request to stop is noticed.
@@ -103,7 +104,8 @@ def run_session(
             if not named and label is not None:
                 # A device that is unplugged just now is told when it is back.
                 with suppress(InputError):
-                    source.mark(f"object: {label.object}")
+                    source.order(object_text(label.object))  # for a hand that is simulated
+                    source.mark(object_text(label.object))
                     named = True
             if guide.paused and screen.in_place():
                 guide.paused = False

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 VERSION = 1
 #: Most samples in a frame: 1 ms at 4936 Hz.
 FRAME_SAMPLES = 5
-#: Longest text of a marker, bytes.
+#: Longest text of a marker or an order, bytes.
 MARKER_BYTES = 200
 #: Longer than any frame, stuffed: a descriptor of 100 channels fits.
 LONGEST = 16_384
@@ -37,6 +37,7 @@ class FrameType(IntEnum):
     START = 0x82
     STOP = 0x83
     MARK = 0x84
+    ORDER = 0x85
 
 
 class FrameError(ValueError):

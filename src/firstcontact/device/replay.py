@@ -120,6 +120,16 @@ class ReplaySource:
         """
         raise InputError(f"{self.name} is a recording: no marker can be set in what has happened")
 
+    def order(self, text: str) -> None:
+        """Refuse: what has happened takes no order.
+
+        Raises
+        ------
+        InputError
+            Always.
+        """
+        raise InputError(f"{self.name} is a recording: nothing can be ordered in what has happened")
+
     def close(self) -> None:
         """End the replay."""
         self._closed.set()

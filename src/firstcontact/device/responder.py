@@ -33,8 +33,9 @@ class Responder:
         Another number after each start.
     room
         Samples that can wait.
-    on_mark
-        Called with the text of each of the host's marks.
+    on_order
+        Called with the text of each of the host's orders; gives the marker that answers it.
+        A device without a hand has none and takes no notice of orders.
 
     Attributes
     ----------
@@ -53,7 +54,7 @@ class Responder:
         descriptor: Descriptor,
         boot: int,
         room: int,
-        on_mark: Callable[[str], object] = lambda text: None,
+        on_order: Callable[[str], str] | None = None,
     ) -> None:
         self.next_sample = 0
         self.overflow = 0
@@ -61,7 +62,7 @@ class Responder:
         self.finished = False
         self._descriptor = descriptor
         self._boot = boot
-        self._on_mark = on_mark
+        self._on_order = on_order
         self._counter = 0
         self._ring = np.empty((room, len(descriptor.layout.channels)), np.int16)
         self._numbers = np.zeros(room, np.int64)
@@ -173,13 +174,14 @@ class Responder:
                 stopped = protocol.stopped_payload(self.next_sample, self.overflow)
                 self._reply = (FrameType.STOPPED, stopped)
             case FrameType.MARK if len(payload) <= protocol.MARKER_BYTES:
-                text = payload.decode(errors="replace")
-                self._reply = (
-                    FrameType.MARKER, protocol.marker_payload(self.next_sample, text)
-                )  # fmt: skip
-                self._on_mark(text)
+                self._reply = self._marker(payload.decode(errors="replace"))
+            case FrameType.ORDER if self._on_order and len(payload) <= protocol.MARKER_BYTES:
+                self._reply = self._marker(self._on_order(payload.decode(errors="replace")))
             case _:
                 pass  # what a later version may say
+
+    def _marker(self, text: str) -> tuple[FrameType, bytes]:
+        return FrameType.MARKER, protocol.marker_payload(self.next_sample, text)
 
     def _introduction(self, version: int) -> tuple[FrameType, bytes]:
         if version == protocol.VERSION:

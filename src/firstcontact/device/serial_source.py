@@ -20,6 +20,7 @@ from firstcontact.device.decoder import Decoder
 from firstcontact.device.protocol import VERSION, FrameType, marker_text
 from firstcontact.device.source import Arrival, Descriptor, Health
 from firstcontact.device.transport import LinkError, SerialTransport
+from firstcontact.device.twin_words import TWIN
 from firstcontact.recording import Marker
 
 #: What does not answer for so long after its port was opened is no device of ours, s.
@@ -152,16 +153,34 @@ class SerialSource:
         Raises
         ------
         InputError
+            The device is not there, or the word is one that only the twin says.
+        """
+        if text.startswith(TWIN.strip()) and self.descriptor.source == "twin":
+            raise InputError(
+                f"a marker that begins with {TWIN.strip()!r} is the twin's own: "
+                "begin yours with another word"
+            )
+        self._tell(FrameType.MARK, text, "the marker was not set")
+
+    def order(self, text: str) -> None:
+        """Tell a simulated hand what to do; a device that is none takes no notice.
+
+        Raises
+        ------
+        InputError
             The device is not there.
         """
+        self._tell(FrameType.ORDER, text, "the order was not given")
+
+    def _tell(self, kind: FrameType, text: str, failed: str) -> None:
         transport = self._transport
         try:
             if transport is None:
                 raise LinkError("closed")
-            transport.send(FrameType.MARK, marker_text(text))
+            transport.send(kind, marker_text(text))
         except LinkError as error:
             raise InputError(
-                f"{self.name}: the device is not there and the marker was not set: plug it in"
+                f"{self.name}: the device is not there and {failed}: plug it in"
             ) from error
 
     def close(self) -> None:

@@ -172,7 +172,14 @@ class Source(Protocol):
         """
 
     def mark(self, text: str) -> None:
-        """Have a word pinned to the next sample."""
+        """Have a word pinned to the next sample. No word is ever an order."""
+
+    def order(self, text: str) -> None:
+        """Tell a simulated hand what to do; a device that is none takes no notice.
+
+        Never with text that a viewer or a file chose freely: see
+        :mod:`firstcontact.device.twin_words`.
+        """
 
     def close(self) -> None:
         """Stop the device and let go of it. Closing twice is fine."""

@@ -2,12 +2,12 @@
 
 It runs in a process of its own and costs the host's interpreter nothing. What the hand
 takes stands in the samples' own line: at each start of the motor the device sends the
-marker "twin: <object>", pinned to that sample. A host that sends the mark "object: block
+marker "twin: <object>", pinned to that sample. A host that sends the order "object: block
 29" has it take only that object from the next closing on (the names are those of
-:mod:`firstcontact.twin.objects`); "object: any" goes back to the plan, and a name
-that it does not know is answered with a marker that says so.
+:mod:`firstcontact.twin.objects`); "object: any" goes back to the plan. Every order is answered
+with a marker that says what became of it. Marks are words and never orders.
 
-The mark "hand: 0.0500 2.000" commands the closing that is going on: 0.05 m/s and 2 N at
+The order "hand: 0.0500 2.000" commands the closing that is going on: 0.05 m/s and 2 N at
 most, from the drive's latency on until the hand opens. "hand: release" opens it. When a
 closing is over, the marker "twin: peak 3.4 N" says how hard it squeezed, pinned to the
 sample where the hand begins to open.

@@ -25,7 +25,7 @@ from firstcontact.device.protocol import FRAME_SAMPLES
 from firstcontact.device.pseudo_terminal import PseudoTerminal
 from firstcontact.device.responder import Responder
 from firstcontact.device.source import Descriptor
-from firstcontact.device.twin_words import HAND, TWIN, peak_text, read_order
+from firstcontact.device.twin_words import HAND, OBJECT, TOLD, TWIN, peak_text, read_order
 
 #: What is made before the clock starts ends in a closing: no rest is so long, and no
 #: closing so short.
@@ -153,26 +153,26 @@ class TwinProcess:
         if self._wire:
             self._wire = self._wire[self._terminal.write(self._wire) :]
 
-    def _obey(self, text: str) -> None:
-        """Obey a mark that names an object or orders something of the hand."""
-        word, _, name = text.partition(":")
+    def _obey(self, text: str) -> str:
+        """Obey an order that names an object or moves the hand, and say so."""
         try:
-            if word.strip() == "object":
-                name = name.strip()
+            if text.startswith(OBJECT):
+                name = text.removeprefix(OBJECT).strip()
                 self._stream.choose(None if name == "any" else name)
             elif text.startswith(HAND):
-                self._move(read_order(text))
+                return self._move(text, read_order(text))
+            else:
+                raise InputError(f"begin with {OBJECT!r} or {HAND!r}")
         except InputError as error:
-            self._say(str(error))
+            return f"{TWIN}hand order {text!r} is none: {error}"
+        return f"{TOLD}{text}"
 
-    def _move(self, order: Command | None) -> None:
+    def _move(self, text: str, order: Command | None) -> str:
         if order is None:
             self._stream.release()
         elif not self._stream.command(order):
-            self._say(f"hand is not closing, command {self._stream.ignored} ignored")
-
-    def _say(self, text: str) -> None:
-        self._responder.marker(self._responder.next_sample, f"{TWIN}{text}")
+            return f"{TWIN}hand is not closing, command {self._stream.ignored} ignored, {text}"
+        return f"{TOLD}{text}"
 
     def _command(self) -> bool:
         """Obey one line of the parent; False where there is none any more."""

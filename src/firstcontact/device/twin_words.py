@@ -1,26 +1,41 @@
-"""What the twin and its host say to each other in marks and markers."""
+"""What the twin and its host say to each other in orders and markers.
+
+Orders go over the wire in frames of their own. A marker is never one, whatever it says: its
+text may come from anybody.
+"""
 
 from __future__ import annotations
 
+import re
 from math import isfinite
 
 from firstcontact.core import Command, InputError
 
 #: How the twin begins all that it says.
 TWIN = "twin: "
-#: How the host begins an order to the hand.
+#: How the host begins an order to the hand, and one that says what it is to take.
 HAND = "hand:"
+OBJECT = "object:"
+#: How the twin begins the answer to an order that it obeys.
+TOLD = f"{TWIN}told "
 #: How the twin begins what it says about the hand, and not about an object.
-ABOUT_HAND = (f"{TWIN}peak ", f"{TWIN}hand ")
+ABOUT_HAND = (f"{TWIN}peak ", f"{TWIN}hand ", TOLD)
+#: How it answered once, without its name; recordings hold such markers.
+_ANSWERED = re.compile(rf"{HAND} (release|-?\d+\.\d{{4}} -?\d+\.\d{{3}})")
 
 
 def order_text(order: Command | None) -> str:
-    """The mark for a command, or for a release where there is none."""
+    """The order for a command, or for a release where there is none."""
     return f"{HAND} release" if order is None else f"{HAND} {order.speed:.4f} {order.force:.3f}"
 
 
+def object_text(name: str) -> str:
+    """The order to take only this object, from the next closing on."""
+    return f"{OBJECT} {name}"
+
+
 def read_order(text: str) -> Command | None:
-    """The command in a mark that begins with :data:`HAND`; None for a release.
+    """The command in an order that begins with :data:`HAND`; None for a release.
 
     Raises
     ------
@@ -35,10 +50,7 @@ def read_order(text: str) -> Command | None:
     except ValueError:
         speed = force = float("nan")
     if not (isfinite(speed) and isfinite(force)):
-        said = " ".join(words)
-        raise InputError(
-            f"hand order {said!r} is none: use a speed in m/s and a force in N, or release"
-        )
+        raise InputError("use a speed in m/s and a force in N, or release")
     return Command(speed, force)
 
 
@@ -55,5 +67,5 @@ def held_object(text: str) -> str | None:
 
 
 def concerns_hand(text: str) -> bool:
-    """Whether a marker is an order to the hand, or what the twin says about it."""
-    return text.startswith((HAND, *ABOUT_HAND))
+    """Whether a marker is what the twin says about the hand, or the answer to an order."""
+    return text.startswith(ABOUT_HAND) or _ANSWERED.fullmatch(text) is not None

@@ -18,7 +18,7 @@ RATE = 200.0
 
 
 class TwinHand:
-    """Each order is a mark to the twin: of the closing that is going on.
+    """Each command is an order to the twin, about the closing that is going on.
 
     A hand that is at rest or opens takes no command; the twin says so in a marker, and goes on
     with its next closing as it would have.
@@ -41,7 +41,7 @@ class TwinHand:
         if not self._open:
             raise HandError(f"the hand {self.name!r} is not open")
         try:
-            self._source.mark(order_text(command))
+            self._source.order(order_text(command))
         except InputError as error:
             raise HandError(str(error)) from error
 
@@ -51,7 +51,7 @@ class TwinHand:
             return
         # A twin that is gone has let go.
         with suppress(InputError):
-            self._source.mark(order_text(None))
+            self._source.order(order_text(None))
 
     def close(self) -> None:
         """Release; the source stays open."""

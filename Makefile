@@ -19,37 +19,44 @@ help: ## list the targets
 		awk -F'|' '{printf "%-22s %s\n", $$1, $$2}'
 
 # --- what is installed -------------------------------------------------------------------------
-# Stamps: installing is repeated only when what is asked for has changed. The build tool is
-# installed first, so that pip builds with the pinned one instead of fetching its own.
+# Only what requirements/ names, at its version and with one of its hashes; pip chooses nothing.
+# The files are layers: requirements/write.py tells of what. Stamps: installing is repeated only
+# when what is asked for has changed.
+
+layers = $(foreach layer,$(1),--requirement requirements/$(layer).txt)
+fetch  = $(PIP) install --quiet --no-deps --only-binary :all: --require-hashes $(call layers,$(1))
+# The package itself, built with what is there already.
+itself = $(PIP) install --quiet --no-deps --no-build-isolation --editable .
+# Built for CPUs only where pip is told of a place that has it, else that of PyPI with CUDA.
+torch  = $(call fetch,cpu) 2>/dev/null || $(call fetch,cuda)
+PINS  := pyproject.toml $(wildcard requirements/*.txt)
 
 $(BIN)/pip:
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.build-tool: constraints.txt | $(BIN)/pip
-	$(PIP) install --quiet --constraint constraints.txt setuptools
+$(VENV)/.study: $(PINS) | $(BIN)/pip
+	$(call fetch,base study)
+	$(torch)
+	$(itself)
 	@touch $@
 
-$(VENV)/.study: pyproject.toml constraints.txt $(VENV)/.build-tool
-	$(PIP) install --quiet --no-build-isolation --constraint constraints.txt --editable '.[study]'
-	@touch $@
-
-$(VENV)/.dev: pyproject.toml constraints.txt $(VENV)/.build-tool
-	$(PIP) install --quiet --no-build-isolation --constraint constraints.txt --editable '.[dev]'
+$(VENV)/.dev: $(PINS) | $(BIN)/pip
+	$(call fetch,base study live dev)
+	$(torch)
+	$(itself)
 	@touch $(VENV)/.study $(VENV)/.live $@
 
-$(VENV)/.live: pyproject.toml constraints.txt $(VENV)/.build-tool
-	$(PIP) install --quiet --no-build-isolation --constraint constraints.txt --editable '.[twin,live]'
+$(VENV)/.live: $(PINS) | $(BIN)/pip
+	$(call fetch,base live)
+	$(itself)
 	@touch $@
 
 .PHONY: install constraints
 install: $(VENV)/.dev ## everything for development into .venv
 
-constraints: $(VENV)/.dev ## pin what is in .venv now; what is not in it stays as it was
-	( sed -n '/^#/p' constraints.txt; \
-	  ( $(PIP) freeze --all --exclude-editable --exclude pip | sed -E 's/\+[a-z0-9.]+$$//'; \
-	    cat constraints.txt ) | grep -v '^#' | sort --ignore-case --stable --unique -t= -k1,1 \
-	) > constraints.new
-	mv constraints.new constraints.txt
+WHEELS ?=
+constraints: $(VENV)/.dev ## add what constraints.txt lacks, and write requirements/ with the hashes
+	PATH="$(abspath $(BIN)):$$PATH" $(BIN)/python requirements/write.py --wheels $(WHEELS)
 
 # --- studies -----------------------------------------------------------------------------------
 

@@ -1,0 +1,55 @@
+"""What the package imports is what it asks pip for."""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+import tomllib
+from collections.abc import Iterator
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+#: Extras that users install; ``dev`` may hold more than the package imports.
+FOR_USERS = ("twin", "plot", "cnn", "parquet", "study", "live", "hand")
+
+
+def normal(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def imported() -> Iterator[tuple[str, Path]]:
+    """The top name of everything that is imported anywhere in ``src``, and where."""
+    for file in sorted((ROOT / "src").rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.Import):
+                yield from ((alias.name.partition(".")[0], file) for alias in node.names)
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                yield node.module.partition(".")[0], file
+
+
+def declared() -> set[str]:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    lines = list(project["dependencies"])
+    for extra in FOR_USERS:
+        lines += project["optional-dependencies"][extra]
+    return {normal(match.group()) for line in lines if (match := re.match(r"[\w.-]+", line))}
+
+
+def test_every_module_that_is_imported_is_declared() -> None:
+    of_module = packages_distributions()
+    asked = declared()
+    missing = set()
+    for module, file in imported():
+        if module in sys.stdlib_module_names or module == "firstcontact":
+            continue
+        assert module in of_module, f"{file.relative_to(ROOT)} imports {module}: run make install"
+        if not {normal(name) for name in of_module[module]} & asked:
+            missing.add(f"{module} in {file.relative_to(ROOT)}")
+    assert not missing
+
+
+def test_an_import_that_is_not_declared_is_seen() -> None:
+    assert {"numpy", "joblib", "websockets"} <= {module for module, _ in imported()}
+    assert "pytest" not in declared()

@@ -1,0 +1,128 @@
+"""What make installs: pinned, with hashes that are checked, and all that is asked for."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "requirements"
+#: What the targets of the Makefile install, and the extras that they promise.
+TARGETS = {
+    (".study", "base study cuda"): ("study",),
+    (".live", "base live"): ("twin", "live"),
+    (".dev", "base study live dev cuda"): ("dev",),
+}
+
+
+def normal(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def pins(file: Path) -> dict[str, str]:
+    """Package to version of each entry; each must have a hash."""
+    text = re.sub(r"\\\n", " ", file.read_text())
+    found = {}
+    for line in filter(None, (line.partition("#")[0].strip() for line in text.splitlines())):
+        name, version = re.match(r"([\w.-]+)==([\w.+]+)", line).groups()  # type: ignore[union-attr]
+        if file.parent == FOLDER:
+            assert re.search(r"--hash=sha256:[0-9a-f]{64}", line), f"{file.name}: {name}"
+        assert normal(name) not in found
+        found[normal(name)] = version
+    return found
+
+
+def asked(*extras: str) -> set[str]:
+    """Names of the direct dependencies of the package with these extras."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    names = set()
+    lines = list(project["dependencies"])
+    for extra in extras:
+        lines += project["optional-dependencies"][extra]
+    for line in lines:
+        name, more = re.match(r"([\w.-]+)(?:\[([\w,]+)\])?", line).groups()  # type: ignore[union-attr]
+        names |= asked(*more.split(",")) if name == "firstcontact" else {normal(name)}
+    return names
+
+
+def test_hashed_versions_are_those_of_the_constraints() -> None:
+    wanted = pins(ROOT / "constraints.txt")
+    layers = {file.stem: pins(file) for file in FOLDER.glob("*.txt")}
+    assert layers.pop("cpu") == {"torch": f"{wanted['torch']}+cpu"}
+    found: dict[str, str] = {}
+    for layer in layers.values():
+        assert not found.keys() & layer.keys(), "a package stands in one file"
+        found |= layer
+    assert found == wanted
+
+
+@pytest.mark.parametrize(("target", "layers"), TARGETS, ids=lambda v: v if "." in v else "")
+def test_what_a_target_promises_is_in_its_files(target: str, layers: str) -> None:
+    there = {name for layer in layers.split() for name in pins(FOLDER / f"{layer}.txt")}
+    assert asked(*TARGETS[target, layers]) <= there
+    recipe = (ROOT / "Makefile").read_text().partition(f"$(VENV)/{target}: ")[2].split("\n\n")[0]
+    fetched = re.findall(r"fetch,([\w ]+)", recipe) + ["cuda"] * ("$(torch)" in recipe)
+    assert " ".join(fetched) == layers
+
+
+def wheel(folder: Path) -> str:
+    """Write a wheel of nothing; its SHA-256."""
+    folder.mkdir()
+    file = folder / "trinket-1.0-py3-none-any.whl"
+    info = "trinket-1.0.dist-info"
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr("trinket.py", "")
+        archive.writestr(f"{info}/METADATA", "Metadata-Version: 2.1\nName: trinket\nVersion: 1.0\n")
+        archive.writestr(
+            f"{info}/WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n"
+        )
+        archive.writestr(f"{info}/RECORD", "")
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+@pytest.mark.parametrize("layer", ["base", "live"])
+def test_a_package_with_another_hash_is_not_installed(tmp_path: Path, layer: str) -> None:
+    """The Makefile's own rule, on requirements of one package that is made here."""
+    shutil.copy(ROOT / "Makefile", tmp_path)
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    right = wheel(tmp_path / "wheels")
+    (tmp_path / "requirements").mkdir()
+    for name in ("base", "live"):
+        (tmp_path / "requirements" / f"{name}.txt").write_text("")
+    entry = tmp_path / "requirements" / f"{layer}.txt"
+    environment = {k: v for k, v in os.environ.items() if not k.startswith(("PIP_", "MAKE"))} | {
+        "PIP_CONFIG_FILE": os.devnull,
+        "PIP_NO_INDEX": "1",
+        "PIP_FIND_LINKS": str(tmp_path / "wheels"),
+    }
+
+    def make() -> subprocess.CompletedProcess[str]:
+        command = ["make", "-C", tmp_path, f"PYTHON={sys.executable}", ".venv/.live"]
+        return subprocess.run(command, capture_output=True, text=True, env=environment)
+
+    def installed() -> bool:
+        return bool(list(tmp_path.glob(".venv/lib/*/site-packages/trinket.py")))
+
+    entry.write_text(f"trinket==1.0 --hash=sha256:{'0' * 64}\n")
+    done = make()
+    assert done.returncode != 0
+    assert "DO NOT MATCH THE HASHES" in done.stderr
+    assert not installed()
+    entry.write_text("trinket==1.0\n")  # none at all
+    done = make()
+    assert done.returncode != 0
+    assert "--require-hashes" in done.stderr
+    assert not installed()
+    # The right one is taken; the package behind it is not here to be built.
+    entry.write_text(f"trinket==1.0 --hash=sha256:{right}\n")
+    make()
+    assert installed()

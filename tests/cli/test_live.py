@@ -121,7 +121,7 @@ def test_the_twins_hand_is_driven(environment: dict[str, str]) -> None:
         e["text"] for e in map(json.loads, done.stdout.splitlines()) if e["type"] == "marker"
     ]
     # The device tells each command that it took, and how hard the hand squeezed.
-    assert len([m for m in markers if m.startswith("hand: ")]) >= 4
+    assert len([m for m in markers if m.startswith("twin: told hand: ")]) >= 4
     assert [m for m in markers if m.startswith("twin: peak ")]
     assert "hand twin, policy first_contact" in done.stderr
     assert "in 2 closings, 2 with contact" in done.stderr

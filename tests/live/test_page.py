@@ -155,10 +155,12 @@ def test_a_server_that_is_gone_is_told_and_found_again(fed: Fed, chromium: Any) 
     assert not faults(chromium)
 
 
-def test_the_token_leaves_the_address_and_still_holds(chromium: Any) -> None:
-    fed = Fed(token="a-token-of-enough-length")
+@pytest.mark.parametrize("token", ["a-token-of-enough-length", 'a&b#c%41 d+e?"ü;=/'])
+def test_the_token_leaves_the_address_and_still_holds(chromium: Any, token: str) -> None:
+    fed = Fed(token=token)
     try:
         bare = fed.sink.url.partition("?")[0]
+        chromium.delete_all_cookies()
         chromium.get(bare)
         assert "token is needed" in chromium.find_element("css selector", "body").text
         chromium.get(fed.sink.url)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import socket
 from collections.abc import Iterator
 
@@ -114,6 +115,30 @@ def test_the_token_opens_the_page_and_its_cookie_the_rest(guarded: PageSink) -> 
     assert ask(port(guarded), "/main.js", Cookie="(=;;@")[0] == 401
     evil = {"Origin": "http://evil.example", **UPGRADE}
     assert ask(port(guarded), "/socket", Cookie=cookie, **evil)[0] == 403
+
+
+@pytest.mark.parametrize(
+    "token",
+    [
+        "a&b#c%41 d+e?f=g/h",
+        "quotes \" and ' too; or $HOME",
+        "Schlüssel, größer",
+        "x" * 16 + "\udcff\r\n",
+    ],
+)
+def test_the_printed_address_opens_whatever_the_token_is(token: str) -> None:
+    sink = PageSink(port=0, token=token)
+    sink.open(DESCRIPTOR)
+    try:
+        address = sink.url
+        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\?token=[\w.~%-]+", address, re.ASCII)
+        status, head, _ = ask(port(sink), address[address.index("/?") :])
+        assert status == 200
+        cookie = head.split("Set-Cookie: ")[1].splitlines()[0].split(";")[0]
+        assert ask(port(sink), "/socket", Cookie=cookie, **UPGRADE)[0] == 101
+        assert ask(port(sink), "/", Cookie=cookie + "x")[0] == 401
+    finally:
+        sink.close()
 
 
 @pytest.mark.parametrize("where", ["Cookie", "Host", "Origin"])

@@ -143,14 +143,6 @@ def test_a_marker_is_told_as_it_is_set(page: PageSink, asked: Asked, word: str) 
     assert len(word.encode()) <= MARKER_BYTES or len(set_to.encode()) > MARKER_BYTES - 4
 
 
-def test_half_a_character_is_refused_in_a_sentence(page: PageSink, asked: Asked) -> None:
-    with view(page) as viewer:
-        viewer.send('{"do": "mark", "text": "apple \\ud83c"}')
-        got = told(viewer, lambda s: "answer" in s)["answer"]
-    assert (got["ok"], asked.calls) == (False, [])
-    assert got["text"].startswith("This marker holds a character that cannot be sent")
-
-
 def test_a_message_too_long_ends_that_viewer_only(page: PageSink) -> None:
     feed = Feed()
     with view(page) as other, view(page) as viewer:

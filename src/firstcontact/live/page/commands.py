@@ -1,66 +1,99 @@
-"""What a viewer asks for."""
+"""What a viewer asks for: checked, and as much of it as the link can bear."""
 
 from __future__ import annotations
 
 import asyncio
-import json
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+import msgspec
 
 from firstcontact.core import InputError
+from firstcontact.core.records import read_record
 from firstcontact.device.protocol import marker_text
+from firstcontact.live.page.allowance import Allowance
 from firstcontact.live.sink import Controls
 
+#: Longest message of a viewer, bytes.
+LONGEST = 4096
+#: What one viewer may ask for: at once, and a second. Nobody's finger is faster.
+EACH = 10, 5.0
+#: What all viewers together may: a marker takes the device as long as 1 ms of samples.
+ALL = 20, 10.0
 
-async def obey(message: str | bytes, controls: Controls | None) -> dict[str, Any]:
-    """Do what a message asks; whatever it is, there is an answer and nothing is raised.
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """A viewer's message; ``text`` is a marker's, and cut to what a device sets."""
+
+    do: Literal["record", "stop", "mark"]
+    text: Annotated[str, msgspec.Meta(max_length=1000)] = ""
+
+
+class Commands:
+    """Does what viewers ask for.
 
     Parameters
     ----------
-    message
-        JSON: ``{"do": "record" | "stop" | "mark", "text": ...}``.
     controls
         Of the session, None where viewers may only look.
-
-    Returns
-    -------
-    dict
-        ``ok``, what was asked for as ``do``, and ``text`` for the person.
     """
-    try:
-        tree = json.loads(message)
-        do, text = str(tree["do"]), str(tree.get("text", ""))
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        return {"ok": False, "do": "", "text": "That was not understood."}
-    try:
-        # A recorder opens files: that may take a while, and only this viewer waits.
-        done = await asyncio.to_thread(_do, do, text, controls)
-    except InputError as error:
-        return {"ok": False, "do": do, "text": str(error)}
-    except Exception as error:  # a fault of the session is told, and stays there
-        return {"ok": False, "do": do, "text": f"That did not work ({error!r})."}
-    return {"ok": True, "do": do, "text": done}
 
+    def __init__(self, controls: Controls | None) -> None:
+        self._controls = controls
+        self._all = Allowance(*ALL)
 
-def _do(do: str, text: str, controls: Controls | None) -> str:
-    if controls is None:
-        raise InputError("This page may only look.")
-    if do == "record":
-        return f"Recording to {controls.start_recording().name}."
-    if do == "stop":
-        controls.stop_recording()
-        return "Recording stopped."
-    if do == "mark" and text.strip():
-        word = _word(text.strip())
-        controls.mark(word)
-        return f"Marked “{word}”."
-    raise InputError("That was not understood.")
+    async def obey(self, message: str | bytes, own: Allowance) -> tuple[dict[str, Any], float]:
+        """Do what a message asks; whatever it is, there is an answer and nothing is raised.
 
+        Parameters
+        ----------
+        message
+            JSON of a :class:`Wish`.
+        own
+            What this viewer may still ask for.
 
-def _word(text: str) -> str:
-    """What a device sets of a marker's text."""
-    try:
-        return marker_text(text).decode().strip()
-    except UnicodeEncodeError as error:  # half a surrogate pair
-        raise InputError(
-            "This marker holds a character that cannot be sent: write it anew."
-        ) from error
+        Returns
+        -------
+        answer : dict
+            ``ok``, what was asked for as ``do``, and ``text`` for the person.
+        wait : float
+            How long this viewer is not listened to, s: 0 unless it asked too much.
+        """
+        wait = own.take() or self._all.take()
+        if wait:
+            text = (
+                f"That was not done: the page takes {EACH[1]:g} requests a second from a viewer "
+                f"and {ALL[1]:g} from all."
+            )
+            return {"ok": False, "do": "", "text": text}, wait
+        data = message.encode(errors="surrogatepass") if isinstance(message, str) else message
+        try:
+            wish = read_record(data, Wish, "This message", "reload the page", LONGEST)
+        except InputError as error:
+            return {"ok": False, "do": "", "text": f"That was not understood. {error}."}, 0.0
+        try:
+            # A recorder opens files: that may take a while, and only this viewer waits.
+            done = await asyncio.to_thread(self._do, wish)
+        except InputError as error:
+            return {"ok": False, "do": wish.do, "text": str(error)}, 0.0
+        except Exception as error:  # a fault of the session is told, and stays there
+            return {"ok": False, "do": wish.do, "text": f"That did not work ({error!r})."}, 0.0
+        return {"ok": True, "do": wish.do, "text": done}, 0.0
+
+    def _do(self, wish: Wish) -> str:
+        controls = self._controls
+        if controls is None:
+            raise InputError("This page may only look.")
+        match wish.do:
+            case "record":
+                return f"Recording to {controls.start_recording().name}."
+            case "stop":
+                controls.stop_recording()
+                return "Recording stopped."
+            case "mark":
+                word = marker_text(wish.text.strip()).decode().strip()
+                if not word:
+                    raise InputError("A marker needs a word.")
+                controls.mark(word)
+                return f"Marked “{word}”."

@@ -8,7 +8,7 @@ import socket
 from dataclasses import dataclass
 from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs, quote, unquote, urlsplit
 
 from websockets.datastructures import Headers
 
@@ -56,6 +56,11 @@ class Guard:
         """Name of the cookie that holds the token: cookies do not tell ports apart."""
         return f"firstcontact-{self.port}"
 
+    @property
+    def quoted(self) -> str:
+        """The token as it can stand in an address and in a cookie."""
+        return quote(self.token or "", safe="", errors="surrogateescape")
+
     def check(self, path: str, headers: Headers, websocket: bool) -> bool:
         """Let a request pass.
 
@@ -84,7 +89,8 @@ class Guard:
                 )
         if self.token is None:
             return False
-        given = parse_qs(urlsplit(path).query).get("token", [])
+        query = parse_qs(urlsplit(path).query, errors="surrogateescape")
+        given = query.get("token", [])
         if len(given) == 1 and _same(given[0], self.token):
             return True
         if not _same(self._from_cookie(headers), self.token):
@@ -118,7 +124,7 @@ class Guard:
             except CookieError:
                 continue
             if cookie is not None:
-                return cookie.value
+                return unquote(cookie.value, errors="surrogateescape")
         return ""
 
 

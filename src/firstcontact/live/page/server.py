@@ -17,7 +17,8 @@ from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from firstcontact.live.page.commands import obey
+from firstcontact.live.page.allowance import Allowance
+from firstcontact.live.page.commands import EACH, LONGEST, Commands
 from firstcontact.live.page.guard import Guard, NotAllowedError
 from firstcontact.live.page.state import State
 from firstcontact.live.sink import Controls
@@ -30,8 +31,6 @@ VIEWERS = 16
 PATIENCE = 10.0
 #: Bytes that wait for one viewer before it skips.
 WAITING_BYTES = 32_768
-#: Longest message of a viewer, bytes.
-LONGEST = 4096
 SOCKET = "/socket"
 _HEAD = struct.Struct("<IId")
 _SAFE = {
@@ -71,7 +70,7 @@ class PageServer:
         self._state = state
         self._guard = guard
         self._files = files
-        self._controls = controls
+        self._commands = Commands(controls)
         self._viewers = 0
         # The log of a library is not a place where users look.
         self._log = logging.getLogger("firstcontact.page")
@@ -115,18 +114,21 @@ class PageServer:
         response = _response(HTTPStatus.OK, *self._files[path])
         if fresh:
             response.headers["Set-Cookie"] = (
-                f"{self._guard.cookie}={self._guard.token}; Path=/; HttpOnly; SameSite=Strict"
+                f"{self._guard.cookie}={self._guard.quoted}; Path=/; HttpOnly; SameSite=Strict"
             )
         return response
 
     async def _view(self, connection: ServerConnection) -> None:
         self._viewers += 1
+        own = Allowance(*EACH)
         try:
             async with asyncio.TaskGroup() as both:
                 telling = both.create_task(self._tell(connection))
                 async for message in connection:
-                    answer = await obey(message, self._controls)
+                    answer, wait = await self._commands.obey(message, own)
                     await self._send(connection, json.dumps({"answer": answer}))
+                    # What this viewer says meanwhile waits on its side of the line.
+                    await asyncio.sleep(wait)
                 telling.cancel()
         except* (ConnectionClosed, TimeoutError):
             pass

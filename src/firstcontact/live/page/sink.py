@@ -80,12 +80,12 @@ class PageSink:
 
     @property
     def url(self) -> str:
-        """Address to open in a browser, with the token where there is one."""
+        """Address to open in a browser, with the token, quoted, where there is one."""
         host = self._guard.host
         shown = f"[{host}]" if ":" in host else host
         if host in {"0.0.0.0", "::"}:  # noqa: S104  # what a viewer elsewhere can open
             shown = socket.gethostname()
-        query = "" if self._guard.token is None else f"?token={self._guard.token}"
+        query = "" if self._guard.token is None else f"?token={self._guard.quoted}"
         return f"http://{shown}:{self._guard.port}/{query}"
 
     def open(self, descriptor: Descriptor) -> None:

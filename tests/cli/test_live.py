@@ -149,6 +149,23 @@ def test_a_signal_releases_the_hand(environment: dict[str, str]) -> None:
     assert orders[-1].endswith("release")
 
 
+@pytest.mark.parametrize("what", [[], ["--json"]])
+def test_an_output_that_cannot_be_written_is_no_success(
+    what: list[str], environment: dict[str, str]
+) -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [*COMMAND, "--device", "twin", "--seconds", "20", *what],
+            env=environment,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=LONG,
+        )
+    assert done.returncode == 2, done.stderr
+    assert "No space left" in done.stderr.splitlines()[-1]
+
+
 @pytest.fixture
 def paged(environment: dict[str, str]) -> Iterator[tuple[subprocess.Popen[str], str]]:
     arguments = ["--device", "twin", "--page", "--port", "0"]

@@ -114,7 +114,7 @@ def test_a_listener_gets_every_sample_and_event(loopback: None) -> None:
     assert sink.name == "lsl"
     sink.open(DESCRIPTOR)
     try:
-        listener = Listener(name, samples=1710, events=6)
+        listener = Listener(name, samples=1710, events=7)
         listener.require()
         now = sink._lsl.local_clock() - sink._shift
         blocks = [numbered(k, 10, host=now + (k + 9) / 4936) for k in range(0, 110, 10)]
@@ -122,6 +122,7 @@ def test_a_listener_gets_every_sample_and_event(loopback: None) -> None:
             sink.take(Update((block,)))
         sink.take(Update((numbered(110, 1600, host=now + 1709 / 4936),)))
         sink.take(Update((Arrival(numbered(1710, 0).block, now, (marker,)),), EVENTS))
+        sink.take(Update(failed={"page": "OSError: no"}))
         got = listener.result()
     finally:
         sink.close()
@@ -140,7 +141,7 @@ def test_a_listener_gets_every_sample_and_event(loopback: None) -> None:
     assert times[0] == pytest.approx(now + shift, abs=1e-3)
 
     texts = [told.text(told.of_marker(marker)), *(told.text(told.of_event(e)) for e in EVENTS)]
-    assert got["texts"] == texts
+    assert got["texts"] == [*texts, told.text(told.of_failure("page", "OSError: no"))]
     stamps = np.array(got["told"])
     assert (np.diff(stamps) >= 0).all()
     # The pinch is known with its last sample; nothing before the marker goes back behind it.

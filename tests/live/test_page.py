@@ -135,6 +135,18 @@ def test_losses_and_a_pulled_cable_are_told(fed: Fed, chromium: Any) -> None:
     assert not faults(chromium)
 
 
+def test_what_fails_is_told_and_the_page_goes_on(fed: Fed, chromium: Any) -> None:
+    chromium.get(fed.sink.url)
+    until(chromium, lambda d: "Nothing lost" in text(d, "link"))
+    fed.sink.take(Update(health=Health(True, samples=5), failed={"json": "OSError: full"}))
+    until(chromium, lambda d: "json has failed: OSError: full" in text(d, "notice"))
+    assert "Something failed" in text(chromium, "link")
+    # A handler of the page itself that raises, too.
+    fed.sink._state._put("pinches", 7)  # type: ignore[union-attr]
+    until(chromium, lambda d: "cannot show pinches" in text(d, "notice"))
+    until(chromium, lambda d: len(d.find_elements("css selector", "#rows tr td b")) > 0)
+
+
 def test_a_server_that_is_gone_is_told_and_found_again(fed: Fed, chromium: Any) -> None:
     chromium.get(fed.sink.url)
     until(chromium, lambda d: text(d, "value").isdigit())

@@ -18,7 +18,7 @@ from page_feed import DESCRIPTOR, LANDMARKS, Asked, Feed
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from firstcontact.core import Block, Label
+from firstcontact.core import Block, InputError, Label
 from firstcontact.device import Arrival
 from firstcontact.device.protocol import MARKER_BYTES
 from firstcontact.live.events import Case, Estimated, PinchDone
@@ -336,6 +336,68 @@ def test_the_used_estimate_is_the_one_in_the_table() -> None:
     assert rows[0]["estimate"]["value"] == round(first.value, 2)
     assert rows[1]["estimate"]["value"] == 99.0
     assert (rows[2]["estimate"], rows[2]["finger"], rows[2]["refused"]) == (None, None, "a gap")
+
+
+def update_with(feed: Feed, kind: type) -> tuple[Update, Any]:
+    """The next update with an event of a kind, and that event; those before are left out."""
+    while True:
+        update = feed.update()
+        found = [e for e in update.events if isinstance(e, kind)]
+        if found:
+            return update, found[0]
+
+
+def exchanged(update: Update, old: Any, new: Any) -> Update:
+    return replace(update, events=tuple(new if e is old else e for e in update.events))
+
+
+def test_what_cannot_be_told_is_a_fault_and_the_rest_goes_on(page: PageSink) -> None:
+    feed = Feed()
+    update, estimate = update_with(feed, Estimated)
+    with view(page) as viewer:
+        page.take(exchanged(update, estimate, replace(estimate, value=float("nan"))))
+        got = told(viewer, lambda s: "faults" in s)
+        (fault,) = got["faults"]
+        assert fault.startswith("now cannot be shown: ")
+        assert "JSON" in fault
+        page.take(feed.update())
+        told(viewer, lambda s: s.get("health", {}).get("samples") == feed.sample)
+        page.take(update_with(feed, Estimated)[0])
+        got = told(viewer, lambda s: "now" in s)
+        assert np.isfinite(got["now"]["estimate"]["value"])
+    with view(page) as late:
+        assert told(late, lambda s: "faults" in s)["faults"] == [fault]
+
+
+def test_an_event_that_raises_is_a_fault_and_the_rest_goes_on(page: PageSink) -> None:
+    feed = Feed()
+    update, done = update_with(feed, PinchDone)
+    with view(page) as viewer:
+        page.take(exchanged(update, done, replace(done, cases=())))
+        got = told(viewer, lambda s: "faults" in s and "health" in s)
+        assert got["faults"][0].startswith("pinchdone cannot be shown: IndexError")
+        page.take(replace(feed.update(), failed={"json": "OSError: no space"}))
+        got = told(viewer, lambda s: len(s.get("faults", ())) == 2)
+        assert got["faults"][1] == "json has failed: OSError: no space"
+
+
+def test_a_known_object_without_a_number_is_refused() -> None:
+    with pytest.raises(InputError, match="'apple' is not a finite number"):
+        PageSink(port=0, landmarks={"apple": float("nan")})
+
+
+def test_a_page_whose_thread_died_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def dies(*_: object) -> None:
+        raise RuntimeError("no loop")
+
+    monkeypatch.setattr("firstcontact.live.page.server.PageServer.run", dies)
+    sink = PageSink(port=0)
+    sink.open(DESCRIPTOR)
+    assert sink._thread is not None
+    sink._thread.join()
+    with pytest.raises(RuntimeError, match="served no more: RuntimeError: no loop"):
+        sink.take(Update())
+    sink.close()
 
 
 def test_an_empty_update_and_an_empty_block_are_fine(page: PageSink) -> None:

@@ -152,6 +152,23 @@ def test_a_dead_piezo_gives_no_estimate(
         assert dead not in [c.finger for c in contacts]
 
 
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_an_answer_that_is_no_number_is_refused(
+    value: float,
+    fresh: Dataset,
+    detector: Detector,
+    answerers: list[Answerer],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    model = answerers[-1].model
+    monkeypatch.setattr(type(model), "predict_one", lambda self, window: value)
+    events = run(Pipeline(LAYOUT, detector, answerers[-1:]), blocks_of(fresh))
+    assert not [e for e in events if isinstance(e, Estimated)]
+    refused = [e for e in events if isinstance(e, Refused)]
+    assert {e.reason for e in refused} == {"the model's answer is no finite number"}
+    assert len(refused) == len([e for e in events if isinstance(e, PinchDone)]) > 0
+
+
 def test_motor_vibration_without_contact_says_nothing(
     fresh: Dataset, detector: Detector, answerers: list[Answerer]
 ) -> None:

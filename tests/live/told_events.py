@@ -64,4 +64,4 @@ def everything() -> Update:
     """All events, a marker and a link that lost something."""
     arrival = Arrival(numbered(0, 1600).block, 1000.0, markers=(Marker(1200, "Apfel ä", 0),))
     health = Health(connected=True, samples=1600, lost_samples=7, lost_frames=2, bad_frames=1)
-    return Update((arrival,), EVENTS, health)
+    return Update((arrival,), EVENTS, health, failed={"page": "OSError: no"})

@@ -115,6 +115,10 @@ class Live:
                     _say(line)
             if session.recording.failed:
                 raise InputError(session.recording.failed)
+            assert session.fanout is not None
+            failed = [f"{name} ({why})" for name, why in session.fanout.failed.items()]
+            if failed:
+                raise InputError(f"not all was told, these have failed: {', '.join(failed)}")
 
     def _check(self) -> None:
         if self.seconds is not None and not self.seconds > 0:
@@ -217,9 +221,6 @@ class Live:
         for name, dropped in session.fanout.dropped.items():
             if dropped and name not in session.fanout.failed:
                 _say(f"{name}: {dropped} updates dropped, it was too slow")
-        for name, why in session.fanout.failed.items():
-            if not why.startswith(BrokenPipeError.__name__):  # its reader has had enough
-                _say(f"{name}: failed ({why})")
 
 
 def _models(folder: Path) -> tuple[Detector, list[Answerer], dict[str, float]]:

@@ -21,6 +21,7 @@ class _Feeder:
         self.sink = sink
         self.dropped = 0
         self.failed = ""
+        self.left = False  # who read it went away: that is no fault
         self._descriptor = descriptor
         self._waiting: deque[Update] = deque()
         self._changed = threading.Condition()
@@ -64,6 +65,7 @@ class _Feeder:
         except Exception as error:
             with self._changed:
                 self.failed = f"{type(error).__name__}: {error}"
+                self.left = isinstance(error, BrokenPipeError)
                 self.dropped += len(self._waiting)
                 self._waiting.clear()
                 self._changed.notify_all()
@@ -109,17 +111,17 @@ class Fanout:
 
     @property
     def dropped(self) -> dict[str, int]:
-        """Updates that each sink did not get, by its name."""
-        return {f.sink.name: f.dropped for f in self._feeders}
+        """Updates that each sink did not get, by its name; who left wanted none."""
+        return {f.sink.name: f.dropped for f in self._feeders if not f.left}
 
     @property
     def failed(self) -> dict[str, str]:
-        """What each sink that failed died of, by its name."""
-        return {f.sink.name: f.failed for f in self._feeders if f.failed}
+        """What each sink that failed died of, by its name; who left did not fail."""
+        return {f.sink.name: f.failed for f in self._feeders if f.failed and not f.left}
 
     @property
     def deserted(self) -> bool:
-        """Whether there were sinks, and all of them have failed."""
+        """Whether there were sinks, and all of them have failed or left."""
         return bool(self._feeders) and all(f.failed for f in self._feeders)
 
     def close(self, timeout: float = 2.0) -> None:

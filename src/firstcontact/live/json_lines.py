@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from typing import Any, TextIO
 
 from firstcontact.device import Descriptor, Health
 from firstcontact.live import told
+from firstcontact.live.lines import write_now
 from firstcontact.live.sink import Update
 
 
@@ -28,22 +27,25 @@ class JsonLinesSink:
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self._link = told.of_link(Health(connected=True))
+        self._failed: Mapping[str, str] = {}
 
     def open(self, descriptor: Descriptor) -> None:
         """Write what sends."""
         self._write([told.of_descriptor(descriptor)])
 
     def take(self, update: Update) -> None:
-        """Write markers and events, and the link's counts where they changed.
+        """Write markers and events, the link's counts where they changed, and what failed.
 
         Raises
         ------
-        BrokenPipeError
-            Who listened is gone.
+        OSError
+            Who listened is gone (BrokenPipeError), or it cannot be written.
         """
         link = told.of_link(update.health)
         trees = [link] if link != self._link else []
         self._link = link
+        trees += [told.of_failure(*f) for f in update.failed.items() - self._failed.items()]
+        self._failed = update.failed
         trees += [told.of_marker(m) for a in update.arrivals for m in a.markers]
         trees += [told.of_event(event) for event in update.events]
         if trees:
@@ -53,16 +55,4 @@ class JsonLinesSink:
         """Nothing is held back."""
 
     def _write(self, trees: Sequence[Mapping[str, Any]]) -> None:
-        try:
-            self._stream.write("".join(told.text(tree) + "\n" for tree in trees))
-            self._stream.flush()
-        except BrokenPipeError:
-            self._give_up()
-            raise
-
-    def _give_up(self) -> None:
-        # What waits in the stream would raise again when the program ends.
-        with suppress(OSError, ValueError):
-            nowhere = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(nowhere, self._stream.fileno())
-            os.close(nowhere)
+        write_now(self._stream, "".join(told.text(tree) + "\n" for tree in trees))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import time
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -61,6 +62,7 @@ class LslSink:
         # Both are clocks of this machine that count seconds; where they begin may differ.
         self._shift = self._lsl.local_clock() - time.monotonic()
         self._told = -np.inf
+        self._failed: Mapping[str, str] = {}
         identity = f"{self._name}@{socket.gethostname()}"
         samples = self._lsl.StreamInfo(
             f"{self._name} samples",
@@ -94,6 +96,10 @@ class LslSink:
         """Send samples, then what was found in them."""
         for arrival in update.arrivals:
             self._send(arrival)
+        for what, why in update.failed.items() - self._failed.items():
+            at = self._told if np.isfinite(self._told) else self._lsl.local_clock()
+            self._events.push_sample([told.text(told.of_failure(what, why))], at)
+        self._failed = update.failed
         for event in update.events:
             at = self._clock.at(_known(event), event.epoch)
             self._say(told.text(told.of_event(event)), at)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -241,6 +242,8 @@ class Pipeline:
         except InputError as error:
             return self._refuse(pinch, str(error))
         low, high, level = answerer.bounds(value)
+        if not (math.isfinite(value) and math.isfinite(low) and math.isfinite(high)):
+            return self._refuse(pinch, "the model's answer is no finite number")
         others = pinch.contacts[1:]
         late = any(c.decided <= known for c in others)
         now = self._clock()

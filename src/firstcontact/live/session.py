@@ -206,7 +206,16 @@ class Session:
             self._note(pinch)
         if done:
             self._figures = self.pipeline.ledger.summary()
-        self.fanout.put(Update(arrivals, events, self.source.health, self.recording, self._figures))
+        self.fanout.put(
+            Update(
+                arrivals,
+                events,
+                self.source.health,
+                self.recording,
+                self._figures,
+                self.fanout.failed,
+            )
+        )
 
     def _note(self, done: PinchDone) -> None:
         """Mark the pinch in the recording, if there is one; the strips are its truth."""

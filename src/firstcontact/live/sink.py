@@ -28,6 +28,8 @@ class Update:
         Of the recorder.
     ledger
         The time ledger's figures so far, by name; times in s.
+    failed
+        What each sink that failed died of, by its name: for the others to tell.
     """
 
     arrivals: tuple[Arrival, ...] = ()
@@ -35,6 +37,7 @@ class Update:
     health: Health = field(default_factory=Health)
     recording: RecorderStatus = field(default_factory=RecorderStatus)
     ledger: Mapping[str, float] = field(default_factory=dict)
+    failed: Mapping[str, str] = field(default_factory=dict)
 
 
 class Sink(Protocol):

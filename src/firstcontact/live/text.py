@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TextIO
 
 from firstcontact.device import Descriptor, Health
 from firstcontact.live.events import Case, Estimated, PinchDone
+from firstcontact.live.lines import write_now
 from firstcontact.live.sink import Update
 
 
 class TextSink:
-    """One line a pinch, and one whenever the link loses something or comes back.
+    """One line a pinch, and one whenever the link loses something or comes back, or a sink fails.
 
     Parameters
     ----------
@@ -24,6 +26,7 @@ class TextSink:
         self._stream = stream
         self._rate = 0.0
         self._health = Health(connected=True)
+        self._failed: Mapping[str, str] = {}
 
     def open(self, descriptor: Descriptor) -> None:
         """Say what is connected."""
@@ -34,6 +37,9 @@ class TextSink:
     def take(self, update: Update) -> None:
         """Say what an update brings."""
         self._link(update.health)
+        for name, why in update.failed.items() - self._failed.items():
+            self._say(f"{name}: failed ({why})")
+        self._failed = update.failed
         for event in update.events:
             if isinstance(event, PinchDone):
                 self._say(pinch_line(event, self._rate))
@@ -52,7 +58,7 @@ class TextSink:
             self._say(f"link: {lost} samples lost, {new.lost_samples} in all")
 
     def _say(self, line: str) -> None:
-        print(line, file=self._stream, flush=True)
+        write_now(self._stream, f"{line}\n")
 
 
 def pinch_line(done: PinchDone, rate: float) -> str:

@@ -17,8 +17,16 @@ FORMAT_VERSION = 1
 
 
 def text(tree: Mapping[str, Any]) -> str:
-    """One line of JSON, without its end."""
-    return json.dumps(tree, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    """One line of JSON, without its end; in place of one that cannot be, one that says so."""
+    try:
+        return json.dumps(tree, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    except (ValueError, TypeError) as error:  # a number that is none, and what JSON does not know
+        return json.dumps(of_failure(str(tree.get("type")), str(error)), separators=(",", ":"))
+
+
+def of_failure(what: str, reason: str) -> dict[str, Any]:
+    """Something could not be told, or a sink is no more."""
+    return {"type": "failed", "of": what, "reason": reason}
 
 
 def of_descriptor(descriptor: Descriptor) -> dict[str, Any]:

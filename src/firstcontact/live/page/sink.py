@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import math
 import secrets
 import socket
 import threading
@@ -45,8 +46,8 @@ class PageSink:
     Raises
     ------
     InputError
-        The port is taken, the address is not of this machine, or the token is
-        too short.
+        The port is taken, the address is not of this machine, the token is
+        too short, or a known object's Shore A is no number.
     """
 
     name = "page"
@@ -66,6 +67,11 @@ class PageSink:
                 f"the page's token has {len(token)} characters, too few to keep others out: "
                 f"give at least {TOKEN_LENGTH}, or none and one is made up"
             )
+        odd = [name for name, shore in landmarks.items() if not math.isfinite(shore)]
+        if odd:
+            raise InputError(
+                f"the Shore A of {odd[0]!r} is not a finite number: train the model again"
+            )
         self._files = load()
         #: What viewers may ask for; may be given until the page is opened.
         self.controls = controls
@@ -77,6 +83,7 @@ class PageSink:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._stop: asyncio.Event | None = None
         self._started = threading.Event()
+        self._died = ""
 
     @property
     def url(self) -> str:
@@ -96,7 +103,15 @@ class PageSink:
         self._started.wait()
 
     def take(self, update: Update) -> None:
-        """Show an update; takes no longer with viewers than without."""
+        """Show an update; takes no longer with viewers than without.
+
+        Raises
+        ------
+        RuntimeError
+            The page's thread has ended by a fault.
+        """
+        if self._died:
+            raise RuntimeError(f"the page is served no more: {self._died}")
         if self._state is not None:
             self._state.take(update)
 
@@ -112,6 +127,8 @@ class PageSink:
     def _serve(self) -> None:
         try:
             asyncio.run(self._run())
+        except Exception as error:  # told by the next update
+            self._died = f"{type(error).__name__}: {error}"
         finally:
             self._started.set()
 

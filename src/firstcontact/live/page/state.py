@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections import deque
-from collections.abc import Mapping
-from dataclasses import asdict
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
 from threading import Lock
 from typing import Any
 
@@ -24,15 +25,27 @@ from firstcontact.live.sink import Update
 BUDGET_MS = 16.65
 #: Contact marks that are held: more than two seconds have.
 MARKS = 64
+#: Faults that are told: the last so many.
+FAULTS = 4
 #: Force is shown as the mean of this long, s.
 FORCE_SECONDS = 0.02
+
+
+@dataclass(slots=True, eq=False)
+class _Part:
+    """A tree, how often it has changed, and its JSON once somebody has asked for it."""
+
+    tree: Any
+    count: int
+    text: str | None = None
 
 
 class State:
     """The latest of everything; one thread fills it, another reads it.
 
     A part is a JSON tree with a count of its changes, so that a viewer is
-    told only what it has not seen, however long it was away.
+    told only what it has not seen, however long it was away. What cannot be shown
+    is among the faults, and the rest goes on.
 
     Parameters
     ----------
@@ -56,12 +69,13 @@ class State:
         self._marks: deque[dict[str, Any]] = deque(maxlen=MARKS)
         self._now: dict[str, Any] = {}
         self._first_contact: Touched | None = None
-        self._parts: dict[str, tuple[int, Any]] = {}
+        self._parts: dict[str, _Part] = {}
+        self._faults: list[str] = []
+        self._failed: Mapping[str, str] = {}
         self._taxels = {f: layout.columns(ChannelKind.FORCE, f) for f in Finger}
         piezo = layout.columns(ChannelKind.PIEZO)
         force = layout.columns(ChannelKind.FORCE)
-        #: What does not change while the source is open.
-        self.hello: dict[str, Any] = {
+        hello = {
             "source": descriptor.source,
             "sensor": descriptor.sensor,
             "hand": descriptor.hand,
@@ -77,22 +91,38 @@ class State:
             "landmarks": {name: float(shore) for name, shore in landmarks.items()},
             "controls": controls,
         }
+        #: What does not change while the source is open, JSON.
+        self.hello = json.dumps(hello, allow_nan=False)
 
     def take(self, update: Update) -> None:
         """Put in what came."""
         with self._lock:
             for arrival in update.arrivals:
-                self._arrive(arrival)
+                self._try("samples", self._arrive, arrival)
             for event in update.events:
-                self._happen(event)
+                self._try(type(event).__name__.lower(), self._happen, event)
+            for name, why in update.failed.items() - self._failed.items():
+                self._fault(f"{name} has failed: {why}")
+            self._failed = update.failed
             self._put("health", asdict(update.health))
             self._put("recording", _recording(update.recording))
             self._put("ledger", {k: float(v) for k, v in update.ledger.items()})
 
-    def _put(self, part: str, tree: Any) -> None:
-        count, before = self._parts.get(part, (0, None))
-        if count == 0 or tree != before:
-            self._parts[part] = count + 1, tree
+    def _put(self, name: str, tree: Any) -> None:
+        part = self._parts.get(name)
+        if part is None or tree != part.tree:
+            self._parts[name] = _Part(tree, 1 if part is None else part.count + 1)
+
+    def _try(self, what: str, show: Callable[[Any], None], shown: Any) -> None:
+        try:
+            show(shown)
+        except Exception as error:  # the next may be shown again
+            self._fault(f"{what} cannot be shown: {type(error).__name__}: {error}")
+
+    def _fault(self, sentence: str) -> None:
+        if sentence not in self._faults:
+            self._faults = [*self._faults, sentence][-FAULTS:]
+            self._put("faults", self._faults)
 
     def _arrive(self, arrival: Arrival) -> None:
         block = arrival.block
@@ -163,12 +193,29 @@ class State:
         self._put("now", self._now)
         self._put("closeup", self._closeup.tree())
 
-    def changed(self, seen: dict[str, int]) -> dict[str, Any]:
-        """Parts that changed since ``seen``, which is brought up to date."""
+    def changed(self, seen: dict[str, int]) -> dict[str, str]:
+        """Parts that changed since ``seen``, which is brought up to date; each as JSON."""
+        new: dict[str, str] = {}
         with self._lock:
-            new = {k: v for k, v in self._parts.items() if seen.get(k) != v[0]}
-        seen.update({k: count for k, (count, _) in new.items()})
-        return {k: tree for k, (_, tree) in new.items()}
+            # What cannot be told adds to the faults: these are looked at last.
+            for name in (*self._parts.keys() - {"faults"}, "faults"):
+                part = self._parts.get(name)
+                if part is not None and seen.get(name) != part.count:
+                    seen[name] = part.count
+                    text = self._told(name, part)
+                    if text:
+                        new[name] = text
+        return new
+
+    def _told(self, name: str, part: _Part) -> str:
+        """A part as JSON, made once for all viewers; "" where it cannot be."""
+        if part.text is None:
+            try:
+                part.text = json.dumps(part.tree, allow_nan=False)
+            except (ValueError, TypeError) as error:
+                part.text = ""
+                self._fault(f"{name} cannot be shown: {error}")
+        return part.text
 
     def columns(self, since: int) -> tuple[int, NDArray[np.float32]]:
         """Columns of the traces, as :meth:`Columns.since`."""

@@ -14,7 +14,7 @@ export class Link {
     const socket = new WebSocket(`${scheme}//${location.host}/socket`);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
-    socket.onmessage = (event) => this.take(event.data);
+    socket.onmessage = (event) => this.attempt("a message", () => this.take(event.data));
     socket.onclose = () => {
       this.handlers.lost();
       setTimeout(() => this.connect(), this.wait);
@@ -31,7 +31,18 @@ export class Link {
     }
     const message = JSON.parse(data);
     if (message.hello) this.wait = 250;
-    for (const [part, tree] of Object.entries(message)) this.handlers[part]?.(tree);
+    for (const [part, tree] of Object.entries(message)) {
+      this.attempt(part, () => this.handlers[part]?.(tree));
+    }
+  }
+
+  // What one part does wrong is told, and the others go on.
+  attempt(what, show) {
+    try {
+      show();
+    } catch (error) {
+      this.handlers.failed(what, error);
+    }
   }
 
   // Whether it could be sent: what is asked of a server that is gone is not asked later.

@@ -28,11 +28,13 @@ const health = new Health();
 let link = null;
 const controls = new Controls(() => link);
 const parts = [traces, closeup, estimate, timing, force, health, controls];
-const state = { there: false, health: null, gone: false };
+const state = { there: false, health: null, gone: false, faults: [], failed: null };
 
 function hello(tree) {
   state.there = true;
   state.gone = false;
+  state.faults = [];
+  state.failed = null;
   health.columnSeconds(tree);
   for (const part of parts) part.hello(tree);
   pinches([]);
@@ -43,6 +45,11 @@ function hello(tree) {
   setText(byId("about"), [tree.sensor, tree.hand, tree.firmware].filter(Boolean).join(" · "));
 }
 
+// What this page itself does wrong, once: it goes on with the rest.
+function failed(what, error) {
+  state.failed = `this page cannot show ${what} (${error.message}), reload it`;
+}
+
 function lost() {
   state.gone = true;
   controls.lost();
@@ -51,6 +58,8 @@ function lost() {
 link = new Link({
   hello,
   lost,
+  failed,
+  faults: (faults) => { state.faults = faults; },
   columns: (first, n, _channels, values) => traces.columns(first, n, values),
   marks: (marks) => { traces.marks = marks; },
   closeup: (tree) => closeup.closeup(tree),
@@ -73,6 +82,8 @@ function trouble(now) {
   }
   if (!state.health) return null;
   if (!state.health.connected) return "! The device is not connected: check its cable.";
+  const faults = [...state.faults, state.failed].filter(Boolean);
+  if (faults.length > 0) return `! ${faults.join(" · ")}.`;
   const silent = traces.silent(now);
   if (silent !== null && silent > SILENCE) return `! No samples for ${Math.floor(silent)} s.`;
   return null;
@@ -84,15 +95,20 @@ function top(now) {
   if (text) setText(byId("notice"), text);
   let [kind, word] = ["wait", "Connecting"];
   if (state.gone) [kind, word] = ["bad", "! Server gone"];
+  else if (state.faults.length > 0 || state.failed) [kind, word] = ["bad", "! Something failed"];
   else if (state.health) [kind, word] = verdict(state.health);
   byId("link").className = `pill ${kind}`;
   setText(byId("link"), word);
 }
 
 function frame(now) {
-  if (!state.gone) traces.frame(now);
-  top(now);
   requestAnimationFrame(frame);
+  try {
+    if (!state.gone) traces.frame(now);
+  } catch (error) {
+    failed("the signals", error);
+  }
+  top(now);
 }
 requestAnimationFrame(frame);
 

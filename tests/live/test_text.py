@@ -1,0 +1,25 @@
+"""What a person reads in the terminal."""
+
+from __future__ import annotations
+
+import io
+
+from told_events import DESCRIPTOR, everything
+
+from firstcontact.device import Health
+from firstcontact.live.sink import Update
+from firstcontact.live.text import TextSink
+
+
+def test_pinches_losses_and_failures_are_a_line_each() -> None:
+    stream = io.StringIO()
+    sink = TextSink(stream)
+    sink.open(DESCRIPTOR)
+    sink.take(everything())
+    sink.take(Update(health=Health(True, lost_samples=7), failed={"page": "OSError: no"}))
+    sink.close()
+    head, lost, failed, pinch = stream.getvalue().splitlines()
+    assert head == "twin: fw 1, piezo, 4936 Hz"
+    assert lost == "link: 7 samples lost, 7 in all"
+    assert failed == "page: failed (OSError: no)"
+    assert pinch.startswith("pinch 1: thumb first, 29.2 Shore A (25 to 34) at ")

@@ -1,6 +1,7 @@
 // The samples around the last first contact, with the window that the estimate is from.
 
 import { FINGERS, byId, colour, context, font, niceAbove, setText, volts, watch } from "./dom.js";
+import { within } from "./ticks.js";
 
 const TOP = 16;
 const BOTTOM = 26;
@@ -67,8 +68,9 @@ export class Closeup {
       pen.fillText(`${volts(v)} ${this.unit}`, left - 7, y(v));
     }
     pen.textBaseline = "bottom";
-    for (let t = 0; t <= to; t += 10) {
-      pen.textAlign = x(t) > right - 24 ? "right" : "center";
+    const wide = pen.measureText("30 ms").width;
+    for (let t = 0; t <= to; t += within(10, x(1) - x(0), wide)) {
+      pen.textAlign = x(t) > right - wide / 2 ? "right" : "center";
       pen.fillText(t === 0 ? "0" : `${t} ms`, x(t), height - 2);
     }
     traces.forEach((trace, k) => this.line(pen, trace, ms, this.fingers[k], x, y));

@@ -24,6 +24,14 @@ export function draw(parent, name, attributes, text = "") {
   return element;
 }
 
+// How wide a text is in a picture, px.
+export function textWidth(svg, text) {
+  const drawn = draw(svg, "text", {}, text);
+  const width = drawn.getComputedTextLength();
+  drawn.remove();
+  return width;
+}
+
 // A number for people: a proper minus sign, thin spaces between thousands.
 export function number(value, digits = 0) {
   const [whole, part] = Math.abs(value).toFixed(digits).split(".");

@@ -59,11 +59,15 @@ export class Estimate {
   places(y, least, height) {
     const rows = this.landmarks.map(([name, shore]) => ({ name, shore, at: y(shore) }));
     rows.reverse();
-    const space = Math.min(least, height / Math.max(1, rows.length));
+    // Where not all can be named, those closest to another are not.
+    while (rows.length > (height - 2 * PAD) / least + 1) {
+      const gaps = rows.slice(1).map((row, i) => rows[i].shore - row.shore);
+      rows.splice(gaps.indexOf(Math.min(...gaps)) + 1, 1);
+    }
     let before = -Infinity;
-    for (const row of rows) before = row.at = Math.max(row.at, before + space, PAD);
+    for (const row of rows) before = row.at = Math.max(row.at, before + least, PAD);
     let after = Infinity;
-    for (const row of rows.reverse()) after = row.at = Math.min(row.at, after - space, height - PAD);
+    for (const row of rows.reverse()) after = row.at = Math.min(row.at, after - least, height - PAD);
     return rows;
   }
 

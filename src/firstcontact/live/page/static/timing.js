@@ -1,6 +1,7 @@
 // Where the time from contact to estimate went, against the mean time to the second contact.
 
-import { byId, draw, make, number, setText, size, watch } from "./dom.js";
+import { byId, draw, make, number, setText, size, textWidth, watch } from "./dom.js";
+import { upTo } from "./ticks.js";
 
 const PARTS = [["window", "Window"], ["wait", "Waiting"], ["compute", "Computation"]];
 
@@ -40,8 +41,9 @@ export class Timing {
     const { timing, second } = this.tree;
     // Room for both moments, as far as that leaves the rest readable.
     const last = Math.max(timing?.total ?? 0, Math.min(second ?? 0, 60), 29);
-    const most = 10 * Math.ceil((last + 1) / 10);
     const [left, right, top, bottom] = [8, width - 8, 44, height - 48];
+    const named = (ms) => (ms === 0 ? "0" : `${number(ms)} ms`);
+    const [step, most] = upTo(last + 1, 10, right - left, (ms) => textWidth(this.svg, named(ms)));
     const x = (ms) => left + (Math.min(ms, most) / most) * (right - left);
     this.svg.replaceChildren();
     draw(this.svg, "rect", { x: left, y: top, width: right - left, height: bottom - top, rx: 5, fill: "var(--page)", stroke: "var(--line)" });
@@ -53,25 +55,27 @@ export class Timing {
     }
     const line = x(this.budget);
     draw(this.svg, "line", { x1: line, x2: line, y1: top - 10, y2: bottom + 5, stroke: "var(--ink)", "stroke-width": 2, "stroke-dasharray": "5 4" });
-    this.label(line, 16, `second finger on average, ${this.budget} ms`, "var(--ink)", width);
+    this.label(line, 16, "on average", `${this.budget} ms`, width);
     if (second !== undefined && second !== null) {
       const there = x(second);
       draw(this.svg, "path", { d: `M${there - 7} ${top - 11}h14l-7 12z`, fill: "var(--ink)" });
       draw(this.svg, "line", { x1: there, x2: there, y1: top, y2: bottom, stroke: "var(--ink)", "stroke-width": 3 });
-      this.label(there, height - 3, `second finger this time, ${number(second, 1)} ms`, "var(--ink)", width);
+      this.label(there, height - 3, "this time", `${number(second, 1)} ms`, width);
     } else if (timing) {
       draw(this.svg, "text", { x: right, y: height - 3, "text-anchor": "end", class: "soft" }, "second finger: not seen");
     }
-    for (let ms = 0; ms <= most; ms += 10) {
+    for (let ms = 0; ms <= most; ms += step) {
       const anchor = ms === 0 ? "start" : ms === most ? "end" : "middle";
-      draw(this.svg, "text", { x: x(ms) + (ms === 0 ? -4 : ms === most ? 4 : 0), y: bottom + 20, "text-anchor": anchor, class: "soft" }, ms === 0 ? "0" : `${ms} ms`);
+      draw(this.svg, "text", { x: x(ms) + (ms === 0 ? -4 : ms === most ? 4 : 0), y: bottom + 20, "text-anchor": anchor, class: "soft tick" }, named(ms));
     }
   }
 
-  // A label at a place, kept inside the picture.
-  label(at, y, text, fill, width) {
-    const label = draw(this.svg, "text", { x: at, y, "text-anchor": "middle", fill }, text);
-    const half = label.getComputedTextLength() / 2;
-    label.setAttribute("x", Math.min(Math.max(at, half + 2), width - half - 2));
+  // When the second finger touched: a label at a place, kept inside the picture.
+  label(at, y, which, when, width) {
+    const texts = [`second finger ${which}, ${when}`, `2nd finger ${which}, ${when}`, `2nd, ${when}`];
+    const text = texts.find((text) => textWidth(this.svg, text) <= width - 4) ?? when;
+    const half = textWidth(this.svg, text) / 2;
+    const x = Math.min(Math.max(at, half + 2), width - half - 2);
+    draw(this.svg, "text", { x, y, "text-anchor": "middle", fill: "var(--ink)" }, text);
   }
 }

@@ -1,6 +1,7 @@
 // Both traces, scrolling: each column is a stroke from its least to its greatest sample.
 
 import { FINGERS, FINGER_NAMES, colour, context, font, niceAbove, number, volts, watch } from "./dom.js";
+import { apart } from "./ticks.js";
 import { Ring } from "./ring.js";
 
 const BOTTOM = 26;
@@ -146,7 +147,8 @@ export class Traces {
   time(pen, left, right, height) {
     pen.fillStyle = colour("soft");
     pen.textBaseline = "bottom";
-    const steps = right - left < 400 ? 2 : 4;
+    const wide = pen.measureText(`${number(-this.seconds, 1)} s`).width;
+    const steps = [4, 2].find((n) => apart((right - left) / n, wide)) ?? 1;
     for (let i = 0; i <= steps; i++) {
       const at = left + ((right - left) * i) / steps;
       const ago = this.seconds * (1 - i / steps);

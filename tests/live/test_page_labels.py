@@ -39,8 +39,8 @@ const pictures = {};
 for (const id of ["bar", "scale"]) {
   const svg = document.getElementById(id), at = svg.getBoundingClientRect();
   pictures[id] = [at.width, at.height, [...svg.querySelectorAll("text")].map((text) => {
-    const b = text.getBoundingClientRect();
-    return [text.textContent, b.left - at.left, b.top - at.top, b.right - at.left, b.bottom - at.top];
+    const b = text.getBoundingClientRect(), [x, y] = [at.left, at.top];
+    return [text.textContent, b.left - x, b.top - y, b.right - x, b.bottom - y];
   })];
 }
 for (const id of ["traces", "closeup"]) {

@@ -129,7 +129,7 @@ def test_without_known_contacts_the_threshold_finds_them(
     wanted = ("data", "contact detection", "waveforms")
     protocol.run([s for s in steps if s.title in wanted], state, tmp_path)
     tree = results(tmp_path)
-    assert set(tree["contact"]) == {"not_found", "windows_start_at"}
+    assert set(tree["contact"]) == {"not_found", "steady_state", "windows_start_at"}
     assert tree["contact"]["windows_start_at"] == "three_sigma"
     assert tree["contact"]["not_found"]["by"] == "three_sigma"
     assert "offset_ms" not in tree

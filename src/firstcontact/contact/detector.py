@@ -9,6 +9,7 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.contact.closing_start import closing_start
 from firstcontact.core.block import Block
 from firstcontact.core.layout import Finger, Layout
 from firstcontact.core.pinch import Contact, Dataset, Pinch
@@ -99,6 +100,11 @@ class Detector(Protocol):
 
 
 def detect(detector: Detector, pinch: Pinch) -> list[Contact]:
-    """All contacts in a pinch, as a stream would have given them."""
+    """All contacts in a pinch from where its closing starts, as a stream would have given them.
+
+    What a pinch does not say of its start by itself, the pinches recorded with it may: see
+    :func:`firstcontact.contact.closing_start.closings`.
+    """
+    start = closing_start(pinch).sample
     detector.start(pinch.layout)
-    return detector.update(Block(pinch.data, pinch.first_sample))
+    return detector.update(Block(pinch.data[start - pinch.first_sample :], start))

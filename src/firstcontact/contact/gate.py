@@ -93,6 +93,11 @@ class ClosingGate:
         return self._open
 
     @property
+    def resting(self) -> bool:
+        """Whether what it heard last is a hand at rest."""
+        return self._started and self._limit is not None and self._state is _State.REST
+
+    @property
     def undecided(self) -> int:
         """So many more samples change nothing yet: the step they belong to is not whole."""
         return self._step - 1 - self._waiting_samples if self._started else 0
@@ -155,16 +160,12 @@ class ClosingGate:
     def _quiet(self, piezo: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether most of the 13 steps up to each are at rest, shape (steps,)."""
         assert self._limit is not None
-        new = np.stack([piezo.sum(axis=1), (piezo**2).sum(axis=1)], axis=1)
+        new = step_sums(piezo)
         sums = np.concatenate([self._sums, new])
         self._sums = sums[-(STEPS - 1) :]
         quiet = np.zeros(len(new), dtype=np.bool_)  # not known for the first steps
         if len(sums) >= STEPS:
-            total, squares = sliding_window_view(sums, STEPS, axis=0).transpose(1, 0, 2, 3)
-            # Medians: a knock or a click is loud, but not for seven steps.
-            mean = _median(total)[:, :, None] / self._step
-            power = (squares - 2 * mean * total) / self._step + mean**2
-            calm = np.all(_median(power) <= self._limit**2, axis=1)
+            calm = np.all(median(step_powers(sums, self._step)) <= self._limit**2, axis=1)
             quiet[len(quiet) - len(calm) :] = calm
         return quiet
 
@@ -225,7 +226,35 @@ class ClosingGate:
             self._unloaded = lowest if known is None else np.minimum(known, lowest)
 
 
-def _median(x: NDArray[np.float64]) -> NDArray[np.float64]:
+def step_sums(piezo: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Sums and sums of squares of each step, (steps, samples, fingers) to (steps, 2, fingers)."""
+    return np.stack([piezo.sum(axis=1), (piezo**2).sum(axis=1)], axis=1)
+
+
+def step_powers(sums: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
+    """Power of each of 13 steps around their common mean, for every 13 that follow each other.
+
+    The mean is the median of theirs: a knock or a click is loud, but not for seven steps.
+
+    Parameters
+    ----------
+    sums
+        Of :func:`step_sums`, shape (steps, 2, fingers), at least 13 steps.
+    samples
+        In a step.
+
+    Returns
+    -------
+    ndarray
+        Shape (steps - 12, fingers, 13), in the square of the signal's unit.
+    """
+    total, squares = sliding_window_view(sums, STEPS, axis=0).transpose(1, 0, 2, 3)
+    mean = median(total)[:, :, None] / samples
+    power: NDArray[np.float64] = (squares - 2 * mean * total) / samples + mean**2
+    return power
+
+
+def median(x: NDArray[np.float64]) -> NDArray[np.float64]:
     """Along the last axis of odd length: what numpy.median gives, in a tenth of the time."""
     middle = x.shape[-1] // 2
     out: NDArray[np.float64] = np.partition(x, middle, axis=-1)[..., middle]

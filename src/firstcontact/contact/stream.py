@@ -61,7 +61,9 @@ class WindowDetector(ABC):
     """Judges a window of ``duration`` each time ``step`` of new samples has come.
 
     The first 40 ms of a stream, and of what follows a gap, are taken as its
-    steady state; verdicts begin after it. A contact during the steady state
+    steady state; verdicts begin after it. So a stream is to start where a closing
+    does: live, the gate sees to that, for pinches
+    :func:`firstcontact.contact.closing_start.closings`. A contact during the steady state
     makes its sigma large and is then missed rather than guessed. A channel
     that does not move at all during the steady state never fires.
     """

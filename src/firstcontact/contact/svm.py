@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.contact.closing_start import closings
 from firstcontact.contact.features import window_features
 from firstcontact.contact.rbf import RbfMachine
 from firstcontact.contact.stream import WindowDetector
@@ -53,7 +54,7 @@ class SvmDetector(WindowDetector):
         self._rate = 0.0
 
     def fit(self, dataset: Dataset) -> Self:
-        """Learn from pinches whose first contact is known.
+        """Learn from pinches whose first contact is known, from where each closing starts.
 
         Raises
         ------
@@ -61,6 +62,7 @@ class SvmDetector(WindowDetector):
             When fewer than two pinches have a known first contact after
             enough quiet.
         """
+        dataset = closings(dataset)
         rate = dataset.layout.rate if len(dataset) else 0.0
         sizes = self.sizes(rate)
         able = np.flatnonzero([usable(p, sizes, self.early) for p in dataset.pinches])

@@ -73,7 +73,7 @@ def examples(dataset: Dataset, sizes: WindowSizes, early: float, seed: int) -> E
     Parameters
     ----------
     dataset
-        The pinches.
+        The pinches, each from where its closing starts.
     sizes
         Lengths at their rate.
     early

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.core.calibration import Calibration
 from firstcontact.core.layout import ChannelKind, Finger, Layout
 
 
@@ -74,6 +75,8 @@ class Pinch:
     motor_start
         Device sample number (as ``first_sample``; not counted within the pinch)
         from which the motor closes the hand freely; None where not known.
+    calibration
+        Of the fingertips, as its recording has it; None where it has none.
     """
 
     data: NDArray[Any]
@@ -82,6 +85,7 @@ class Pinch:
     first_sample: int = 0
     truth: tuple[Contact, ...] = ()
     motor_start: int | None = None
+    calibration: Calibration | None = None
 
     @property
     def first(self) -> Contact | None:

@@ -64,8 +64,15 @@ def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
             label = mark.label
             if not label.session:
                 label = replace(label, session=recording.header.session)
-            layout = recording.header.layout
-            return Pinch(data, layout, label, mark.first_sample, mark.truth, mark.motor_start)
+            return Pinch(
+                data,
+                recording.header.layout,
+                label,
+                mark.first_sample,
+                mark.truth,
+                mark.motor_start,
+                recording.header.calibration,
+            )
     return None
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from firstcontact.contact import Detector, detect, make_detector
+from firstcontact.contact.closing_start import closing_starts, closings, counted, told
 from firstcontact.core import Contact, Dataset, InputError
 from firstcontact.stiffness.folds import inner_folds
 
@@ -24,7 +25,7 @@ class Alignment:
     contacts
         One a pinch, None where none was found.
     how
-        How they were found, in words.
+        How they were found, and from where on was listened, in words.
     """
 
     contacts: Sequence[Contact | None]
@@ -37,9 +38,11 @@ def known(dataset: Dataset) -> Alignment:
 
 
 def found(dataset: Dataset, detector: Detector, how: str = "") -> Alignment:
-    """Contacts as a detector finds them."""
-    contacts = [next(iter(detect(detector, pinch)), None) for pinch in dataset.pinches]
-    return Alignment(contacts, f"detected ({detector.name}){how}")
+    """Contacts as a detector finds them, from where each closing starts."""
+    starts = closing_starts(dataset)
+    heard = closings(dataset, starts).pinches
+    contacts = [next(iter(detect(detector, pinch)), None) for pinch in heard]
+    return Alignment(contacts, f"detected ({detector.name}{how}; {told(counted(starts))})")
 
 
 def fit_detector(dataset: Dataset) -> Detector:
@@ -69,6 +72,8 @@ def found_as_live(dataset: Dataset, detector: Detector, seed: int) -> Alignment:
     """
     if detector.name == "three_sigma":
         return found(dataset, detector)
+    starts = closing_starts(dataset)
+    dataset = closings(dataset, starts)
     sessions = dataset.sessions if "" not in dataset.sessions else None
     contacts: list[Contact | None] = [None] * len(dataset)
     for learn, ask in inner_folds(np.zeros(len(dataset)), sessions, seed, FOLDS):
@@ -76,4 +81,5 @@ def found_as_live(dataset: Dataset, detector: Detector, seed: int) -> Alignment:
         for place, contact in zip(ask, found(dataset.take(ask), other).contacts, strict=True):
             contacts[place] = contact
     apart = "pinches" if sessions is None or len(np.unique(sessions)) < 2 else "sessions"
-    return Alignment(contacts, f"detected ({detector.name} that learned from other {apart})")
+    how = f"detected ({detector.name} that learned from other {apart}; {told(counted(starts))})"
+    return Alignment(contacts, how)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from firstcontact.contact.closing_start import told
 from firstcontact.study.comparison import get, percent
 from firstcontact.study.figures.style import NAMES
 from firstcontact.study.tables import Cell, Row, Table
@@ -61,6 +62,12 @@ def contact_table(tree: Tree) -> Table | None:
             f"{counted}",
         ),
         row("Delay, 95th percentile", "delay_ms.p95", "{:.2f} ms"),
+        row(
+            "Pinches: contact too soon to be seen",
+            "too_soon",
+            "{:,}",
+            "before the motor had settled and its steady state was known; counted below, too",
+        ),
         row("Pinches: placed too early", "false_alarms", "{:,}"),
         row("Pinches: wrong finger", "wrong_finger", "{:,}"),
         row("Pinches: placed too late", "late", "{:,}"),
@@ -79,6 +86,9 @@ def _caption(tree: Tree) -> str:
     if "specimen" in folds.get("shares", ()):
         unseen = get(tree, "data.test_pinches")
         text += " Specimens lie on both sides" + (", but for unseen objects." if unseen else ".")
+    if ways := tree["contact"].get("steady_state"):
+        words = told(ways)
+        text += f" {words[0].upper()}{words[1:]}."
     if early := tree["contact"].get("early_ms"):
         text += f" Labels may come up to {early:g} ms late, so earlier triggers are in time."
     return text

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.contact.closing_start import closings
 from firstcontact.contact.detector import Detector, Verdicts, latch
 from firstcontact.core.block import Block
 from firstcontact.core.errors import InputError
@@ -38,8 +39,12 @@ class DetectionScores:
         Pinches scored.
     left_out
         Pinches without a known first contact.
-    windows
-        Windows counted.
+    too_soon
+        Pinches whose contact came before a window could show it as new: until
+        then the motor settled or the steady state was measured. They are in
+        ``n``, with whatever outcome.
+    windows, quiet_windows
+        Windows counted, and how many of them are quiet.
     window_accuracy
         Share of all counted windows judged right. Quiet ones are many: read it
         with the two shares below.
@@ -76,7 +81,9 @@ class DetectionScores:
 
     n: int
     left_out: int
+    too_soon: int
     windows: int
+    quiet_windows: int
     window_accuracy: float | None
     quiet_windows_silent: float | None
     contact_windows_found: float | None
@@ -98,6 +105,7 @@ class DetectionScores:
 
 @dataclass(slots=True)
 class _Counts:
+    too_soon: int = 0
     quiet: int = 0
     quiet_right: int = 0
     contact: int = 0
@@ -105,8 +113,13 @@ class _Counts:
     seconds: float = 0.0
     alarms: int = 0
 
-    def add(self, verdicts: Verdicts, column: int, truth: int, early: int, guard: int) -> int:
+    def add(
+        self, verdicts: Verdicts, column: int, truth: int, early: int, guard: int, step: int
+    ) -> int:
         """Count the windows of one pinch, and return how many quiet steps it had."""
+        if not len(verdicts.ends) or truth <= verdicts.ends[0] - step:
+            self.too_soon += 1
+            return 0
         fired = verdicts.fired[verdicts.ends < truth - early]
         starts = fired.copy()
         starts[1:] &= ~fired[:-1]
@@ -124,6 +137,9 @@ def score_detector(
     detector: Detector, dataset: Dataset, early: float = 0.0, tolerance: float = TOLERANCE
 ) -> DetectionScores:
     """Run a detector over pinches and compare with their known first contacts.
+
+    Each is judged from where its closing starts
+    (:func:`firstcontact.contact.closing_start.closings`).
 
     Parameters
     ----------
@@ -147,7 +163,7 @@ def score_detector(
     delays: list[float] = []
     decided = 0
     waited = resampler_lookahead(dataset)
-    known = [(p, p.first) for p in dataset.pinches if p.first is not None]
+    known = [(p, p.first) for p in closings(dataset).pinches if p.first is not None]
     if not known:
         raise InputError("no pinch has a known first contact: detection cannot be scored")
     for pinch, truth in known:
@@ -162,6 +178,7 @@ def score_detector(
                 truth.sample,
                 samples_in(early, rate),
                 samples_in(GUARD, rate),
+                samples_in(detector.step, rate),
             )
             counts.seconds += steps * samples_in(detector.step, rate) / rate
         contacts = latch(verdicts, fingers, set())
@@ -174,6 +191,8 @@ def score_detector(
     return DetectionScores(
         n=len(known),
         left_out=len(dataset) - len(known),
+        too_soon=counts.too_soon,
+        quiet_windows=counts.quiet,
         windows=counts.quiet + counts.contact,
         window_accuracy=_share(
             counts.quiet_right + counts.contact_right, counts.quiet + counts.contact

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from firstcontact.contact.detector import Verdicts
+from firstcontact.contact.stream import WindowDetector
 from firstcontact.core import Pinch
 from firstcontact.study.figures.style import (
     BLUE,
@@ -21,14 +22,18 @@ from firstcontact.study.figures.style import (
 )
 from firstcontact.study.subject import Figure
 
-#: First part of a pinch that the threshold's sigma is drawn from, s.
-STEADY = 0.040
-
 
 def detectors_figure(
-    pinch: Pinch, verdicts: Mapping[str, Verdicts], before: float = 0.090, after: float = 0.030
+    pinch: Pinch,
+    verdicts: Mapping[str, Verdicts],
+    start: int,
+    before: float = 0.090,
+    after: float = 0.030,
 ) -> Figure:
-    """Piezo of the finger that touched first, the 3σ band, and the windows that fired."""
+    """Piezo of the finger that touched first, the 3σ band, and the windows that fired.
+
+    ``start`` is the sample at which the closing starts, and with it the steady state.
+    """
     assert pinch.first is not None
     rate, fingers = pinch.layout.rate, pinch.layout.piezo_fingers
     column = fingers.index(pinch.first.finger) if pinch.first.finger in fingers else 0
@@ -37,8 +42,10 @@ def detectors_figure(
     numbers = pinch.first_sample + np.arange(len(values))
     time = 1e3 * (numbers - pinch.first.sample) / rate
     shown = (time >= -1e3 * before) & (time <= 1e3 * after)
-    quiet = values[: max(2, round(STEADY * rate))]
-    mean, sigma = float(quiet.mean()), float(quiet.std())
+    steady = values[start - pinch.first_sample :][: WindowDetector.sizes(rate).steady]
+    if not len(steady) or np.ptp(steady) == 0.0:
+        steady = values  # nothing to measure: the picture is drawn all the same
+    mean, sigma = float(steady.mean()), float(steady.std()) or 1.0
     colours = {"three_sigma": ORANGE, "svm": BLUE}
     with canvas(2, 1, (6.2, 4.2), sharex=True, gridspec_kw={"height_ratios": [3, 1]}) as (
         figure,

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.contact.closing_start import closing_starts, closings, counted
 from firstcontact.contact.detector import Detector, Verdicts, latch
 from firstcontact.contact.registry import make_detector
 from firstcontact.contact.svm import SvmDetector
@@ -39,7 +40,7 @@ class Judging:
     name
         Of the detector.
     learn, ask
-        Pinches; only piezo channels are needed.
+        Pinches from where their closings start; only piezo channels are needed.
     early
         How much earlier than its label a contact may be, s.
     """
@@ -82,11 +83,13 @@ class Replayed:
 def contacts(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
     """Find all first contacts out of fold, and score both detectors against the truth.
 
-    Sets ``subject.found``. Where the SVM cannot be trained, windows start at
-    the contacts that the labels know or, if it finds more than those, at those
-    of the threshold, which needs no training.
+    Sets ``subject.found``. Detectors hear each pinch from where its closing starts.
+    Where the SVM cannot be trained, windows start at the contacts that the labels
+    know or, if it finds more than those, at those of the threshold, which needs no
+    training.
     """
-    dataset = subject.dataset
+    starts = closing_starts(subject.dataset)
+    dataset = closings(subject.dataset, starts)
     known = np.array([p.first is not None for p in dataset.pinches])
     left_out = []
     splits = detection_splits(dataset, settings.seed)
@@ -112,7 +115,7 @@ def contacts(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
     else:
         subject.found = found
         left_out.append(f"SVM contact detector: {why}; windows start where the 3σ threshold fires.")
-    tree: dict[str, Any] = {"windows_start_at": start}
+    tree: dict[str, Any] = {"windows_start_at": start, "steady_state": counted(starts)}
     figures: list[Figure] = []
     if known.any():
         for name in names:
@@ -126,7 +129,9 @@ def contacts(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
         example = _example(dataset, found)
         figures.append(
             detectors_figure(
-                dataset.pinches[example], {name: verdicts[name][example] for name in names}
+                subject.dataset.pinches[example],
+                {name: verdicts[name][example] for name in names},
+                starts[example].sample,
             )
         )
         figures.append(delay_figure(dataset, _firsts(dataset, verdicts, names), settings.early))

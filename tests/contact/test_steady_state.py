@@ -1,0 +1,96 @@
+"""Detectors find the same contacts whether or not a pinch begins before its motor does."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from rested import rested
+
+from firstcontact.contact import SvmDetector, ThresholdDetector
+from firstcontact.contact.closing_start import closing_starts, counted
+from firstcontact.core import Dataset
+from firstcontact.study.detection import score_detector
+from firstcontact.twin.conditions import condition
+from firstcontact.twin.draw import draw_pinch
+from firstcontact.twin.pinch import simulate_pinch
+from firstcontact.twin.plan import plan_sessions
+
+#: Share of windows or pinches that may differ: one or two of those here.
+NEAR = 0.02
+CONDITIONS = ("paper-rig", "everyday")
+
+
+@cache
+def twin(name: str) -> Dataset:
+    """Pinches whose motor runs from the first sample on, as `simulate` makes them."""
+    pinches = []
+    for session in plan_sessions(condition(name), 20, 0, 3):
+        for number, planned in enumerate(session.pinches):
+            draw = draw_pinch(3, condition(name), session.name, planned.specimen, number)
+            pinches.append(simulate_pinch(draw, planned.label, 2000 * len(pinches)))
+    return Dataset(tuple(pinches), "twin")
+
+
+@cache
+def with_rest(name: str) -> Dataset:
+    return rested(twin(name))
+
+
+def halves(dataset: Dataset) -> tuple[Dataset, Dataset]:
+    """Sessions to learn from, and others to be judged on."""
+    even = np.isin(dataset.sessions, np.unique(dataset.sessions)[::2])
+    return dataset.take(even), dataset.take(~even)
+
+
+@pytest.mark.parametrize("name", CONDITIONS)
+def test_the_twins_closings_start_with_their_first_sample(name: str) -> None:
+    starts = closing_starts(twin(name))
+    assert counted(starts) == {"first_sample": len(starts)}
+    assert [s.sample for s in starts] == [p.first_sample for p in twin(name).pinches]
+
+
+@pytest.mark.parametrize("name", CONDITIONS)
+@pytest.mark.parametrize("rest", [(0.05, 0.06), (0.05, 0.4)])
+def test_with_rest_before_them_they_start_after_it(name: str, rest: tuple[float, float]) -> None:
+    dataset = rested(twin(name), rest)
+    starts = closing_starts(dataset)
+    assert counted(starts) == {"rest": len(starts)}
+    left = [
+        (pinch.first.sample - start.sample) / pinch.layout.rate
+        for start, pinch in zip(starts, dataset.pinches, strict=True)
+    ]
+    # Heard some 40 ms after its start; a motor that is hardly heard, a little later.
+    assert np.mean(np.array(left) > 0.06) >= 1 - NEAR
+    assert max(left) < 0.13
+
+
+@pytest.mark.parametrize("name", CONDITIONS)
+def test_the_threshold_scores_as_without_rest(name: str) -> None:
+    plain = score_detector(ThresholdDetector(), halves(twin(name))[1])
+    after_rest = score_detector(ThresholdDetector(), halves(with_rest(name))[1])
+    assert after_rest.window_accuracy == pytest.approx(plain.window_accuracy, abs=NEAR)
+    assert after_rest.too_soon == 0
+
+
+@pytest.mark.parametrize("learned", ["plain", "rest"])
+def test_an_svm_may_move_between_rigs_that_record_rest_and_that_do_not(learned: str) -> None:
+    kinds = {"plain": twin("everyday"), "rest": with_rest("everyday")}
+    detector = SvmDetector().fit(halves(kinds[learned])[0])
+    scores = {k: score_detector(detector, halves(d)[1]).pinch_success for k, d in kinds.items()}
+    assert min(scores.values()) >= 0.95
+    assert scores["plain"] == pytest.approx(scores["rest"], abs=NEAR)
+
+
+def test_a_contact_too_soon_after_the_motor_is_counted_as_that() -> None:
+    dataset = with_rest("paper-rig")
+    shortened = []
+    for pinch, start in zip(dataset.pinches, closing_starts(dataset), strict=True):
+        late = pinch.first.sample - start.sample - 60  # the contact comes in the steady state
+        cut = np.delete(pinch.data, np.arange(late) + start.sample - pinch.first_sample, axis=0)
+        truth = tuple(type(c)(c.finger, c.sample - late, c.decided - late) for c in pinch.truth)
+        shortened.append(type(pinch)(cut, pinch.layout, pinch.label, pinch.first_sample, truth))
+    scores = score_detector(ThresholdDetector(), Dataset(tuple(shortened), "twin"))
+    assert scores.too_soon > 0.9 * scores.n
+    assert scores.to_json()["too_soon"] == scores.too_soon

@@ -94,12 +94,17 @@ live: $(VENV)/.live ## the live page, with the simulated hand: opens on http://1
 
 # --- checks ------------------------------------------------------------------------------------
 
-.PHONY: test test-slow lint format types layers docs bench
+.PHONY: test test-slow fuzz lint format types layers docs bench
 test: $(VENV)/.dev ## the tests
 	$(BIN)/python -m pytest
 
 test-slow: $(VENV)/.dev ## the long tests: paper size, soak, installed wheel, slow commands in the docs
 	$(BIN)/python -m pytest -m slow --timeout 3600
+
+COUNT ?= 100000
+SEED  ?= 1
+fuzz: $(VENV)/.dev ## damaged inputs (COUNT, SEED) through every way in: findings in fuzz.jsonl
+	$(BIN)/python tests/fuzz/fuzz.py --count $(COUNT) --seed $(SEED) --findings fuzz.jsonl
 
 lint: $(VENV)/.dev ## ruff: rules and format
 	$(BIN)/ruff check .

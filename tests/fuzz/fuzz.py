@@ -1,0 +1,247 @@
+"""Damaged inputs by the thousand, through every way in: ``python tests/fuzz/fuzz.py --help``.
+
+Each input is made from the seed and its number, and comes to exit code 0 or 2 in bounded time
+and memory, says one sentence, and leaves nothing half-written; all else is a finding.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import select
+import shutil
+import signal
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+# One core a worker; set before NumPy is there.
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ[_name] = "1"
+os.environ.setdefault("MPLBACKEND", "Agg")
+
+import fuzz_recordings  # noqa: E402
+import fuzz_worker  # noqa: E402
+from fuzz_seeds import Seeds, make_seeds  # noqa: E402
+
+#: An input that takes longer hangs, s; its processor time is bounded more tightly.
+HANGS = 30.0
+#: Inputs that a process runs before a new one takes over.
+LOT = 400
+#: What is imported once, in the process that all others are forked from.
+_COMMON = (
+    "firstcontact.cli.evaluate", "firstcontact.cli.export", "firstcontact.cli.import_",
+    "firstcontact.cli.inspect", "firstcontact.cli.live", "firstcontact.cli.record",
+    "firstcontact.cli.train", "firstcontact.live.session", "firstcontact.study.training",
+    "firstcontact.study.keeping", "firstcontact.recording.importing", "tyro", "scipy.io.wavfile",
+    "firstcontact.contact.detector_file", "firstcontact.live.json_lines", "pyarrow.parquet",
+    "firstcontact.live.text", "firstcontact.live.summary", "firstcontact.device.opening",
+    "matplotlib.backends.backend_agg", "matplotlib.figure", "matplotlib.backends.backend_svg",
+    "matplotlib.backends.backend_pdf", "sklearn.svm",
+)  # fmt: skip
+
+
+@dataclass
+class Results:
+    """What all inputs came to.
+
+    Parameters
+    ----------
+    codes
+        How often a way ended with a code.
+    seconds
+        Processor time that a way took.
+    findings
+        What went wrong, by number of the input.
+    """
+
+    codes: Counter[tuple[str, int]] = field(default_factory=Counter)
+    seconds: Counter[str] = field(default_factory=Counter)
+    findings: dict[int, list[str]] = field(default_factory=dict)
+    done: int = 0
+
+    def take(
+        self, number: int, way: str, codes: Iterable[int], wrong: list[str], took: float = 0.0
+    ) -> None:
+        """Count one input."""
+        self.done += 1
+        self.seconds[way] += took
+        self.codes.update((way, code) for code in codes)
+        if wrong:
+            self.findings[number] = [f"{way}: {sentence}" for sentence in wrong]
+
+
+class _Worker:
+    """A forked process that runs inputs, and the pipe on which it tells of them."""
+
+    def __init__(self, seed: int, numbers: range, seeds: Seeds, place: Path) -> None:
+        self.numbers = numbers
+        self.running: int | None = None
+        self.began = time.monotonic()
+        self.place = place
+        self._rest = b""
+        place.mkdir()
+        self.pipe, write = os.pipe()
+        self.process = os.fork()
+        if not self.process:
+            code = 1
+            try:
+                os.close(self.pipe)
+                _end_with_parent()
+                say = os.fdopen(write, "w", buffering=1)
+                fuzz_worker.work(seed, numbers, seeds, place, lambda line: print(line, file=say))
+                code = 0
+            finally:
+                os._exit(code)
+        os.close(write)
+
+    def lines(self) -> tuple[list[dict[str, object]], bool]:
+        """What it told, and whether its pipe is closed."""
+        data = os.read(self.pipe, 1 << 16)
+        *lines, self._rest = (self._rest + data).split(b"\n")
+        return [json.loads(line) for line in lines], not data
+
+    def end(self) -> int:
+        """Wait for it; its exit status."""
+        os.close(self.pipe)
+        _, status = os.waitpid(self.process, 0)
+        shutil.rmtree(self.place, ignore_errors=True)
+        return status
+
+
+def fuzz(seed: int, numbers: range, jobs: int, place: Path, findings: Path | None) -> Results:
+    """Run inputs in several processes.
+
+    Parameters
+    ----------
+    seed, numbers
+        Which inputs.
+    jobs
+        How many at a time.
+    place
+        An empty folder for all files.
+    findings
+        A file that gets a JSON line for each finding; None writes none.
+    """
+    from importlib import import_module
+
+    for module in _COMMON:
+        import_module(module)
+    seeds = make_seeds(place / "seeds")
+    fuzz_recordings.bomb()
+    results = Results()
+    waiting = [
+        range(i, min(i + LOT, numbers.stop)) for i in range(numbers.start, numbers.stop, LOT)
+    ]
+    waiting.reverse()
+    workers: list[_Worker] = []
+    started = 0
+
+    def told(number: int) -> None:
+        if findings is not None and number in results.findings:
+            with findings.open("a") as out:
+                line = {"seed": seed, "number": number, "wrong": results.findings[number]}
+                print(json.dumps(line), file=out)
+
+    while waiting or workers:
+        while waiting and len(workers) < jobs:
+            workers.append(_Worker(seed, waiting.pop(), seeds, place / f"worker-{started}"))
+            started += 1
+        ready, _, _ = select.select([w.pipe for w in workers], [], [], 1.0)
+        for worker in list(workers):
+            closed = False
+            if worker.pipe in ready:
+                lines, closed = worker.lines()
+                for line in lines:
+                    if "began" in line:
+                        worker.running, worker.began = int(str(line["began"])), time.monotonic()
+                    else:
+                        number = int(str(line["ended"]))
+                        del line["ended"]
+                        results.take(number, **line)  # type: ignore[arg-type]
+                        told(number)
+                        worker.numbers = range(number + 1, worker.numbers.stop)
+                        worker.running = None
+            late = worker.running is not None and time.monotonic() - worker.began > HANGS
+            if late:
+                os.kill(worker.process, signal.SIGKILL)
+            if late or closed:
+                status = worker.end()
+                workers.remove(worker)
+                if worker.running is not None or status:
+                    number = worker.numbers.start if worker.running is None else worker.running
+                    what = f"hangs: more than {HANGS:g} s" if late else f"died: status {status}"
+                    results.take(number, "?", (), [what])
+                    told(number)
+                    worker.numbers = range(number + 1, worker.numbers.stop)
+                if worker.numbers:
+                    waiting.append(worker.numbers)
+    return results
+
+
+def _end_with_parent() -> None:
+    """Die when the process dies that this one was forked from."""
+    import ctypes
+
+    ctypes.CDLL(None).prctl(1, signal.SIGKILL)
+
+
+def _parsed() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[2])
+    parser.add_argument("--count", type=int, default=1000, help="inputs")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--first", type=int, default=0, help="number of the first input")
+    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
+    parser.add_argument("--findings", type=Path, help="append findings to this file, JSON lines")
+    parser.add_argument("--keep", type=Path, help="only make the first input, into this folder")
+    return parser.parse_args()
+
+
+def _place() -> Path:
+    """A folder in memory, where there is one."""
+    memory = Path("/dev/shm")
+    return Path(tempfile.mkdtemp(prefix="fuzz-", dir=memory if memory.is_dir() else None))
+
+
+def main() -> int:
+    """Run what the command line asks for."""
+    asked = _parsed()
+    place = _place()
+    try:
+        if asked.keep:
+            seeds = make_seeds(asked.keep)
+            folder = asked.keep / "input"
+            folder.mkdir()
+            case = fuzz_worker.make_case(asked.seed, asked.first, seeds, folder)
+            print(case.way)
+            for words in case.commands:
+                print("firstcontact", *map(repr, words))
+            return 0
+        numbers = range(asked.first, asked.first + asked.count)
+        began = time.monotonic()
+        results = fuzz(asked.seed, numbers, asked.jobs, place, asked.findings)
+    finally:
+        shutil.rmtree(place, ignore_errors=True)
+    took = time.monotonic() - began
+    for (way, code), count in sorted(results.codes.items()):
+        print(f"{way:20} exit {code:3}: {count}")
+    for way, seconds in results.seconds.most_common():
+        print(f"{way:20} {seconds:.1f} s of processors")
+    for number, wrong in sorted(results.findings.items()):
+        for sentence in wrong:
+            print(f"--seed {asked.seed} --first {number}: {sentence}")
+    rate = results.done / took
+    print(
+        f"{results.done} inputs, {len(results.findings)} findings, {took:.0f} s, "
+        f"{rate:.0f} a second"
+    )
+    return 1 if results.findings else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

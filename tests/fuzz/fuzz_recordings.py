@@ -1,0 +1,210 @@
+"""Damaged recordings: bytes of the file, or what is in it, with lengths and checksums right."""
+
+from __future__ import annotations
+
+import io
+import json
+import struct
+import zlib
+from dataclasses import dataclass
+from functools import cache
+from random import Random
+from typing import Any
+
+import fuzz_mutate as mutate
+import lz4.frame
+import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.reader import make_reader
+from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Message, Schema
+from mcap.writer import CompressionType, Writer
+
+MAGIC = b"\x89MCAP0\r\n"
+TOPICS = ("/header", "/samples", "/pinch", "/marker")
+_PREFIX = struct.Struct("<4sQIHxxI")
+
+
+@dataclass(frozen=True)
+class Told:
+    """A message of a recording."""
+
+    topic: str
+    data: bytes
+    time: int
+
+
+def messages(recording: bytes) -> list[Told]:
+    """What a valid recording holds, in the order of the file."""
+    reader = make_reader(io.BytesIO(recording))
+    return [
+        Told(channel.topic, message.data, message.log_time)
+        for _, channel, message in reader.iter_messages(log_time_order=False)
+    ]
+
+
+def damaged(rng: Random, recording: bytes) -> bytes:
+    """Its bytes changed anywhere."""
+    return mutate.raw(rng, recording)
+
+
+def rewritten(rng: Random, told: list[Told]) -> bytes:
+    """What it says changed, and written by one of three writers with all checksums right."""
+    told = list(told)
+    for _ in range(rng.choice((1, 1, 1, 2, 3))):
+        _change(rng, told)
+    writer = rng.choice((_by_library, _by_hand, _by_hand, _by_hand))
+    return writer(rng, told)
+
+
+def _change(rng: Random, told: list[Told]) -> None:
+    if not told:
+        return
+    of_interest = [i for i, t in enumerate(told) if t.topic != "/samples"]
+    i = rng.choice(of_interest) if of_interest and rng.random() < 0.7 else rng.randrange(len(told))
+    kind = rng.randrange(12)
+    if kind <= 6:
+        told[i] = _changed(rng, told[i])
+    elif kind == 7:
+        del told[i]
+    elif kind == 8:
+        told[i:i] = [told[i]] * rng.choice((1, 2, 30))
+    elif kind == 9:
+        j = rng.randrange(len(told))
+        told[i], told[j] = told[j], told[i]
+    elif kind == 10:
+        told[i] = Told(rng.choice((*TOPICS, "/other", "")), told[i].data, told[i].time)
+    else:
+        time = rng.choice((0, 2**63, 2**64 - 1, told[i].time // 2))
+        told[i] = Told(told[i].topic, told[i].data, time)
+
+
+def _changed(rng: Random, message: Told) -> Told:
+    data = _samples(rng, message.data) if message.topic == "/samples" else None
+    if data is None:
+        try:
+            data = mutate.tree(rng, json.loads(message.data))
+        except ValueError:
+            data = mutate.raw(rng, message.data)
+    return Told(message.topic, data, message.time)
+
+
+def _samples(rng: Random, data: bytes) -> bytes | None:
+    """The block's head says something else, or its values do."""
+    if len(data) < _PREFIX.size:
+        return None
+    kind, first, epoch, channels, count = _PREFIX.unpack_from(data)
+    values = data[_PREFIX.size :]
+    edge = rng.choice((0, 1, 2**15, 2**31, 2**32 - 1, first + 1, count + 1, count * 2))
+    what = rng.randrange(8)
+    if what <= 1:
+        first = rng.choice((0, edge, first + 10**6, 2**62, 2**63 - 1, 2**63, 2**64 - 1))
+    elif what == 2:
+        epoch = edge & 0xFFFFFFFF
+    elif what == 3:
+        channels = edge & 0xFFFF
+    elif what == 4:
+        count = edge & 0xFFFFFFFF
+    elif what == 5:
+        values = values[: rng.randrange(len(values) + 1)]
+    elif what == 6:  # as floats: NaN, infinity
+        values = rng.choice((b"\xff", b"\0\0\x80\x7f", b"\0\x80", b"\xff\x7f")) * (len(values) // 4)
+        count = len(values) // rng.choice((2, 4))
+    else:
+        return mutate.raw(rng, data)
+    return _PREFIX.pack(kind, first, epoch, channels, count) + values
+
+
+def _by_library(rng: Random, told: list[Told]) -> bytes:
+    """As another program would write it: compressed, or without chunks at all."""
+    out = io.BytesIO()
+    writer = Writer(
+        out,
+        chunk_size=rng.choice((200, 10_000, 1 << 20)),
+        compression=rng.choice((CompressionType.NONE, CompressionType.LZ4, CompressionType.ZSTD)),
+        use_chunking=rng.random() < 0.9,
+    )
+    writer.start("ros2", "fuzz")
+    schema = writer.register_schema("any", "jsonschema", b"{}")
+    topics: dict[str, int] = {}
+    for number, message in enumerate(told):
+        if message.topic not in topics:
+            topics[message.topic] = writer.register_channel(message.topic, "json", schema)
+        time = message.time
+        writer.add_message(topics[message.topic], time, message.data, time, number)
+    writer.finish()
+    return out.getvalue()
+
+
+def _by_hand(rng: Random, told: list[Told]) -> bytes:
+    """Chunks whose declared sizes, compression or records may be lies; checksums are right."""
+    out = MAGIC + _packed(Header("ros2", "fuzz"))
+    numbers = {topic: i for i, topic in enumerate(TOPICS, 1)}
+    records: list[Any] = []
+    if rng.random() < 0.8:
+        records.append(Schema(data=b"{}", encoding="jsonschema", id=1, name="any"))
+        for topic, number in numbers.items():
+            shown = topic if rng.random() < 0.97 else rng.choice((*TOPICS, mutate.text(rng)[:999]))
+            shown = shown.encode(errors="replace").decode()
+            records.append(Channel(number, shown, "json", {}, 1))
+    for k, message in enumerate(told):
+        number = numbers.get(message.topic, 77)
+        time = message.time % 2**64
+        records.append(Message(number, time, message.data, time, k))
+    at = 0
+    while at < len(records):
+        step = rng.choice((1, 3, 10, 1000))
+        out += _chunk(rng, b"".join(_packed(r) for r in records[at : at + step]))
+        at += step
+    if rng.random() < 0.02:
+        out += _bomb(rng)
+    if rng.random() < 0.7:
+        out += _packed(DataEnd(0)) + _packed(Footer(0, 0, 0)) + MAGIC
+    return out
+
+
+def _chunk(rng: Random, data: bytes) -> bytes:
+    kind = rng.choice(("", "", "", "lz4", "zstd"))
+    size = len(data)
+    if rng.random() < 0.04:
+        size = rng.choice((0, size - 1, size + 1, 2**31, 2**63, 2**64 - 1)) % 2**64
+    if rng.random() < 0.05 and len(data) > 20:  # of a record inside
+        at = rng.randrange(len(data) - 8)
+        number = rng.choice((0, 2**31, 2**63, 2**64 - 1))
+        data = data[:at] + struct.pack("<Q", number) + data[at + 8 :]
+    packed = {"": data, "lz4": lz4.frame.compress(data), "zstd": _zstd(data)}[kind]
+    if rng.random() < 0.02:
+        kind = rng.choice(("lz4", "zstd", "", "brotli"))
+    return _packed(
+        Chunk(
+            compression=kind,
+            data=packed,
+            message_end_time=0,
+            message_start_time=rng.choice((0, 2**64 - 1)),
+            uncompressed_crc=zlib.crc32(data) if rng.random() < 0.97 else 0,
+            uncompressed_size=size,
+        )
+    )
+
+
+def _zstd(data: bytes) -> bytes:
+    return zstandard.ZstdCompressor().compress(data)
+
+
+@cache
+def bomb() -> bytes:
+    """A gigabyte of zeros, packed."""
+    block = zstandard.ZstdCompressor().compressobj()
+    return b"".join(block.compress(bytes(1 << 22)) for _ in range(256)) + block.flush()
+
+
+def _bomb(rng: Random) -> bytes:
+    """A small chunk that says it is of any size and unpacks to a gigabyte."""
+    size = rng.choice((1000, 1 << 26, 1 << 30, 2**62))
+    return _packed(Chunk("zstd", bomb(), 0, 0, 0, size))
+
+
+def _packed(record: Any) -> bytes:
+    builder = RecordBuilder()
+    record.write(builder)
+    out: bytes = builder.end()  # type: ignore[no-untyped-call]
+    return out

@@ -63,6 +63,16 @@ def test_contact_windows_stand_beside_all_windows(tmp_path: Path) -> None:
     assert lines[at + 1] == "| contact, SVM: contact windows found | – | 0.0 % |"
 
 
+def test_late_labels_are_said(tmp_path: Path) -> None:
+    svm = {"pinch_success": 1.0, "decided_within_3_ms": 0.25, "delay_ms": {"median": 2.0}}
+    real = {"contact": {"svm": svm, "early_ms": 4.0}}
+    (tmp_path / "real.json").write_text(json.dumps(real))
+    made = numbers.tables(tmp_path)["real"]
+    assert "| contact, SVM: placed −7 to +3 ms from its label, pinches | 100.0 % |" in made
+    assert "| contact, SVM: and decided −4 to +3 ms from its label | 25.0 % |" in made
+    assert "| contact, SVM: median delay of the decision after its label | 2.00 ms |" in made
+
+
 def test_an_interval_stands_beside_its_value(tmp_path: Path) -> None:
     scores = {"accuracy": 0.5, "rmse": 3.0, "intervals": {"accuracy": [0.41, 0.622]}}
     study = {"blocks": {"svm": {"by_session": scores}}}

@@ -18,6 +18,16 @@ def test_both_models_stand_in_a_headline_whichever_is_better() -> None:
     assert [line.name for line in card.lines] == ["SVM, Paper rig", "CNN, Paper rig"]
 
 
+def test_what_was_accepted_is_said() -> None:
+    svm = {"pinch_success": 1.0, "decided_within_3_ms": 0.5, "delay_ms": {"median": 2.0}}
+    (card,) = cards([Findings("a", {"contact": {"svm": svm, "early_ms": 0.0}})])
+    assert "placed within ±3 ms of the known contact" in card.foot
+    (card,) = cards([Findings("a", {"contact": {"svm": svm, "early_ms": 4.0}})])
+    assert "from 7 ms before its label" in card.foot
+    assert card.lines[0].note.startswith("decided −4 to +3 ms from its label in 50.0 %")
+    assert "median delay after its label" in card.lines[0].note
+
+
 def test_the_answer_is_said_to_be_the_twins() -> None:
     tree = {"data": {"source": "twin"}, "answer_ms": {"median": 16.0, "before_second": 0.4}}
     (card,) = cards([Findings("paper-rig", tree)])

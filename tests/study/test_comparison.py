@@ -48,14 +48,31 @@ def test_each_subject_is_judged_by_name() -> None:
 
 
 def test_the_accuracy_over_windows_says_what_silence_would_score() -> None:
-    def tree(windows: int) -> dict:
-        return {"contact": {"svm": {"window_accuracy": 0.98, "windows": windows, "n": 10}}}
+    def tree(windows: int, quiet: int) -> dict:
+        scores = {"window_accuracy": 0.98, "windows": windows, "quiet_windows": quiet, "n": 10}
+        return {"contact": {"svm": scores}}
 
     label = "Contact, SVM: 20 ms windows judged right"
-    rows = compare([tree(410), tree(500)], ["A", "B"], True)
+    rows = compare([tree(410, 400), tree(30, 20)], ["A", "B"], True)
     said = next(row.remark for row in rows if row.label == label)
-    assert "never fires would score about 97.6 % (A), about 98.0 % (B)." in said
-    assert "never fires would have most of them right." in remark(judged(0.98, 1.0, 2.0), label)
+    assert "never fires has right: 97.6 % (A), 66.7 % (B)." in said
+    assert "early all" not in said
+    assert "never fires" not in remark(judged(0.98, 1.0, 2.0), label)
+
+
+def test_with_late_labels_it_says_what_was_accepted() -> None:
+    tree = judged(0.98, 1.0, 2.0)
+    tree["contact"]["early_ms"] = 4.0
+    tree["contact"]["svm"]["decided_within_3_ms"] = 0.5
+    rows = compare([tree], ["A"], False)
+    assert not any("±3" in f"{row.label} {row.remark}" for row in rows)
+    remarks = {row.label: row.remark for row in rows}
+    placed = remarks["Contact, SVM: contact placed −7 to +3 ms from its label"]
+    assert "from 7 ms before its label" in placed
+    decided = remarks["Contact, SVM: and decided −4 to +3 ms from its label"]
+    assert "from 4 ms before its label to 3 ms after it" in decided
+    # The target is a stricter one than what is counted here: nothing is said to be reached.
+    assert not any("arget" in row.remark for row in rows)
 
 
 def judged(windows: float, pinches: float, delay: float) -> dict:

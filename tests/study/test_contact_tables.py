@@ -32,8 +32,21 @@ def test_late_labels_and_look_ahead_are_said() -> None:
     tree = {"contact": {"svm": {**SCORES, "lookahead_ms": 2.03}, "early_ms": 4.0}}
     table = contact_table(tree)
     assert "Delay after its label, median" in texts(table)
+    assert "Contact placed −7 to +3 ms from its label" in texts(table)
+    assert "... and decided −4 to +3 ms from its label" in texts(table)
     assert table is not None
+    assert "±3" not in " ".join(c.text + c.small for row in table.rows for c in row.cells)
+    assert "up to 4 ms late" in table.caption
     assert any("2.0 ms of it is the resampler" in row.cells[0].small for row in table.rows)
+
+
+def test_where_steady_states_begin_is_said() -> None:
+    ways = {"rest": 7, "first_sample": 3}
+    table = contact_table({"contact": {"svm": {**SCORES, "too_soon": 2}, "steady_state": ways}})
+    assert table is not None
+    said = "Steady states begin where the motor is heard above the rest before it (7), with the"
+    assert f"{said} first sample (3)." in table.caption
+    assert texts(table)["Pinches: contact too soon to be seen"] == ["2"]
 
 
 def test_shared_specimens_are_said() -> None:

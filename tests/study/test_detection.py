@@ -67,6 +67,7 @@ GOOD = (314, Finger.THUMB, 302)
 def test_a_perfect_detector():
     scores = score(GOOD, n=3)
     assert (scores.n, scores.windows) == (3, 3 * (2 * 20 + 1))
+    assert (scores.quiet_windows, scores.too_soon) == (3 * 2 * 20, 0)
     assert scores.window_accuracy == scores.pinch_success == 1.0
     assert scores.false_alarms_per_minute == 0.0
     assert scores.delay_ms["median"] == pytest.approx(1e3 * 14 / 4936)
@@ -152,6 +153,14 @@ def test_a_contact_too_young_may_show_or_not():
         scores = score_detector(Scripted(*firings, (314, Finger.THUMB, 298)), young)
         assert scores.window_accuracy == 1.0
         assert scores.windows == 2 * 19 + 1
+
+
+def test_a_contact_before_the_first_window_is_too_soon_to_be_counted() -> None:
+    for truth, soon in ((0, 0), (-1, 1), (-200, 1)):
+        early = Dataset((pinch(truth), pinch()))
+        scores = score_detector(Scripted(GOOD), early)
+        assert (scores.n, scores.too_soon) == (2, soon)
+        assert scores.contact_windows_found == (1.0 if soon else 0.5)
 
 
 def test_false_alarms_are_runs_per_minute_of_listening():

@@ -10,6 +10,7 @@ from firstcontact.grasp_study.figures.headline import headline_figure
 from firstcontact.grasp_study.figures.latencies import over_latency
 from firstcontact.grasp_study.figures.stiffnesses import over_shore
 from firstcontact.grasp_study.words import name
+from firstcontact.twin.plant import LIFT
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,12 +124,19 @@ def tables(results: Mapping[str, Any]) -> list[Table]:
     ]  # fmt: skip
 
 
+def _brittle(results: Mapping[str, Any]) -> str:
+    """What can break, by name; every object is closed on as often as any other."""
+    kinds = [kind.replace("_", " ") for kind, its in results["objects"].items() if its["breaks"]]
+    return f"Those that can: {', '.join(kinds)}, each as often"
+
+
 def pictures(results: Mapping[str, Any]) -> list[Picture]:
     """All figures."""
     policies = results["policies"]
     # Its force is so high that nothing else could be told apart beside it.
     others = {variant: at for variant, at in policies.items() if variant != "none"}
     ms = f"{results['headline']['latency_ms']:g}"
+    soft = results["headline"]["soft_up_to"]
     peak = policies["none"][ms]["soft"]["peak_n"]
     apart = f"Without modulation it is {peak:.1f} N, which is not drawn."
     bars = "Bars are 95 % bootstrap intervals over sessions."
@@ -136,8 +144,9 @@ def pictures(results: Mapping[str, Any]) -> list[Picture]:
         Picture(
             f"At {ms} ms brake latency",
             headline_figure(policies, ms),
-            "Soft objects are blocks up to 20 Shore A. The time is the mean of the steady grasps "
-            "of all objects that cannot break. Lines are 95 % bootstrap intervals over sessions.",
+            f"Soft objects are those up to {soft:g} Shore A that cannot break. The time is the "
+            "mean of the steady grasps of all objects that cannot break. Lines are 95 % bootstrap "
+            "intervals over sessions.",
         ),
         Picture(
             "Peak force on soft objects",
@@ -147,12 +156,12 @@ def pictures(results: Mapping[str, Any]) -> list[Picture]:
         Picture(
             "Broken objects",
             over_latency(policies, "brittle", "broken", "Brittle objects broken (%)", 100),
-            f"A quail's egg, a potato crisp and a ripe berry, each as often. {bars}",
+            f"{_brittle(results)}. {bars}",
         ),
         Picture(
             "Dropped objects",
             over_latency(policies, "all", "dropped", "Objects dropped (%)", 100, least=5),
-            f"All objects, lifted 450 ms after the first contact. {bars}",
+            f"All objects, lifted {1e3 * LIFT:g} ms after the first contact. {bars}",
         ),
         Picture(
             "Time to a stable grasp",

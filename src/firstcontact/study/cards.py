@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from firstcontact.study.accepted import Accepted
 from firstcontact.study.comparison import get, percent
 from firstcontact.study.figures.style import NAMES
 from firstcontact.study.state import Findings
@@ -63,21 +64,22 @@ def _by_model(
 
 
 def _contact_card(shown: Sequence[Findings]) -> Card:
+    accepted = Accepted.of([f.tree for f in shown])
+
     def note(svm: Tree) -> str:
         said = []
         if "decided_within_3_ms" in svm:
-            said.append(f"decided within 3 ms in {percent(svm['decided_within_3_ms'])}")
+            said.append(f"decided {accepted.decided} in {percent(svm['decided_within_3_ms'])}")
         delay = get(svm, "delay_ms.median")
         if delay is not None:
-            said.append(f"median delay {delay:.1f} ms")
+            after = " after its label" if accepted.early else ""
+            said.append(f"median delay{after} {delay:.1f} ms")
         return ", ".join(said)
 
-    early = max((get(f.tree, "contact.early_ms") or 0.0 for f in shown), default=0.0)
-    late = f"; labels may come up to {early:g} ms late" if early else ""
     return Card(
         "First contacts placed, SVM",
         _lines(shown, "contact.svm", lambda s: percent(s["pinch_success"]), note),
-        f"of pinches: right finger, contact placed within ±3 ms, nothing before it{late}",
+        f"of pinches: right finger, contact placed {accepted.placed_fully}, nothing before it",
     )
 
 
@@ -92,8 +94,8 @@ def _answer_card(shown: Sequence[Findings]) -> Card:
             lambda a: percent(a["before_second"]),
             lambda a: f"median {a['median']:.1f} ms after the first" if "median" in a else "",
         ),
-        "of pinches; 15 ms window, waits and look-aheads counted, without the estimate's own "
-        "arithmetic" + (", twin" if twin else ""),
+        "of pinches with a known second contact; 15 ms window, waits and look-aheads counted, "
+        "without the estimate's own arithmetic" + (", twin" if twin else ""),
     )
 
 
@@ -121,7 +123,7 @@ def _accuracy_card(shown: Sequence[Findings]) -> Card:
         if (found := get(f.tree, f"blocks.{model}.by_session.classes"))
     ]
     return Card(
-        f"{len(classes[0])} blocks told apart" if classes else "",
+        f"{len(classes[0])} levels of stiffness told apart" if classes else "",
         _by_model(
             shown,
             "blocks.{}.by_session",

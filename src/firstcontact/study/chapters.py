@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from firstcontact.study import texts
 from firstcontact.study.comparison import get
 from firstcontact.study.contact_tables import answer_table, contact_table
 from firstcontact.study.figures.style import NAMES
@@ -50,42 +51,19 @@ class Chapter:
 class _Plan:
     anchor: str
     title: str
-    text: str
+    text: Callable[[Sequence[Tree]], str]
     tables: Sequence[Maker]
     figures: Sequence[str]
 
 
 _PLANS = (
-    _Plan(
-        "data",
-        "The data",
-        "What was touched, and when each finger touched it.",
-        [data_table],
-        ["timing", "offsets"],
-    ),
-    _Plan(
-        "contact",
-        "Contact detection",
-        "20 ms windows, 3 ms of them new. Every pinch is judged by a detector that did not learn "
-        "from it, and the windows that stiffness is read from start where that detector says, "
-        "unless the labels could not train one (what was left out says so). "
-        "Where a contact is placed and when that is decided are two things, because a detector "
-        "looks back from its trigger: both are scored.",
-        [contact_table],
-        ["detectors", "delays"],
-    ),
-    _Plan(
-        "waveforms",
-        "What contact looks like",
-        "The first 15 ms on the piezo of the finger that touched.",
-        [],
-        ["responses", "peaks"],
-    ),
+    _Plan("data", "The data", texts.data, [data_table], ["timing", "offsets"]),
+    _Plan("contact", "Contact detection", texts.contact, [contact_table], ["detectors", "delays"]),
+    _Plan("waveforms", "What contact looks like", texts.waveforms, [], ["responses", "peaks"]),
     _Plan(
         "blocks",
         "Discrimination and regression",
-        "Every number stands on its floors: the mean (or most frequent class) of what was "
-        "learned, and the peak amplitude alone. Small numbers are 95 % bootstrap intervals.",
+        texts.blocks,
         [
             lambda tree: block_table(tree, "random_90_10"),
             lambda tree: block_table(tree, "by_session"),
@@ -96,30 +74,21 @@ _PLANS = (
     _Plan(
         "objects",
         "Unseen objects",
-        "No model has seen these objects. Small numbers are 95 % bootstrap "
-        "intervals over whole objects, of which there are few.",
+        texts.objects,
         [object_table, per_object_table],
         ["boxes-svm", "boxes-cnn"],
     ),
-    _Plan("length", "Window length", "", [length_table], ["lengths"]),
-    _Plan("second", "Second contact in the window", "", [second_table], ["second"]),
+    _Plan("length", "Window length", texts.nothing, [length_table], ["lengths"]),
+    _Plan("second", "Second contact in the window", texts.nothing, [second_table], ["second"]),
     _Plan(
         "hardness",
         "Order of hardness",
-        "There are no Shore values here, so no error in Shore A can be given: only whether "
-        "materials come in the right order.",
+        texts.hardness,
         [hardness_table],
         ["hardness", "materials"],
     ),
-    _Plan(
-        "answer",
-        "Time to an answer",
-        "How long after the first contact a stiffness could be told. Where second contacts are "
-        "known: in how many pinches that is before the other finger touches.",
-        [answer_table],
-        [],
-    ),
-    _Plan("time", "Time of one estimate", "", [inference_table], []),
+    _Plan("answer", "Time to an answer", texts.answer, [answer_table], []),
+    _Plan("time", "Time of one estimate", texts.nothing, [inference_table], []),
 )
 
 
@@ -140,5 +109,6 @@ def chapters(shown: Sequence[Findings]) -> list[Chapter]:
             if tables or figures:
                 columns.append(Column(subject_title(findings), tables, figures))
         if columns:
-            out.append(Chapter(plan.anchor, plan.title, plan.text, columns))
+            text = plan.text([findings.tree for findings in shown])
+            out.append(Chapter(plan.anchor, plan.title, text, columns))
     return out

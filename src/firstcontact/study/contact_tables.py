@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from firstcontact.contact.closing_start import told
+from firstcontact.study.accepted import Accepted
 from firstcontact.study.comparison import get, percent
 from firstcontact.study.figures.style import NAMES
 from firstcontact.study.tables import Cell, Row, Table
@@ -29,8 +30,7 @@ def contact_table(tree: Tree) -> Table | None:
         values = [get(e, path) for e in entries]
         return Row([Cell(label, small), *(Cell("–" if v is None else percent(v)) for v in values)])
 
-    early = tree["contact"].get("early_ms")
-    known = "label" if early else "known contact"
+    accepted = Accepted.of([tree])
     waited = entries[0].get("lookahead_ms")
     counted = f"; {waited:.1f} ms of it is the resampler's look-ahead" if waited else ""
     rows = [
@@ -38,15 +38,15 @@ def contact_table(tree: Tree) -> Table | None:
         shares("Quiet windows silent", "quiet_windows_silent"),
         shares("Contact windows found", "contact_windows_found"),
         shares(
-            "Contact placed within ±3 ms",
+            f"Contact placed {accepted.placed}",
             "pinch_success",
-            "share of pinches: first trigger on the right finger, placing the contact within "
-            f"±3 ms of the {known}, nothing before it",
+            "share of pinches: first trigger on the right finger, placing the contact "
+            f"{accepted.placed_fully}, nothing before it",
         ),
         shares(
-            "... and decided within 3 ms",
+            f"... and decided {accepted.decided}",
             "decided_within_3_ms",
-            f"the same, and the trigger came no later than 3 ms after the {known}",
+            f"the same, and the trigger came {accepted.decided_fully}",
         ),
         row(
             "False alarms a minute",
@@ -55,7 +55,7 @@ def contact_table(tree: Tree) -> Table | None:
             "of closing without contact",
         ),
         row(
-            f"Delay after {'its label' if early else 'contact'}, median",
+            f"Delay after {'its label' if accepted.early else 'contact'}, median",
             "delay_ms.median",
             "{:.2f} ms",
             f"to the decision, over all first triggers on the right finger that are not early"
@@ -90,7 +90,10 @@ def _caption(tree: Tree) -> str:
         words = told(ways)
         text += f" {words[0].upper()}{words[1:]}."
     if early := tree["contact"].get("early_ms"):
-        text += f" Labels may come up to {early:g} ms late, so earlier triggers are in time."
+        text += (
+            f" Labels may come up to {early:g} ms late: triggers and quiet windows are judged "
+            "accordingly, and the delay after a label is shorter than after the contact."
+        )
     return text
 
 
@@ -108,11 +111,10 @@ def answer_table(tree: Tree) -> Table | None:
         if both:
             cells.append(Cell(percent(entry["before_second"])))
         rows.append(Row([*cells, Cell(f"{entry['n']:,}", f"of {entry['of']:,}")]))
-    late = "label" if get(tree, "contact.early_ms") else "known contact"
     caption = (
-        f"From the {late} to a complete window: the decision waited for, the look-ahead of the "
-        "filters counted. A pinch whose first trigger is missed, early or on the wrong finger has "
-        "no answer"
+        f"From the {Accepted.of([tree]).place} to a complete window: the decision waited for, the "
+        "look-ahead of the filters counted. A pinch whose first trigger is missed, early or on "
+        "the wrong finger has no answer"
     )
     caption += " and counts as not answered before the second contact." if both else "."
     if get(tree, "data.source") == "twin":

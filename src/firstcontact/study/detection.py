@@ -12,7 +12,7 @@ from firstcontact.contact.closing_start import closings
 from firstcontact.contact.detector import Detector, Verdicts, latch
 from firstcontact.core.block import Block
 from firstcontact.core.errors import InputError
-from firstcontact.core.pinch import Contact, Dataset, Pinch
+from firstcontact.core.pinch import Contact, Dataset
 from firstcontact.signal import lookahead, samples_in
 
 #: A contact younger than this, s, need not show in a window yet.
@@ -182,12 +182,12 @@ def score_detector(
             )
             counts.seconds += steps * samples_in(detector.step, rate) / rate
         contacts = latch(verdicts, fingers, set())
-        outcome = _outcome(contacts, truth, pinch, early, tolerance)
-        outcomes[outcome] += 1
+        became = outcome(next(iter(contacts), None), truth, rate, early, tolerance)
+        outcomes[became] += 1
         if contacts and right_and_not_early(contacts[0], truth, rate, early, tolerance):
             delay = (contacts[0].decided - truth.sample) / rate + waited
             delays.append(1e3 * delay)
-            decided += outcome == "success" and delay <= tolerance
+            decided += became == "success" and delay <= tolerance
     return DetectionScores(
         n=len(known),
         left_out=len(dataset) - len(known),
@@ -244,17 +244,32 @@ def right_and_not_early(
     )
 
 
-def _outcome(
-    contacts: list[Contact], truth: Contact, pinch: Pinch, early: float, tolerance: float
+def outcome(
+    contact: Contact | None,
+    truth: Contact,
+    rate: float,
+    early: float,
+    tolerance: float = TOLERANCE,
 ) -> str:
-    if not contacts:
+    """What became of a pinch: "success", or which of the ways to fail.
+
+    Parameters
+    ----------
+    contact
+        The first trigger, None where there was none.
+    truth
+        The known first contact.
+    rate, early, tolerance
+        As :func:`right_and_not_early` takes them.
+    """
+    if contact is None:
         return "misses"
-    late = (contacts[0].sample - truth.sample) / pinch.layout.rate
+    late = (contact.sample - truth.sample) / rate
     if late < -(early + tolerance):
         return "false_alarms"
     if late > tolerance:
         return "late"
-    return "success" if contacts[0].finger is truth.finger else "wrong_finger"
+    return "success" if contact.finger is truth.finger else "wrong_finger"
 
 
 def _share(part: int, whole: int) -> float | None:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import Any
 
+from firstcontact.study import texts
 from firstcontact.study.cards import cards
 from firstcontact.study.chapters import chapters, subject_title
 from firstcontact.study.comparison import compare, get
@@ -29,6 +30,8 @@ def render(state: State) -> str:
     return environment.from_string(template).render(
         state=state,
         twin=twin,
+        shared=texts.shared(trees),
+        networks=texts.networks(trees),
         kind=_kind(trees),
         subjects=names,
         cards=cards(shown),

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from firstcontact.stiffness.svm import SEARCH_WINDOWS
 from firstcontact.study.comparison import get, percent
 from firstcontact.study.figures.style import NAMES
 
@@ -84,11 +85,12 @@ def block_table(tree: Tree, split: str) -> Table | None:
             rows.append(_block_row(name, aligned, False))
     if not rows:
         return None
+    placed = "The detector that places the windows has learned from that level too."
     said = {
         "random_90_10": "Random 90/10, as published. Sessions and specimens lie on both sides.",
-        "by_session": "By session: whole sessions held out. Blocks lie on both sides.",
+        "by_session": "By session: whole sessions held out. Specimens may lie on both sides.",
         "leave_one_shore_out": "One Shore A level left out, sessions on both sides (regression). "
-        "The detector that places the windows has learned from that level too.",
+        + (placed if _learned(tree) else ""),
     }
     head = ["", "Accuracy", "RMSE", "MAE", "MSE", "Bias"]
     if not any(
@@ -102,7 +104,12 @@ def block_table(tree: Tree, split: str) -> Table | None:
     ):
         head.remove("Accuracy")
         rows = [Row([row.cells[0], *row.cells[2:]], row.floor) for row in rows]
-    return Table(said[split], head, rows)
+    return Table(said[split].strip(), head, rows)
+
+
+def _learned(tree: Tree) -> bool:
+    """Whether what places the windows is a detector that learned."""
+    return get(tree, "contact.windows_start_at") == "svm"
 
 
 def _block_row(name: Cell, scores: Tree, floor: bool) -> Row:
@@ -185,10 +192,18 @@ def length_table(tree: Tree) -> Table | None:
     caption = "SVM regression. Blocks by session, objects unseen; Shore A."
     if searched:
         caption += (
-            f" Hyper-parameters are searched on {searched} windows here, twice that elsewhere, so "
-            "the last row is not quite the number above."
+            f" Hyper-parameters are searched on up to {searched} windows here, on up to "
+            f"{SEARCH_WINDOWS} elsewhere, so the row of 15 ms can differ from the number above."
         )
     return Table(caption, head, rows)
+
+
+#: What a window holds, by its key in the results.
+_WHERE = {
+    "with": "the second contact is in the window",
+    "without": "the second contact is not in the window",
+    "misplaced": "the window does not begin at the first contact: early, late or wrong finger",
+}
 
 
 def second_table(tree: Tree) -> Table | None:
@@ -199,7 +214,7 @@ def second_table(tree: Tree) -> Table | None:
     rows = [
         Row(
             [
-                Cell(f"{side.capitalize()}, {NAMES[model]}", f"{where} the second contact"),
+                Cell(f"{side.capitalize()}, {NAMES[model]}", _WHERE[where]),
                 *(_error(scores, key) for key in ("rmse", "mae", "mse", "bias")),
                 Cell(f"{scores['n']:,}"),
             ]
@@ -267,10 +282,12 @@ def hardness_table(tree: Tree) -> Table | None:
                 True,
             )
         )
-    caption = (
-        "Hardness order from the first 15 ms. For a material left out, the detector that places "
-        "the windows has learned from that material too."
-    )
+    caption = "Hardness order from the first 15 ms."
+    if _learned(tree):
+        caption += (
+            " For a material left out, the detector that places the windows has learned from that "
+            "material too."
+        )
     return Table(caption, ["", "Here", "Beside"], rows)
 
 

@@ -27,12 +27,14 @@ def detectors_figure(
     pinch: Pinch,
     verdicts: Mapping[str, Verdicts],
     start: int,
+    early: float = 0.0,
     before: float = 0.090,
     after: float = 0.030,
 ) -> Figure:
     """Piezo of the finger that touched first, the 3σ band, and the windows that fired.
 
-    ``start`` is the sample at which the closing starts, and with it the steady state.
+    ``start`` is the sample at which the closing starts, and with it the steady state;
+    ``early`` how much earlier than its label a contact may be, s.
     """
     assert pinch.first is not None
     rate, fingers = pinch.layout.rate, pinch.layout.piezo_fingers
@@ -86,7 +88,7 @@ def detectors_figure(
         low.set_yticks(range(len(verdicts)), [NAMES.get(n, n) for n in verdicts])
         low.set_ylim(len(verdicts) - 0.4, -0.6)
         low.grid(axis="y", visible=False)
-        low.set_xlabel("Time after the known contact (ms)")
+        low.set_xlabel(f"Time after the {'label' if early else 'known contact'} (ms)")
         for ax in (top, low):
             ax.axvline(0, color=RED, lw=1.2, ls="--")
         image = uri(figure)
@@ -94,8 +96,13 @@ def detectors_figure(
         "detectors",
         "What the detectors say",
         "One pinch, zoomed to its noise. Below, each circle is a 20 ms window, drawn at its end; "
-        "filled: the detector says contact. The dashed line is the known contact; a filled circle "
-        "left of it is a "
-        "false alarm.",
+        "filled: the detector says contact. "
+        + (
+            f"The dashed line is the label, up to {1e3 * early:g} ms after the contact; a filled "
+            "circle further left than that is a false alarm."
+            if early
+            else "The dashed line is the known contact; a filled circle left of it is a false "
+            "alarm."
+        ),
         image,
     )

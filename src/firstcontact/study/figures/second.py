@@ -24,7 +24,7 @@ def second_figure(tree: Mapping[str, Any]) -> Figure:
                 row,
                 scores["rmse"],
                 color=MODEL_COLOURS[model],
-                alpha=0.85 if where == "with" else 0.4,
+                alpha={"with": 0.85, "without": 0.4}.get(where, 0.12),
                 height=0.7,
             )
             ends = scores["intervals"].get("rmse")
@@ -55,6 +55,10 @@ def second_figure(tree: Mapping[str, Any]) -> Figure:
         "second",
         "With and without the second contact in the window",
         "The same predictions, divided by whether the other finger touched within the 15 ms; "
-        "lines are 95 % intervals. Blocks are split by session, objects are unseen.",
+        "misplaced windows do not begin at the first contact and stand by themselves. Lines are "
+        "95 % intervals. Blocks are split by session, objects are unseen."
+        if any(where == "misplaced" for _, _, where, _ in bars)
+        else "The same predictions, divided by whether the other finger touched within the 15 ms. "
+        "Lines are 95 % intervals. Blocks are split by session, objects are unseen.",
         image,
     )

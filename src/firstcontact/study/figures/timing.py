@@ -59,7 +59,7 @@ def timing_figure(pinch: Pinch, before: float = 0.030, after: float = 0.110) -> 
     return Figure(
         "timing",
         "One pinch, both fingers",
-        f"A pinch of {name} with an offset close to the mean: {what} traces, with the contacts "
-        "that the strips tell as dashed lines in the colour of the finger.",
+        f"A pinch of {name}, the one whose offset is the closest to the mean: {what} traces, with "
+        "the known contacts as dashed lines in the colour of the finger.",
         image,
     )

@@ -132,6 +132,7 @@ def contacts(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
                 subject.dataset.pinches[example],
                 {name: verdicts[name][example] for name in names},
                 starts[example].sample,
+                settings.early,
             )
         )
         figures.append(delay_figure(dataset, _firsts(dataset, verdicts, names), settings.early))

@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firstcontact.signal import Conditioner, samples_in
+from firstcontact.study.detection import outcome
 from firstcontact.study.figures.second import second_figure
 from firstcontact.study.metrics import regression_scores
 from firstcontact.study.parts.blocks import SESSION
@@ -17,8 +19,13 @@ from firstcontact.study.training import Values
 
 
 def second_contact(subject: Subject, settings: Settings) -> Outcome:
-    """Errors of the predictions made so far, by where the second contact lies."""
+    """Errors of the predictions made so far, by where the second contact lies.
+
+    A window that begins elsewhere than at the first contact (a false trigger, another
+    finger's, a late one) says nothing of this: such windows are scored by themselves.
+    """
     room = samples_to_spare(subject)
+    astray = misplaced(subject, settings.early)
     if not np.isfinite(room).any():
         return Outcome(left_out=["Second contact in the window: second contacts are not known."])
     tree: dict[str, Any] = {}
@@ -29,7 +36,12 @@ def second_contact(subject: Subject, settings: Settings) -> Outcome:
         after = room[data.which]
         asked = np.isfinite(predicted) & np.isfinite(after)
         clusters = data.clusters if side == "blocks" else data.specimens
-        for name, its in (("with", asked & (after < 0)), ("without", asked & (after >= 0))):
+        wrong = astray[data.which]
+        for name, its in (
+            ("with", asked & ~wrong & (after < 0)),
+            ("without", asked & ~wrong & (after >= 0)),
+            ("misplaced", asked & wrong),
+        ):
             if its.any():
                 scores = regression_scores(
                     data.y[its], predicted[its], clusters[its], settings.seed
@@ -40,6 +52,19 @@ def second_contact(subject: Subject, settings: Settings) -> Outcome:
             left_out=["Second contact in the window: no split by session or of unseen objects."]
         )
     return Outcome({"second_contact_in_window": tree}, [second_figure(tree)])
+
+
+def misplaced(subject: Subject, early: float) -> NDArray[np.bool_]:
+    """Pinches whose window does not begin at their first contact, shape (pinches,)."""
+    pairs = zip(subject.dataset.pinches, subject.starts, strict=True)
+    return np.array(
+        [
+            pinch.first is not None
+            and outcome(start, pinch.first, pinch.layout.rate, early) != "success"
+            for pinch, start in pairs
+        ],
+        dtype=np.bool_,
+    )
 
 
 def samples_to_spare(subject: Subject) -> Values:

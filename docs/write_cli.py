@@ -18,8 +18,7 @@ HEAD = """\
 
 Written by `docs/write_cli.py` from `--help`; a test holds this page against it.
 
-Exit codes: 0 done; 2 the input or the options cannot be used, with one sentence on standard
-error saying which and what to do; 130 interrupted.
+Exit codes, signals, and what happens when nobody reads: [How a command ends](endings.md).
 """
 
 

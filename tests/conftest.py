@@ -19,8 +19,9 @@ os.environ["MPLBACKEND"] = "Agg"
 # A shell that runs the tests in the background has Ctrl-C ignored, and every process that a
 # test starts would inherit that and never be interrupted.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-# The same for nohup and a hang-up.
+# The same for nohup and a hang-up, and for SIGQUIT.
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
+signal.signal(signal.SIGQUIT, signal.SIG_DFL)
 
 
 @pytest.fixture(scope="session")

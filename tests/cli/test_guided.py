@@ -75,6 +75,34 @@ def test_every_pinch_is_one_line_with_all_that_was_checked(capsys):
     ]
 
 
+def test_a_link_that_goes_and_comes_is_said_once_each(capsys):
+    source = Counts()
+    source.health = Health(connected=True, samples=1000)
+    with Terminal(source, guide(), False) as terminal:
+        terminal.going_on()
+        source.health = Health(connected=False, samples=1000)
+        terminal.going_on()
+        terminal.going_on()
+        source.health = Health(True, 1, samples=1100, lost_samples=400, reconnects=1)
+        terminal.going_on()
+        terminal.going_on()
+    assert capsys.readouterr().out.splitlines()[:-1] == [
+        "link: the device is gone; waiting for it",
+        "link: the device is back, epoch 1",
+        "link: 400 samples lost, 400 in all",
+    ]
+
+
+def test_a_link_that_loses_does_not_hide_what_is_waited_for(capsys):
+    source = Counts()
+    terminal = Terminal(source, guide(), False)
+    for part in range(1, 12):
+        samples = 1000 + round(part * REMIND / 10 * LAYOUT.rate)
+        source.health = Health(samples=samples, lost_samples=7 + part)
+        terminal.going_on()
+    assert "waiting for the hand to close" in capsys.readouterr().out
+
+
 def test_a_hand_that_does_not_close_is_asked_for_and_noise_is_blamed_where_it_is(capsys):
     source, watching = Counts(), guide()
     terminal = Terminal(source, watching, False)
@@ -84,7 +112,8 @@ def test_a_hand_that_does_not_close_is_asked_for_and_noise_is_blamed_where_it_is
     watching.update(Arrival(Block(data), 0.0))
     terminal.going_on()
     assert capsys.readouterr().out == ""
-    source.health = Health(samples=1000 + round(REMIND * LAYOUT.rate) + 1)
+    samples = 1000 + round(REMIND * LAYOUT.rate) + 1
+    source.health = Health(samples=samples, lost_samples=7)
     terminal.going_on()
     terminal.going_on()
     (line,) = capsys.readouterr().out.splitlines()

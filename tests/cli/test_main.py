@@ -11,6 +11,7 @@ from typing import ClassVar
 import pytest
 
 from firstcontact.cli import main as command
+from firstcontact.cli.verbs import configuration
 from firstcontact.core import InputError
 
 
@@ -48,15 +49,6 @@ def test_interrupted_is_exit_130(
     assert capsys.readouterr().err == "firstcontact: interrupted\n"
 
 
-def test_a_closed_pipe_is_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert run(monkeypatch, BrokenPipeError()) == 0
-
-
-def test_a_fault_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(ZeroDivisionError):
-        run(monkeypatch, ZeroDivisionError())
-
-
 @pytest.mark.parametrize("verb", command.VERBS)
 def test_every_verb_has_help(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as exit_:
@@ -65,25 +57,64 @@ def test_every_verb_has_help(verb: str, capsys: pytest.CaptureFixture[str]) -> N
     assert f"firstcontact {verb}" in capsys.readouterr().out
 
 
-def test_an_unknown_verb_is_exit_2(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as exit_:
-        command.main(["juggle"])
-    assert exit_.value.code == 2
-    assert "juggle" in capsys.readouterr().err
+@pytest.mark.parametrize("arguments", [["juggle"], ["--juggle"], []])
+def test_no_verb_is_exit_2_and_says_which_there_are(
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert command.main(arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert all(verb in err for verb in (*arguments, *command.VERBS))
 
 
-def test_importing_the_verbs_imports_nothing_heavy() -> None:
-    heavy = {"torch", "numba", "matplotlib", "pyarrow", "onnxruntime", "onnx", "h5py", "sklearn"}
-    modules = [command._module(verb) for verb in command.VERBS]
-    code = "\n".join(
-        [
-            "import sys",
-            *(f"import firstcontact.cli.{module}" for module in modules),
-            f"print(sorted({heavy!r} & set(sys.modules)))",
-        ]
+@pytest.mark.parametrize("option", ["--help", "-h"])
+def test_the_overview_names_every_verb_with_its_own_words(
+    option: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    assert command.main([option]) == 0
+    out = capsys.readouterr().out
+    for verb, (_, summary) in command.VERBS.items():
+        assert f"  {verb} " in out
+        assert summary in out
+        said = configuration(verb).__doc__
+        assert said is not None
+        assert said.split("\n\n")[0].replace("\n    ", " ") == summary
+
+
+def loaded(*arguments: str) -> set[str]:
+    """The modules that a command has imported at its end."""
+    code = (
+        "import sys\n"
+        "from firstcontact.cli.main import main\n"
+        "try:\n"
+        f"    main({list(arguments)!r})\n"
+        "except SystemExit:\n"
+        "    pass\n"
+        "print(*sys.modules, file=sys.stderr)\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+    return set(done.stderr.split())
+
+
+def test_the_overview_imports_next_to_nothing() -> None:
+    there = loaded("--help")
+    assert not there & {"numpy", "tyro", "scipy", "dataclasses", "json"}
+    ours = {name for name in there if name.startswith("firstcontact.")}
+    assert not ours - {
+        "firstcontact.cli", "firstcontact.cli.main", "firstcontact.cli.output",
+        "firstcontact.cli.stopping", "firstcontact.cli.verbs", "firstcontact.core",
+        "firstcontact.core.errors", "firstcontact.core.plain",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("verb", command.VERBS)
+def test_the_help_of_a_verb_imports_that_verb_and_no_arrays(verb: str) -> None:
+    there = loaded(verb, "--help")
+    assert configuration(verb).__module__ in there
+    assert not there & {"numpy", "scipy", "sklearn", "mcap", "msgspec", "h5py", "torch", "numba"}
+    verbs = {configuration(other).__module__ for other in command.VERBS} & there
+    assert verbs <= {configuration(verb).__module__, "firstcontact.cli.train"}
 
 
 @pytest.mark.parametrize(

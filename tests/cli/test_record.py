@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import select
+import shlex
 import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -16,12 +18,16 @@ import pytest
 from firstcontact.cli.main import main
 from firstcontact.core import Calibration, Finger, PiezoCalibration
 from firstcontact.core.calibration_file import write_calibration
+from firstcontact.device.twin_device import TwinDevice
 from firstcontact.recording import load_dataset, read_recording
 from firstcontact.recording.dataset import cut
+from processes import children, gone, stop
 
 COMMAND = [sys.executable, "-m", "firstcontact.cli.main", "record", "--device", "twin"]
 #: Of the twin at rest, V; measured by ``firstcontact calibrate``, so that no test has to.
 FLOOR = 0.0017
+#: Longest wait for a process, s: only a failing test ever waits so long.
+LONG = 120.0
 
 
 @pytest.fixture
@@ -39,19 +45,20 @@ def options(out: Path, calibration: Path, pinches: int) -> list[str]:
 
 
 @contextmanager
-def recording(*arguments: str) -> Iterator[subprocess.Popen[str]]:
-    """A recording that goes on; it is ended at the latest with the block."""
-    child = subprocess.Popen(
-        [*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    try:
-        with child:
-            try:
-                yield child
-            finally:
-                child.kill()
-    finally:
-        child.wait()
+def running(*command: str, **streams: int) -> Iterator[subprocess.Popen[str]]:
+    """A command that goes on; it is ended at the latest with the block."""
+    pipe = subprocess.PIPE
+    streams = {"stdin": pipe, "stdout": pipe, "stderr": pipe, **streams}
+    with subprocess.Popen(command, text=True, **streams) as child:
+        try:
+            yield child
+        finally:
+            child.kill()
+
+
+def recording(*arguments: str) -> AbstractContextManager[subprocess.Popen[str]]:
+    """A recording that goes on."""
+    return running(*COMMAND, *arguments)
 
 
 def wait_for(child: subprocess.Popen[str], word: str) -> None:
@@ -70,14 +77,14 @@ def whole_pinches(path: Path) -> int:
     return len(recording.pinches)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT])
 def test_a_signal_finishes_the_file_and_the_same_command_goes_on(tmp_path, calibration, number):
     out = tmp_path / "übung"
     with recording(*options(out, calibration, 500)) as child:
         wait_for(child, "block 29 1/500")
         child.send_signal(number)
         rest, errors = child.communicate()
-    assert child.returncode == 130, errors
+    assert child.returncode == 128 + number, errors
     assert "the same command goes on with it" in rest
     assert "Traceback" not in errors
     first = read_recording(out / "session-3.mcap")
@@ -108,10 +115,113 @@ def test_a_signal_before_the_recording_leaves_nothing(tmp_path):
         wait_for(child, "measuring the noise floor")
         child.send_signal(signal.SIGTERM)
         rest, errors = child.communicate()
-    assert child.returncode == 130, errors
+    assert child.returncode == 143, errors
     assert "interrupted" in errors
     assert rest == ""  # nothing came after that line
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_reader_that_goes_away_costs_no_pinch(tmp_path, calibration):
+    out = tmp_path / "out"
+    with recording(*options(out, calibration, 3)) as child:
+        wait_for(child, "block 29 1/3")
+        child.stdout.close()
+        errors = child.stderr.read()
+        assert child.wait(LONG) == 0, errors
+    assert errors.count("nobody reads standard output") == 1
+    assert whole_pinches(out / "session-3.mcap") == 3
+
+
+def test_a_tee_that_dies_costs_no_pinch(tmp_path, calibration):
+    out, status, log = tmp_path / "out", tmp_path / "status", tmp_path / "log"
+    command = shlex.join([*COMMAND, *options(out, calibration, 3)])
+    script = f"({command}; echo $? > {status}) | head -n 2 > {log}"
+    subprocess.run(["/bin/sh", "-c", script], check=True, stderr=subprocess.DEVNULL)
+    assert len(log.read_text().splitlines()) == 2
+    assert status.read_text() == "0\n"
+    assert whole_pinches(out / "session-3.mcap") == 3
+
+
+def test_a_terminal_that_is_closed_ends_it_in_order_and_is_no_success(tmp_path, calibration):
+    out = tmp_path / "out"
+    device, host = os.openpty()
+    # As a terminal window does: its session ends with it.
+    command = ["setsid", "--ctty", *COMMAND, *options(out, calibration, 500)]
+    with running(*command, stdin=host, stdout=host) as child:
+        os.close(host)
+        said = b""
+        while b"block 29 1/500" not in said:
+            assert select.select([device], [], [], LONG)[0], said
+            said += os.read(device, 4096)
+        os.close(device)
+        assert child.wait(LONG) == 129, child.stderr.read()
+    assert not any("not closed" in s for s in read_recording(out / "session-3.mcap").skipped)
+    assert whole_pinches(out / "session-3.mcap") >= 1
+
+
+def test_under_nohup_a_terminal_may_go(tmp_path, calibration):
+    out = tmp_path / "out"
+    with running("nohup", *COMMAND, *options(out, calibration, 3)) as child:
+        wait_for(child, "block 29 1/3")
+        child.send_signal(signal.SIGHUP)
+        _, errors = child.communicate(timeout=LONG)
+    assert child.returncode == 0, errors
+    assert whole_pinches(out / "session-3.mcap") == 3
+
+
+@pytest.fixture
+def port() -> Iterator[TwinDevice]:
+    """A device that is none of the command's: a hand with a cable that can be pulled."""
+    with TwinDevice(seed=4, speed=4) as device:
+        yield device
+
+
+def test_where_objects_are_changed_by_hand_a_reader_is_needed(tmp_path, calibration, port):
+    out, plan = tmp_path / "out", tmp_path / "plan.csv"
+    plan.write_text("object,pinches\nblock 29,1\nblock 10,1\n")
+    arguments = ["--device", port.port, f"--plan={plan}", f"--out={out}"]
+    with running(*COMMAND[:-2], *arguments, f"--calibration={calibration}") as child:
+        wait_for(child, "next: block 29")
+        child.stdout.close()
+        # Said or not: the first object is put there, and nobody can be asked for the second.
+        child.stdin.write("\n")
+        child.stdin.flush()
+        errors = child.stderr.read()
+        assert child.wait(LONG) == 2
+    assert "someone has to be told here what comes next" in errors.splitlines()[-1]
+    (path,) = out.iterdir()
+    assert not any("not closed" in s for s in read_recording(path).skipped)
+
+
+def test_a_pulled_cable_is_said_and_so_is_its_return(tmp_path, calibration, port):
+    arguments = ["--device", port.port, "--object=a", f"--out={tmp_path / 'out'}"]
+    with running(*COMMAND[:-2], *arguments, f"--calibration={calibration}") as child:
+        wait_for(child, "next: a")
+        port.unplug()
+        wait_for(child, "link: the device is gone; waiting for it")
+        port.plug()
+        wait_for(child, "link: the device is back, epoch 1")
+        child.send_signal(signal.SIGINT)
+        child.communicate(timeout=LONG)
+    assert child.returncode == 130
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_a_twin_that_stands_still_holds_nothing_up_and_does_not_stay(tmp_path, calibration, number):
+    out = tmp_path / "out"
+    with recording(*options(out, calibration, 500)) as child:
+        wait_for(child, "block 29 1/500")
+        (twin,) = children(child.pid)
+        stop(twin)
+        child.send_signal(number)
+        child.communicate(timeout=LONG)
+        assert gone(twin)
+    if number is signal.SIGKILL:
+        assert child.returncode == -number
+    else:
+        assert child.returncode == 128 + number
+        assert not any("not closed" in s for s in read_recording(out / "session-3.mcap").skipped)
+    assert whole_pinches(out / "session-3.mcap") >= 1
 
 
 def test_killed_again_and_again_every_pinch_that_was_complete_is_there(tmp_path, calibration):

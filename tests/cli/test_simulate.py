@@ -1,8 +1,6 @@
 from __future__ import annotations
 
-import re
 import resource
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from firstcontact.cli.main import main
-from firstcontact.recording import read_recording
 
 COMMAND = [sys.executable, "-m", "firstcontact.cli.main", "simulate", "--out"]
 
@@ -62,26 +59,6 @@ def test_an_unknown_condition_is_refused_with_exit_code_2(tmp_path: Path) -> Non
     assert done.returncode == 2
     assert "paper-rig" in done.stderr
     assert not (tmp_path / "set").exists()
-
-
-def test_ctrl_c_leaves_whole_files_only(tmp_path: Path) -> None:
-    out = tmp_path / "set"
-    with subprocess.Popen(
-        [*COMMAND, str(out), "--pinches-per-block", "500"], stderr=subprocess.PIPE
-    ) as process:
-        assert process.stderr is not None
-        told = b""
-        # The bar shows that pinches are being written; the whole set takes far longer.
-        while not re.search(rb" [1-9]\d*/", told):
-            told += process.stderr.read(1)
-        process.send_signal(signal.SIGINT)
-        rest = process.stderr.read()
-    assert process.returncode == 130
-    assert rest.splitlines()[-1] == b"firstcontact: interrupted"
-    for path in out.iterdir():
-        assert path.suffix == ".mcap"
-        assert not path.name.startswith(".")
-        read_recording(path)
 
 
 @pytest.mark.slow

@@ -64,7 +64,7 @@ def test_a_study_of_arrays_writes_both_files(arrays: Path, tmp_path: Path) -> No
     assert "blocks" not in tree
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interrupt_ends_all_processes_and_keeps_the_report(
     arrays: Path, tmp_path: Path, number: signal.Signals
 ) -> None:
@@ -77,12 +77,12 @@ def test_an_interrupt_ends_all_processes_and_keeps_the_report(
         part = os.read(process.stderr.fileno(), 4096).decode("utf-8", "replace")
         assert part, seen
         seen += part
-    if number is signal.SIGINT:
-        os.killpg(process.pid, number)  # as a terminal does: workers get it too
-    else:
+    if number is signal.SIGTERM:
         process.send_signal(number)
+    else:
+        os.killpg(process.pid, number)  # as a terminal does: workers get it too
     process.communicate()
-    assert process.returncode == 130
+    assert process.returncode == 128 + number
     assert not living_in_group(process.pid)
     tree = json.loads((out / "results.json").read_text(encoding="utf-8"))
     assert not tree["study"]["complete"]

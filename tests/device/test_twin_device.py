@@ -26,6 +26,7 @@ from firstcontact.device.twin_device import TwinDevice
 from firstcontact.device.twin_words import TOLD, held_object, order_text, peak_text
 from firstcontact.twin.filter import DeviceFilter
 from firstcontact.twin.stream import TwinStream
+from processes import PATIENCE, children, gone, stop, until
 
 #: A twin that says nothing for so long is dead, s.
 DEAD = 60.0
@@ -139,18 +140,6 @@ def host(port: str) -> Iterator[Host]:
 def twin() -> Iterator[TwinDevice]:
     with TwinDevice(seed=4, speed=20) as device:
         yield device
-
-
-def gone(pid: int) -> bool:
-    """Whether a process ends, waiting for it."""
-    try:
-        fd = os.pidfd_open(pid)
-    except ProcessLookupError:
-        return True
-    try:
-        return bool(select.select([fd], [], [], DEAD)[0])
-    finally:
-        os.close(fd)
 
 
 def test_in_real_time_every_sample_comes_and_is_the_twins() -> None:
@@ -432,7 +421,40 @@ def test_the_twin_dies_with_a_parent_that_is_killed() -> None:
         assert Path(port.decode()).exists()
         parent.kill()
     assert gone(int(pid))
-    assert not Path(port.decode()).parent.exists()
+    # The folder of its port stays until the next one starts, once it is old enough to be nobody's.
+    left = Path(port.decode()).parent
+    assert left.exists()
+    os.utime(left, (0, 0))
+    with TwinDevice(speed=20) as another:
+        os.utime(Path(another.port).parent, (0, 0))
+        with TwinDevice(speed=20):
+            assert Path(another.port).exists(), "it is in use, however old"
+    assert not left.exists()
+
+
+def test_a_twin_that_stands_still_is_closed_all_the_same() -> None:
+    device = TwinDevice(speed=20)
+    stop(device.pid)
+    device.close()
+    assert gone(device.pid)
+    assert not Path(device.port).parent.exists()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_twin_that_hangs_at_its_start_holds_nobody_up(number: signal.Signals) -> None:
+    code = "from firstcontact.cli.main import main; raise SystemExit(main())"
+    arguments = ["info", "--device", "twin"]
+    with subprocess.Popen(
+        [sys.executable, "-c", code, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as parent:
+        until(lambda: children(parent.pid))
+        (pid,) = children(parent.pid)
+        stop(pid)
+        parent.send_signal(number)
+        _, said = parent.communicate(timeout=PATIENCE)
+    assert parent.returncode == 128 + number
+    assert said == b"firstcontact: interrupted\n"
+    assert gone(pid)
 
 
 def test_a_twin_that_is_terminated_takes_its_port_away(twin: TwinDevice) -> None:

@@ -95,8 +95,10 @@ def _weigh(source: Source, newtons: Sequence[float]) -> list[Weighing]:
     from firstcontact.cli.guided import entered
     from firstcontact.collect.force_fit import Weighing
     from firstcontact.collect.weigh import loaded_volts
+    from firstcontact.device.link_news import link_news
 
     weighings = []
+    health = source.health
     for finger in source.descriptor.layout.piezo_fingers:
         for force in newtons:
             print(
@@ -105,6 +107,9 @@ def _weigh(source: Source, newtons: Sequence[float]) -> list[Weighing]:
             )
             while not entered():
                 source.read(0.1)
+                before, health = health, source.health
+                for line in link_news(before, health):
+                    print(line, flush=True)
             volts = loaded_volts(source, finger)
             print(f"{finger.name.lower():6} {force:g} N: {volts:.3f} V")
             weighings.append(Weighing(finger, force, volts))

@@ -7,9 +7,11 @@ import sys
 from types import TracebackType
 from typing import Self
 
+from firstcontact.cli.output import reader_gone
 from firstcontact.collect.guide import Guide, Judged
 from firstcontact.core import InputError, Label
 from firstcontact.device import Source
+from firstcontact.device.link_news import link_news
 
 #: Without a closing for so long, it is said what is waited for, s of the device's time.
 REMIND = 10.0
@@ -25,9 +27,13 @@ def entered() -> bool:
     InputError
         Nobody can press it.
     """
-    if not select.select([sys.stdin], [], [], 0)[0]:
-        return False
-    if not sys.stdin.readline():
+    try:
+        if not select.select([sys.stdin], [], [], 0)[0]:
+            return False
+        line = sys.stdin.readline()
+    except OSError:  # the terminal was closed
+        line = ""
+    if not line:
         raise InputError(
             "someone has to press Enter here, and standard input has ended: do it in a terminal, "
             "or without what has to be changed by hand"
@@ -53,6 +59,8 @@ class Terminal:
         self._live = sys.stdout.isatty()
         self._width = 0
         self._told_at = source.health.samples
+        self._link = source.health
+        self._deserted = False
 
     def __enter__(self) -> Self:
         return self
@@ -71,13 +79,24 @@ class Terminal:
         )
 
     def next_object(self, label: Label, done: int, wanted: int) -> bool:
-        """Say what is to be pinched now; False where the person must first put it there."""
+        """Say what is to be pinched now; False where the person must first put it there.
+
+        Raises
+        ------
+        InputError
+            The person must, and cannot be told.
+        """
         shore = "" if label.shore_a is None else f", {label.shore_a:g} Shore A"
         self._say(
             f"next: {label.object}{shore}, specimen {label.specimen}, "
             f"{wanted - done} of {wanted} pinches to go"
             + (": put it between the fingers and press Enter" if self._asks else "")
         )
+        if self._asks and reader_gone():
+            raise InputError(
+                "someone has to be told here what comes next, and nobody reads standard output any "
+                "more: do it in a terminal, or without what has to be changed by hand"
+            )
         return not self._asks
 
     def in_place(self) -> bool:
@@ -100,8 +119,11 @@ class Terminal:
         self._say(", ".join(said))
 
     def going_on(self) -> None:
-        """Refresh the status; remind of what is waited for."""
+        """Refresh the status; remind of what is waited for, and say what the link does."""
         health, guide = self._source.health, self._guide
+        for line in link_news(self._link, health):
+            self._line(line)
+        self._link = health
         waited = (health.samples - self._told_at) / guide.layout.rate
         noise = f"noise {guide.noise:.2f} x floor"
         if waited >= REMIND and not guide.paused:
@@ -115,6 +137,17 @@ class Terminal:
             print(f"\r{line.ljust(self._width)}", end="", flush=True)
 
     def _say(self, line: str) -> None:
+        """Say something of the hand; what is waited for need not be said again so soon."""
+        self._line(line)
+        self._told_at = self._source.health.samples
+
+    def _line(self, line: str) -> None:
         start = "\r" if self._live else ""
         print(start + line.ljust(self._width), flush=True)
-        self._told_at = self._source.health.samples
+        if reader_gone() and not self._deserted:
+            self._deserted = True
+            print(
+                "firstcontact: nobody reads standard output any more; what can be done without it "
+                "goes on",
+                file=sys.stderr,
+            )

@@ -2,34 +2,22 @@
 
 from __future__ import annotations
 
+import errno
+import shutil
 import sys
 from collections.abc import Sequence
-from importlib import import_module
+from typing import Any
 
+from firstcontact.cli.output import Output, outputs
+from firstcontact.cli.stopping import Stop, stopping
+from firstcontact.cli.verbs import VERBS, configuration, overview
 from firstcontact.core.errors import InputError
+from firstcontact.core.plain import one_line
 
-#: Verb to the dataclass that is its configuration; one file a verb.
-VERBS = {
-    "live": "Live",
-    "calibrate": "Calibrate",
-    "record": "Record",
-    "camera": "Camera",
-    "ports": "Ports",
-    "info": "Info",
-    "replay": "Replay",
-    "simulate": "Simulate",
-    "import": "Import",
-    "inspect": "Inspect",
-    "export": "Export",
-    "train": "Train",
-    "evaluate": "Evaluate",
-    "study": "Study",
-    "grasp-study": "GraspStudy",
-}
-
-
-def _module(verb: str) -> str:
-    return "import_" if verb == "import" else verb.replace("-", "_")
+#: Exit codes; a signal's is 128 and its number.
+DONE, INPUT, UNFORESEEN = 0, 2, 70
+#: The disk's, and so the user's to mend.
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -38,34 +26,68 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0 done, 2 the input cannot be used, 130 interrupted.
+        0 done, 2 the input cannot be used, 70 a fault of ours, 128 and its number for a signal
+        (130 for Ctrl-C).
     """
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    # Live ends when nobody reads it; other verbs have work to do that is not for the reader.
+    with outputs(raises=arguments[:1] == ["live"]) as (out, _), stopping() as stop:
+        code = _run(arguments, stop)
+        out.flush()
+        return code or _unsaid(out)
+
+
+def _run(arguments: list[str], stop: Stop) -> int:
+    try:
+        verb = _parsed(arguments)
+        if verb is not None:
+            verb.run()
+    except InputError as error:
+        return _failed(INPUT, str(error))
+    except KeyboardInterrupt:
+        return _failed(stop.code, "interrupted")
+    except Exception as error:
+        # A path that cannot be read or written is the user's to mend, wherever it shows up.
+        if isinstance(error, OSError) and error.filename is not None:
+            return _failed(INPUT, f"{error.filename}: {error.strerror}: check this path")
+        if isinstance(error, OSError) and error.errno in FULL:
+            return _failed(INPUT, f"{error.strerror}: make room on the disk that was written to")
+        from firstcontact.cli.crash import told
+
+        return _failed(UNFORESEEN, told(error, arguments))
+    # Verbs that run until they are stopped end in order; without a terminal that is no success.
+    orderly = stop.signal is None or stop.signal.name in ("SIGINT", "SIGTERM")
+    return DONE if orderly else stop.code
+
+
+def _parsed(arguments: list[str]) -> Any:
+    """The verb with its options; None where only an overview was wanted."""
+    if not arguments:
+        print(overview(shutil.get_terminal_size().columns), file=sys.stderr)
+        raise InputError("name a verb")
+    word = arguments[0]
+    if word in ("-h", "--help"):
+        print(overview(shutil.get_terminal_size().columns))
+        return None
+    if word not in VERBS:
+        raise InputError(f"{word!r} is not a verb: choose one of {', '.join(VERBS)}")
     import tyro
 
-    verbs = {
-        verb: getattr(import_module(f"firstcontact.cli.{_module(verb)}"), name)
-        for verb, name in VERBS.items()
-    }
-    verb = tyro.extras.subcommand_cli_from_dict(
-        verbs, prog="firstcontact", description=__import__("firstcontact").__doc__, args=arguments
-    )
-    try:
-        verb.run()
-    except InputError as error:
-        print(f"firstcontact: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print("firstcontact: interrupted", file=sys.stderr)
-        return 130
-    except BrokenPipeError:
-        return 0
-    except OSError as error:
-        # A path that cannot be read or written is the user's to mend, wherever it shows up.
-        if error.filename is None:
-            raise
-        print(f"firstcontact: {error.filename}: {error.strerror}: check this path", file=sys.stderr)
-        return 2
-    return 0
+    # What it prints holds words of the command line, and goes out as plain text like all else.
+    tyro._experimental_options["ansi_codes"] = False
+    return tyro.cli(configuration(word), prog=f"firstcontact {word}", args=arguments[1:])
+
+
+def _failed(code: int, sentence: str) -> int:
+    print(f"firstcontact: {one_line(sentence)}", file=sys.stderr)
+    return code
+
+
+def _unsaid(out: Output) -> int:
+    """2 where what was printed could not be kept, though somebody wanted it."""
+    if out.failed is None or out.gone:
+        return DONE
+    return _failed(INPUT, f"standard output: {out.failed.strerror}: what was said is not all there")
 
 
 if __name__ == "__main__":

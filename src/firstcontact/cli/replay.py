@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -31,14 +30,11 @@ class Replay:
         """Print the port's name and serve until Ctrl-C, or until it was sent once."""
         from firstcontact.cli.stopping import stopping
         from firstcontact.core.errors import InputError
-        from firstcontact.device.pseudo_terminal import PseudoTerminal
+        from firstcontact.device.pseudo_terminal import PseudoTerminal, port_folder
         from firstcontact.device.replay_device import ReplayDevice
 
-        with (
-            tempfile.TemporaryDirectory(prefix="firstcontact-replay-") as folder,
-            stopping() as stop,
-        ):
-            port = self.port or Path(folder) / "port"
+        with port_folder() as folder, stopping() as stop:
+            port = self.port or folder / "port"
             try:
                 terminal = PseudoTerminal(port)
             except OSError as error:

@@ -2,10 +2,53 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
+import shutil
+import tempfile
+import time
 import tty
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+#: How the folders of ports begin, in that of temporary files.
+PREFIX = "firstcontact-port-"
+#: A folder so old is locked if anybody uses it, s.
+NEW = 60.0
+
+
+@contextmanager
+def port_folder() -> Iterator[Path]:
+    """A folder for a port's name, until the end of the block.
+
+    Where a program is killed its folder stays: the next one sweeps it away.
+    """
+    place = Path(tempfile.gettempdir())
+    for old in place.glob(f"{PREFIX}*"):
+        _sweep(old)
+    with tempfile.TemporaryDirectory(prefix=PREFIX, ignore_cleanup_errors=True) as name:
+        lock = os.open(name, os.O_RDONLY | os.O_CLOEXEC)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            yield Path(name)
+        finally:
+            os.close(lock)
+
+
+def _sweep(folder: Path) -> None:
+    """Remove the folder of a program that is no more."""
+    # What is somebody else's, or is gone meanwhile, is left alone.
+    with suppress(OSError):
+        lock = os.open(folder, os.O_RDONLY | os.O_CLOEXEC | os.O_DIRECTORY | os.O_NOFOLLOW)
+        try:
+            status = os.fstat(lock)
+            if status.st_uid != os.getuid() or time.time() - status.st_mtime < NEW:
+                return
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            shutil.rmtree(folder, ignore_errors=True)
+        finally:
+            os.close(lock)
 
 
 class PseudoTerminal:

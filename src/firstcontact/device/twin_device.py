@@ -15,16 +15,21 @@ sample where the hand begins to open.
 
 from __future__ import annotations
 
-import subprocess
-import sys
+import shutil
 import threading
 from collections.abc import Sequence
-from contextlib import suppress
+from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from firstcontact.core import InputError
+from firstcontact.core.children import Child
 from firstcontact.twin.drive import LATENCY
+
+#: It compiles what it needs when it starts for the first time; then it is at hand in a second, s.
+START = 120.0
+#: Longest wait for an answer, and for an end that was asked for, s.
+PATIENCE = 3.0
 
 
 class TwinDevice:
@@ -75,27 +80,22 @@ class TwinDevice:
         options.append(f"--latency={latency}")
         options += [f"--object={name}" for name in objects or ()]
         self._lock = threading.Lock()
-        # A session of its own: signals to the terminal's group are not for it.
-        self._process = subprocess.Popen(  # noqa: S603
-            [sys.executable, "-m", "firstcontact.device.twin_process", *options],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            start_new_session=True,
-        )
+        self._child = Child("firstcontact.device.twin_process", *options)
+        #: What to open as a serial port.
+        self.port = ""
         try:
-            word, _, rest = self._answer().partition(" ")
+            word, _, rest = self._answer(START).partition(" ")
             if word != "ready":
                 raise InputError(rest or "the twin's process did not start: see what it printed")
+            self.port = rest
         except BaseException:
             self.close()
             raise
-        #: What to open as a serial port.
-        self.port = rest
 
     @property
     def pid(self) -> int:
         """Of the twin's process."""
-        return self._process.pid
+        return self._child.pid
 
     def reset(self) -> None:
         """Have the device restart: another boot, samples from 0, silent until started."""
@@ -110,15 +110,15 @@ class TwinDevice:
         self._tell("plug")
 
     def close(self) -> None:
-        """End the twin and its port. Closing twice is fine."""
-        with self._lock:
-            stdin, stdout = self._process.stdin, self._process.stdout
-            assert stdin is not None
-            assert stdout is not None
-            with suppress(OSError):
-                stdin.close()
-            self._process.wait()
-            stdout.close()
+        """End the twin and its port, within seconds whatever it does. Closing twice is fine."""
+        # Another thread that waits for an answer is let finish, but not for ever.
+        held = self._lock.acquire(timeout=PATIENCE)
+        try:
+            if not self._child.end(PATIENCE) and self.port:
+                shutil.rmtree(Path(self.port).parent, ignore_errors=True)
+        finally:
+            if held:
+                self._lock.release()
 
     def __enter__(self) -> Self:
         return self
@@ -133,16 +133,20 @@ class TwinDevice:
 
     def _tell(self, word: str) -> None:
         with self._lock:
-            stdin = self._process.stdin
-            assert stdin is not None
             try:
-                stdin.write(word.encode() + b"\n")
-                stdin.flush()
-            except (OSError, ValueError) as error:
+                self._child.tell(word, PATIENCE)
+                answer = self._answer(PATIENCE)
+            except OSError as error:
                 raise InputError("the twin's process has ended: open another twin") from error
-            if self._answer() != "done":
+            if answer != "done":
                 raise InputError("the twin's process has ended: open another twin")
 
-    def _answer(self) -> str:
-        assert self._process.stdout is not None
-        return self._process.stdout.readline().decode().rstrip("\n")
+    def _answer(self, timeout: float) -> str:
+        try:
+            return self._child.answer(timeout)
+        except TimeoutError as error:
+            raise InputError(
+                f"the twin's process has not answered for {timeout:g} s: open another twin"
+            ) from error
+        except OSError:
+            return ""

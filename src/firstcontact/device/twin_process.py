@@ -1,8 +1,8 @@
 """The process in which the twin is a device: paced samples on a pseudo terminal.
 
 Started by :class:`firstcontact.device.twin_device.TwinDevice`, which talks to it through
-its standard input, one word a line, and ends it by closing that: so it also ends when its
-parent is killed.
+its standard input, one word a line, and ends it by closing that. When its parent is killed
+it is killed, too (:mod:`firstcontact.core.parent`).
 """
 
 from __future__ import annotations
@@ -13,16 +13,14 @@ import secrets
 import select
 import signal
 import sys
-import tempfile
 import time
 from collections.abc import Sequence
-from pathlib import Path
 
 from firstcontact import __version__
 from firstcontact.core import Command, InputError, fingertip_layout
 from firstcontact.core.layout import FINGERTIP_RATE, TAXELS
 from firstcontact.device.protocol import FRAME_SAMPLES
-from firstcontact.device.pseudo_terminal import PseudoTerminal
+from firstcontact.device.pseudo_terminal import PseudoTerminal, port_folder
 from firstcontact.device.responder import Responder
 from firstcontact.device.source import Descriptor
 from firstcontact.device.twin_words import HAND, OBJECT, TOLD, TWIN, peak_text, read_order
@@ -225,8 +223,8 @@ def main() -> None:
     parser.add_argument("--speed", type=float, required=True)
     parser.add_argument("--latency", type=float, required=True)
     options = parser.parse_args()
-    with tempfile.TemporaryDirectory(prefix="firstcontact-twin-") as folder:
-        terminal = PseudoTerminal(Path(folder) / "port")
+    with port_folder() as folder:
+        terminal = PseudoTerminal(folder / "port")
         try:
             twin = TwinProcess(
                 terminal,
@@ -251,3 +249,5 @@ def main() -> None:
 
 if __name__ == "__main__":
     main()
+    # All is put away; what Python and the compiler would still do takes a second or more.
+    os._exit(0)

@@ -21,7 +21,7 @@ from firstcontact.grasp_study.search import Found, search
 from firstcontact.grasp_study.settings import Settings
 from firstcontact.grasp_study.trials import Row, Scene, Trial, run_trial
 from firstcontact.grasp_study.variants import VARIANTS
-from firstcontact.study.jobs import Runner, parallel, terminations_interrupt
+from firstcontact.study.jobs import Runner, parallel
 from firstcontact.study.state import versions
 
 #: Policies that the target is about.
@@ -61,10 +61,7 @@ def run_grasp_study(settings: Settings, out: Path, quick: bool, command: str) ->
     began = time.monotonic()
     started = datetime.now().astimezone().isoformat(timespec="minutes")
     often = 0.1 if sys.stderr.isatty() else 10.0
-    with (
-        terminations_interrupt(),
-        tqdm(unit="job", bar_format=_BAR, miniters=0, mininterval=often) as bar,
-    ):
+    with tqdm(unit="job", bar_format=_BAR, miniters=0, mininterval=often) as bar:
 
         def stage(title: str) -> None:
             bar.reset()

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TextIO
 
 from firstcontact.device import Descriptor, Health
+from firstcontact.device.link_news import link_news
 from firstcontact.live.events import Case, Estimated, PinchDone
 from firstcontact.live.lines import write_now
 from firstcontact.live.sink import Update
@@ -48,14 +49,9 @@ class TextSink:
         """Nothing is left to say."""
 
     def _link(self, new: Health) -> None:
-        old, self._health = self._health, new
-        if old.connected and not new.connected:
-            self._say("link: the device is gone; waiting for it")
-        if new.reconnects > old.reconnects:
-            self._say(f"link: the device is back, epoch {new.epoch}")
-        lost = new.lost_samples - old.lost_samples
-        if lost:
-            self._say(f"link: {lost} samples lost, {new.lost_samples} in all")
+        for line in link_news(self._health, new):
+            self._say(line)
+        self._health = new
 
     def _say(self, line: str) -> None:
         write_now(self._stream, f"{line}\n")

@@ -6,7 +6,9 @@ import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, Protocol, TypeVar
+from typing import Protocol, TypeVar
+
+from firstcontact.core.parent import follow
 
 A = TypeVar("A")
 B = TypeVar("B")
@@ -31,13 +33,21 @@ class Serial:
         return [function(job) for job in jobs]
 
 
-def _ignore_interrupts() -> None:
-    # Ctrl-C reaches the whole process group; the parent alone decides.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _begin(parent: int) -> None:
+    """What a worker does first."""
+    # Signals of the terminal reach the whole process group; the parent alone decides, ...
+    for name in ("SIGINT", "SIGHUP", "SIGQUIT"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
+    # ... and where it is killed, its workers are, in the middle of whatever they do.
+    follow(parent)
 
 
 class Parallel:
     """Processes that are fresh (spawned), reused, and killed on the way out.
+
+    To be made in a thread that lives as long as they do, such as the main one: workers end with
+    the thread that started them.
 
     Parameters
     ----------
@@ -56,7 +66,8 @@ class Parallel:
         self._executor = get_reusable_executor(
             max_workers=workers,
             timeout=600,
-            initializer=_ignore_interrupts,
+            initializer=_begin,
+            initargs=(os.getpid(),),
             env={**ONE_THREAD},
         )
 
@@ -91,20 +102,6 @@ def parallel(
         yield runner
     finally:
         runner.close()
-
-
-@contextmanager
-def terminations_interrupt() -> Iterator[None]:
-    """Treat SIGTERM as Ctrl-C, so that files and processes end well in both."""
-
-    def interrupt(number: int, frame: Any) -> None:
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGTERM, interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def cores() -> int:

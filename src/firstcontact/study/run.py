@@ -8,7 +8,7 @@ from pathlib import Path
 
 from firstcontact.core import Dataset, InputError
 from firstcontact.study import protocol
-from firstcontact.study.jobs import parallel, terminations_interrupt
+from firstcontact.study.jobs import parallel
 from firstcontact.study.settings import Settings
 from firstcontact.study.sources import CONDITIONS, recorded, simulated
 from firstcontact.study.state import Findings, State
@@ -44,7 +44,7 @@ def run_study(
     InputError
         The data cannot be used, or ``out`` cannot be written to.
     KeyboardInterrupt
-        On Ctrl-C and SIGTERM, with all processes ended and the report as far
+        On Ctrl-C, with all processes ended and the report as far
         as it came.
     """
     from tqdm import tqdm
@@ -55,10 +55,7 @@ def run_study(
         raise InputError(f"{out} cannot be made ({error.strerror}): choose another --out") from None
     # A log is no terminal: there, a line every ten seconds is enough.
     often = 0.1 if sys.stderr.isatty() else 10.0
-    with (
-        terminations_interrupt(),
-        tqdm(unit="part", bar_format=_BAR, miniters=0, mininterval=often) as bar,
-    ):
+    with tqdm(unit="part", bar_format=_BAR, miniters=0, mininterval=often) as bar:
 
         def within(done: int, total: int) -> None:
             bar.set_postfix_str(f"{done} of {total}", refresh=False)

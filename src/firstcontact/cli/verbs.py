@@ -1,0 +1,89 @@
+"""The verbs: where each is, and what it is for. Importing this imports none of them."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any, NamedTuple
+
+
+class Verb(NamedTuple):
+    """A verb of the command.
+
+    Parameters
+    ----------
+    name
+        Of the dataclass that is its configuration.
+    summary
+        The first line of what that says of itself.
+    """
+
+    name: str
+    summary: str
+
+
+VERBS = {
+    "live": Verb(
+        "Live",
+        "Show contacts and stiffness as they happen: in the terminal, on a page, to other "
+        "programs.",
+    ),
+    "calibrate": Verb(
+        "Calibrate", "Measure noise floors, taps and the Velostat curve of a pair of fingertips."
+    ),
+    "record": Verb(
+        "Record", "Record labelled pinches: the hand closes, the terminal says which ones count."
+    ),
+    "camera": Verb(
+        "Camera", "Compare the strips' contacts with those that a high-speed camera saw."
+    ),
+    "ports": Verb("Ports", "List the serial ports, and say which of them may be a fingertip."),
+    "info": Verb(
+        "Info",
+        "Print what a bug report needs: versions, ports, and what a device says about itself.",
+    ),
+    "replay": Verb(
+        "Replay", "Make a recording a live device: a port that this or any other program can open."
+    ),
+    "simulate": Verb(
+        "Simulate", "Make recordings of simulated pinches: five blocks and eight everyday objects."
+    ),
+    "import": Verb("Import", "Turn what others have (WAV, HDF5, NPZ, CSV) into recordings."),
+    "inspect": Verb("Inspect", "Say what is in a recording, and draw a pinch of it."),
+    "export": Verb("Export", "Write the pinches of recordings for other tools."),
+    "train": Verb(
+        "Train",
+        'Learn stiffness models from the pinches of role "train"; save them with a detector.',
+    ),
+    "evaluate": Verb(
+        "Evaluate", "Score a saved model; pinches that it learned from are told apart."
+    ),
+    "study": Verb(
+        "Study",
+        "Do every experiment that the data permit and write report.html and results.json.",
+    ),
+    "grasp-study": Verb(
+        "GraspStudy",
+        "Close the twin's hand with every policy on the same pinches; write report and results.",
+    ),
+}
+
+
+def configuration(verb: str) -> type[Any]:
+    """The dataclass of a verb; imports its module."""
+    module = "import_" if verb == "import" else verb.replace("-", "_")
+    found: type[Any] = getattr(import_module(f"firstcontact.cli.{module}"), VERBS[verb].name)
+    return found
+
+
+def overview(width: int) -> str:
+    """What ``firstcontact --help`` prints, in lines of at most so many characters."""
+    from textwrap import wrap
+
+    import firstcontact
+
+    indent = " " * (max(map(len, VERBS)) + 4)
+    lines = ["usage: firstcontact VERB [OPTIONS]", "", firstcontact.__doc__ or "", ""]
+    for verb, (_, summary) in VERBS.items():
+        first, *more = wrap(summary, max(width - len(indent), 20))
+        lines += [f"  {verb}".ljust(len(indent)) + first, *(indent + line for line in more)]
+    return "\n".join([*lines, "", "firstcontact VERB --help says what each takes."])

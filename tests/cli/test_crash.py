@@ -1,0 +1,167 @@
+"""What nobody foresaw: one sentence, a log, an exit code of its own, and nothing half-written."""
+
+from __future__ import annotations
+
+import errno
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import pytest
+
+from firstcontact import __version__
+from firstcontact.cli import main as command
+from firstcontact.core.files import replacing
+
+#: Raises in the place of a verb, as no verb is known to do.
+PROGRAM = """
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+import firstcontact.cli.info as info
+from firstcontact.cli.main import main
+from firstcontact.core.files import replacing
+
+@dataclass(frozen=True)
+class Info:
+    token: str = ""
+    def run(self):
+        with replacing(Path("out.json")) as temporary:
+            temporary.write_text("half")
+            {body}
+
+info.Info = Info
+sys.exit(main())
+"""
+
+
+def run(
+    body: str, folder: Path, *arguments: str, **environment: str
+) -> subprocess.CompletedProcess[str]:
+    """Run the verb ``info`` with this in it, in this folder."""
+    return subprocess.run(
+        [sys.executable, "-c", PROGRAM.format(body=body), "info", *arguments],
+        cwd=folder,
+        env={**os.environ, "XDG_STATE_HOME": str(folder / "state"), **environment},
+        capture_output=True,
+        text=True,
+    )
+
+
+def only_log(folder: Path) -> Path:
+    """The one file in a folder."""
+    (log,) = folder.iterdir()
+    return log
+
+
+def test_a_fault_is_one_sentence_a_log_and_its_own_exit_code(tmp_path: Path) -> None:
+    done = run('raise ZeroDivisionError("by 0\\\\n\\x1b[31m")', tmp_path, "--token=s3cret")
+    assert done.returncode == 70
+    assert done.stdout == ""
+    (said,) = done.stderr.splitlines()
+    log = only_log(tmp_path / "state" / "firstcontact")
+    assert said.startswith("firstcontact: ")
+    assert "ZeroDivisionError: by 0\\n\\u001b[31m" in said
+    assert "report" in said
+    assert said.endswith(str(log))
+    text = log.read_text(encoding="utf-8")
+    assert f"firstcontact {__version__}" in text
+    assert "Python 3." in text
+    assert "Traceback (most recent call last)" in text
+    assert "command: firstcontact info" in text
+    assert "firstcontact info" in text
+    assert "\x1b" not in text
+    assert log.stat().st_mode & 0o077 == 0
+    # What was being written is gone.
+    assert [p.name for p in tmp_path.iterdir()] == ["state"]
+
+
+@pytest.mark.parametrize("arguments", [["--token=s3cret"], ["--token", "s3cret"]])
+def test_a_token_is_in_no_log(tmp_path: Path, arguments: list[str]) -> None:
+    done = run('raise RuntimeError("with " + self.token)', tmp_path, *arguments)
+    assert done.returncode == 70
+    text = only_log(tmp_path / "state" / "firstcontact").read_text(encoding="utf-8")
+    assert "s3cret" not in text
+    assert "--token" in text
+
+
+def test_memory_that_runs_out_is_said(tmp_path: Path) -> None:
+    body = "import resource; resource.setrlimit(resource.RLIMIT_AS, (2**30, 2**30)); b'x' * 2**31"
+    done = run(body, tmp_path)
+    assert done.returncode == 70
+    assert "memory ran out" in done.stderr
+    assert only_log(tmp_path / "state" / "firstcontact").exists()
+
+
+def test_a_system_that_fails_is_a_fault_with_a_log(tmp_path: Path) -> None:
+    done = run("import os; os.close(os.open('.', 0) + 1)", tmp_path)
+    assert done.returncode == 70
+    assert "Bad file descriptor" in done.stderr
+    assert only_log(tmp_path / "state" / "firstcontact").exists()
+
+
+def test_a_disk_that_is_full_is_the_users(tmp_path: Path) -> None:
+    body = (
+        "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (9, 9)); "
+        "temporary.write_text('more than there is room for')"
+    )
+    done = run(body, tmp_path)
+    assert done.returncode == 2
+    assert "make room" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_a_folder_for_states_the_log_is_a_temporary_file(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    (tmp_path / "tmp").mkdir()
+    done = run(
+        "1 / 0", tmp_path, XDG_STATE_HOME=str(tmp_path / "file"), TMPDIR=str(tmp_path / "tmp")
+    )
+    assert done.returncode == 70
+    assert str(only_log(tmp_path / "tmp")) in done.stderr
+
+
+@dataclass(frozen=True)
+class Raising:
+    """A verb that raises while it writes."""
+
+    error: ClassVar[BaseException]
+    out: ClassVar[Path]
+
+    def run(self) -> None:
+        """Raise."""
+        with replacing(self.out) as temporary:
+            temporary.write_text("half")
+            raise self.error
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (OSError(errno.EIO, "Input/output error"), 70),
+        (MemoryError(), 70),
+        (RecursionError("too deep"), 70),
+        (UnicodeDecodeError("utf-8", b"\xff", 0, 1, "no"), 70),
+        (OSError(errno.ENOSPC, "No space left on device"), 2),
+        (OSError(errno.EACCES, "Permission denied", "there"), 2),
+    ],
+    ids=lambda x: type(x).__name__,
+)
+def test_whatever_it_is_nothing_is_left_half_written(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    error: BaseException,
+    code: int,
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setattr(Raising, "error", error, raising=False)
+    monkeypatch.setattr(Raising, "out", tmp_path / "out", raising=False)
+    monkeypatch.setattr("firstcontact.cli.study.Study", Raising)
+    assert command.main(["study"]) == code
+    (said,) = capsys.readouterr().err.splitlines()
+    assert said.startswith("firstcontact: ")
+    assert sorted(p.name for p in tmp_path.iterdir()) == (["state"] if code == 70 else [])

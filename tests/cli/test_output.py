@@ -1,0 +1,195 @@
+"""What goes onto a terminal is text, and the work goes on when nobody reads it."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.cli.main import main
+from firstcontact.cli.output import Output, outputs
+from firstcontact.core import Block, Label, fingertip_layout
+from firstcontact.core.plain import LACKING, one_line, plain
+from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
+
+COMMAND = [sys.executable, "-m", "firstcontact.cli.main"]
+#: Colours, a title, a cursor that goes up, 8-bit controls, text that runs backwards.
+HOSTILE = "a\x1b[31m\x1b]0;owned\x07\x1b[2A\x9b31mb\u202ec\x7f\x08"
+
+
+def is_plain(text: str) -> bool:
+    """Whether a terminal takes it for text alone."""
+    return all(
+        c in "\n\t" or (c >= " " and not "\x7f" <= c <= "\x9f" and c not in "\u202e\u2028")
+        for c in text
+    )
+
+
+@given(st.text())
+def test_nothing_but_text_is_left_and_text_stays(text: str) -> None:
+    assert is_plain(plain(text))
+    assert plain(plain(text)) == plain(text)
+    assert "\n" not in one_line(text)
+    plain(text).encode()  # no halves of characters either
+
+
+@given(st.text(alphabet=st.characters(codec="latin-1", exclude_categories=["Cc"])))
+def test_words_are_not_touched(text: str) -> None:
+    assert plain(text) == text
+
+
+@given(st.text())
+def test_json_says_the_same(text: str) -> None:
+    line = json.dumps({"text": text}, ensure_ascii=False)
+    assert json.loads(plain(line)) == {"text": text}
+    assert json.loads(plain(line).encode("ascii", LACKING)) == {"text": text}
+
+
+def test_a_progress_bar_goes_back_and_a_name_does_not() -> None:
+    stream = io.StringIO()
+    out = Output(stream)
+    print("\rhalf", end="", file=out)
+    print("\nname\rgood", file=out)
+    assert stream.getvalue() == "\rhalf\nname\\u000dgood\n"
+
+
+@pytest.fixture
+def hostile(tmp_path: Path) -> Path:
+    """A recording in which all that is text is hostile."""
+    path = tmp_path / f"{HOSTILE}.mcap"
+    header = Header(
+        layout=fingertip_layout(), source="synthetic", sensor=HOSTILE, hand=HOSTILE,
+        firmware=HOSTILE, session=HOSTILE, notes=f"{HOSTILE}\n{HOSTILE}",
+    )  # fmt: skip
+    with RecordingWriter(path, header) as writer:
+        writer.write(Block(np.zeros((500, 16), np.int16)))
+        writer.marker(Marker(3, 0, HOSTILE))
+        writer.mark(PinchMark(0, 10, 400, 0, Label(HOSTILE, 10.0, HOSTILE, session=HOSTILE)))
+    return path
+
+
+def test_what_a_recording_says_of_itself_moves_no_cursor(
+    hostile: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["inspect", str(hostile)]) == 0
+    said = capsys.readouterr().out
+    assert is_plain(said)
+    assert said.count("a\\u001b[31m\\u001b]0;owned\\u0007\\u001b[2A\\u009b31mb\\u202ec") >= 8
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["inspect", f"{HOSTILE}"],
+        ["inspect", "x\ny"],
+        [HOSTILE],
+        ["inspect", f"--{HOSTILE}"],
+        ["export", "x", "--to", HOSTILE, "--out", "y"],
+    ],
+)
+def test_errors_move_no_cursor(
+    arguments: list[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with suppress(SystemExit):  # what cannot be parsed
+        assert main(arguments) == 2
+    out, err = capsys.readouterr()
+    assert is_plain(out + err)
+
+
+def test_a_name_that_is_no_utf_8_can_be_said(tmp_path: Path) -> None:
+    name = os.fsencode(tmp_path) + b"/\xff.mcap"
+    done = subprocess.run([*COMMAND, b"inspect", name], capture_output=True)
+    assert done.returncode == 2
+    assert b"\\udcff.mcap" in done.stderr
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+def test_a_terminal_that_lacks_characters_gets_their_numbers(
+    hostile: Path, encoding: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "漢字.mcap"
+    path.write_bytes(hostile.read_bytes())
+    done = subprocess.run(
+        [*COMMAND, "inspect", str(path)],
+        capture_output=True,
+        env={**os.environ, "PYTHONIOENCODING": encoding},
+    )
+    assert done.returncode == 0, done.stderr
+    assert b"\\u6f22\\u5b57.mcap" in done.stdout
+
+
+def without_reader(stream: int) -> None:
+    read, write = os.pipe()
+    os.dup2(write, stream)
+    os.close(read)
+    os.close(write)
+
+
+def closed(stream: int) -> None:
+    os.close(stream)
+
+
+def hung_up(stream: int) -> None:
+    """A terminal that was closed, and nobody told."""
+    device, host = os.openpty()
+    os.dup2(host, stream)
+    os.close(host)
+    os.close(device)
+
+
+@pytest.mark.parametrize("lost", [without_reader, closed, hung_up])
+def test_work_goes_on_to_its_end_when_nobody_reads(
+    lost: Callable[[int], None], hostile: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out.csv"
+    source = tmp_path / "in.mcap"
+    hostile.rename(source)
+    done = subprocess.run(
+        [*COMMAND, "export", str(source), "--to", "csv", "--out", str(out)],
+        stderr=subprocess.PIPE,
+        preexec_fn=lambda: lost(1),
+    )
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert len(out.read_text(encoding="utf-8").splitlines()) > 300
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_what_could_not_be_kept_is_no_success(hostile: Path) -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run([*COMMAND, "inspect", hostile], stdout=full, stderr=subprocess.PIPE)
+    assert done.returncode == 2
+    assert b"standard output: No space left on device" in done.stderr
+
+
+def test_nothing_that_is_opened_becomes_a_closed_standard_stream() -> None:
+    code = (
+        "import os\nfrom firstcontact.cli.output import outputs\n"
+        "with outputs():\n    number = os.open('/dev/null', 0)\n    assert number > 2, number\n"
+        "    print('nowhere')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        preexec_fn=lambda: os.closerange(0, 3),
+    )
+    assert done.returncode == 0
+
+
+def test_the_streams_are_as_they_were_afterwards() -> None:
+    before = sys.stdin, sys.stdout, sys.stderr
+    with outputs():
+        assert isinstance(sys.stdout, Output)
+    assert (sys.stdin, sys.stdout, sys.stderr) == before

@@ -1,0 +1,117 @@
+"""Signals: each verb ends in order, once, and under nohup not at all."""
+
+from __future__ import annotations
+
+import re
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from firstcontact.cli import stopping as module
+from firstcontact.cli.stopping import Stop, stopping
+from firstcontact.recording import read_recording
+
+SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
+COMMAND = [sys.executable, "-m", "firstcontact.cli.main"]
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_signal_interrupts_once_and_its_repetition_disturbs_nothing(
+    number: signal.Signals,
+) -> None:
+    before = [signal.getsignal(n) for n in SIGNALS]
+    ended = False
+    with stopping() as stop:
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(number)
+        for again in SIGNALS:
+            signal.raise_signal(again)
+        ended = True
+    assert ended
+    assert (stop.signal, stop.code) == (number, 128 + number)
+    assert [signal.getsignal(n) for n in SIGNALS] == before
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_loop_that_looks_is_not_interrupted(number: signal.Signals) -> None:
+    with stopping() as stop:
+        stop.gently = True
+        assert not stop.requested
+        signal.raise_signal(number)
+        signal.raise_signal(number)
+        assert stop.requested
+
+
+def test_who_insists_cuts_a_finishing_that_hangs_short(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [100.0]
+    monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
+    with stopping() as stop:
+        stop.gently = True
+        signal.raise_signal(signal.SIGINT)
+        now[0] += module.INSISTED - 0.1
+        signal.raise_signal(signal.SIGINT)
+        now[0] += 0.2
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+
+
+@pytest.fixture
+def hung_up() -> Iterator[None]:
+    """As under nohup."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
+@pytest.mark.usefixtures("hung_up")
+def test_what_is_ignored_stays_so() -> None:
+    with stopping() as stop:
+        signal.raise_signal(signal.SIGHUP)
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    assert not stop.requested
+
+
+def test_one_within_another_is_the_same() -> None:
+    with stopping() as outer, stopping() as inner:
+        assert inner is outer
+
+
+def test_in_another_thread_there_is_nothing_to_take() -> None:
+    taken: list[Stop] = []
+
+    def run() -> None:
+        with stopping() as stop:
+            taken.append(stop)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    thread.join()
+    assert not taken[0].requested
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_verb_that_writes_leaves_whole_files_only(number: signal.Signals, tmp_path: Path) -> None:
+    out = tmp_path / "set"
+    with subprocess.Popen(
+        [*COMMAND, "simulate", "--out", str(out), "--pinches-per-block", "500"],
+        stderr=subprocess.PIPE,
+    ) as process:
+        assert process.stderr is not None
+        told = b""
+        # The bar shows that pinches are being written; the whole set takes far longer.
+        while not re.search(rb" [1-9]\d*/", told):
+            told += process.stderr.read(1)
+        process.send_signal(number)
+        rest = process.stderr.read()
+    assert process.returncode == 128 + number
+    assert rest.splitlines()[-1] == b"firstcontact: interrupted"
+    for path in out.iterdir():
+        assert path.suffix == ".mcap"
+        assert not path.name.startswith(".")
+        read_recording(path)

@@ -1,0 +1,201 @@
+"""Children end with their parents, always."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from firstcontact.core.children import Child
+from processes import PATIENCE, gone, stop
+
+#: Children that do not listen, each in a way of its own.
+DEAF = {
+    "sleeps": "import time; time.sleep(600)",
+    "is busy": "while True: pass",
+    "keeps the lock": "import ctypes; ctypes.PyDLL(None).sleep(600)",
+    "holds signals back": (
+        "import signal, time; [signal.signal(n, signal.SIG_IGN) for n in (1, 2, 3, 15)]; "
+        "time.sleep(600)"
+    ),
+}
+ECHO = "import sys\nfor line in sys.stdin: print('heard', line, end='', flush=True)"
+PARENT = """
+import sys, threading
+from firstcontact.core.children import Child
+made = []
+# In a thread that ends: the child must not end with that.
+thread = threading.Thread(target=lambda: made.append(Child("child")))
+thread.start(); thread.join()
+made[0].answer(60.0)
+print(made[0].pid, flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The module ``child``, importable by processes; what is in it is up to the test."""
+    path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
+    monkeypatch.setenv("PYTHONPATH", path)
+    return tmp_path / "child.py"
+
+
+@contextmanager
+def child(*options: str) -> Iterator[Child]:
+    made = Child("child", *options)
+    try:
+        yield made
+    finally:
+        made.end(0.0)
+
+
+def test_lines_go_there_and_back(module: Path) -> None:
+    module.write_text(f"import sys; print(*sys.argv[1:], flush=True)\n{ECHO}")
+    with child("--one", "two") as made:
+        assert made.answer(PATIENCE) == "--one two"
+        for line in ("a", "übung", "x" * 100_000):
+            made.tell(line, PATIENCE)
+            assert made.answer(PATIENCE) == f"heard {line}"
+        assert os.getsid(made.pid) != os.getsid(0), "not in the group that the terminal signals"
+        assert made.end(PATIENCE), "by itself"
+        assert gone(made.pid)
+        assert made.end(PATIENCE)
+        with pytest.raises(OSError, match="ended"):
+            made.tell("more", 1.0)
+        with pytest.raises(OSError, match="ended"):
+            made.answer(1.0)
+
+
+def test_one_that_crashes_is_noticed(module: Path) -> None:
+    module.write_text("raise SystemExit(3)")
+    with child() as made, pytest.raises(BrokenPipeError):
+        made.answer(PATIENCE)
+
+
+@pytest.mark.parametrize("words", DEAF.values(), ids=DEAF)
+def test_one_that_does_not_listen_is_given_up_and_ended(module: Path, words: str) -> None:
+    module.write_text(f"print('ready', flush=True)\n{words}")
+    with child() as made:
+        assert made.answer(PATIENCE) == "ready"
+        with pytest.raises(TimeoutError, match="does not answer"):
+            made.answer(0.01)
+        with pytest.raises(TimeoutError, match="does not listen"):
+            made.tell("x" * 1_000_000, 0.01)
+        assert not made.end(0.01)
+        assert gone(made.pid)
+
+
+@pytest.mark.parametrize("still", [False, True], ids=["running", "stopped"])
+@pytest.mark.parametrize("words", DEAF.values(), ids=DEAF)
+def test_when_the_parent_is_killed_they_are_gone(module: Path, words: str, still: bool) -> None:
+    module.write_text(f"print('ready', flush=True)\n{words}")
+    pipe = subprocess.PIPE
+    with subprocess.Popen([sys.executable, "-c", PARENT], stdin=pipe, stdout=pipe) as parent:
+        assert parent.stdout is not None
+        pid = int(parent.stdout.readline())
+        if still:
+            stop(pid)
+        parent.kill()
+        assert gone(pid)
+
+
+def test_a_thread_that_ends_takes_no_child_with_it(module: Path) -> None:
+    module.write_text(ECHO)
+    made: list[Child] = []
+    thread = threading.Thread(target=lambda: made.append(Child("child")))
+    thread.start()
+    thread.join()
+    made[0].tell("still there", PATIENCE)
+    assert made[0].answer(PATIENCE) == "heard still there"
+    made[0].end(PATIENCE)
+
+
+INTERRUPTED = """
+import signal, sys, threading
+from firstcontact.core import children
+made = []
+keep = children.subprocess.Popen
+def slowly(*arguments, **options):
+    # Ctrl-C comes when the process is there and nobody has been given it.
+    process = keep(*arguments, **options)
+    made.append(process)
+    signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+    taken.wait()
+    return process
+
+taken = threading.Event()
+def take(number, frame):
+    taken.set()
+    raise KeyboardInterrupt
+signal.signal(signal.SIGINT, take)
+children.subprocess.Popen = slowly
+try:
+    children.Child("child")
+except KeyboardInterrupt:
+    assert made[0].poll() is not None
+    print("gone", flush=True)
+"""
+
+
+def test_one_whose_start_is_interrupted_does_not_stay(module: Path) -> None:
+    module.write_text(DEAF["sleeps"])
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert done.stdout == "gone\n"
+
+
+def test_one_that_wakes_is_not_killed_but_continued(module: Path) -> None:
+    done = module.with_name("done")
+    module.write_text(
+        f"import sys, pathlib\nprint('ready', flush=True)\nsys.stdin.read()\n"
+        f"pathlib.Path({str(done)!r}).touch()\n"
+    )
+    code = PARENT.replace('Child("child")', 'Child("child", wakes=True)')
+    pipe = subprocess.PIPE
+    with subprocess.Popen([sys.executable, "-c", code], stdin=pipe, stdout=pipe) as parent:
+        assert parent.stdout is not None
+        pid = int(parent.stdout.readline())
+        stop(pid)
+        parent.kill()
+        assert gone(pid)
+    assert done.exists()
+
+
+def test_where_the_system_does_not_tell_the_parent_is_looked_for(module: Path) -> None:
+    module.write_text(
+        "import os, signal, sys, time\n"
+        "from firstcontact.core import parent\n"
+        "parent.LOOK = 0.01\n"
+        "libc = __import__('ctypes').CDLL(None)\n"
+        "libc.prctl(1, 0, 0, 0, 0)\n"  # what the kernel was asked for is taken back
+        "parent._asked = lambda number: False\n"
+        "parent.follow(os.getppid(), signal.SIGKILL)\n"
+        "print('ready', flush=True)\n"
+        "time.sleep(600)\n"
+    )
+    pipe = subprocess.PIPE
+    with subprocess.Popen([sys.executable, "-c", PARENT], stdin=pipe, stdout=pipe) as parent:
+        assert parent.stdout is not None
+        pid = int(parent.stdout.readline())
+        parent.kill()
+        assert gone(pid)
+
+
+def test_a_parent_that_is_gone_already_is_noticed() -> None:
+    code = (
+        "import os, signal\nfrom firstcontact.core.parent import follow\n"
+        "follow(os.getppid() + 1, signal.SIGKILL)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code])
+    assert done.returncode == -signal.SIGKILL

@@ -1,0 +1,52 @@
+"""Processes that tests start, stop and kill."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+#: Of a machine that does much else at the same time, s: only a failing test waits so long.
+PATIENCE = 60.0
+
+
+def gone(pid: int) -> bool:
+    """Whether a process ends, waiting for it."""
+    try:
+        descriptor = os.pidfd_open(pid)
+    except ProcessLookupError:
+        return True
+    try:
+        return bool(select.select([descriptor], [], [], PATIENCE)[0])
+    finally:
+        os.close(descriptor)
+
+
+def until(reached: Callable[[], object]) -> None:
+    """Wait for a condition that nobody announces."""
+    tick = threading.Event()
+    for _ in range(int(PATIENCE / 0.01)):
+        if reached():
+            return
+        tick.wait(0.01)
+    raise AssertionError("it did not come about")
+
+
+def children(pid: int) -> list[int]:
+    """Of all its threads."""
+    tasks = Path(f"/proc/{pid}/task").glob("*/children")
+    return sorted(int(child) for task in tasks for child in task.read_text().split())
+
+
+def stopped(pid: int) -> bool:
+    """Whether a process stands still."""
+    return Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rsplit(")", 1)[1].split()[0] == "T"
+
+
+def stop(pid: int) -> None:
+    """Have a process stand still."""
+    os.kill(pid, signal.SIGSTOP)
+    until(lambda: stopped(pid))

@@ -1,11 +1,13 @@
 """A program that closes a hand and then does what it is told: for tests that end it.
 
 Arguments: the hand's name, its port or "-", and what to do once it closes: ``wait`` for a signal,
-``raise``, ``exit``, or ``hang`` without a word.
+``raise``, ``exit``, ``hang`` without a word, or ``hold`` Python's lock when a line comes.
 """
 
 from __future__ import annotations
 
+import ctypes
+import select
 import sys
 import threading
 
@@ -26,8 +28,11 @@ def main() -> None:
         if then == "exit":
             sys.exit(0)
         while not never.wait(0.05):
-            if then == "wait":
+            if then in ("wait", "hold"):
                 hand.send(CLOSE)
+            if then == "hold" and select.select([sys.stdin], [], [], 0)[0]:
+                # Unlike CDLL, it calls with the lock held: no thread runs meanwhile.
+                ctypes.PyDLL(None).sleep(600)
 
 
 main()

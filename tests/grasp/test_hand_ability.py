@@ -6,6 +6,8 @@ import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import pairwise
 from math import degrees
 from pathlib import Path
@@ -140,7 +142,7 @@ def test_an_exception_opens_it(port: Path) -> None:
         emulated.wait(lambda e: e.open)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT])
 def test_a_program_that_is_stopped_opens_it(port: Path, number: int) -> None:
     with EmulatedAbility(port) as emulated, started(port) as program:
         emulated.wait(lambda e: bool(e.targets) and closing(e))
@@ -149,24 +151,49 @@ def test_a_program_that_is_stopped_opens_it(port: Path, number: int) -> None:
         emulated.wait(lambda e: e.open)
 
 
-def test_a_program_that_is_killed_leaves_it_to_its_own_watchdog(port: Path) -> None:
+def test_a_program_that_is_killed_opens_it(port: Path) -> None:
     with EmulatedAbility(port) as emulated, started(port) as program:
         emulated.wait(lambda e: bool(e.targets) and closing(e))
         program.kill()
         program.wait(PATIENCE)
+        emulated.wait(lambda e: e.open)
+
+
+def test_a_program_that_is_stopped_by_the_system_opens_it(port: Path) -> None:
+    with EmulatedAbility(port) as emulated, started(port) as program:
+        emulated.wait(lambda e: bool(e.targets) and closing(e))
+        program.send_signal(signal.SIGSTOP)
+        emulated.wait(lambda e: e.open)
+        program.kill()
+
+
+def test_a_program_that_keeps_the_interpreters_lock_opens_it(port: Path) -> None:
+    with EmulatedAbility(port) as emulated, started(port, "hold") as program:
+        emulated.wait(lambda e: bool(e.targets) and closing(e))
+        assert program.stdin is not None
+        program.stdin.write("now\n")
+        program.stdin.flush()
+        emulated.wait(lambda e: e.open)
+        # It has not come to itself yet, and would not for ten minutes.
+        assert program.poll() is None
+        program.kill()
         emulated.wait(lambda e: not e.controlled)
-        # Nobody was left to order it; what the hand does then is not documented.
-        assert not emulated.open
 
 
-def started(port: Path) -> subprocess.Popen[str]:
-    """A program that closes the hand and goes on saying that it is alive."""
-    return subprocess.Popen(
-        [sys.executable, PROGRAM, "ability", port, "wait"],
+@contextmanager
+def started(port: Path, then: str = "wait") -> Iterator[subprocess.Popen[str]]:
+    """A program that closes the hand and goes on saying that it is alive, or as it is told."""
+    with subprocess.Popen(
+        [sys.executable, PROGRAM, "ability", port, then],
+        stdin=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         text=True,
-    )
+    ) as program:
+        try:
+            yield program
+        finally:
+            program.kill()
 
 
 def refused(hand: SafeHand) -> str:
@@ -231,9 +258,10 @@ def test_the_package_leaves_no_traces(tmp_path: Path) -> None:
     code = """
 import logging, os, sys
 from firstcontact.core import Command
-from firstcontact.grasp.registry import open_hand
+from firstcontact.grasp.ability import AbilityHand
+from firstcontact.grasp.safe import SafeHand
 path, cwd = list(sys.path), os.getcwd()
-with open_hand("ability", "simulated") as hand:
+with SafeHand(AbilityHand("simulated")) as hand:
     hand.send(Command(0.01, 1.0))
 assert sys.path == path and os.getcwd() == cwd
 assert "config" not in sys.modules

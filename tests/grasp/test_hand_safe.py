@@ -14,7 +14,7 @@ from hands import PATIENCE, HeardHand
 
 from firstcontact.core import Command
 from firstcontact.grasp.hand import HandError, HandLimits
-from firstcontact.grasp.safe import SafeHand
+from firstcontact.grasp.safe import ENDING, SafeHand
 
 PROGRAM = Path(__file__).with_name("hand_program.py")
 SLOW = Command(0.01, 1.0)
@@ -129,10 +129,28 @@ def test_closing_twice_and_commands_outside_of_the_block() -> None:
 
 
 def test_signals_are_as_they_were_afterwards() -> None:
-    before = [signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP)]
+    before = [signal.getsignal(number) for number in (signal.SIGINT, *ENDING)]
     with SafeHand(HeardHand()):
-        assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
-    assert [signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP)] == before
+        assert all(signal.getsignal(number) is not signal.SIG_DFL for number in ENDING)
+    assert [signal.getsignal(number) for number in (signal.SIGINT, *ENDING)] == before
+
+
+class DisturbedHand(HeardHand):
+    """Signals come while it is being closed."""
+
+    def close(self) -> None:
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGTERM)
+        signal.raise_signal(signal.SIGINT)
+        super().close()
+
+
+def test_signals_wait_until_the_hand_is_let_go() -> None:
+    heard = DisturbedHand()
+    with pytest.raises(KeyboardInterrupt), SafeHand(heard) as hand:
+        hand.send(SLOW)
+    assert heard.told == [SLOW, "release", "close"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_a_handler_of_the_program_stays() -> None:
@@ -167,6 +185,7 @@ def test_a_hand_can_be_used_from_another_thread() -> None:
         ("wait", signal.SIGINT, -signal.SIGINT),
         ("wait", signal.SIGTERM, 128 + signal.SIGTERM),
         ("wait", signal.SIGHUP, 128 + signal.SIGHUP),
+        ("wait", signal.SIGQUIT, 128 + signal.SIGQUIT),
         ("hang", signal.SIGTERM, 128 + signal.SIGTERM),
         ("raise", None, 1),
         ("exit", None, 0),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 from firstcontact.core import InputError
 from firstcontact.grasp.ability import AbilityHand
@@ -11,6 +12,7 @@ from firstcontact.grasp.ability_package import SIMULATED
 from firstcontact.grasp.hand import Hand
 from firstcontact.grasp.printing import PrintHand
 from firstcontact.grasp.safe import SafeHand
+from firstcontact.grasp.separate import SeparateHand
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +33,7 @@ class HandKind:
 
 HANDS: dict[str, HandKind] = {
     PrintHand.name: HandKind(lambda port: PrintHand()),
-    AbilityHand.name: HandKind(AbilityHand, rehearsal=SIMULATED),
+    AbilityHand.name: HandKind(partial(SeparateHand, AbilityHand), rehearsal=SIMULATED),
 }
 
 

@@ -6,7 +6,8 @@ import atexit
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from math import inf
 from types import FrameType, TracebackType
 from typing import Self
@@ -18,11 +19,30 @@ from firstcontact.grasp.pacing import HandCounts, Pacer
 Handler = Callable[[int, FrameType | None], None] | signal.Handlers
 
 #: Signals that end a process without a word, unless somebody takes them.
-ENDING = (signal.SIGTERM, signal.SIGHUP)
+ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
 
 def _leave(number: int, frame: FrameType | None) -> None:
     raise SystemExit(128 + number)
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Hold back what would end the program until the end of the block; then it is let happen."""
+    came: list[int] = []
+    before = {}
+    # Only the main thread may, and only it is interrupted.
+    if threading.current_thread() is threading.main_thread():
+        for number in (signal.SIGINT, *ENDING):
+            if signal.getsignal(number) not in (signal.SIG_IGN, None):
+                before[number] = signal.signal(number, lambda n, frame: came.append(n))
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        if came:
+            signal.raise_signal(came[0])
 
 
 class SafeHand:
@@ -32,8 +52,10 @@ class SafeHand:
     newest wins, and the last one is always sent. A thread repeats the last command
     before the hand's own watchdog runs out, and releases the hand when the program has been
     silent. The hand is released, too, on leaving the ``with`` block by any way, at the
-    interpreter's exit, when the hand fails, and on SIGTERM and SIGHUP where nobody else handles
-    them (then SystemExit is raised in the main thread).
+    interpreter's exit, when the hand fails, and on SIGTERM, SIGHUP and SIGQUIT where nobody else
+    handles them (then SystemExit is raised in the main thread). While it is being closed signals
+    wait. That thread needs Python's lock: for code that keeps it, see
+    :class:`firstcontact.grasp.separate.SeparateHand`.
 
     Parameters
     ----------
@@ -117,6 +139,14 @@ class SafeHand:
 
     def close(self) -> None:
         """Release, and let go of the hand; closing twice is fine."""
+        try:
+            # A second signal must not disturb the releasing that the first began.
+            with _undisturbed():
+                self._end()
+        finally:
+            self._handle(signal.SIG_DFL)
+
+    def _end(self) -> None:
         with self._change:
             if self._closed:
                 return
@@ -126,13 +156,10 @@ class SafeHand:
             self._change.notify()
         atexit.unregister(self.close)
         try:
-            # A second signal must not disturb the releasing that the first began.
-            self._handle(signal.SIG_IGN)
             if self._thread is not None:
                 self._thread.join()
         finally:
             self._hand.close()
-            self._handle(signal.SIG_DFL)
 
     def __enter__(self) -> Self:
         if self._closed or self._thread is not None:
@@ -163,6 +190,8 @@ class SafeHand:
         if threading.current_thread() is threading.main_thread():
             for number in self._taken:
                 signal.signal(number, handler)
+            if handler is signal.SIG_DFL:
+                self._taken = []
 
     def _check(self) -> None:
         if self._closed or self._thread is None:

@@ -90,6 +90,31 @@ def test_an_interrupt_ends_all_processes_and_keeps_the_report(
     assert not list(out.glob(".*.part"))
 
 
+def test_the_same_study_may_run_again_and_no_other_meanwhile_or_over_it(
+    arrays: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    first = start(arrays, out)
+    assert first.stderr is not None
+    seen = ""
+    while "contact detection" not in seen:
+        part = os.read(first.stderr.fileno(), 4096).decode("utf-8", "replace")
+        assert part, seen
+        seen += part
+    before = (out / "results.json").read_bytes()
+    with pytest.raises(InputError, match="another study is at work in it"):
+        Study(recordings=arrays, out=out, quick=True).run()
+    os.killpg(first.pid, signal.SIGKILL)
+    first.communicate()
+    for other in (Study(recordings=arrays, out=out), Study(out=out, quick=True)):
+        with pytest.raises(InputError, match="holds another study's results"):
+            other.run()
+    assert (out / "results.json").read_bytes() == before
+    again = start(arrays, out)
+    assert again.communicate()[0].strip() == str(out / "report.html")
+    assert json.loads((out / "results.json").read_text(encoding="utf-8"))["study"]["complete"]
+
+
 def living_in_group(group: int) -> list[str]:
     """Processes of a group that are not ending already."""
     exiting = 0x4  # PF_EXITING of the Linux kernel

@@ -10,7 +10,7 @@ import pytest
 from toy_rows import rows
 
 from firstcontact.grasp_study.chapters import sentences, tables
-from firstcontact.grasp_study.figures.headline import headline_figure
+from firstcontact.grasp_study.figures.headline import headline_figure, headline_picture
 from firstcontact.grasp_study.report import render
 from firstcontact.grasp_study.run import numbers
 from firstcontact.grasp_study.variants import VARIANTS
@@ -70,5 +70,6 @@ def test_every_variant_has_a_row_a_name_and_a_colour_of_its_own(results: dict[st
 
 def test_the_headline_is_written_as_a_picture(results: dict[str, Any], tmp_path: Path) -> None:
     path = tmp_path / "grasp.png"
-    assert headline_figure(results["policies"], "20", path).startswith("data:image/svg")
+    headline_picture(results["policies"], "20", path)
+    assert headline_figure(results["policies"], "20").startswith("data:image/svg")
     assert path.read_bytes().startswith(b"\x89PNG")

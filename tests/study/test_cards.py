@@ -28,6 +28,16 @@ def test_what_was_accepted_is_said() -> None:
     assert "median delay after its label" in card.lines[0].note
 
 
+def test_preempted_calls_and_the_load_are_said() -> None:
+    timed = {
+        "p99": 90.0, "speedup": 4.0, "reference": "PyTorch", "preempted": 7, "calls": 1000,
+        "load": 8.2, "cores": 2,
+    }  # fmt: skip
+    (card,) = cards([Findings("a", {"inference_us": {"svm": timed}})])
+    assert card.lines[0].value == "90 µs"
+    assert "(load 8.2 on 2 cores); 7 of 1,000 calls were preempted and are apart" in card.foot
+
+
 def test_the_answer_is_said_to_be_the_twins() -> None:
     tree = {"data": {"source": "twin"}, "answer_ms": {"median": 16.0, "before_second": 0.4}}
     (card,) = cards([Findings("paper-rig", tree)])

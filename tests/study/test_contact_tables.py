@@ -82,7 +82,10 @@ def test_every_timed_model_has_a_row() -> None:
         "p50": 5.0,
         "p99": 9.0,
         "calls": 100,
-        "preempted": 0,
+        "preempted": 3,
+        "p99_with_preempted": 4200.0,
+        "load": 8.25,
+        "cores": 2,
         "reference": "scikit-learn",
         "reference_p50": 50.0,
         "speedup": 10.0,
@@ -92,3 +95,6 @@ def test_every_timed_model_has_a_row() -> None:
     assert list(texts(table)) == ["SVM", "CNN", "SVM, classification"]
     assert table is not None
     assert table.rows[0].cells[0].small == "800 support vectors"
+    assert table.rows[0].cells[2].text == "9.0 µs"
+    assert table.rows[0].cells[2].small == "4200.0 µs with 3 preempted calls"
+    assert "Load of the machine: 8.2 on 2 cores." in table.caption

@@ -8,9 +8,10 @@ from functools import lru_cache
 from pathlib import Path
 
 from firstcontact.contact import Detector
-from firstcontact.core import Dataset
+from firstcontact.core import Dataset, InputError
 from firstcontact.grasp_study.settings import Settings
 from firstcontact.live.pipeline import Answerer
+from firstcontact.study.folder import MARK, fresh
 from firstcontact.study.jobs import Runner
 
 #: The sessions learned from are named by the twin: "blocks-01" and on. Those closed in are not.
@@ -46,17 +47,27 @@ def learn(settings: Settings, out: Path, runner: Runner) -> Learned:
         Folder of the study; recordings and models go below it.
     runner
         Trains the models.
+
+    Raises
+    ------
+    InputError
+        Recordings or models are there that no study made.
     """
     from firstcontact.contact.detector_file import save_detector
     from firstcontact.recording import load_dataset
     from firstcontact.study.alignment import fit_detector
     from firstcontact.twin.simulate import simulate
 
-    recordings, models = out / "recordings", out / "models"
-    for old in (recordings, models):
-        if old.exists():
-            shutil.rmtree(old)
-    simulate(recordings, CONDITION, settings.training, 0, settings.seed, settings.workers)
+    models = out / "models"
+    # Models come after recordings that bear the mark: without these, they are somebody's own.
+    if models.exists() and not (out / "recordings" / MARK).exists():
+        raise InputError(f"{models} was not made by a study: choose another --out, or move it away")
+    recordings = fresh(out / "recordings", {"twin": CONDITION, "seed": settings.seed})
+    if models.exists():
+        shutil.rmtree(models)
+    simulate(
+        recordings / "pinches", CONDITION, settings.training, 0, settings.seed, settings.workers
+    )
     lessons = [
         _Lesson(recordings, models / f"{1e3 * d:04.1f}ms", d, settings.seed)
         for d in settings.windows

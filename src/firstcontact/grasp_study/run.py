@@ -10,7 +10,6 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from firstcontact.core import InputError
 from firstcontact.core.files import write_json, write_text
 from firstcontact.grasp.grip import Grip
 from firstcontact.grasp_study.film import PICTURES, film
@@ -21,6 +20,7 @@ from firstcontact.grasp_study.search import Found, search
 from firstcontact.grasp_study.settings import Settings
 from firstcontact.grasp_study.trials import Row, Scene, Trial, run_trial
 from firstcontact.grasp_study.variants import VARIANTS
+from firstcontact.study.folder import sole_use
 from firstcontact.study.jobs import Runner, parallel
 from firstcontact.study.state import versions
 
@@ -50,14 +50,17 @@ def run_grasp_study(settings: Settings, out: Path, quick: bool, command: str) ->
     Raises
     ------
     InputError
-        ``out`` cannot be written to.
+        ``out`` cannot be written to, is another running study's, or holds the results of
+        another one, or recordings or models that no study made.
     """
+    asked = _asked(settings)
+    with sole_use(out, asked):
+        return _run(settings, out, quick, command, asked)
+
+
+def _run(settings: Settings, out: Path, quick: bool, command: str, asked: dict[str, Any]) -> Path:
     from tqdm import tqdm
 
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{out} cannot be made ({error.strerror}): choose another --out") from None
     began = time.monotonic()
     started = datetime.now().astimezone().isoformat(timespec="minutes")
     often = 0.1 if sys.stderr.isatty() else 10.0
@@ -92,6 +95,7 @@ def run_grasp_study(settings: Settings, out: Path, quick: bool, command: str) ->
             "quick": quick,
             "seed": settings.seed,
             "workers": settings.workers,
+            "asked": asked,
             "versions": dict(versions()),
         },
         "data": {
@@ -110,10 +114,10 @@ def run_grasp_study(settings: Settings, out: Path, quick: bool, command: str) ->
         "film": {"object": shown.kind, "session": shown.session},
     }
     write_json(out / "results.json", results)
-    from firstcontact.grasp_study.figures.headline import headline_figure
+    from firstcontact.grasp_study.figures.headline import headline_picture
 
     ms = f"{results['headline']['latency_ms']:g}"
-    headline_figure(results["policies"], ms, out / "grasp.png")
+    headline_picture(results["policies"], ms, out / "grasp.png")
     report = out / "report.html"
     write_text(report, render(results, out / "film.gif"))
     return report
@@ -139,6 +143,12 @@ def numbers(rows: Sequence[Row], seed: int) -> dict[str, Any]:
         "objects": objects_tree(rows, seed),
         "headline": headline(rows, OURS, seed),
     }
+
+
+def _asked(settings: Settings) -> dict[str, Any]:
+    """What the results depend on: settings, but not how many processes."""
+    sizes = {name: value for name, value in asdict(settings).items() if name != "workers"}
+    return {"verb": "grasp-study", **sizes}
 
 
 _BAR = "{desc}: {percentage:3.0f} %|{bar}| {n_fmt}/{total_fmt} [{elapsed}]"

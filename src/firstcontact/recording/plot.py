@@ -9,13 +9,17 @@ import numpy as np
 
 from firstcontact.core import ChannelKind, Finger, Pinch
 from firstcontact.core.files import replacing
+from firstcontact.recording.figure_text import PLAIN, shown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: One colour a finger, told apart also by those who see no red or green.
 COLOURS = {Finger.INDEX: "#0b6e99", Finger.THUMB: "#d9722e"}
 NAMES = {Finger.INDEX: "index", Finger.THUMB: "thumb"}
+#: Most characters of the heading.
+TITLE = 80
 _QUIET = "#8a8f98"
 _HEIGHTS = {ChannelKind.PIEZO: 3.0, ChannelKind.FORCE: 2.2, ChannelKind.STRIP: 0.9}
 
@@ -32,6 +36,15 @@ def plot_pinch(pinch: Pinch, title: str, path: Path) -> None:
     path
         A .png, .svg or .pdf file; an older one is replaced.
     """
+    from matplotlib import rc_context
+
+    # Names and units come from the recording: they are text, not formulas.
+    with rc_context(PLAIN), replacing(path) as temporary:
+        figure = _figure(pinch, title)
+        figure.savefig(temporary, dpi=150, format=path.suffix.lstrip(".").lower() or "png")
+
+
+def _figure(pinch: Pinch, title: str) -> Figure:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -55,9 +68,8 @@ def plot_pinch(pinch: Pinch, title: str, path: Path) -> None:
     grid[0, 0].legend(loc="upper left", frameon=False, ncols=2)
     since = "first contact" if pinch.first else "the start of the pinch"
     grid[-1, 0].set_xlabel(f"time since {since} (ms)")
-    figure.suptitle(title, x=0.02, ha="left", fontsize=12, fontweight="bold")
-    with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=150, format=path.suffix.lstrip(".").lower() or "png")
+    figure.suptitle(shown(title, TITLE), x=0.02, ha="left", fontsize=12, fontweight="bold")
+    return figure
 
 
 def _piezo(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
@@ -65,7 +77,7 @@ def _piezo(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
     values = pinch.piezo()
     for i, finger in enumerate(pinch.layout.piezo_fingers):
         axes.plot(time, values[:, i], color=COLOURS[finger], lw=0.9, label=NAMES[finger])
-    axes.set_ylabel(f"piezo ({pinch.layout.channels[columns[0]].unit})")
+    axes.set_ylabel(f"piezo ({shown(pinch.layout.channels[columns[0]].unit, 12)})")
 
 
 def _force(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
@@ -77,7 +89,7 @@ def _force(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
         values = pinch.force(finger)
         axes.plot(time, values, color=COLOURS[finger], lw=0.6, alpha=0.35)
         axes.plot(time, values.mean(axis=1), color=COLOURS[finger], lw=1.6)
-        unit = pinch.layout.channels[columns[0]].unit
+        unit = shown(pinch.layout.channels[columns[0]].unit, 12)
     axes.set_ylabel(f"force ({unit})" if unit else "force (raw)")
     axes.text(
         0.012, 0.95, "thin: taxels, thick: their mean", transform=axes.transAxes,

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,24 +27,56 @@ REFERENCE_SHARE = 10
 Call = Callable[[Any], object]
 
 
-def microseconds(
-    call: Call, windows: Sequence[Any] | NDArray[Any], calls: int
-) -> NDArray[np.float64]:
-    """Time of each of ``calls`` single calls over the windows in turn, µs, shape (calls,)."""
+#: Switches are counted for this thread alone where the system can.
+_WHOSE = getattr(resource, "RUSAGE_THREAD", resource.RUSAGE_SELF)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Timed:
+    """Single calls, each of shape (calls,).
+
+    Parameters
+    ----------
+    microseconds
+        How long each took.
+    preempted
+        Whether the core was taken away during it: its time is another program's, too.
+    """
+
+    microseconds: NDArray[np.float64]
+    preempted: NDArray[np.bool_]
+
+    @property
+    def own(self) -> NDArray[np.float64]:
+        """Times of the calls that ran through; of all where none did."""
+        return self.microseconds if self.preempted.all() else self.microseconds[~self.preempted]
+
+
+def timed(call: Call, windows: Sequence[Any] | NDArray[Any], calls: int) -> Timed:
+    """Time ``calls`` single calls over the windows in turn, after a warm-up."""
     for i in range(min(WARM_UP, calls)):
         call(windows[i % len(windows)])
     spent = np.empty(calls)
+    preempted = np.zeros(calls, dtype=np.bool_)
+    switches = preemptions()
     for i in range(calls):
         window = windows[i % len(windows)]
         began = time.perf_counter_ns()
         call(window)
         spent[i] = time.perf_counter_ns() - began
-    return spent / 1e3
+        before, switches = switches, preemptions()
+        preempted[i] = switches > before
+    return Timed(spent / 1e3, preempted)
 
 
 def preemptions() -> int:
-    """How often other processes have taken the core away from this one."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_nivcsw
+    """How often other processes have taken the core away from this thread."""
+    return resource.getrusage(_WHOSE).ru_nivcsw
+
+
+def load() -> float:
+    """Processes that wanted a core in the last minute, on average."""
+    return os.getloadavg()[0]
 
 
 def reference(model: Model, X: Windows, y: Values) -> tuple[str, Call, Sequence[Any]]:
@@ -106,26 +140,30 @@ def time_inference(model: Model, X: Windows, y: Values, calls: int = 10_000) -> 
     Returns
     -------
     dict
-        ``p50`` and ``p99``, µs; ``calls``; ``preempted``, how often the core was
-        taken away meanwhile, which makes a p99 another process's; the same of
-        the ``reference``; ``speedup``, the ratio of the medians.
+        ``p50`` and ``p99``, µs, of the calls that no other process interrupted;
+        ``calls``, all of them; ``preempted``, how many were interrupted;
+        ``p99_with_preempted``, of all calls; ``load`` and ``cores``: of the machine
+        when it began; the same of the ``reference``; ``speedup``, the ratio of the
+        medians.
     """
     import threadpoolctl
 
     name, call, inputs = reference(model, X, y)
+    busy = load()
     with threadpoolctl.threadpool_limits(1):
-        before = preemptions()
-        own = microseconds(model.predict_one, X, calls)
-        preempted = preemptions() - before
-        theirs = microseconds(call, inputs, max(1, calls // REFERENCE_SHARE))
+        own = timed(model.predict_one, X, calls)
+        theirs = timed(call, inputs, max(1, calls // REFERENCE_SHARE))
     return {
-        "p50": float(np.percentile(own, 50)),
-        "p99": float(np.percentile(own, 99)),
-        "calls": len(own),
-        "preempted": preempted,
+        "p50": float(np.percentile(own.own, 50)),
+        "p99": float(np.percentile(own.own, 99)),
+        "p99_with_preempted": float(np.percentile(own.microseconds, 99)),
+        "calls": calls,
+        "preempted": int(own.preempted.sum()),
+        "load": busy,
+        "cores": os.cpu_count() or 1,
         "reference": name,
-        "reference_p50": float(np.percentile(theirs, 50)),
-        "reference_p99": float(np.percentile(theirs, 99)),
-        "reference_calls": len(theirs),
-        "speedup": float(np.percentile(theirs, 50) / np.percentile(own, 50)),
+        "reference_p50": float(np.percentile(theirs.own, 50)),
+        "reference_p99": float(np.percentile(theirs.own, 99)),
+        "reference_calls": len(theirs.microseconds),
+        "speedup": float(np.percentile(theirs.own, 50) / np.percentile(own.own, 50)),
     }

@@ -191,5 +191,18 @@ def _time_card(shown: Sequence[Findings]) -> Card:
             lambda e: f"{e['p99']:.0f} µs",
             lambda e: f"{e['speedup']:.1f} × quicker than {e['reference']}",
         ),
-        "regression, one window at a time, one thread, this machine",
+        f"regression, one window at a time, one thread, this machine{_apart(shown)}",
     )
+
+
+def _apart(shown: Sequence[Findings]) -> str:
+    """Calls that another process interrupted, and how busy the machine was."""
+    trees = [get(f.tree, f"inference_us.{model}") for f in shown for model in ("svm", "cnn")]
+    entries = [tree for tree in trees if tree and "load" in tree]
+    if not entries:
+        return ""
+    busy = max(float(entry["load"]) for entry in entries)
+    preempted = sum(entry["preempted"] for entry in entries)
+    calls = sum(entry["calls"] for entry in entries)
+    apart = f"; {preempted:,} of {calls:,} calls were preempted and are apart" if preempted else ""
+    return f" (load {busy:.1f} on {entries[0]['cores']} cores){apart}"

@@ -323,7 +323,8 @@ def _inference(trees: Sequence[Tree]) -> list[Compared]:
             f"One window, {NAMES[model]}: p99",
             f"{published.INFERENCE[model]} ms",
             _here(trees, f"inference_us.{model}.p99", "{:.3f} ms", 1e-3),
-            "Other computers: not comparable. The ratio to the training library on this one is.",
+            "Other computers: not comparable. The ratio to the training library on this one is. "
+            "Without calls that another process interrupted.",
         )
         for model in ("svm", "cnn")
     ]

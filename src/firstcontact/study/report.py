@@ -27,7 +27,7 @@ def render(state: State) -> str:
     trees = [f.tree for f in shown]
     names = [subject_title(f) for f in shown]
     twin = any(get(tree, "data.source") == "twin" for tree in trees)
-    return environment.from_string(template).render(
+    page = environment.from_string(template).render(
         state=state,
         twin=twin,
         shared=texts.shared(trees),
@@ -43,6 +43,8 @@ def render(state: State) -> str:
         elapsed=duration(state.seconds),
         parts=[(title, duration(s)) for title, s in state.part_seconds.items()],
     )
+    # A path on the command line need not be UTF-8; a page is.
+    return page.encode("utf-8", "replace").decode("utf-8")
 
 
 def _kind(trees: Sequence[Mapping[str, Any]]) -> str:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
-from firstcontact.core import Dataset, InputError
+from firstcontact.core import Dataset
 from firstcontact.study import protocol
+from firstcontact.study.folder import sole_use
 from firstcontact.study.jobs import parallel
 from firstcontact.study.settings import Settings
 from firstcontact.study.sources import CONDITIONS, recorded, simulated
@@ -42,20 +45,21 @@ def run_study(
     Raises
     ------
     InputError
-        The data cannot be used, or ``out`` cannot be written to.
+        The data cannot be used, or ``out`` cannot be written to, is another running
+        study's, or holds the results of another one.
     KeyboardInterrupt
         On Ctrl-C, with all processes ended and the report as far
         as it came.
     """
     from tqdm import tqdm
 
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{out} cannot be made ({error.strerror}): choose another --out") from None
+    asked = _asked(settings, recordings)
     # A log is no terminal: there, a line every ten seconds is enough.
     often = 0.1 if sys.stderr.isatty() else 10.0
-    with tqdm(unit="part", bar_format=_BAR, miniters=0, mininterval=often) as bar:
+    with (
+        sole_use(out, asked),
+        tqdm(unit="part", bar_format=_BAR, miniters=0, mininterval=often) as bar,
+    ):
 
         def within(done: int, total: int) -> None:
             bar.set_postfix_str(f"{done} of {total}", refresh=False)
@@ -66,7 +70,8 @@ def run_study(
             steps = protocol.plan(sources, settings, runner)
             bar.reset(total=len(steps))
             titles = [f"{step.subject}: {step.title}" for step in steps]
-            state = State(command, settings, quick, [Findings(n) for n, _ in sources], titles)
+            findings = [Findings(name) for name, _ in sources]
+            state = State(command, settings, quick, findings, titles, asked=asked)
 
             def tick(title: str) -> None:
                 bar.n = state.done
@@ -77,6 +82,13 @@ def run_study(
             bar.n = state.done
             bar.set_description("done")
     return out / "report.html"
+
+
+def _asked(settings: Settings, recordings: Path | None) -> dict[str, Any]:
+    """What the results depend on: data and settings, but not how many processes."""
+    data = None if recordings is None else str(recordings.resolve())
+    sizes = {name: value for name, value in asdict(settings).items() if name != "workers"}
+    return {"verb": "study", "recordings": data, **sizes}
 
 
 _BAR = "{desc}{percentage:3.0f} %|{bar}| {n_fmt}/{total_fmt} [{elapsed}] {postfix}"

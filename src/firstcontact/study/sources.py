@@ -8,15 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from firstcontact.core import Dataset, InputError
-from firstcontact.core.files import write_json
 from firstcontact.recording import load_dataset
 from firstcontact.signal import resample_dataset
+from firstcontact.study.folder import MARK, fresh
 from firstcontact.study.settings import MODEL_RATE, Settings
 
 #: The twin's conditions, in the order of the report.
 CONDITIONS = ("paper-rig", "everyday")
-#: Says that a folder of recordings was made by a study and may be made again.
-MARK = "made-by-study.json"
 #: What makes a folder one that can be imported.
 LABELS = "labels.csv"
 
@@ -38,7 +36,7 @@ def simulated(
     """
     from firstcontact.twin.simulate import simulate
 
-    directory = _fresh(out / "recordings" / condition, {"twin": condition, "seed": settings.seed})
+    directory = fresh(out / "recordings" / condition, {"twin": condition, "seed": settings.seed})
     simulate(
         directory / "pinches",
         condition,
@@ -94,7 +92,7 @@ def _found(path: Path) -> tuple[list[Path], list[Path]]:
 def _imported(path: Path, out: Path) -> Dataset:
     from firstcontact.recording.importing import import_path
 
-    directory = _fresh(out / "recordings" / "imported", {"imported": path.name})
+    directory = fresh(out / "recordings" / "imported", {"imported": path.name})
     try:
         assumed = import_path(path, directory / "pinches").notes
     except InputError:
@@ -102,15 +100,3 @@ def _imported(path: Path, out: Path) -> Dataset:
         raise
     dataset = load_dataset(directory)
     return replace(dataset, notes=(*assumed, *dataset.notes))
-
-
-def _fresh(directory: Path, mark: dict[str, object]) -> Path:
-    """An empty folder that bears our mark; what a study left there is removed."""
-    if directory.exists():
-        if not (directory / MARK).exists():
-            raise InputError(
-                f"{directory} was not made by a study: choose another --out, or move it away"
-            )
-        shutil.rmtree(directory)
-    write_json(directory / MARK, mark)
-    return directory

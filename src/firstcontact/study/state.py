@@ -84,6 +84,8 @@ class State:
         Whether it was ended from outside.
     stopped
         The part that ended it and its error, else empty.
+    asked
+        What the results depend on: the folder of the study is kept from others by it.
     """
 
     command: str
@@ -97,6 +99,7 @@ class State:
     began: float = field(default_factory=time.monotonic)
     started: str = field(default_factory=lambda: time.strftime("%Y-%m-%d %H:%M %Z"))
     part_seconds: dict[str, float] = field(default_factory=dict)
+    asked: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def pending(self) -> Sequence[str]:
@@ -127,6 +130,7 @@ class State:
             "started": self.started,
             "complete": not self.pending,
             **({"stopped": self.stopped} if self.stopped else {}),
+            "asked": dict(self.asked),
             "settings": asdict(self.settings),
             "seed": self.settings.seed,
         }

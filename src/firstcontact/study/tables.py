@@ -109,7 +109,7 @@ def block_table(tree: Tree, split: str) -> Table | None:
 
 def _learned(tree: Tree) -> bool:
     """Whether what places the windows is a detector that learned."""
-    return get(tree, "contact.windows_start_at") == "svm"
+    return bool(get(tree, "contact.windows_start_at") == "svm")
 
 
 def _block_row(name: Cell, scores: Tree, floor: bool) -> Row:
@@ -303,6 +303,21 @@ def _vectors(entry: Tree) -> str:
     return "" if count is None else f"{count:,} support vectors"
 
 
+def _preempted(entry: Tree) -> str:
+    if not entry["preempted"]:
+        return ""
+    return f"{entry['p99_with_preempted']:.1f} µs with {entry['preempted']:,} preempted calls"
+
+
+def _load(found: Tree) -> str:
+    """How busy the machine was, at most."""
+    entries = [entry for _, entry in timed(found) if "load" in entry]
+    if not entries:
+        return ""
+    busiest = max(entries, key=lambda entry: float(entry["load"]))
+    return f" Load of the machine: {busiest['load']:.1f} on {busiest['cores']} cores."
+
+
 def inference_table(tree: Tree) -> Table | None:
     """p50 and p99 of one window, beside the training library."""
     found = get(tree, "inference_us")
@@ -313,7 +328,7 @@ def inference_table(tree: Tree) -> Table | None:
             [
                 Cell(name, _vectors(entry)),
                 Cell(f"{entry['p50']:.1f} µs"),
-                Cell(f"{entry['p99']:.1f} µs", f"preempted {entry['preempted']} ×"),
+                Cell(f"{entry['p99']:.1f} µs", _preempted(entry)),
                 Cell(f"{entry['reference_p50']:.0f} µs", str(entry["reference"])),
                 Cell(f"{entry['speedup']:.1f} ×"),
             ]
@@ -323,7 +338,8 @@ def inference_table(tree: Tree) -> Table | None:
     calls = min(entry["calls"] for _, entry in timed(found))
     caption = (
         f"One window at a time, one thread, this machine; {calls:,} calls or more each. How much "
-        "quicker is the ratio of the medians."
+        "quicker is the ratio of the medians. Calls during which another process took the core are "
+        f"apart.{_load(found)}"
     )
     return Table(caption, ["", "p50", "p99", "Reference p50", "Quicker by"], rows)
 

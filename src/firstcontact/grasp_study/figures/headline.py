@@ -12,10 +12,17 @@ from firstcontact.study.figures.style import canvas, uri
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SIZE = (9.4, 3.6)
+#: Side by side as a picture of its own, and one above the other beside the report's other figures.
+BESIDE, BELOW = (9.4, 3.6), (6.2, 7.4)
+#: Group of objects, number, factor, form and title of each panel.
+PANELS = (
+    ("soft", "peak_n", 1.0, "{:.1f}", "Peak force, soft objects (N)"),
+    ("lasting", "time_ms", 1.0, "{:.0f}", "Time to grasp (ms)"),
+    ("brittle", "broken", 100.0, "{:.0f}", "Brittle objects broken (%)"),
+)
 
 
-def headline_figure(policies: Mapping[str, Any], ms: str, image: Path | None = None) -> str:
+def headline_figure(policies: Mapping[str, Any], ms: str) -> str:
     """Draw bars with intervals for every policy.
 
     Parameters
@@ -24,27 +31,33 @@ def headline_figure(policies: Mapping[str, Any], ms: str, image: Path | None = N
         See :func:`firstcontact.grasp_study.numbers.policies_tree`.
     ms
         The latency.
-    image
-        Where to write it as PNG, too.
 
     Returns
     -------
     str
         Data URI.
     """
-    with canvas(1, 3, size=SIZE, sharey=True) as (figure, axes):
-        left, middle, right = axes[0]
-        _bars(left, policies, ms, "soft", "peak_n", 1.0, "{:.1f}")
-        left.set_title("Peak force, soft objects (N)")
-        _bars(middle, policies, ms, "lasting", "time_ms", 1.0, "{:.0f}")
-        middle.set_title("Time to grasp (ms)")
-        _bars(right, policies, ms, "brittle", "broken", 100.0, "{:.0f}")
-        right.set_title("Brittle objects broken (%)")
-        left.set_yticks(range(len(policies)), [name(v) for v in policies])
-        left.invert_yaxis()
-        if image is not None:
-            figure.savefig(image, format="png", dpi=150, metadata={"Software": None})
+    with canvas(3, 1, size=BELOW) as (figure, axes):
+        for axis, (group, number, factor, form, title) in zip(axes[:, 0], PANELS, strict=True):
+            _bars(axis, policies, ms, group, number, factor, form)
+            axis.set_title(title)
+            _names(axis, policies)
         return uri(figure)
+
+
+def headline_picture(policies: Mapping[str, Any], ms: str, image: Path) -> None:
+    """Write the same as a PNG, side by side."""
+    with canvas(1, 3, size=BESIDE, sharey=True) as (figure, axes):
+        for axis, (group, number, factor, form, title) in zip(axes[0], PANELS, strict=True):
+            _bars(axis, policies, ms, group, number, factor, form)
+            axis.set_title(title)
+        _names(axes[0, 0], policies)
+        figure.savefig(image, format="png", dpi=150, metadata={"Software": None})
+
+
+def _names(axis: Axes, policies: Mapping[str, Any]) -> None:
+    axis.set_yticks(range(len(policies)), [name(v) for v in policies])
+    axis.invert_yaxis()
 
 
 def _bars(

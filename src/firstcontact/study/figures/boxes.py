@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from firstcontact.recording.figure_text import shown
 from firstcontact.study.figures.style import INK, MODEL_COLOURS, NAMES, canvas, uri
 from firstcontact.study.subject import Figure
 from firstcontact.study.training import Examples, Values
@@ -39,9 +40,10 @@ def boxes_figure(model: str, data: Examples, predicted: Values) -> Figure:
             capprops={"color": MODEL_COLOURS[model], "lw": 0.9},
             flierprops={"marker": ".", "ms": 3, "mec": MODEL_COLOURS[model], "alpha": 0.6},
         )
-        labels = [f"{s.replace('_', ' ')}\n({v:g})" for s, v in zip(order, true, strict=True)]
+        written = [shown(s.replace("_", " ")) for s in order]
+        labels = [f"{name}\n({v:g})" for name, v in zip(written, true, strict=True)]
         ax.set_xticks(range(len(order)), labels, fontsize=8)
-        if len(order) > 8 or max(map(len, order)) > 10:
+        if len(order) > 8 or max(map(len, written)) > 10:
             ax.tick_params(axis="x", rotation=35)
         ax.set(ylabel="Estimated Shore A", xlabel="Object (true Shore A)")
         if min(answers.min(), truth.min()) >= 0 and max(answers.max(), truth.max()) <= 80:

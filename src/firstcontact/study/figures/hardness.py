@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from firstcontact.recording.figure_text import shown
 from firstcontact.study.figures.style import BLUE, GREY, INK, RED, canvas, shades, uri
 from firstcontact.study.subject import Figure
 from firstcontact.study.training import Examples, Values
@@ -37,7 +38,8 @@ def hardness_figure(data: Examples, centroid: Values) -> Figure:
             )
             ax.plot([values.mean()] * 2, [row - 0.32, row + 0.32], color=INK, lw=2)
         labels = [
-            f"{m.replace('_', ' ')}  (rank {data.y[data.objects == m].mean():g})" for m in materials
+            f"{shown(m.replace('_', ' '))}  (rank {data.y[data.objects == m].mean():g})"
+            for m in materials
         ]
         ax.set_yticks(range(len(materials)), labels, fontsize=8.5)
         ax.set(

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.layout import ChannelKind, Layout
+from firstcontact.recording.figure_text import PLAIN, shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -38,7 +39,7 @@ NAMES = {
 }
 
 STYLE: Any = {
-    "font.family": "DejaVu Sans",
+    **PLAIN,
     "font.size": 9.5,
     "axes.titlesize": 10,
     "axes.titleweight": "bold",
@@ -96,8 +97,8 @@ def uri(figure: Canvas) -> str:
 
 
 def piezo_unit(layout: Layout) -> str:
-    """Unit of the piezo channels."""
-    return layout.channels[layout.columns(ChannelKind.PIEZO)[0]].unit
+    """Unit of the piezo channels, as it is written."""
+    return shown(layout.channels[layout.columns(ChannelKind.PIEZO)[0]].unit, 12)
 
 
 def piezo_axis(layout: Layout, milli: bool = False) -> tuple[str, float]:

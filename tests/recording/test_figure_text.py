@@ -1,0 +1,48 @@
+"""Names in figures: any text may be one, and none stops a drawing. Warnings are errors here."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.core import Contact, Finger, Label, Pinch, fingertip_layout
+from firstcontact.recording.figure_text import MOST, shown
+from firstcontact.recording.plot import plot_pinch
+
+NAMES = [
+    r"$\frac{$", "$x^2$", r"\alpha", "a\nb\r\tc", "\x1b[31mred", "\x00", "x" * 5000, "苹果",
+    "🍎" * 50, "تفاح", "\ud800", "_hidden", "%s", "<b>", "{", "",
+]  # fmt: skip
+
+
+@given(st.text(st.characters(), max_size=300))
+def test_a_name_is_one_short_line_of_glyphs(name: str) -> None:
+    text = shown(name)
+    assert len(text) <= MOST
+    assert text.isprintable()
+    text.encode("utf-8")
+
+
+def test_plain_names_stay_as_they_are() -> None:
+    for name in ("block 10", "Schwamm, weich (gelb)", r"$\frac{$", "µ 60 °C"):
+        assert shown(name) == name
+    assert shown("苹") == "U+82F9"
+    assert shown("a\n b") == "a b"
+    assert shown("n" * 29) == "n" * 27 + "…"
+
+
+@pytest.mark.parametrize("name", NAMES, ids=ascii)
+def test_a_pinch_is_drawn_whatever_it_is_called(name: str, tmp_path: Path) -> None:
+    layout = fingertip_layout()
+    channels = tuple(replace(c, unit=name) for c in layout.channels)
+    data = np.random.default_rng(0).integers(0, 30_000, (300, 16)).astype(np.int16)
+    pinch = Pinch(
+        data, replace(layout, channels=channels), Label(name), 0, (Contact(Finger.INDEX, 100, 100),)
+    )
+    plot_pinch(pinch, f"Pinch 0: {name}", tmp_path / "a.svg")
+    assert (tmp_path / "a.svg").read_text(encoding="utf-8").startswith("<?xml")

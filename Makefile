@@ -78,7 +78,9 @@ real: $(VENV)/.study ## the study of real impacts (FIRSTCONTACT_DATA): firstcont
 	@# The labels are those of a trigger, which comes up to 4 ms after the hit.
 	@for place in "$(FIRSTCONTACT_DATA)" "$(FIRSTCONTACT_DATA)/impact_hardness"; do \
 		if [ -f "$$place/labels.csv" ]; then \
-			exec $(BIN)/firstcontact study --recordings "$$place" --early-ms 4 --out $(OUT)/real; \
+			rm -rf "$(OUT)/real-recordings"; \
+			$(BIN)/firstcontact import "$$place" --source real --out "$(OUT)/real-recordings" || exit; \
+			exec $(BIN)/firstcontact study --recordings "$(OUT)/real-recordings" --early-ms 4 --out $(OUT)/real; \
 		fi; \
 	done; \
 	{ echo "make real: no labels.csv in FIRSTCONTACT_DATA=$(FIRSTCONTACT_DATA)"; \

@@ -275,7 +275,7 @@ def test_a_plan_and_two_sessions_become_one_dataset(tmp_path, capsys):
         ([], "give --object for one object, or --plan"),
         (["--object=a", "--plan=p.csv"], "give --object for one object, or --plan"),
         (["--object=lead"], "'lead' is not known"),
-        (["--object=block 29", "--pinches=0"], "give 1 or more"),
+        (["--object=block 29", "--pinches=0"], "give from 1 to"),
         (["--object=block 29", "--sessions=2", "--session=monday"], "--session the number"),
         (["--object=block 29", "--calibration=none.json"], "none.json cannot be read"),
         (["--plan=none.csv"], "none.csv cannot be read"),

@@ -43,19 +43,22 @@ def tree(**change):
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        ("{", "it is not JSON"),
-        ("[1]", "its format is not"),
+        ("{", "is not JSON"),
+        ("[1]", "Expected `object`"),
         (json.dumps(tree(format="other")), "its format is not"),
         (json.dumps(tree(version=2)), "its version is 2 and not 1"),
-        (json.dumps(tree(piezo=[{"finger": 0}])), "it is not complete"),
-        (json.dumps(tree(piezo=[{"finger": 7, "noise": 1.0}])), "it is not complete"),
-        (json.dumps(tree(piezo=[{"finger": 0, "noise": -1.0}])), "the index's noise"),
-        (json.dumps(tree(piezo=[{"finger": 1, "noise": "loud"}])), "it is not complete"),
+        (json.dumps(tree(piezo=[{"finger": 0}])), "noise"),
+        (json.dumps(tree(piezo=[{"finger": 7, "noise": 1.0}])), "finger is wrong"),
+        (json.dumps(tree(piezo=[{"finger": 0, "noise": -1.0}])), "noise is wrong"),
+        (json.dumps(tree(piezo=[{"finger": 0, "noise": 0.0}])), "the index's noise"),
+        ('{"a":' * 100_000, "nested too deeply"),
+        (json.dumps(tree()).replace("0.002", "9" * 400), "noise is wrong"),
+        (json.dumps(tree(piezo=[{"finger": 1, "noise": "loud"}])), "noise is wrong"),
         (
             json.dumps(
                 tree(force=[{"finger": 1, "leak": 0.0, "gain": 0.0, "exponent": 1.0, "rms": 0.0}])
             ),
-            "the thumb's force curve",
+            "gain is wrong",
         ),
     ],
 )

@@ -137,7 +137,11 @@ def test_other_payloads_come_back_or_are_refused() -> None:
 
 def test_a_descriptor_of_a_hundred_channels_is_no_longer_than_the_longest() -> None:
     layout = fingertip_layout()
-    many = dataclasses.replace(layout, channels=(layout.channels * 7)[:100])
+    taxels = [
+        dataclasses.replace(layout.channels[2], name=f"force_index_{k}", taxel=k)
+        for k in range(6, 90)
+    ]
+    many = dataclasses.replace(layout, channels=(*layout.channels, *taxels))
     text = Descriptor(many, "firmware " * 5, "sensor " * 5, "hand " * 5).to_text()
     wire = encode(FrameType.DESCRIPTOR, 0, protocol.descriptor_payload(1, text))
     assert len(wire) <= LONGEST

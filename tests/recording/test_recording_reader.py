@@ -1,3 +1,5 @@
+import os
+
 import numpy as np
 import pytest
 from mcap.writer import Writer
@@ -47,10 +49,6 @@ def test_one_flipped_bit_anywhere_gives_no_wrong_sample(small, numbers_agree):
         bad = bytearray(data)
         bad[at] ^= 1 << (at % 8)
         flipped.write_bytes(bad)
-        if at < len(MAGIC):
-            with pytest.raises(InputError):
-                read_recording(flipped)
-            continue
         recording = read_recording(flipped)
         numbers_agree(recording)
         touched = any(a <= at < b for a, b in zip(starts, ends, strict=True))
@@ -131,19 +129,24 @@ def test_other_files_are_refused(tmp_path, content, message):
 
 
 def test_files_that_cannot_be_opened_are_refused(tmp_path):
-    for path in (tmp_path, tmp_path / "missing.mcap"):
-        with pytest.raises(InputError, match="cannot be read"):
-            read_recording(path)
+    os.mkfifo(tmp_path / "pipe.mcap")  # nobody will ever write to it
+    for name, said in (
+        ("", "not a regular file"),
+        ("pipe.mcap", "not a regular file"),
+        ("missing.mcap", "cannot be read"),
+    ):
+        with pytest.raises(InputError, match=said):
+            read_recording(tmp_path / name)
 
 
 @pytest.mark.parametrize(
     ("message", "said"),
     [
         (b'{"format":"firstcontact.recording","version":2}', "version 2"),
-        (b'{"format":"firstcontact.recording","version":1}', "not complete"),
-        (b'{"format":"other"}', "not a firstcontact recording"),
-        (b"[1]", "not a firstcontact recording"),
-        (b"\xff\xfe", "not a firstcontact recording"),
+        (b'{"format":"firstcontact.recording","version":1}', "layout"),
+        (b'{"format":"other"}', "not that of a firstcontact recording"),
+        (b"[1]", "Expected `object`"),
+        (b"\xff\xfe", "not JSON"),
     ],
 )
 def test_headers_of_other_makers_are_refused(tmp_path, message, said):

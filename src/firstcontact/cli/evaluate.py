@@ -33,6 +33,7 @@ class Evaluate:
         """Print errors or accuracy, and a table of objects."""
         import numpy as np
 
+        from firstcontact.cli.losses import warn_of
         from firstcontact.contact.detector_file import load_detector
         from firstcontact.recording import load_dataset
         from firstcontact.stiffness import load_interval, load_model, read_card
@@ -44,6 +45,7 @@ class Evaluate:
             need("cnn", "onnx", "onnxruntime")
         model, interval = load_model(self.model), load_interval(self.model)
         dataset = load_dataset(self.data)
+        warn_of(dataset)
         model.spec.require_rate(dataset.layout.rate)
         target = card["data"].get("target", "shore_a")
         values = dataset.hardness_rank if target == "hardness_rank" else dataset.shore_a

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import tyro
 
@@ -19,17 +20,21 @@ class Import:
     rate: float | None = None
     """Samples a second, Hz, for a CSV file that does not say it."""
 
+    source: Literal["real", "twin", "synthetic", "unknown"] | None = None
+    """Where the data come from, where the file does not say it; then they are unknown."""
+
     def run(self) -> None:
         """Import, and say what came in and what was assumed."""
         from firstcontact.recording.importing import import_path
 
-        dataset = import_path(self.path, self.out, self.rate)
+        dataset = import_path(self.path, self.out, self.rate, self.source)
         layout = dataset.layout
         sessions = len(set(dataset.sessions.tolist()))
         print(
             f"{len(dataset)} pinches of {len(set(dataset.specimens.tolist()))} specimens in "
             f"{sessions} sessions, {len(layout.channels)} channels at {layout.rate:g} Hz, "
-            f"{sum(p.first is not None for p in dataset.pinches)} with a known first contact"
+            f"{sum(p.first is not None for p in dataset.pinches)} with a known first contact, "
+            f"source {dataset.source}"
         )
         for note in dataset.notes:
             print(f"note: {note}")

@@ -116,6 +116,8 @@ class Record:
         source = open_source(self.device, speed=self.speed, condition=self.condition, seed=seed)
         with source:
             before = so_far(self.out, session, source.descriptor)
+            for sentence in before.unreadable:
+                print(f"warning: passed over: {sentence}")
             layout = source.descriptor.layout
             if all(before.done[item.label(session)] >= item.pinches for item in items):
                 print(f"session {session} is complete: {before.files[-1]}")

@@ -47,6 +47,7 @@ class Train:
             need("cnn", "torch", "onnx", "onnxruntime")
         self._check()
         folders = self._folders()
+        from firstcontact.cli.losses import warn_of
         from firstcontact.contact.detector_file import save_detector
         from firstcontact.recording import load_dataset
         from firstcontact.stiffness import Task
@@ -55,6 +56,7 @@ class Train:
         from firstcontact.study.training import examples
 
         dataset = load_dataset(self.data)
+        warn_of(dataset)
         dataset = dataset.take(~dataset.test)
         if not len(dataset):
             raise InputError(

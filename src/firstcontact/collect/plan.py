@@ -9,7 +9,10 @@ from pathlib import Path
 
 from firstcontact.collect.table import read_table
 from firstcontact.core import InputError, Label, Role
+from firstcontact.core.records import LONGEST_NAME
 
+#: Most pinches of an object in a session.
+MOST_PINCHES = 1_000_000
 #: Columns of a plan; the first two must be there.
 COLUMNS = ("object", "pinches", "shore", "specimen", "role")
 
@@ -41,8 +44,12 @@ class Item:
     def __post_init__(self) -> None:
         if not self.object:
             raise InputError("an object has no name: say what is pinched")
-        if self.pinches < 1:
-            raise InputError(f"{self.object}: {self.pinches} pinches are wanted: give 1 or more")
+        if max(len(self.object), len(self.specimen)) > LONGEST_NAME:
+            raise InputError(f"a name is longer than {LONGEST_NAME} characters: shorten it")
+        if not 1 <= self.pinches <= MOST_PINCHES:
+            raise InputError(
+                f"{self.object}: {self.pinches} pinches are wanted: give from 1 to {MOST_PINCHES}"
+            )
         if self.shore is not None and not 0 <= self.shore <= 100:
             raise InputError(f"{self.object}: shore {self.shore:g} is not between 0 and 100")
 

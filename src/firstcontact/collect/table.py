@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
+from io import BytesIO, TextIOWrapper
 from pathlib import Path
 
 from firstcontact.core import InputError
+from firstcontact.core.files import read_regular
+
+#: People write these by hand: longer is another kind of file, bytes.
+LONGEST = 1 << 20
 
 
 def read_table(path: Path, columns: Sequence[str]) -> list[tuple[int, dict[str, str]]]:
@@ -27,7 +32,8 @@ def read_table(path: Path, columns: Sequence[str]) -> list[tuple[int, dict[str, 
     """
     rows = []
     try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
+        data = BytesIO(read_regular(path, LONGEST))
+        with TextIOWrapper(data, encoding="utf-8-sig", newline="") as stream:
             reader = csv.DictReader(stream, skipinitialspace=True)
             names = [name.strip() for name in reader.fieldnames or ()]
             reader.fieldnames = names
@@ -36,6 +42,8 @@ def read_table(path: Path, columns: Sequence[str]) -> list[tuple[int, dict[str, 
                 rows.append((reader.line_num, cells))
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
+    except InputError:
+        raise
     except (ValueError, csv.Error) as error:
         raise InputError(f"{path} is not a CSV in UTF-8 ({error}): save it as one") from error
     for name in columns:

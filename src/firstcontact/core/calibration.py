@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
 
 from firstcontact.core.layout import ADC_VOLTS, Finger
+from firstcontact.core.records import Name
 
 #: Resistor of the published divider, ohm.
 DIVIDER_OHM = 4700.0
+
+
+#: Sizes that a calibration of these sensors can hold.
+Size = Annotated[float, Meta(ge=0.0, le=1e9)]
+Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,9 +38,9 @@ class PiezoCalibration:
     """
 
     finger: Finger
-    noise: float
-    offset: float = 0.0
-    tap: float | None = None
+    noise: Size
+    offset: Annotated[float, Meta(ge=-1e9, le=1e9)] = 0.0
+    tap: Size | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,11 +67,11 @@ class ForceCurve:
     """
 
     finger: Finger
-    leak: float
-    gain: float
-    exponent: float
-    rms: float
-    resistor: float = DIVIDER_OHM
+    leak: Size
+    gain: Positive
+    exponent: Positive
+    rms: Size
+    resistor: Positive = DIVIDER_OHM
 
     def newtons(self, volts: NDArray[Any]) -> NDArray[np.float64]:
         """Force on a taxel, N, for voltages over the divider, same shape."""
@@ -84,9 +90,9 @@ class Calibration:
     ``created`` is an ISO 8601 time; fingers that were not measured are absent.
     """
 
-    piezo: tuple[PiezoCalibration, ...] = ()
-    force: tuple[ForceCurve, ...] = ()
-    created: str = ""
+    piezo: Annotated[tuple[PiezoCalibration, ...], Meta(max_length=len(Finger))] = ()
+    force: Annotated[tuple[ForceCurve, ...], Meta(max_length=len(Finger))] = ()
+    created: Name = ""
 
     def noise(self, finger: Finger) -> float | None:
         """Noise floor of a finger's piezo, V RMS, where it was measured."""
@@ -95,12 +101,3 @@ class Calibration:
     def to_json(self) -> dict[str, Any]:
         """A JSON-ready form."""
         return asdict(self)
-
-    @classmethod
-    def from_json(cls, tree: Mapping[str, Any]) -> Calibration:
-        """The inverse of :meth:`to_json`."""
-        return cls(
-            tuple(PiezoCalibration(**{**p, "finger": Finger(p["finger"])}) for p in tree["piezo"]),
-            tuple(ForceCurve(**{**f, "finger": Finger(f["finger"])}) for f in tree["force"]),
-            tree["created"],
-        )

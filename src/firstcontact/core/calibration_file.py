@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
-import json
-import math
+from dataclasses import dataclass
 from pathlib import Path
 
 from firstcontact.core.calibration import Calibration
 from firstcontact.core.errors import InputError
-from firstcontact.core.files import try_replacing, write_json
+from firstcontact.core.files import read_regular, try_replacing, write_json
+from firstcontact.core.records import LONGEST, read_record
 
+_REMEDY = "make a calibration with `firstcontact calibrate`"
 #: Name and version of the format; anything else is refused.
 FORMAT = "firstcontact.calibration"
 VERSION = 1
+
+
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """What tells a calibration from other JSON, and one version from another."""
+
+    format: str = ""
+    version: int | None = None
 
 
 def write_calibration(calibration: Calibration, path: Path) -> None:
@@ -53,33 +62,19 @@ def read_calibration(path: Path) -> Calibration:
         number in it is not one.
     """
     try:
-        tree = json.loads(path.read_text(encoding="utf-8"))
+        data = read_regular(path, LONGEST)
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
-    except ValueError as error:
-        raise _foreign(path, "it is not JSON") from error
-    if not isinstance(tree, dict) or tree.get("format") != FORMAT:
+    head = read_record(data, _Head, str(path), _REMEDY)
+    if head.format != FORMAT:
         raise _foreign(path, f'its format is not "{FORMAT}"')
-    if tree.get("version") != VERSION:
-        raise _foreign(path, f"its version is {tree.get('version')!r} and not {VERSION}")
-    try:
-        calibration = Calibration.from_json(tree)
-        _check(path, calibration)
-    except (KeyError, ValueError, TypeError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise _foreign(path, f"it is not complete, {error!r}") from error
-    return calibration
-
-
-def _check(path: Path, calibration: Calibration) -> None:
+    if head.version != VERSION:
+        raise _foreign(path, f"its version is {head.version} and not {VERSION}")
+    calibration = read_record(data, Calibration, str(path), _REMEDY)
     for piezo in calibration.piezo:
-        if not (math.isfinite(piezo.noise) and piezo.noise > 0 and math.isfinite(piezo.offset)):
-            raise _foreign(path, f"the {piezo.finger.name.lower()}'s noise or offset is no voltage")
-    for curve in calibration.force:
-        numbers = (curve.gain, curve.exponent, curve.resistor)
-        if not all(math.isfinite(x) and x > 0 for x in numbers) or not curve.leak >= 0:
-            raise _foreign(path, f"the {curve.finger.name.lower()}'s force curve is none")
+        if not piezo.noise > 0:
+            raise _foreign(path, f"the {piezo.finger.name.lower()}'s noise is 0")
+    return calibration
 
 
 def _unwritable(path: Path, error: OSError) -> InputError:
@@ -87,6 +82,4 @@ def _unwritable(path: Path, error: OSError) -> InputError:
 
 
 def _foreign(path: Path, why: str) -> InputError:
-    return InputError(
-        f"{path} is not a calibration ({why}): make one with `firstcontact calibrate`"
-    )
+    return InputError(f"{path} is not a calibration ({why}): {_REMEDY}")

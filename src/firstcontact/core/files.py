@@ -10,9 +10,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from stat import S_ISREG
 from typing import IO, Any
-from uuid import uuid4
 
 from firstcontact.core.errors import InputError
+from firstcontact.core.temporary import temporary_beside
+
+#: What a disk says that has no hard links.
+_NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EMLINK, errno.ENOSYS)
 
 
 def open_regular(path: Path) -> IO[bytes]:
@@ -52,33 +55,46 @@ def read_regular(path: Path, most: int) -> bytes:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary name beside ``path`` that becomes ``path`` on success.
+    """A temporary path, of the same name, that becomes ``path`` on success.
 
-    On an exception the temporary file is removed and ``path`` is as it was.
+    On an exception it is removed and ``path`` is as it was.
     """
-    temporary = _beside(path)
-    try:
+    with temporary_beside(path) as temporary:
         yield temporary
         temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def creating(path: Path) -> Iterator[Path]:
+    """As :func:`replacing`, for a file that must not be there: neither before nor at the end.
+
+    Raises
+    ------
+    FileExistsError
+        It is there, or somebody made it meanwhile; that one stays as it is.
+    OSError
+        It cannot be written.
+    """
+    if os.path.lexists(path):
+        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
+    with temporary_beside(path) as temporary:
+        yield temporary
+        try:
+            os.link(temporary, path)  # unlike a rename, this never replaces
+        except OSError as error:
+            if error.errno not in _NO_LINKS:
+                raise
+            # A disk without links (FAT): take the name first, then fill it.
+            os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL))
+            temporary.replace(path)
 
 
 def try_replacing(path: Path) -> None:
     """Raise the OSError that :func:`replacing` would; ``path`` stays as it is."""
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-    temporary = _beside(path)
-    try:
-        temporary.touch(exist_ok=False)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def _beside(path: Path) -> Path:
-    """A name of its own in the folder of ``path``, which is made."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    return path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
+    with temporary_beside(path) as temporary:
+        temporary.touch()
 
 
 def write_text(path: Path, text: str) -> None:

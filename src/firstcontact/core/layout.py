@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from enum import IntEnum, StrEnum
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
+
+from firstcontact.core.records import Name
 
 #: Mean sampling rate of the published fingertip, Hz.
 FINGERTIP_RATE = 4936.0
@@ -21,6 +23,16 @@ SUBCOUNTS = 32
 ADC_COUNTS = 1024
 ADC_VOLTS = 3.3
 PIEZO_OFFSET_VOLTS = 1.65
+
+
+#: Most channels, and highest number of a taxel: more than any hand has.
+MOST_CHANNELS = 256
+#: A rate that a sensor of this kind can have, Hz.
+Rate = Annotated[float, Meta(ge=1.0, le=1e7)]
+#: Smallest and largest size of a channel's scale, and largest of its offset: far beyond any
+#: sensor, and such that what is computed of them stays finite.
+SCALES = (1e-15, 1e6)
+LARGEST_OFFSET = 1e12
 
 
 class Finger(IntEnum):
@@ -48,15 +60,24 @@ class Channel:
     """One column of a sample.
 
     ``physical = (raw - offset) * scale``, in ``unit``.
+
+    Raises
+    ------
+    ValueError
+        A scale or offset that no sensor has.
     """
 
-    name: str
+    name: Name
     kind: ChannelKind
     finger: Finger
-    unit: str
+    unit: Name
     scale: float = 1.0
-    offset: float = 0.0
-    taxel: int | None = None
+    offset: Annotated[float, Meta(ge=-LARGEST_OFFSET, le=LARGEST_OFFSET)] = 0.0
+    taxel: Annotated[int, Meta(ge=0, lt=MOST_CHANNELS)] | None = None
+
+    def __post_init__(self) -> None:
+        if not SCALES[0] <= abs(self.scale) <= SCALES[1]:
+            raise ValueError(f"scale is {self.scale:g}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,9 +95,9 @@ class Layout:
         channels (1 = none).
     """
 
-    channels: tuple[Channel, ...]
-    rate: float
-    smoothing_alpha: float = 1.0
+    channels: Annotated[tuple[Channel, ...], Meta(max_length=MOST_CHANNELS)]
+    rate: Rate
+    smoothing_alpha: Annotated[float, Meta(gt=0.0, le=1.0)] = 1.0
 
     def columns(self, kind: ChannelKind, finger: Finger | None = None) -> tuple[int, ...]:
         """Column numbers of a kind of channel, of one finger or of both."""
@@ -122,14 +143,16 @@ class Layout:
         """A JSON-ready form."""
         return asdict(self)
 
-    @classmethod
-    def from_json(cls, tree: Mapping[str, Any]) -> Layout:
-        """The inverse of :meth:`to_json`."""
-        channels = tuple(
-            Channel(**{**c, "kind": ChannelKind(c["kind"]), "finger": Finger(c["finger"])})
-            for c in tree["channels"]
-        )
-        return cls(channels, float(tree["rate"]), float(tree["smoothing_alpha"]))
+    @property
+    def fault(self) -> str:
+        """What keeps it from being used, "" where nothing does."""
+        names = [c.name for c in self.channels]
+        if not self.piezo_fingers:
+            return "no piezo channel"
+        for kind in (ChannelKind.PIEZO, ChannelKind.STRIP):
+            if any(len(self.columns(kind, finger)) > 1 for finger in Finger):
+                return f"two {kind} channels of one finger"
+        return "two channels of one name" if len(set(names)) < len(names) else ""
 
 
 class Physical:

@@ -5,13 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
 
 from firstcontact.core.calibration import Calibration
 from firstcontact.core.layout import ChannelKind, Finger, Layout
+from firstcontact.core.records import Name
+
+#: Hardness ranks lie between this and its negative.
+HIGHEST_RANK = 1000
 
 
 class Role(StrEnum):
@@ -25,21 +30,16 @@ class Role(StrEnum):
 class Label:
     """What was pinched. ``None`` and "" mean not known."""
 
-    object: str = ""
-    shore_a: float | None = None
-    hardness_rank: int | None = None
-    specimen: str = ""
-    session: str = ""
+    object: Name = ""
+    shore_a: Annotated[float, Meta(ge=0.0, le=100.0)] | None = None
+    hardness_rank: Annotated[int, Meta(ge=-HIGHEST_RANK, le=HIGHEST_RANK)] | None = None
+    specimen: Name = ""
+    session: Name = ""
     role: Role = Role.TRAIN
 
     def to_json(self) -> dict[str, Any]:
         """A JSON-ready form."""
         return asdict(self)
-
-    @classmethod
-    def from_json(cls, tree: dict[str, Any]) -> Label:
-        """The inverse of :meth:`to_json`."""
-        return cls(**{**tree, "role": Role(tree["role"])})
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,16 +123,18 @@ class Dataset:
 
     All pinches share the layout (:class:`firstcontact.core.errors.InputError`
     is raised where they are loaded if they do not). ``source`` says "twin",
-    "real" or "synthetic"; ``notes`` is what was done or left out on the way
+    "real", "synthetic" or "unknown"; ``notes`` is what was done or left out on the way
     (resampling, skipped chunks), one sentence each, for the report;
     ``recorded_rate`` is the rate, Hz, before the pinches were resampled to
-    that of their layout, None where they were not.
+    that of their layout, None where they were not; ``losses`` are those of the notes
+    that say what of the files could not be used.
     """
 
     pinches: tuple[Pinch, ...]
-    source: str = "real"
+    source: str = "unknown"
     notes: tuple[str, ...] = ()
     recorded_rate: float | None = None
+    losses: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.pinches)

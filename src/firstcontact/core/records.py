@@ -17,8 +17,9 @@ T = TypeVar("T")
 #: Longest JSON that is looked at unless more is asked for, bytes.
 LONGEST = 1 << 20
 
-#: Names and short texts; nobody's object needs more.
-Name = Annotated[str, msgspec.Meta(max_length=200)]
+#: Longest name or short text, characters; nobody's object needs more.
+LONGEST_NAME = 200
+Name = Annotated[str, msgspec.Meta(max_length=LONGEST_NAME)]
 #: The operator's words.
 Notes = Annotated[str, msgspec.Meta(max_length=100_000)]
 #: Counts and sample numbers of a device: 64 bits with the sign, as its protocol has them.

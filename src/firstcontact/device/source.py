@@ -3,13 +3,27 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import Protocol, Self
 
 from firstcontact.core import Block, InputError, Layout
+from firstcontact.core.records import Name, read_record
 from firstcontact.recording import Marker, PinchMark
+from firstcontact.recording.header import SOURCES
+
+_FLASH = "flash the firmware that belongs to this version of firstcontact"
+
+
+@dataclass(frozen=True, slots=True)
+class _Said:
+    """What a device sends: every field must be there."""
+
+    firmware: Name
+    sensor: Name
+    hand: Name
+    source: Name
+    layout: Layout
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +37,7 @@ class Descriptor:
     firmware, sensor, hand
         What sends.
     source
-        "real", "twin" or "synthetic", as in a recording's header.
+        "real", "twin", "synthetic" or "unknown", as in a recording's header.
     dtype
         Of the samples; a device on the wire sends int16.
     """
@@ -32,7 +46,7 @@ class Descriptor:
     firmware: str = ""
     sensor: str = ""
     hand: str = ""
-    source: str = "real"
+    source: str = "unknown"
     dtype: str = "int16"
 
     def to_text(self) -> str:
@@ -53,24 +67,16 @@ class Descriptor:
         Raises
         ------
         InputError
-            It is not JSON, a field is missing, or it has no piezo channel.
+            It is not JSON, a field is missing or out of bounds, or no layout of
+            fingertips.
         """
-        try:
-            tree: Mapping[str, Any] = json.loads(text)
-            names = ("firmware", "sensor", "hand", "source")
-            layout = Layout.from_json(tree["layout"])
-            descriptor = cls(layout, *(str(tree[name]) for name in names))
-        except (ValueError, KeyError, TypeError) as error:
-            raise InputError(
-                f"the device's descriptor cannot be used ({error!r}): flash the firmware that "
-                "belongs to this version of firstcontact"
-            ) from error
-        if not layout.piezo_fingers or not layout.rate > 0:
-            raise InputError(
-                "the device's descriptor has no piezo channel or no rate: flash the firmware that "
-                "belongs to this version of firstcontact"
-            )
-        return descriptor
+        said = read_record(text.encode(), _Said, "the device's descriptor", _FLASH)
+        fault = said.layout.fault
+        if not fault and said.source not in SOURCES:
+            fault = f"the source {said.source!r}, not one of {', '.join(SOURCES)}"
+        if fault:
+            raise InputError(f"the device's descriptor has {fault}: {_FLASH}")
+        return cls(said.layout, said.firmware, said.sensor, said.hand, said.source)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

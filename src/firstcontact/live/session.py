@@ -222,7 +222,8 @@ class Session:
         whole = self._from is not None and (done.epoch, done.armed) >= self._from
         if self._noted is None or self.recording.path != self._noted or not whole:
             return
-        truth = tuple(Contact(f, s, s) for f, s in done.strips)
+        inside = [(f, s) for f, s in done.strips if done.armed <= s < done.end]
+        truth = tuple(Contact(f, s, s) for f, s in inside)
         self._recorder.mark(PinchMark(self._number, done.armed, done.end, done.epoch, truth=truth))
         self._number += 1
 

@@ -10,13 +10,10 @@ samples, 2, 6), ``strip`` (pinches, samples, 2), and one value a pinch of
 
 from __future__ import annotations
 
-import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
-import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Dataset, InputError, Pinch
@@ -29,6 +26,7 @@ from firstcontact.recording.checks import (
     read_settings,
 )
 from firstcontact.recording.dataset import pause_between
+from firstcontact.recording.hdf5 import read_hdf5
 from firstcontact.recording.labels import (
     CONTACT_COLUMNS,
     LABEL_COLUMNS,
@@ -36,6 +34,8 @@ from firstcontact.recording.labels import (
     make_labels,
     make_motor_starts,
 )
+from firstcontact.recording.npz import read_npz
+from firstcontact.recording.quoting import listed
 
 _SIGNALS = {"piezo": 3, "force": 4, "strip": 3}
 _KNOWN = {*_SIGNALS, *SETTINGS, *LABEL_COLUMNS, *CONTACT_COLUMNS}
@@ -51,18 +51,7 @@ def import_hdf5(path: Path) -> Dataset:
     InputError
         The file cannot be read, or names the array or attribute at fault.
     """
-    import h5py
-
-    try:
-        with h5py.File(path, "r") as file:
-            arrays = {k: v[()] for k, v in file.items() if isinstance(v, h5py.Dataset)}
-            attributes = dict(file.attrs)
-            if isinstance(file.get("piezo"), h5py.Dataset):
-                attributes = {**attributes, **file["piezo"].attrs}
-    except (OSError, RuntimeError) as error:
-        raise InputError(f"{path} cannot be read as HDF5 ({error}): write it again") from error
-    known = {k: np.asarray(v) for k, v in attributes.items() if k in SETTINGS}
-    return from_arrays(path, {**{k: np.asarray(v) for k, v in arrays.items()}, **known})
+    return from_arrays(path, *read_hdf5(path, _KNOWN, SETTINGS))
 
 
 def import_npz(path: Path) -> Dataset:
@@ -73,19 +62,20 @@ def import_npz(path: Path) -> Dataset:
     InputError
         The file cannot be read, or names the array at fault.
     """
-    try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-    except (OSError, ValueError, EOFError, TypeError, BadZipFile, zlib.error) as error:
-        raise InputError(
-            f"{path} cannot be read as an NPZ of plain arrays ({error}): "
-            "save it with numpy.savez and without objects"
-        ) from error
-    return from_arrays(path, arrays)
+    return from_arrays(path, *read_npz(path, _KNOWN))
 
 
-def from_arrays(path: Path, arrays: Arrays) -> Dataset:
+def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Dataset:
     """Pinches out of named arrays, as both kinds of file hold them.
+
+    Parameters
+    ----------
+    path
+        That messages name.
+    arrays
+        Of the names that this module knows.
+    unknown
+        Names of others that the file holds, for the notes.
 
     Raises
     ------
@@ -107,9 +97,8 @@ def from_arrays(path: Path, arrays: Arrays) -> Dataset:
     contacts, assumed = make_contacts(str(path), columns, list(data[:, :, :piezos]), settings.rate)
     motors = make_motor_starts(str(path), columns, [data.shape[1]] * pinches, contacts)
     notes += [*assumed, *settings.notes]
-    unknown = sorted(set(arrays) - _KNOWN)
     if unknown:
-        notes.append(f"{path.name}: arrays not known and left out: {', '.join(unknown)}")
+        notes.append(f"{path.name}: arrays not known and left out: {listed(unknown)}")
     layout = make_layout(
         settings.rate,
         piezos=piezos,

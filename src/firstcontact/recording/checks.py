@@ -20,6 +20,8 @@ from firstcontact.core.layout import (
     TAXELS,
 )
 from firstcontact.recording.header import SOURCES
+from firstcontact.recording.quoting import shown, text_of
+from firstcontact.recording.samples import LARGEST
 
 #: What holds for all pinches of a file; the first two must be given.
 SETTINGS = ("sample_rate_hz", "piezo_unit", "smoothing_alpha", "source")
@@ -41,15 +43,15 @@ def check_rate(where: str, rate: Any) -> float:
     Raises
     ------
     InputError
-        Not a number, or outside 2 kHz to 10 MHz.
+        Not a number, or outside 2 kHz to 1 MHz.
     """
     try:
         value = float(rate)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         value = math.nan
     if not LOWEST_RATE <= value <= HIGHEST_RATE:
         raise InputError(
-            f"{where} is {rate} and must be from {LOWEST_RATE:g} to {HIGHEST_RATE:g}: "
+            f"{where} is {shown(rate)} and must be from {LOWEST_RATE:g} to {HIGHEST_RATE:g}: "
             "give samples a second, recorded at 2 kHz or faster"
         )
     return value
@@ -62,7 +64,7 @@ class Settings:
     rate: float
     unit: str
     smoothing_alpha: float
-    source: str
+    source: str  # "unknown" where nothing says it
 
     @property
     def notes(self) -> list[str]:
@@ -89,26 +91,38 @@ def read_settings(where: str, given: Mapping[str, Any]) -> Settings:
         if name not in given:
             raise InputError(f"{where} does not say {name}: add it")
     rate = check_rate(f"{where}: sample_rate_hz", given["sample_rate_hz"])
-    unit = _text(given["piezo_unit"])
+    unit = text_of(given["piezo_unit"])
     if unit not in PIEZO_UNITS:
-        raise InputError(f"{where}: piezo_unit is {unit!r} and must be 'V' or 'counts'")
-    alpha = _text(given.get("smoothing_alpha", "1"))
+        raise InputError(
+            f"{where}: piezo_unit is {shown(unit)} and must be one of {', '.join(PIEZO_UNITS)}"
+        )
+    alpha = text_of(given.get("smoothing_alpha", "1"))
     try:
         smoothing = float(alpha)
     except ValueError:
         smoothing = math.nan
     if not 0 < smoothing <= 1:
         raise InputError(
-            f"{where}: smoothing_alpha is {alpha} and must be above 0 and at most 1 (not smoothed)"
+            f"{where}: smoothing_alpha is {shown(alpha)} and must be above 0 and at most 1 "
+            "(not smoothed)"
         )
-    source = _text(given.get("source", "real"))
+    return Settings(rate, unit, smoothing, check_source(where, given.get("source", "unknown")))
+
+
+def check_source(where: str, said: Any) -> str:
+    """What a file says it comes from, if recordings have a word for it.
+
+    Raises
+    ------
+    InputError
+        It is none of :data:`firstcontact.recording.header.SOURCES`.
+    """
+    source = text_of(said)
     if source not in SOURCES:
-        raise InputError(f"{where}: source is {source!r} and must be one of {', '.join(SOURCES)}")
-    return Settings(rate, unit, smoothing, source)
-
-
-def _text(value: Any) -> str:
-    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+        raise InputError(
+            f"{where}: source is {shown(source)} and must be one of {', '.join(SOURCES)}"
+        )
+    return source
 
 
 def check_samples(where: str, values: NDArray[Any]) -> NDArray[Any]:
@@ -129,12 +143,13 @@ def check_samples(where: str, values: NDArray[Any]) -> NDArray[Any]:
             if np.iinfo(dtype).min <= low and high <= np.iinfo(dtype).max:
                 return values.astype(dtype, copy=False)
         raise InputError(f"{where} holds integers beyond 32 bits: scale them or give floats")
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
         single = values.astype(np.float32, copy=False)
-    if not np.isfinite(single).all():
-        at = tuple(int(i) for i in np.argwhere(~np.isfinite(single))[0])
+    usable = np.abs(single) <= LARGEST
+    if not usable.all():
+        at = tuple(int(i) for i in np.argwhere(~usable)[0])
         raise InputError(
-            f"{where} is NaN, infinite or beyond float32 at index {at}: cut or repair the pinch"
+            f"{where} is NaN, infinite or beyond {LARGEST:g} at index {at}: cut or repair the pinch"
         )
     return single
 

@@ -19,10 +19,11 @@ from pathlib import Path
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Chunk, McapRecord, Statistics
-from mcap.stream_reader import breakup_chunk
+from mcap.records import McapRecord, Statistics
 
 from firstcontact.core import InputError
+from firstcontact.core.files import open_regular
+from firstcontact.recording.unpack import Unpacker
 
 MAGIC = b"\x89MCAP0\r\n"
 # Record: opcode, length; chunk: start and end time, size, CRC, compression.
@@ -32,6 +33,10 @@ _CHUNK_START = re.compile(
 _FRAME = struct.Struct("<BQ")
 _LENGTH = struct.Struct("<Q")
 _FOOTER_BYTES = _FRAME.size + 20
+#: So many bytes of the magic must be there for a file to be taken as MCAP that is damaged there.
+_MAGIC_LEFT = 6
+#: What looks like a chunk and is none is given up after so many times the size of the file.
+_PATIENCE = 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,16 +56,21 @@ def scan(path: Path) -> Scan:
         The file cannot be opened, is empty, is not MCAP or of another version.
     """
     try:
-        with path.open("rb") as stream:
+        with open_regular(path) as stream:
             start = stream.read(len(MAGIC))
             if not start:
                 raise InputError(f"{path} is empty: nothing was recorded in it")
-            if start != MAGIC:
+            if sum(a == b for a, b in zip(start, MAGIC, strict=False)) < _MAGIC_LEFT:
                 raise _not_ours(path, start)
             with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as view:
-                return _scan(view)
+                found = _scan(path, view)
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
+    if start == MAGIC:
+        return found
+    if not found.records:
+        raise _not_ours(path, start)
+    return Scan(found.records, (f"the first {len(MAGIC)} bytes are damaged", *found.skipped))
 
 
 def _not_ours(path: Path, start: bytes) -> InputError:
@@ -75,16 +85,23 @@ def _not_ours(path: Path, start: bytes) -> InputError:
     )
 
 
-def _scan(view: mmap.mmap) -> Scan:
+def _scan(path: Path, view: mmap.mmap) -> Scan:
     records: list[McapRecord] = []
     chunks = 0
     skipped: list[str] = []
     end = len(MAGIC)  # of what is accounted for
+    unpacker = Unpacker(len(view))
+    patience = _PATIENCE * len(view)
     for start, stop in _candidates(view):
         if start < end:
             continue
-        inside = _unpack(view[start + _FRAME.size : stop])
+        inside = unpacker.records(view[start + _FRAME.size : stop])
         if inside is None:
+            patience -= stop - start
+            if patience < 0:
+                raise InputError(
+                    f"{path} is full of what looks like chunks and is none: give a recording"
+                )
             continue
         if not _framed(view, end, start):
             skipped.append(_bytes(end, start))
@@ -92,6 +109,11 @@ def _scan(view: mmap.mmap) -> Scan:
         chunks += 1
         end = stop
     skipped += _tail(view, end, chunks)
+    if unpacker.refused:
+        skipped.append(
+            f"{unpacker.refused} chunks would unpack to far more than the file could hold and were "
+            "skipped"
+        )
     return Scan(tuple(records), tuple(skipped))
 
 
@@ -105,19 +127,6 @@ def _candidates(view: mmap.mmap) -> Iterator[tuple[int, int]]:
         if match.end() + data == stop <= len(view):
             yield match.start(), stop
         position = match.start() + 1
-
-
-def _unpack(body: bytes) -> list[McapRecord] | None:
-    """The records of a chunk, or None if its checksum or form is wrong."""
-    from zstandard import ZstdError
-
-    try:
-        chunk = Chunk.read(ReadDataStream(BytesIO(body)))
-        if chunk.uncompressed_crc == 0 and (chunk.compression or zlib.crc32(chunk.data)):
-            return None  # the library takes 0 for "not checked"
-        return list(breakup_chunk(chunk, validate_crc=True))
-    except (McapError, ZstdError, ValueError, RuntimeError, MemoryError, struct.error):
-        return None
 
 
 def _framed(view: mmap.mmap, position: int, stop: int) -> bool:

@@ -35,6 +35,7 @@ from firstcontact.recording.labels import (
     make_labels,
     make_motor_starts,
 )
+from firstcontact.recording.quoting import listed, shown
 from firstcontact.recording.table import read_table
 
 PIEZO = ("piezo_index", "piezo_thumb")
@@ -96,7 +97,7 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
     notes += [*assumed, *settings.notes]
     unknown = sorted(set(columns) - _KNOWN)
     if unknown:
-        notes.append(f"{path.name}: columns not known and left out: {', '.join(unknown)}")
+        notes.append(f"{path.name}: columns not known and left out: {listed(unknown)}")
     layout = make_layout(
         settings.rate,
         piezos=piezos,
@@ -130,8 +131,8 @@ def _signal(path: Path, columns: Columns, name: str) -> NDArray[Any]:
         except (ValueError, OverflowError) as error:
             if isinstance(error, InputError):
                 raise
-    bad = next(i for i, cell in enumerate(cells) if not _is_number(cell))
-    raise InputError(f"{path}: {name} of row {bad} is {cells[bad]!r} and must be a number")
+    bad = next((i for i, cell in enumerate(cells) if not _is_number(cell)), 0)
+    raise InputError(f"{path}: {name} of row {bad} is {shown(cells[bad])} and must be a number")
 
 
 def _is_number(cell: str) -> bool:
@@ -150,7 +151,8 @@ def _bounds(path: Path, names: list[str]) -> list[tuple[int, int]]:
     for name, rows in groupby(names):
         if name in seen:
             raise InputError(
-                f"{path}: pinch {name!r} comes again in row {start}: put its rows one after another"
+                f"{path}: pinch {shown(name)} comes again in row {start}: put its rows one after "
+                "another"
             )
         seen.add(name)
         stop = start + sum(1 for _ in rows)
@@ -166,8 +168,8 @@ def _constant(path: Path, columns: Columns, name: str, bounds: list[tuple[int, i
         for row in range(start, stop):
             if cells[row] != cells[start]:
                 raise InputError(
-                    f"{path}: {name} changes from {cells[start]!r} to {cells[row]!r} in row {row} "
-                    "where it must stay the same: correct the rows"
+                    f"{path}: {name} changes from {shown(cells[start])} to {shown(cells[row])} in "
+                    f"row {row} where it must stay the same: correct the rows"
                 )
     return [cells[start] for start, _ in bounds]
 

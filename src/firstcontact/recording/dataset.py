@@ -3,77 +3,100 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from firstcontact.core import Dataset, InputError, Pinch
+from firstcontact.core.temporary import is_temporary
 from firstcontact.recording.header import Header, PinchMark
 from firstcontact.recording.reader import Recording, read_recording
 from firstcontact.recording.writer import RecordingWriter
+
+#: Marked pinches may hold so many times the samples of their recording: those that overlap
+#: more were not marked by a hand that closed.
+_OVERLAP = 8
 
 
 def load_dataset(path: Path | Sequence[Path]) -> Dataset:
     """All pinches of a recording, of several, or of a folder with all below it.
 
     The samples keep their type and are not copied once they are read. The
-    notes hold those of the headers, and what is damaged or left out.
+    notes hold those of the headers, and what is damaged or left out. Of several files
+    those that cannot be read are left out and named in the notes.
 
     Raises
     ------
     InputError
-        No recording or no whole pinch is there, or two recordings differ in
-        layout, rate or source.
+        No recording or no whole pinch is there, a file that is the only one cannot be
+        read, or two recordings differ in layout, rate or source.
     """
     paths = [path] if isinstance(path, Path) else list(path)
-    files = [file for p in paths for file in _files(p)]
+    files = [file for p in paths for file in find_recordings(p)]
     pinches: list[Pinch] = []
     notes: list[str] = []
+    losses: list[str] = []
     first: Recording | None = None
     for file in files:
-        recording = read_recording(file)
+        try:
+            recording = read_recording(file)
+        except InputError as error:
+            if len(files) == 1:
+                raise
+            losses.append(f"left out, since it cannot be read: {error}")
+            continue
         if first is None:
             first = recording
         _same_kind(first, recording)
         said = recording.header.notes.splitlines()
         notes += [line for line in said if line not in notes]
-        notes += [f"{file.name}: {sentence}" for sentence in recording.skipped]
+        losses += [f"{file.name}: {sentence}" for sentence in recording.skipped]
+        marked = sum(mark.end - mark.first_sample for mark in recording.pinches)
+        if marked > _OVERLAP * recording.samples:
+            losses.append(f"{file.name}: its pinches lie on top of each other and are left out")
+            continue
         for mark in recording.pinches:
             pinch = cut(recording, mark)
             if pinch is None:
-                notes.append(
+                losses.append(
                     f"{file.name}: pinch {mark.number} lies across missing samples and is left out"
                 )
             else:
                 pinches.append(pinch)
     if first is None or not pinches:
         raise InputError(
-            f"{_name(paths)} holds no whole pinch: record some with their marks, or use "
-            "`firstcontact import` or `firstcontact simulate`"
+            f"{_name(paths)} holds no whole pinch{_first_of(losses)}: record some with their "
+            "marks, or use `firstcontact import` or `firstcontact simulate`"
         )
-    return Dataset(tuple(pinches), first.header.source, tuple(notes))
+    source = first.header.source
+    return Dataset(tuple(pinches), source, (*notes, *losses), losses=tuple(losses))
 
 
 def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
     """The samples of a pinch, or None if any of them is missing."""
-    for stretch in recording.stretches:
-        inside = stretch.first_sample <= mark.first_sample and mark.end <= stretch.end
-        if stretch.epoch == mark.epoch and inside:
-            start = mark.first_sample - stretch.first_sample
-            data = stretch.data[start : start + mark.end - mark.first_sample]
-            label = mark.label
-            if not label.session:
-                label = replace(label, session=recording.header.session)
-            return Pinch(
-                data,
-                recording.header.layout,
-                label,
-                mark.first_sample,
-                mark.truth,
-                mark.motor_start,
-                recording.header.calibration,
-            )
-    return None
+    stretches = recording.stretches
+    place = bisect_right(
+        stretches, (mark.epoch, mark.first_sample), key=lambda s: (s.epoch, s.first_sample)
+    )
+    stretch = stretches[place - 1] if place else None
+    if stretch is None or stretch.epoch != mark.epoch or mark.end > stretch.end:
+        return None
+    start = mark.first_sample - stretch.first_sample
+    data = stretch.data[start : start + mark.end - mark.first_sample]
+    label = mark.label
+    if not label.session:
+        label = replace(label, session=recording.header.session)
+    header = recording.header
+    return Pinch(
+        data,
+        header.layout,
+        label,
+        mark.first_sample,
+        mark.truth,
+        mark.motor_start,
+        header.calibration,
+    )
 
 
 def write_dataset(dataset: Dataset, directory: Path, header: Header) -> tuple[Path, ...]:
@@ -127,16 +150,29 @@ def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
     return tuple(numbered)
 
 
-def _files(path: Path) -> list[Path]:
+def find_recordings(path: Path) -> list[Path]:
+    """A file as it is; of a folder every recording in and below it, in the order of their names.
+
+    What is being made there, or was left by a command that was killed, is none.
+
+    Raises
+    ------
+    InputError
+        It is a folder without any.
+    """
     if not path.is_dir():
         return [path]
-    files = sorted(path.rglob("*.mcap"))
+    files = sorted(f for f in path.rglob("*.mcap") if not is_temporary(f, path))
     if not files:
         raise InputError(
             f"{path} holds no recording (*.mcap): make some with `firstcontact simulate` or "
             "`firstcontact import`"
         )
     return files
+
+
+def _first_of(losses: list[str]) -> str:
+    return f" ({losses[0]})" if losses else ""
 
 
 def _name(paths: Sequence[Path]) -> str:

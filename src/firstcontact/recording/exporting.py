@@ -7,14 +7,17 @@ are in their physical units, contacts count from a pinch's first sample.
 from __future__ import annotations
 
 import csv
+import math
+import os
 from collections.abc import Callable, Mapping
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from firstcontact.core import ChannelKind, Dataset, Finger, InputError, Pinch
-from firstcontact.core.files import replacing
+from firstcontact.core import ChannelKind, Dataset, Finger, InputError, Layout, Pinch
+from firstcontact.core.files import creating
 from firstcontact.core.layout import TAXELS
 
 #: Pinches that share a row group of a Parquet file.
@@ -30,13 +33,15 @@ def export(dataset: Dataset, to: str, out: Path) -> None:
         The file exists or cannot be written, or HDF5 is asked for pinches of
         different length.
     """
-    if out.exists():
-        raise InputError(f"{out} exists: choose another --out")
     try:
-        with replacing(out) as temporary:
+        with creating(out) as temporary:
             EXPORTERS[to](dataset, temporary)
     except OSError as error:
-        raise InputError(f"{out} cannot be written ({error}): check the folder") from error
+        if isinstance(error, FileExistsError) and os.path.lexists(out):
+            raise InputError(f"{out} exists: choose another --out") from error
+        raise InputError(
+            f"{out} cannot be written ({error.strerror or error}): check the folder and its disk"
+        ) from error
 
 
 def pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
@@ -86,23 +91,44 @@ def _export_hdf5(dataset: Dataset, path: Path) -> None:
         )
     count, samples = len(dataset), lengths.pop()
     layout = dataset.layout
-    shapes = {
+    shapes: dict[ChannelKind, tuple[int, ...]] = {
         ChannelKind.PIEZO: (count, samples, len(layout.columns(ChannelKind.PIEZO))),
         ChannelKind.FORCE: (count, samples, 2, TAXELS),
         ChannelKind.STRIP: (count, samples, 2),
     }
-    with h5py.File(path, "w") as file:
+    columns = {kind: _by_finger(layout, kind) for kind in shapes}
+    for kind, shape in shapes.items():
+        if columns[kind] and len(columns[kind]) != math.prod(shape[2:]):
+            raise InputError(
+                f"the fingers have {len(columns[kind])} {kind} channels and an HDF5 array needs "
+                f"{math.prod(shape[2:])}: export to csv or parquet"
+            )
+    # In memory, since the library crashes the process when a disk is full.
+    image = BytesIO()
+    with h5py.File(image, "w") as file:
         for kind, shape in shapes.items():
-            columns = layout.columns(kind)
-            if not columns:
+            if not columns[kind]:
                 continue
             array = file.create_dataset(str(kind), shape, np.float32)
             for i, pinch in enumerate(dataset.pinches):
-                array[i] = layout.physical(pinch.data, columns).reshape(shape[1:])
+                array[i] = layout.physical(pinch.data, columns[kind]).reshape(shape[1:])
         for name, column in pinch_values(dataset).items():
             text = isinstance(column[0], str)
             file.create_dataset(name, data=column, dtype=h5py.string_dtype() if text else None)
         file.attrs.update(file_values(dataset))
+    with path.open("wb") as stream:
+        stream.write(image.getbuffer())
+
+
+def _by_finger(layout: Layout, kind: ChannelKind) -> tuple[int, ...]:
+    """Columns in the order of an array: index, then thumb, taxel by taxel."""
+    return tuple(
+        column
+        for finger in Finger
+        for column in sorted(
+            layout.columns(kind, finger), key=lambda c: layout.channels[c].taxel or 0
+        )
+    )
 
 
 def _rows(pinch: Pinch) -> dict[str, Any]:

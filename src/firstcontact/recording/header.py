@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
-from firstcontact.core import Calibration, Contact, Finger, Label, Layout
+from msgspec import Meta
+
+from firstcontact.core import Calibration, Contact, Finger, InputError, Label, Layout
+from firstcontact.core.records import Count, Name, Notes, read_record
 
 #: Name and version of the format; a reader refuses any other.
 FORMAT = "firstcontact.recording"
 VERSION = 1
 #: Where samples can come from.
-SOURCES = ("twin", "real", "synthetic")
+SOURCES = ("twin", "real", "synthetic", "unknown")
 #: Sample types a recording can hold, little-endian.
 DTYPES = {"int16": "<i2", "int32": "<i4", "float32": "<f4"}
+#: Sample numbers end here: further than any device counts, and exact in floats and JSON.
+LAST_SAMPLE = 1 << 53
+#: Most characters of a marker's text.
+LONGEST_TEXT = 20_000
+#: Most bytes of a mark or marker.
+LONGEST_MARK = 1 << 17
+
+Sample = Annotated[int, Meta(ge=0, le=LAST_SAMPLE)]
+Epoch = Annotated[int, Meta(ge=0, lt=1 << 32)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +37,7 @@ class Header:
     layout
         The columns, their rate and units.
     source
-        "twin", "real" or "synthetic".
+        "twin", "real", "synthetic" or "unknown".
     dtype
         Type of the samples: "int16", "int32" or "float32".
     sensor, hand, firmware
@@ -43,17 +54,19 @@ class Header:
     """
 
     layout: Layout
-    source: str = "real"
+    source: str = "unknown"
     dtype: str = "int16"
-    sensor: str = ""
-    hand: str = ""
-    firmware: str = ""
-    session: str = ""
-    notes: str = ""
-    created: str = ""
+    sensor: Name = ""
+    hand: Name = ""
+    firmware: Name = ""
+    session: Name = ""
+    notes: Notes = ""
+    created: Name = ""
     calibration: Calibration | None = None
 
     def __post_init__(self) -> None:
+        if fault := self.layout.fault:
+            raise ValueError(f"layout has {fault}")
         if self.source not in SOURCES:
             raise ValueError(f"source is {self.source!r}, not one of {', '.join(SOURCES)}")
         if self.dtype not in DTYPES:
@@ -66,13 +79,68 @@ class Header:
             del tree["calibration"]
         return {**tree, "layout": self.layout.to_json()}
 
-    @classmethod
-    def from_json(cls, tree: Mapping[str, Any]) -> Header:
-        """The inverse of :meth:`to_json`."""
-        fields = {k: v for k, v in tree.items() if k not in ("format", "version")}
-        if "calibration" in fields:
-            fields["calibration"] = Calibration.from_json(fields["calibration"])
-        return cls(**{**fields, "layout": Layout.from_json(tree["layout"])})
+
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """What tells our headers from others, and one version from another."""
+
+    format: str = ""
+    version: int | None = None
+
+
+def read_header(data: bytes, where: str) -> Header:
+    """What ``/header`` holds.
+
+    Raises
+    ------
+    InputError
+        It is not ours, of another version, or a field is missing or out of bounds.
+    """
+    remedy = "write the file again from its source"
+    data = data.rstrip(b" ")
+    head = read_record(data, _Head, where, remedy)
+    if head.format != FORMAT:
+        raise InputError(
+            f"{where} is not that of a firstcontact recording: bring other data in with "
+            "`firstcontact import`"
+        )
+    if head.version != VERSION:
+        raise InputError(
+            f"{where} says format version {head.version!r} and this reader knows {VERSION}: "
+            "install the firstcontact that wrote it"
+        )
+    return read_record(data, Header, where, remedy)
+
+
+@dataclass(frozen=True, slots=True)
+class _Touch:
+    """A contact as a mark holds it."""
+
+    finger: Finger
+    sample: Sample
+
+
+@dataclass(frozen=True, slots=True)
+class _Mark:
+    """A mark as a recording holds it; other fields than those of :class:`PinchMark`."""
+
+    number: Count
+    first_sample: Sample
+    end: Sample
+    epoch: Epoch
+    label: Label
+    truth: Annotated[tuple[_Touch, ...], Meta(max_length=len(Finger))]
+    motor_start: Sample | None = None
+
+    def __post_init__(self) -> None:
+        if self.end <= self.first_sample:
+            raise ValueError(f"it ends at {self.end} and begins at {self.first_sample}")
+        samples = [c.sample for c in self.truth]
+        if samples != sorted(samples) or len({c.finger for c in self.truth}) < len(samples):
+            raise ValueError("its contacts are not those of two fingers, one after the other")
+        inside = [*samples, *([] if self.motor_start is None else [self.motor_start])]
+        if not all(self.first_sample <= sample < self.end for sample in inside):
+            raise ValueError("a contact or the motor's start is outside of its samples")
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,28 +185,35 @@ class PinchMark:
             tree["motor_start"] = self.motor_start
         return tree
 
-    @classmethod
-    def from_json(cls, tree: Mapping[str, Any]) -> PinchMark:
-        """The inverse of :meth:`to_json`."""
-        truth = tuple(
-            Contact(Finger(c["finger"]), int(c["sample"]), int(c["sample"])) for c in tree["truth"]
-        )
-        label = Label.from_json(tree["label"])
-        return cls(
-            tree["number"],
-            tree["first_sample"],
-            tree["end"],
-            tree["epoch"],
-            label,
-            truth,
-            tree.get("motor_start"),
-        )
+
+def read_mark(data: bytes, where: str) -> PinchMark:
+    """What ``/pinch`` holds.
+
+    Raises
+    ------
+    InputError
+        A field is missing or out of bounds, or its samples contradict each other.
+    """
+    m = read_record(data, _Mark, where, "mark the pinch again", LONGEST_MARK)
+    truth = tuple(Contact(c.finger, c.sample, c.sample) for c in m.truth)
+    return PinchMark(m.number, m.first_sample, m.end, m.epoch, m.label, truth, m.motor_start)
 
 
 @dataclass(frozen=True, slots=True)
 class Marker:
     """A word of the operator or of a device, pinned to a sample."""
 
-    sample: int
-    text: str
-    epoch: int = 0
+    sample: Sample
+    text: Annotated[str, Meta(max_length=LONGEST_TEXT)]
+    epoch: Epoch = 0
+
+
+def read_marker(data: bytes, where: str) -> Marker:
+    """What ``/marker`` holds.
+
+    Raises
+    ------
+    InputError
+        A field is missing or out of bounds.
+    """
+    return read_record(data, Marker, where, "mark the sample again", LONGEST_MARK)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
+from dataclasses import replace
 from pathlib import Path
-from uuid import uuid4
 
 from firstcontact.core import Dataset, InputError
+from firstcontact.core.temporary import temporary_beside
 from firstcontact.recording.arrays import import_hdf5, import_npz
 from firstcontact.recording.csv import import_csv
 from firstcontact.recording.dataset import write_dataset
@@ -20,7 +20,9 @@ _BY_SUFFIX = {
 }
 
 
-def import_path(path: Path, out: Path, rate: float | None = None) -> Dataset:
+def import_path(
+    path: Path, out: Path, rate: float | None = None, source: str | None = None
+) -> Dataset:
     """Import a folder of WAV files, or an HDF5, NPZ or CSV file, into a new folder.
 
     Parameters
@@ -31,6 +33,9 @@ def import_path(path: Path, out: Path, rate: float | None = None) -> Dataset:
         Folder for the recordings; must be missing or empty.
     rate
         Hz, for a CSV file that does not say it.
+    source
+        One of :data:`firstcontact.recording.header.SOURCES`, for a file that does not
+        say it.
 
     Returns
     -------
@@ -40,24 +45,46 @@ def import_path(path: Path, out: Path, rate: float | None = None) -> Dataset:
     Raises
     ------
     InputError
-        The input cannot be used, or ``out`` is in use; then nothing is written.
+        The input cannot be used or says another source, or ``out`` is in use; then
+        nothing is written.
     """
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise InputError(f"{out} is there and not an empty folder: choose another --out")
-    dataset = _read(path, rate)
-    first = dataset.pinches[0]
-    notes = "\n".join((f"imported from {path.name}", *dataset.notes))
-    header = Header(first.layout, dataset.source, str(first.data.dtype), notes=notes)
-    temporary = out.with_name(f".{out.name}.{uuid4().hex[:8]}.part")
+    out = out.resolve()
     try:
-        temporary.mkdir(parents=True)
-        write_dataset(dataset, temporary, header)
-        temporary.replace(out)
+        if out.exists() and (not out.is_dir() or any(out.iterdir())):
+            raise InputError(f"{out} is there and not an empty folder: choose another --out")
     except OSError as error:
-        raise InputError(f"{out} cannot be written ({error.strerror}): check the folder") from error
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
+        raise _unwritable(out, error) from error
+    dataset = _from(_read(path, rate), path, source)
+    first = dataset.pinches[0]
+    name = path.name.encode("utf-8", "replace").decode()
+    notes = "\n".join((f"imported from {name}", *dataset.notes))
+    header = Header(first.layout, dataset.source, str(first.data.dtype), notes=notes)
+    try:
+        with temporary_beside(out) as temporary:
+            temporary.mkdir()
+            write_dataset(dataset, temporary, header)
+            temporary.replace(out)  # refused where it is not empty any more
+    except OSError as error:
+        raise _unwritable(out, error) from error
     return dataset
+
+
+def _from(dataset: Dataset, path: Path, source: str | None) -> Dataset:
+    """The dataset with its source: what the file says, or else what the user does."""
+    if source is not None and dataset.source not in ("unknown", source):
+        raise InputError(
+            f"{path} says that its source is {dataset.source} and --source {source}: leave "
+            "--source out, or correct the file"
+        )
+    dataset = replace(dataset, source=source or dataset.source)
+    if dataset.source != "unknown":
+        return dataset
+    note = "where the data come from is not known: import them with --source to say it"
+    return replace(dataset, notes=(*dataset.notes, note))
+
+
+def _unwritable(out: Path, error: OSError) -> InputError:
+    return InputError(f"{out} cannot be written ({error.strerror}): check the folder")
 
 
 def _read(path: Path, rate: float | None) -> Dataset:

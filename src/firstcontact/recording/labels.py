@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Contact, Finger, InputError, Label, Role
+from firstcontact.recording import cells
+from firstcontact.recording.cells import Columns, each
+from firstcontact.recording.quoting import shown
 
-#: Names of hardness classes, from soft to hard.
-CLASSES = ("soft", "medium", "hard")
 #: Columns that say what was pinched.
 LABEL_COLUMNS = (
     "object",
@@ -34,8 +34,6 @@ CONTACT_COLUMNS = (
 )
 #: How long after a contact the fingers are compared where the labels name none, s.
 _LISTEN = 0.005
-
-Columns = Mapping[str, Sequence[Any]]
 
 
 def make_labels(where: str, columns: Columns, pinches: int) -> tuple[list[Label], list[str]]:
@@ -59,12 +57,16 @@ def make_labels(where: str, columns: Columns, pinches: int) -> tuple[list[Label]
         if one in columns and other in columns:
             raise InputError(f"{where} has {one} and {other}: keep one of the two")
     notes = []
-    objects = [_text(v) for v in columns.get("object", columns.get("material", [""] * pinches))]
-    shore = _each(where, columns, "shore_a", _shore)
-    rank = _each(where, columns, "hardness_rank", _whole) or _each(
-        where, columns, "hardness_class", _rank
+    objects = (
+        each(where, columns, "object", cells.words)
+        or each(where, columns, "material", cells.words)
+        or [""] * pinches
     )
-    specimens = _each(where, columns, "specimen", _name)
+    shore = each(where, columns, "shore_a", cells.shore)
+    rank = each(where, columns, "hardness_rank", cells.ranked) or each(
+        where, columns, "hardness_class", cells.rank
+    )
+    specimens = each(where, columns, "specimen", cells.name)
     if specimens is None:
         what, values = _what_there_is(objects, shore, rank)
         specimens = [str(v) for v in values or ["unknown"] * pinches]
@@ -72,13 +74,13 @@ def make_labels(where: str, columns: Columns, pinches: int) -> tuple[list[Label]
             f"no specimen column: {f'one specimen for each {what}' if what else 'one specimen'} "
             "was assumed"
         )
-    sessions = _each(where, columns, "session", _name)
+    sessions = each(where, columns, "session", cells.name)
     if sessions is None:
         sessions = ["1"] * pinches
         notes.append("no session column: all pinches were taken as one session")
     if shore is None and rank is None:
         notes.append("no shore_a, hardness_rank or hardness_class column: stiffness is not known")
-    roles = _each(where, columns, "role", _role) or [Role.TRAIN] * pinches
+    roles = each(where, columns, "role", cells.role) or [Role.TRAIN] * pinches
     labels = [
         Label(
             objects[i],
@@ -124,9 +126,9 @@ def make_contacts(
         raise InputError(f"{where} has first_contact and pre_trigger_samples: keep one of the two")
     name = "pre_trigger_samples" if "pre_trigger_samples" in columns else "first_contact"
     unknown = [-1] * len(piezos)
-    firsts = _each(where, columns, name, _whole) or unknown
-    seconds = _each(where, columns, "second_contact", _whole) or unknown
-    fingers = _each(where, columns, "first_finger", _finger) or [None] * len(piezos)
+    firsts = each(where, columns, name, cells.whole) or unknown
+    seconds = each(where, columns, "second_contact", cells.whole) or unknown
+    fingers = each(where, columns, "first_finger", cells.finger) or [None] * len(piezos)
     contacts = []
     guessed = moved = 0
     for i, (first, second, finger, piezo) in enumerate(
@@ -135,8 +137,8 @@ def make_contacts(
         for field, sample in ((name, first), ("second_contact", second)):
             if not -1 <= sample < len(piezo):
                 raise InputError(
-                    f"{where}: {field} of pinch {i} is {sample}, outside its {len(piezo)} samples: "
-                    "count from 0 within the pinch, -1 where not known"
+                    f"{where}: {field} of pinch {i} is {shown(sample)}, outside its "
+                    f"{len(piezo)} samples: count from 0 within the pinch, -1 where not known"
                 )
         if second >= 0 and not 0 <= first <= second:
             raise InputError(
@@ -190,14 +192,14 @@ def make_motor_starts(
     InputError
         A start outside its pinch, or not before its first contact.
     """
-    starts = _each(where, columns, "motor_start", _whole) or [-1] * len(lengths)
+    starts = each(where, columns, "motor_start", cells.whole) or [-1] * len(lengths)
     for i, (start, length, known) in enumerate(zip(starts, lengths, contacts, strict=True)):
         end = known[0].sample if known else length
         if not -1 <= start < max(end, 0):
             raise InputError(
-                f"{where}: motor_start of pinch {i} is {start}, outside the {end} samples before "
-                f"its {'first contact' if known else 'end'}: count from 0 within the pinch, -1 "
-                "where not known"
+                f"{where}: motor_start of pinch {i} is {shown(start)}, outside the {end} samples "
+                f"before its {'first contact' if known else 'end'}: count from 0 within the pinch, "
+                "-1 where not known"
             )
     return [None if start < 0 else start for start in starts]
 
@@ -214,22 +216,6 @@ def _livelier(piezo: NDArray[Any], first: int, second: int, rate: float) -> Fing
     return Finger(int(np.argmax(moved / scale)))
 
 
-def _each(where: str, columns: Columns, name: str, read: Any) -> list[Any] | None:
-    """A column read value by value, or None where it is not there."""
-    if name not in columns:
-        return None
-    values = []
-    for i, value in enumerate(columns[name]):
-        try:
-            values.append(read(value))
-        except (ValueError, TypeError) as error:
-            raise InputError(
-                f"{where}: {name} of pinch {i} is {_text(value)!r}, {error}: "
-                f"correct it, or leave {name} out for all"
-            ) from None
-    return values
-
-
 def _what_there_is(
     objects: list[str], shore: list[float] | None, rank: list[int] | None
 ) -> tuple[str, list[Any] | None]:
@@ -240,67 +226,3 @@ def _what_there_is(
     if rank is not None:
         return "hardness rank", rank
     return "", None
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, bytes):
-        return value.decode("utf-8", "replace").strip()
-    return str(value).strip()
-
-
-def _name(value: Any) -> str:
-    text = _text(value)
-    if text in ("", "nan"):
-        raise ValueError("which names nothing")
-    return text
-
-
-def _number(value: Any) -> float:
-    try:
-        number = float(_text(value))
-    except ValueError:
-        raise ValueError("which is not a number") from None
-    if not math.isfinite(number):
-        raise ValueError("which is not a finite number")
-    return number
-
-
-def _whole(value: Any) -> int:
-    number = _number(value)
-    if number != int(number):
-        raise ValueError("which is not a whole number")
-    return int(number)
-
-
-def _shore(value: Any) -> float:
-    number = _number(value)
-    if not 0 <= number <= 100:
-        raise ValueError("and Shore A goes from 0 to 100")
-    return number
-
-
-def _rank(value: Any) -> int:
-    text = _text(value).lower()
-    if text in CLASSES:
-        return CLASSES.index(text)
-    try:
-        return _whole(text)
-    except ValueError:
-        raise ValueError(f"which is neither {', '.join(CLASSES)} nor a whole number") from None
-
-
-def _role(value: Any) -> Role:
-    try:
-        return Role(_text(value).lower())
-    except ValueError:
-        raise ValueError("which is neither train nor test") from None
-
-
-def _finger(value: Any) -> Finger | None:
-    text = _text(value).lower()
-    for finger in Finger:
-        if text in (str(int(finger)), finger.name.lower()):
-            return finger
-    if text in ("", "-1"):
-        return None
-    raise ValueError("which is neither index (0) nor thumb (1)")

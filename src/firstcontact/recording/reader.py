@@ -2,21 +2,35 @@
 
 from __future__ import annotations
 
-import json
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
-from mcap.records import Channel, Message
+import numpy as np
+from mcap.records import Channel, McapRecord, Message
 
 from firstcontact.core import Block, InputError
 from firstcontact.recording import samples
 from firstcontact.recording.chunks import scan
-from firstcontact.recording.header import FORMAT, VERSION, Header, Marker, PinchMark
+from firstcontact.recording.header import (
+    LAST_SAMPLE,
+    Header,
+    Marker,
+    PinchMark,
+    read_header,
+    read_mark,
+    read_marker,
+)
 from firstcontact.recording.stretches import join
+
+T = TypeVar("T")
 
 #: Channel numbers that the format fixes, for a file whose first chunk is lost.
 TOPICS = {1: "/header", 2: "/samples", 3: "/pinch", 4: "/marker"}
+#: So many gaps in the count of pinches are told one by one.
+_TOLD = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,24 +76,17 @@ class Recording:
 class _Found:
     """Messages by topic, in the order of the file."""
 
-    headers: list[dict[str, Any]] = field(default_factory=list)
+    headers: list[bytes] = field(default_factory=list)
     blocks: list[bytes] = field(default_factory=list)
-    pinches: list[PinchMark] = field(default_factory=list)
-    markers: list[Marker] = field(default_factory=list)
-
-    def add(self, topic: str, data: bytes) -> None:
-        if topic == "/samples":
-            self.blocks.append(data)
-        elif topic == "/header":
-            self.headers.append(json.loads(data))
-        elif topic == "/pinch":
-            self.pinches.append(PinchMark.from_json(json.loads(data)))
-        elif topic == "/marker":
-            self.markers.append(Marker(**json.loads(data)))
+    pinches: list[bytes] = field(default_factory=list)
+    markers: list[bytes] = field(default_factory=list)
 
 
 def read_recording(path: Path) -> Recording:
     """Read every complete chunk of a recording.
+
+    Any intact header will do. What is in intact chunks and still cannot be used is
+    left out, and counted in ``skipped``.
 
     Raises
     ------
@@ -87,62 +94,109 @@ def read_recording(path: Path) -> Recording:
         The file cannot be opened, is not a recording, or is of another
         version, or nothing in it says what its columns are.
     """
-    found = _Found()
-    topics = dict(TOPICS)
     scanned = scan(path)
-    for record in scanned.records:
+    found = _sorted(scanned.records)
+    header = _header(path, found.headers)
+    blocks, bad = _blocks(path, found.blocks, header)
+    stretches, losses = join(blocks)
+    pinches, lost_marks = _read(found.pinches, read_mark, "pinch marks")
+    markers, lost_markers = _read(found.markers, read_marker, "markers")
+    skipped = (
+        *scanned.skipped,
+        *bad,
+        *losses,
+        *_lost_marks(pinches),
+        *lost_marks,
+        *lost_markers,
+    )
+    return Recording(path, header, stretches, pinches, markers, skipped)
+
+
+def _sorted(records: Iterable[McapRecord]) -> _Found:
+    found = _Found()
+    lists = {
+        "/header": found.headers,
+        "/samples": found.blocks,
+        "/pinch": found.pinches,
+        "/marker": found.markers,
+    }
+    topics = dict(TOPICS)
+    for record in records:
         if isinstance(record, Channel):
             topics[record.id] = record.topic
         elif isinstance(record, Message):
-            try:
-                found.add(topics.get(record.channel_id, ""), record.data)
-            except (ValueError, KeyError, TypeError) as error:
-                raise _foreign(path) from error
-    header = _header(path, found.headers)
-    try:
-        blocks = [samples.decode(data, header.dtype) for data in found.blocks]
-    except ValueError as error:
-        raise _foreign(path) from error
-    columns = len(header.layout.channels)
-    if any(b.data.shape[1] != columns for b in blocks):
-        raise InputError(
-            f"{path}: /samples does not have the {columns} columns of the header's layout: "
-            "write the file again from its source"
-        )
-    stretches, losses = join(blocks)
-    skipped = (*scanned.skipped, *losses, *_lost_marks(found.pinches))
-    return Recording(path, header, stretches, tuple(found.pinches), tuple(found.markers), skipped)
+            known = lists.get(topics.get(record.channel_id, ""))
+            if known is not None:
+                known.append(record.data)
+    return found
 
 
-def _foreign(path: Path) -> InputError:
-    return InputError(
+def _header(path: Path, headers: list[bytes]) -> Header:
+    """The first that can be used; where none can, what is wrong with the first."""
+    first: InputError | None = None
+    for data in headers:
+        try:
+            return read_header(data, f"{path}: /header")
+        except InputError as error:
+            first = first or error
+    raise first or InputError(
         f"{path} is not a firstcontact recording, or is cut off before its first samples (no "
         "readable /header): bring other data in with `firstcontact import`"
     )
 
 
-def _header(path: Path, headers: list[dict[str, Any]]) -> Header:
-    if not headers or not isinstance(headers[0], dict) or headers[0].get("format") != FORMAT:
-        raise _foreign(path)
-    version = headers[0].get("version")
-    if version != VERSION:
-        raise InputError(
-            f"{path}: /header says format version {version!r} and this reader knows {VERSION}: "
-            "install the firstcontact that wrote it"
-        )
-    try:
-        return Header.from_json(headers[0])
-    except (ValueError, KeyError, TypeError) as error:
-        raise InputError(
-            f"{path}: /header is not complete ({error}): write the file again from its source"
-        ) from error
+def _blocks(path: Path, messages: list[bytes], header: Header) -> tuple[list[Block], list[str]]:
+    """The samples of a file, and how many messages hold none."""
+    blocks = []
+    bad = 0
+    columns = len(header.layout.channels)
+    for data in messages:
+        try:
+            block = samples.decode(data, header.dtype)
+        except ValueError:
+            bad += 1
+            continue
+        if block.data.shape[1] != columns:
+            raise InputError(
+                f"{path}: /samples does not have the {columns} columns of the header's layout: "
+                "write the file again from its source"
+            )
+        if block.end > LAST_SAMPLE or not _finite(block):
+            bad += 1
+            continue
+        blocks.append(block)
+    return blocks, [f"{bad} messages hold no samples and were left out"] if bad else []
 
 
-def _lost_marks(pinches: list[PinchMark]) -> list[str]:
-    seen = {p.number for p in pinches}
-    lost = sorted(set(range(max(seen, default=-1) + 1)) - seen)
-    if not lost:
+def _finite(block: Block) -> bool:
+    """Whether all values can be computed with; integers always can."""
+    if block.data.dtype.kind != "f":
+        return True
+    with np.errstate(invalid="ignore"):
+        return bool((np.abs(block.data) <= samples.LARGEST).all())
+
+
+def _read(
+    messages: list[bytes], read: Callable[[bytes, str], T], what: str
+) -> tuple[tuple[T, ...], list[str]]:
+    """What can be used of these messages, and how many cannot."""
+    good = []
+    bad = 0
+    why = ""
+    for data in messages:
+        try:
+            good.append(read(data, "the first of them"))
+        except InputError as error:
+            bad += 1
+            why = why or str(error)
+    return tuple(good), [f"{bad} {what} cannot be used and were left out ({why})"] if bad else []
+
+
+def _lost_marks(pinches: tuple[PinchMark, ...]) -> list[str]:
+    numbers = [-1, *sorted({p.number for p in pinches})]
+    gaps = [(a + 1, b - 1) for a, b in pairwise(numbers) if b > a + 1]
+    if not gaps:
         return []
-    return [
-        f"the marks of pinches {', '.join(map(str, lost))} are lost: their labels are not known"
-    ]
+    told = [f"{a}" if a == b else f"{a} to {b}" for a, b in gaps[:_TOLD]]
+    more = f" and in {len(gaps) - _TOLD} more gaps" if len(gaps) > _TOLD else ""
+    return [f"the marks of pinches {', '.join(told)}{more} are lost: their labels are not known"]

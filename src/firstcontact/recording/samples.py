@@ -24,6 +24,8 @@ from numpy.typing import NDArray
 from firstcontact.core import Block
 from firstcontact.recording.header import DTYPES
 
+#: Largest float that is a sample: squares and sums of it stay finite in 32 bits.
+LARGEST = 1e12
 _CDR_LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 _PREFIX = struct.Struct("<4sQIHxxI")
 

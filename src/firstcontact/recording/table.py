@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import csv
+from collections import Counter
+from io import TextIOWrapper
 from pathlib import Path
 
 from firstcontact.core import InputError
+from firstcontact.core.files import open_regular
+
+#: More columns than any table has that people make.
+MOST_COLUMNS = 1000
 
 
 def read_table(path: Path) -> dict[str, list[str]]:
@@ -18,9 +24,14 @@ def read_table(path: Path) -> dict[str, list[str]]:
         row of another length.
     """
     try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
+        with TextIOWrapper(open_regular(path), encoding="utf-8-sig", newline="") as stream:
             reader = csv.reader(stream, strict=True)
             header = [name.strip() for name in next(reader, [])]
+            if len(header) > MOST_COLUMNS:
+                raise InputError(
+                    f"{path} has {len(header)} columns, more than {MOST_COLUMNS}: give a table "
+                    "with a header"
+                )
             columns: list[list[str]] = [[] for _ in header]
             same: dict[str, str] = {}  # cells repeat: hold each text once
             for row in reader:
@@ -37,7 +48,7 @@ def read_table(path: Path) -> dict[str, list[str]]:
         raise InputError(f"{path} is not CSV in UTF-8 ({error}): save it as such") from error
     if not columns or not columns[0]:
         raise InputError(f"{path} has no rows: give a header and one row at least")
-    doubled = sorted({name for name in header if header.count(name) > 1})
+    doubled = sorted(name for name, times in Counter(header).items() if times > 1)
     if doubled:
         raise InputError(f"{path} has the column {doubled[0]!r} twice: rename or remove one")
     return dict(zip(header, columns, strict=True))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import struct
 import warnings
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Dataset, InputError, Pinch
-from firstcontact.recording.checks import check_rate, check_samples, make_layout
+from firstcontact.core.files import read_regular
+from firstcontact.core.temporary import is_temporary
+from firstcontact.recording.checks import (
+    check_rate,
+    check_samples,
+    check_source,
+    make_layout,
+)
 from firstcontact.recording.dataset import pause_between
 from firstcontact.recording.labels import (
     CONTACT_COLUMNS,
@@ -20,10 +29,27 @@ from firstcontact.recording.labels import (
     make_labels,
     make_motor_starts,
 )
+from firstcontact.recording.quoting import listed, reason
 from firstcontact.recording.table import read_table
 
 LABELS = "labels.csv"
-_KNOWN = {"file", "sample_rate_hz", "comment", *LABEL_COLUMNS, *CONTACT_COLUMNS}
+_KNOWN = {"file", "sample_rate_hz", "source", "comment", *LABEL_COLUMNS, *CONTACT_COLUMNS}
+#: Most bytes of a file: what the length fields of the format can say.
+LONGEST = (1 << 32) - 1
+#: What scipy raises for a damaged file.
+_DAMAGE = (
+    OSError,
+    ValueError,
+    EOFError,
+    ArithmeticError,
+    NameError,
+    TypeError,
+    KeyError,
+    IndexError,
+    MemoryError,
+    struct.error,
+    UserWarning,  # of which its own are made
+)
 #: Type that scipy gives to WAV samples: full scale in raw steps.
 _FULL_SCALE = {"uint8": 128.0, "int16": 2.0**15, "int32": 2.0**31, "float32": 1.0, "float64": 1.0}
 
@@ -65,7 +91,7 @@ def import_wav(folder: Path) -> Dataset:
     notes += assumed
     unknown = sorted(set(columns) - _KNOWN)
     if unknown:
-        notes.append(f"{LABELS}: columns not known and left out: {', '.join(unknown)}")
+        notes.append(f"{LABELS}: columns not known and left out: {listed(unknown)}")
     layout = make_layout(
         float(rate),
         piezos=first.shape[1],
@@ -78,12 +104,24 @@ def import_wav(folder: Path) -> Dataset:
             files, sounds, labels, contacts, motors, strict=True
         )
     ]
-    return Dataset(pause_between(pinches), "real", tuple(notes))
+    return Dataset(pause_between(pinches), _source(table, columns), tuple(notes))
+
+
+def _source(table: Path, columns: dict[str, list[str]]) -> str:
+    """What the table says the files come from."""
+    said = sorted(set(columns.get("source", ["unknown"])))
+    if len(said) > 1:
+        raise InputError(f"{table}: source must be the same in all rows: import apart")
+    return check_source(str(table), said[0])
 
 
 def _match(folder: Path, names: list[str]) -> list[Path]:
     """The file of each row; every file has a row and every row a file."""
-    there = [p for p in sorted(folder.rglob("*")) if p.suffix.lower() == ".wav" and p.is_file()]
+    there = [
+        p
+        for p in sorted(folder.rglob("*"))
+        if p.suffix.lower() == ".wav" and p.is_file() and not is_temporary(p, folder)
+    ]
     by_name: dict[str, list[Path]] = {}
     for path in there:
         for name in {path.name, path.relative_to(folder).as_posix()}:
@@ -112,21 +150,43 @@ def _read(file: Path) -> tuple[int, NDArray[Any]]:
     from scipy.io import wavfile
 
     try:
+        # From memory: the library allocates what a header declares only when it reads files.
+        data = BytesIO(read_regular(file, LONGEST))
+        _check_length(file, data)
         with warnings.catch_warnings():
             warnings.simplefilter("error", wavfile.WavFileWarning)
             warnings.filterwarnings("ignore", "Chunk .* not understood", wavfile.WavFileWarning)
-            rate, data = wavfile.read(file)
-    except (OSError, ValueError, EOFError, struct.error, wavfile.WavFileWarning) as error:
+            rate, values = wavfile.read(data)
+    except InputError:
+        raise
+    except _DAMAGE as error:
         raise InputError(
-            f"{file} cannot be read as WAV ({str(error).rstrip('.')}): convert it to PCM WAV"
+            f"{file} cannot be read as WAV ({reason(error).rstrip('.')}): convert it to PCM WAV"
         ) from error
-    if data.ndim == 1:
-        data = data[:, None]
-    if data.shape[1] > 2:
-        raise InputError(f"{file} has {data.shape[1]} channels: give one or two piezo channels")
-    if not len(data):
+    if values.ndim == 1:
+        values = values[:, None]
+    if not 1 <= values.shape[1] <= 2:
+        raise InputError(f"{file} has {values.shape[1]} channels: give one or two piezo channels")
+    if str(values.dtype) not in _FULL_SCALE:
+        raise InputError(f"{file} holds {values.dtype}: convert it to PCM WAV of at most 32 bits")
+    if not len(values):
         raise InputError(f"{file} holds no samples: remove it and its row")
-    return int(rate), data
+    return int(rate), values
+
+
+def _check_length(file: Path, data: BytesIO) -> None:
+    """Refuse a file that is cut off: the library takes what is left of its samples."""
+    form = "<4sI" if data.read(4) == b"RIFF" else ">4sI"
+    data.seek(12)
+    while len(head := data.read(8)) == 8:
+        kind, size = struct.unpack(form, head)
+        held = len(data.getbuffer()) - data.tell()
+        if kind == b"data" and size > held:
+            raise InputError(
+                f"{file} says that {size} bytes of samples follow and holds {held}: copy it again"
+            )
+        data.seek(size + size % 2, os.SEEK_CUR)
+    data.seek(0)
 
 
 def _samples(file: Path, data: NDArray[Any]) -> NDArray[Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -14,14 +15,26 @@ import numpy as np
 from firstcontact.core import Block, InputError, Pinch
 from firstcontact.recording import samples
 from firstcontact.recording.chunk_file import ChunkFile
-from firstcontact.recording.header import Header, Marker, PinchMark
+from firstcontact.recording.header import (
+    LAST_SAMPLE,
+    LONGEST_TEXT,
+    Header,
+    Marker,
+    PinchMark,
+    read_header,
+    read_mark,
+    read_marker,
+)
 
 #: Samples of at most this time wait for the operating system, s; half of what
 #: is promised, since one message more is needed to push them out.
 HANDED_OVER_EVERY = 0.05
 #: Longest message, s: damage to one chunk loses no more than about this.
 LONGEST_MESSAGE = 0.1
+#: Samples of this time are followed by the header once more, s: a killed writer leaves two.
+HEADER_AGAIN = 0.5
 _NANO = 1_000_000_000
+_LATEST = (1 << 64) - 1  # time that MCAP can hold, ns
 _JSON_SCHEMA = b'{"type": "object"}'
 
 
@@ -39,8 +52,9 @@ class RecordingWriter:
     Raises
     ------
     InputError
-        The file exists or cannot be made. Later, from any method: the disk is
-        full, or a block does not fit the header.
+        The file exists or cannot be made, or the header holds what a reader would
+        refuse. Later, from any method: the disk is full, or a block does not fit
+        the header.
 
     Notes
     -----
@@ -51,6 +65,7 @@ class RecordingWriter:
     def __init__(self, path: Path, header: Header) -> None:
         self.path = path
         self.header = header
+        self._head = self._packed(header.to_json(), read_header, "the header")
         try:
             self._stream = path.open("x+b")
         except FileExistsError as error:
@@ -68,6 +83,7 @@ class RecordingWriter:
         self._latest = 0  # highest sample number so far, with that added
         self._number = 0
         self._sequence = 0
+        self._until_header = round(header.layout.rate * HEADER_AGAIN)
         bytes_a_second = (
             header.layout.rate * len(header.layout.channels) * np.dtype(header.dtype).itemsize
         )
@@ -75,8 +91,11 @@ class RecordingWriter:
         try:
             self._file = ChunkFile(self._stream, self._chunk_size, "ros2", "firstcontact")
             self._start()
-        except OSError as error:
-            raise self._failed(error) from error
+        except (OSError, InputError) as error:
+            failed = self._failed(error) if isinstance(error, OSError) else error
+            # Without a header nothing could be read of it: leave no file behind.
+            path.unlink(missing_ok=True)
+            raise failed from error
 
     def write(self, block: Block) -> None:
         """Append a block; long ones are cut into several messages.
@@ -97,6 +116,11 @@ class RecordingWriter:
                 f"{self.path}: a block is {block.data.dtype} and the header's dtype says "
                 f"{self.header.dtype}: convert the one or correct the other"
             )
+        if not 0 <= block.first_sample <= block.end <= LAST_SAMPLE:
+            raise InputError(
+                f"{self.path}: the sample number {block.end} is none that a device counts to: "
+                "start the device again"
+            )
         if block.epoch != self._epoch:
             self._origin = max(self._origin, self._latest - block.first_sample)
             self._epoch = block.epoch
@@ -105,17 +129,31 @@ class RecordingWriter:
             first = block.first_sample + start
             piece = Block(block.data[start : start + longest], first, block.epoch)
             self._add(self._samples, samples.encode(piece, self.header.dtype), first)
+            self._until_header -= len(piece.data)
+            if self._until_header <= 0 < self._until_header + len(piece.data):
+                self._add(self._headers, self._head, first)
         self._end = block.end
         self._latest = max(self._latest, self._origin + block.end)
 
     def mark(self, mark: PinchMark) -> None:
-        """Append where a pinch lies and what is known about it."""
-        self._add_json(self._pinches, mark.to_json(), mark.end)
+        """Append where a pinch lies and what is known about it.
+
+        Raises
+        ------
+        InputError
+            It is none that a reader takes, or the file cannot be written.
+        """
+        data = self._packed(mark.to_json(), read_mark, f"the mark of pinch {mark.number}")
+        self._add(self._pinches, data, mark.end)
         self._number = mark.number + 1
 
     def marker(self, marker: Marker) -> None:
-        """Append a word pinned to a sample."""
-        self._add_json(self._markers, asdict(marker), marker.sample)
+        """Append a word pinned to a sample; what nobody can read of its text is replaced."""
+        text = marker.text.encode("utf-8", "replace").decode()
+        if len(text) > LONGEST_TEXT:
+            text = text[: LONGEST_TEXT - 1] + "…"
+        tree = {**asdict(marker), "text": text}
+        self._add(self._markers, self._packed(tree, read_marker, "a marker"), marker.sample)
 
     def pinch(self, pinch: Pinch) -> None:
         """Append the samples of a pinch and its mark.
@@ -145,7 +183,7 @@ class RecordingWriter:
             return
         try:
             # Once more, so that one damaged chunk never costs the header.
-            self._add_json(self._headers, self.header.to_json(), self._end or 0)
+            self._add(self._headers, self._head, self._end or 0)
             self._file.finish()
             self._stream.flush()
         except OSError as error:
@@ -174,16 +212,25 @@ class RecordingWriter:
         self._pinches = json_channel("/pinch", "firstcontact.PinchMark")
         self._markers = json_channel("/marker", "firstcontact.Marker")
         # Filled up with spaces to a whole chunk, so that it does not wait for samples.
-        self._add_json(self._headers, self.header.to_json(), 0, self._chunk_size)
+        self._add(self._headers, self._head.ljust(self._chunk_size), 0)
 
-    def _add_json(self, channel: int, tree: dict[str, Any], sample: int, width: int = 0) -> None:
-        text = json.dumps(tree, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-        self._add(channel, text.encode().ljust(width), sample)
+    def _packed(self, tree: dict[str, Any], read: Callable[[bytes, str], object], of: str) -> bytes:
+        """JSON that its reader takes: what is in a recording can be read back."""
+        try:
+            text = json.dumps(tree, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+            data = text.encode()
+        except ValueError as error:  # NaN, or characters that UTF-8 does not have
+            raise InputError(
+                f"{self.path}: {of} cannot be written as JSON in UTF-8 ({error}): correct it"
+            ) from error
+        read(data, f"{self.path}: {of}")
+        return data
 
     def _add(self, channel: int, data: bytes, sample: int) -> None:
         if not self._open:
             raise InputError(f"{self.path} is closed: begin a new recording")
-        time = max(0, round((self._origin + sample) * _NANO / self.header.layout.rate))
+        time = round((self._origin + sample) * _NANO / self.header.layout.rate)
+        time = min(max(0, time), _LATEST)
         try:
             self._file.add(channel, time, data, self._sequence)
             self._stream.flush()

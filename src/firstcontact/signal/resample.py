@@ -111,4 +111,5 @@ def resample_dataset(dataset: Dataset, rate: float) -> Dataset:
     )
     pinches = tuple(_resample_pinch(p, rate) for p in dataset.pinches)
     recorded = dataset.recorded_rate or old
-    return Dataset(pinches, dataset.source, (*dataset.notes, note), recorded)
+    notes = (*dataset.notes, note)
+    return replace(dataset, pinches=pinches, notes=notes, recorded_rate=recorded)

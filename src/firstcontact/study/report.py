@@ -12,7 +12,7 @@ from firstcontact.study.chapters import chapters, subject_title
 from firstcontact.study.comparison import compare, get
 from firstcontact.study.state import State, versions
 
-_KINDS = {"twin": "Twin results", "real": "Real recordings"}
+_KINDS = {"twin": "Twin results", "real": "Real recordings", "unknown": "Source not known"}
 
 
 def render(state: State) -> str:

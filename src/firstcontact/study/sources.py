@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from firstcontact.core import Dataset, InputError
+from firstcontact.core.temporary import is_temporary
 from firstcontact.recording import load_dataset
 from firstcontact.signal import resample_dataset
 from firstcontact.study.folder import MARK, fresh
@@ -85,7 +86,7 @@ def _found(path: Path) -> tuple[list[Path], list[Path]]:
     if path.is_file():
         return [path] if path.suffix == ".mcap" else [], []
     made = sorted(mark.parent for mark in path.rglob(MARK) if mark.parent != path)
-    files = sorted(path.rglob("*.mcap"))
+    files = sorted(f for f in path.rglob("*.mcap") if not is_temporary(f, path))
     return [f for f in files if not any(f.is_relative_to(m) for m in made)], made
 
 

@@ -1,0 +1,114 @@
+"""The cells of a stranger's table, one by one: what they are, or ValueError with the reason."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeVar
+
+from firstcontact.core import Finger, InputError, Role
+from firstcontact.core.pinch import HIGHEST_RANK
+from firstcontact.core.records import LONGEST_NAME
+from firstcontact.recording.quoting import shown, text_of
+
+#: Names of hardness classes, from soft to hard.
+CLASSES = ("soft", "medium", "hard")
+
+T = TypeVar("T")
+Columns = Mapping[str, Sequence[Any]]
+
+
+def each(where: str, columns: Columns, name: str, read: Callable[[Any], T]) -> list[T] | None:
+    """A column read value by value, or None where it is not there."""
+    if name not in columns:
+        return None
+    values = []
+    for i, value in enumerate(columns[name]):
+        try:
+            values.append(read(value))
+        except (ValueError, TypeError, OverflowError) as error:
+            raise InputError(
+                f"{where}: {name} of pinch {i} is {shown(value)}, {error}: "
+                f"correct it, or leave {name} out for all"
+            ) from None
+    return values
+
+
+def words(value: Any) -> str:
+    """Words; none at all are fine."""
+    text = text_of(value).strip()
+    if len(text) > LONGEST_NAME:
+        raise ValueError(f"which is longer than {LONGEST_NAME} characters")
+    return text
+
+
+def name(value: Any) -> str:
+    """What something is called."""
+    text = words(value)
+    if text in ("", "nan"):
+        raise ValueError("which names nothing")
+    return text
+
+
+def _number(value: Any) -> float:
+    try:
+        number = float(text_of(value).strip())
+    except ValueError:
+        raise ValueError("which is not a number") from None
+    if not math.isfinite(number):
+        raise ValueError("which is not a finite number")
+    return number
+
+
+def whole(value: Any) -> int:
+    """A whole number."""
+    number = _number(value)
+    if number != int(number):
+        raise ValueError("which is not a whole number")
+    return int(number)
+
+
+def ranked(value: Any) -> int:
+    """A hardness rank."""
+    number = whole(value)
+    if abs(number) > HIGHEST_RANK:
+        raise ValueError(f"and ranks go to {HIGHEST_RANK}")
+    return number
+
+
+def shore(value: Any) -> float:
+    """Shore A."""
+    number = _number(value)
+    if not 0 <= number <= 100:
+        raise ValueError("and Shore A goes from 0 to 100")
+    return number
+
+
+def rank(value: Any) -> int:
+    """The rank of a hardness class, or a rank."""
+    text = text_of(value).strip().lower()
+    if text in CLASSES:
+        return CLASSES.index(text)
+    try:
+        return ranked(text)
+    except ValueError:
+        raise ValueError(f"which is neither {', '.join(CLASSES)} nor a whole number") from None
+
+
+def role(value: Any) -> Role:
+    """What a pinch is for."""
+    try:
+        return Role(text_of(value).strip().lower())
+    except ValueError:
+        raise ValueError("which is neither train nor test") from None
+
+
+def finger(value: Any) -> Finger | None:
+    """Which finger, None where it is not known."""
+    text = text_of(value).strip().lower()
+    for one in Finger:
+        if text in (str(int(one)), one.name.lower()):
+            return one
+    if text in ("", "-1"):
+        return None
+    raise ValueError("which is neither index (0) nor thumb (1)")

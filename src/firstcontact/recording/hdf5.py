@@ -1,0 +1,158 @@
+"""Arrays out of an HDF5 file: what is in it, and nothing that it only points to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError
+from firstcontact.core.files import open_regular
+from firstcontact.core.records import LONGEST_NAME
+from firstcontact.recording.quoting import reason
+from firstcontact.recording.sizes import check_unpacked
+
+#: Soft links that may lead to one another.
+_LINKS = 8
+#: Most bytes of an attribute.
+_ATTRIBUTE = 1 << 16
+#: Most texts that are read at once, and most bytes that these may be.
+_TEXTS = 4096
+_TEXT_BYTES = 64 << 20
+_DAMAGE = (
+    OSError,
+    RuntimeError,
+    ValueError,
+    KeyError,
+    TypeError,
+    NotImplementedError,
+    OverflowError,
+    MemoryError,
+)
+
+
+def read_hdf5(
+    path: Path, known: Collection[str], settings: Collection[str]
+) -> tuple[dict[str, NDArray[Any]], list[str]]:
+    """Datasets of these names and settings among the attributes; and names that are not read.
+
+    Attributes are those of the file and of its dataset ``piezo``.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or names the dataset at fault: a link that leads out
+        of the file or nowhere, storage outside, a type that cannot be read, or far
+        more than the file holds.
+    """
+    import h5py
+
+    arrays: dict[str, NDArray[Any]] = {}
+    try:
+        open_regular(path).close()
+        with h5py.File(path, "r") as file:
+            names = list(file.keys())
+            datasets = {}
+            for name in names:
+                if name in known:
+                    _walk(path, file, name, name)
+                    if isinstance(file[name], h5py.Dataset):
+                        datasets[name] = file[name]
+            for name, dataset in datasets.items():
+                _check(path, name, dataset)
+            check_unpacked(path, sum(_declared(d) for d in datasets.values()))
+            for name, dataset in datasets.items():
+                arrays[name] = _values(path, name, dataset)
+            for holder in (file, datasets.get("piezo")):
+                if holder is not None:
+                    arrays |= _attributes(path, holder.attrs, settings)
+    except InputError:
+        raise
+    except _DAMAGE as error:
+        raise InputError(
+            f"{path} cannot be read as HDF5 ({reason(error)}): write it again"
+        ) from error
+    return arrays, sorted(set(names) - set(known))
+
+
+def _walk(path: Path, file: Any, name: str, target: str, left: int = _LINKS) -> None:
+    """Follow a name step by step, before the library does: no step may leave the file."""
+    from h5py import Group, h5l
+
+    group, gone = file, ""
+    steps = [step for step in target.split("/") if step not in ("", ".")]
+    for k, step in enumerate(steps):
+        key = step.encode("utf-8", "surrogateescape")
+        if not isinstance(group, Group) or not group.id.links.exists(key):
+            raise InputError(f"{path}: {name} is a link to {target!r}, which is not there")
+        kind = group.id.links.get_info(key).type
+        if kind == h5l.TYPE_SOFT and left:
+            # Where it leads is looked at first, and then what is behind it.
+            to = group.id.links.get_val(key).decode("utf-8", "surrogateescape")
+            rest = "/".join(steps[k + 1 :])
+            base = "" if to.startswith("/") else gone
+            return _walk(path, file, name, f"{base}/{to}/{rest}", left - 1)
+        if kind != h5l.TYPE_HARD:
+            raise InputError(
+                f"{path}: {name} is a link out of the file or one of many, which is not followed: "
+                "copy what it leads to into the file"
+            )
+        group, gone = group[step], f"{gone}/{step}"
+    return None
+
+
+def _check(path: Path, name: str, dataset: Any) -> None:
+    """Refuse what is stored elsewhere, and what is no array of numbers or texts."""
+    from h5py import check_string_dtype
+
+    if dataset.external or dataset.is_virtual:
+        raise InputError(
+            f"{path}: {name} is stored outside of itself (external or virtual), which is not "
+            "followed: copy it into the file"
+        )
+    if dataset.shape is None:
+        raise InputError(f"{path}: {name} is empty: give it values, or leave it out")
+    if dataset.dtype.hasobject and check_string_dtype(dataset.dtype) is None:
+        raise InputError(f"{path}: {name} holds neither numbers nor texts: write it as such")
+
+
+def _declared(dataset: Any) -> int:
+    """Bytes that reading it takes: all of it, and one chunk unpacked."""
+    chunk = math.prod(dataset.chunks or ())
+    return int((math.prod(dataset.shape) + chunk) * max(dataset.dtype.itemsize, 1))
+
+
+def _values(path: Path, name: str, dataset: Any) -> NDArray[Any]:
+    if not dataset.dtype.hasobject or dataset.ndim != 1:
+        if dataset.dtype.hasobject and dataset.size > 1:
+            raise InputError(
+                f"{path}: {name} has the shape {dataset.shape}: give one text for each pinch"
+            )
+        return np.asarray(dataset[()])
+    # Texts lie elsewhere in the file, and many may be one and the same.
+    size = path.stat().st_size
+    step = min(_TEXTS, max(1, _TEXT_BYTES // size))
+    values: list[Any] = []
+    for start in range(0, len(dataset), step):
+        values += list(dataset[start : start + step])
+        long = [text for text in values[start:] if len(text) > 4 * LONGEST_NAME]
+        if long:
+            raise InputError(
+                f"{path}: {name} has a text of {len(long[0])} bytes: give at most {LONGEST_NAME} "
+                "characters"
+            )
+    return np.array(values, dtype=object)
+
+
+def _attributes(path: Path, attributes: Any, settings: Collection[str]) -> dict[str, NDArray[Any]]:
+    found = {}
+    for name in settings:
+        if name in attributes:
+            if attributes.get_id(name).get_storage_size() > _ATTRIBUTE:
+                raise InputError(f"{path}: the attribute {name} is too long: give one value")
+            found[name] = np.asarray(attributes[name])
+    return found

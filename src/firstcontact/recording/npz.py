@@ -1,0 +1,95 @@
+"""Arrays out of a NumPy archive; what it declares is checked before anything is allocated."""
+
+from __future__ import annotations
+
+import math
+import struct
+import tokenize
+import zlib
+from collections.abc import Collection
+from pathlib import Path
+from typing import IO, Any
+from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile, ZipInfo
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError
+from firstcontact.core.files import open_regular
+from firstcontact.recording.quoting import reason
+from firstcontact.recording.sizes import check_unpacked
+
+_HEADERS = {b"\1\0": npy.read_array_header_1_0, b"\2\0": npy.read_array_header_2_0}
+_ENCRYPTED = 0x1
+_REMEDY = "save it with numpy.savez and without objects"
+#: What zipfile and NumPy's header parser raise for a damaged archive.
+_DAMAGE = (
+    OSError,
+    ValueError,
+    EOFError,
+    TypeError,
+    KeyError,
+    IndexError,
+    SyntaxError,
+    RuntimeError,
+    OverflowError,
+    MemoryError,
+    BadZipFile,
+    zlib.error,
+    struct.error,
+    tokenize.TokenError,
+)
+
+
+def read_npz(path: Path, known: Collection[str]) -> tuple[dict[str, NDArray[Any]], list[str]]:
+    """Arrays of these names, and the names of the others, which are not read.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or names the array at fault: encrypted, of a
+        compression that NumPy does not write, no array, with objects in it, of a
+        size that it does not hold, or unpacking to far more than the file holds.
+    """
+    arrays: dict[str, NDArray[Any]] = {}
+    others = []
+    try:
+        with open_regular(path) as stream, ZipFile(stream) as archive:
+            members = {i.filename.removesuffix(".npy"): i for i in archive.infolist()}
+            wanted = {name: info for name, info in members.items() if name in known}
+            others = sorted(set(members) - set(wanted))
+            check_unpacked(path, sum(info.file_size for info in wanted.values()))
+            for name, info in wanted.items():
+                _check_member(path, name, info)
+                with archive.open(info) as member:
+                    arrays[name] = _array(path, name, member, info.file_size)
+    except InputError:
+        raise
+    except _DAMAGE as error:
+        raise InputError(
+            f"{path} cannot be read as an NPZ of plain arrays ({reason(error)}): {_REMEDY}"
+        ) from error
+    return arrays, others
+
+
+def _check_member(path: Path, name: str, info: ZipInfo) -> None:
+    if info.flag_bits & _ENCRYPTED:
+        raise InputError(f"{path}: {name} is encrypted: {_REMEDY}")
+    if info.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
+        raise InputError(f"{path}: {name} is compressed as NumPy never does: {_REMEDY}")
+
+
+def _array(path: Path, name: str, member: IO[bytes], size: int) -> NDArray[Any]:
+    magic = member.read(npy.MAGIC_LEN)
+    read = _HEADERS.get(magic[-2:]) if magic.startswith(npy.MAGIC_PREFIX) else None
+    if read is None:
+        raise InputError(f"{path}: {name} is no array of NumPy: {_REMEDY}")
+    shape, fortran, dtype = read(member)
+    if dtype.hasobject:
+        raise InputError(f"{path}: {name} holds Python objects, which are not read: {_REMEDY}")
+    held = size - member.tell()
+    if math.prod(shape) * dtype.itemsize != held or any(n < 0 for n in shape):
+        raise InputError(f"{path}: {name} declares the shape {shape} and holds {held} bytes of it")
+    values: NDArray[Any] = np.frombuffer(member.read(), dtype)
+    return values.reshape(shape, order="F" if fortran else "C")

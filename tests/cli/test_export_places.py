@@ -1,0 +1,133 @@
+"""An export takes no place that is taken, and leaves none half filled."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.cli.main import main
+from firstcontact.core import Dataset, Label, Pinch, fingertip_layout
+from firstcontact.recording import Header, write_dataset
+from firstcontact.recording.dataset import pause_between
+
+FORMATS = ["csv", "parquet", "hdf5"]
+LAYOUT = fingertip_layout()
+
+# The kernel refuses to write a file any longer than this, as a full disk does.
+FULL = """
+import resource, sys
+from firstcontact.cli.main import main
+resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.fixture
+def recordings(tmp_path: Path) -> Path:
+    """Two sessions of three pinches, a megabyte when exported."""
+    rng = np.random.default_rng(1)
+    pinches = [
+        Pinch(rng.integers(-99, 99, (2000, 16)).astype(np.int16), LAYOUT, Label("a", 20.0, None, s))
+        for s in "112211"
+    ]
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    write_dataset(Dataset(pause_between(pinches)), folder, Header(LAYOUT, "synthetic"))
+    return folder
+
+
+@pytest.mark.parametrize("to", FORMATS)
+def test_on_a_full_disk_it_ends_with_one_sentence(tmp_path: Path, recordings: Path, to: str):
+    out = tmp_path / "out" / "x"
+    command = [sys.executable, "-c", FULL]
+    command += ["export", str(recordings), "--to", to, "--out", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert "cannot be written (" in done.stderr
+    assert "File too large" in done.stderr
+    assert list(out.parent.iterdir()) == []
+
+
+@pytest.mark.parametrize("to", FORMATS)
+def test_a_second_one_is_refused_and_the_first_stays(
+    tmp_path: Path, recordings: Path, to: str, capsys: pytest.CaptureFixture[str]
+):
+    out = tmp_path / "x"
+    command = ["export", str(recordings), "--to", to, "--out", str(out)]
+    assert main(command) == 0
+    before = out.read_bytes()
+    assert main(command) == 2
+    assert "exists: choose another --out" in capsys.readouterr().err
+    assert out.read_bytes() == before
+
+
+def test_of_two_at_once_one_is_refused_and_nothing_is_mixed(tmp_path: Path, recordings: Path):
+    """Both begin while the place is free: each waits until the other has written its file."""
+    script = """
+import sys
+from pathlib import Path
+from firstcontact.cli.main import main
+from firstcontact.recording import exporting
+write = exporting.EXPORTERS["csv"]
+def and_wait(dataset, path):
+    write(dataset, path)
+    print("written", flush=True)
+    sys.stdin.readline()
+exporting.EXPORTERS = {"csv": and_wait}
+sys.exit(main(sys.argv[1:]))
+"""
+    out = tmp_path / "out" / "x.csv"
+    command = [sys.executable, "-c", script, "export", str(recordings), "--to", "csv", "--out"]
+    children = [
+        subprocess.Popen(
+            [*command, str(out)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        for _ in range(2)
+    ]
+    for child in children:
+        assert child.stdout is not None
+        assert child.stdout.readline() == "written\n"
+    said = [child.communicate("go on\n")[1] for child in children]
+    assert [child.returncode for child in children] == [0, 2]
+    assert "exists: choose another --out" in said[1]
+    assert [p.name for p in out.parent.iterdir()] == ["x.csv"]
+
+
+@pytest.mark.parametrize("kept", [15, 13])
+def test_fingers_that_an_array_cannot_hold_are_refused(
+    tmp_path: Path, kept: int, capsys: pytest.CaptureFixture[str]
+):
+    """One strip only, or five taxels of the thumb and no strip."""
+    layout = type(LAYOUT)(LAYOUT.channels[:kept], LAYOUT.rate)
+    pinch = Pinch(np.zeros((100, kept), np.int16), layout, Label("a"))
+    write_dataset(Dataset((pinch,)), tmp_path, Header(layout, "synthetic"))
+    out = tmp_path / "x.h5"
+    assert main(["export", str(tmp_path), "--to", "hdf5", "--out", str(out)]) == 2
+    assert "export to csv or parquet" in capsys.readouterr().err
+    assert not out.exists()
+    assert main(["export", str(tmp_path), "--to", "csv", "--out", str(out)]) == 0
+
+
+def test_arrays_have_index_before_thumb_whatever_the_order_of_the_columns(tmp_path: Path):
+    turned = type(LAYOUT)(LAYOUT.channels[::-1], LAYOUT.rate)
+    data = np.random.default_rng(1).integers(-99, 99, (100, 16)).astype(np.int16)
+    for name, layout, columns in (("a", LAYOUT, data), ("b", turned, data[:, ::-1])):
+        folder = tmp_path / name
+        folder.mkdir()
+        pinch = Pinch(np.ascontiguousarray(columns), layout, Label("a"))
+        write_dataset(Dataset((pinch,)), folder, Header(layout, "synthetic"))
+        out = str(tmp_path / f"{name}.h5")
+        assert main(["export", str(folder), "--to", "hdf5", "--out", out]) == 0
+    import h5py
+
+    with h5py.File(tmp_path / "a.h5") as one, h5py.File(tmp_path / "b.h5") as other:
+        for name in ("piezo", "force", "strip"):
+            assert np.array_equal(one[name][()], other[name][()])

@@ -1,0 +1,81 @@
+"""A recording that was killed has its header twice: no one byte costs all its samples."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.core import Block, InputError, fingertip_layout
+from firstcontact.recording import Header, Marker, RecordingWriter, read_recording
+from firstcontact.recording.chunks import _candidates
+from firstcontact.recording.header import LONGEST_TEXT
+
+HEADER = Header(fingertip_layout(), "synthetic", session="1", notes="the only ones")
+
+
+@pytest.fixture
+def killed(tmp_path: Path) -> Path:
+    """What is in the file of a writer that is killed after a second of samples."""
+    path = tmp_path / "whole.mcap"
+    left = tmp_path / "killed.mcap"
+    with RecordingWriter(path, HEADER) as writer:
+        for first in range(0, 4900, 70):
+            number = np.arange(first, first + 70, dtype=np.int16)
+            writer.write(Block(np.repeat(number[:, None], 16, axis=1), first))
+        left.write_bytes(path.read_bytes())
+    return left
+
+
+def test_a_flipped_byte_anywhere_costs_no_more_than_its_chunk(killed: Path) -> None:
+    whole = read_recording(killed)
+    data = killed.read_bytes()
+    for at in (*range(0, 64), *range(64, 9000, 37), *range(9000, len(data), 997)):
+        bad = bytearray(data)
+        bad[at] ^= 0xFF
+        killed.write_bytes(bad)
+        recording = read_recording(killed)
+        assert recording.header == HEADER
+        assert whole.samples - recording.samples <= 0.1 * HEADER.layout.rate
+
+
+def test_the_first_ten_kilobytes_may_be_gone_but_for_the_magic(killed: Path) -> None:
+    data = bytearray(killed.read_bytes())
+    data[8:10_000] = bytes(9_992)
+    killed.write_bytes(data)
+    recording = read_recording(killed)
+    assert recording.header == HEADER
+    assert recording.stretches[-1].end >= 4900 - 0.1 * HEADER.layout.rate
+
+
+def test_the_second_is_in_the_file_within_the_first_second(killed: Path) -> None:
+    data = killed.read_bytes()
+    chunks = [data[start:stop] for start, stop in _candidates(data)]  # type: ignore[arg-type]
+    with_header = [i for i, chunk in enumerate(chunks) if b'"firstcontact.recording"' in chunk]
+    assert len(with_header) == 2
+    assert with_header[0] == 0
+
+
+def test_a_header_that_no_reader_would_take_leaves_no_file(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    for header in (
+        Header(HEADER.layout, session="\udcff"),  # a name that is not UTF-8, as arguments can be
+        Header(HEADER.layout, session="x" * 300),
+        Header(HEADER.layout, notes="x" * 200_000),
+    ):
+        with pytest.raises(InputError, match="the header"):
+            RecordingWriter(path, header)
+        assert not path.exists()
+
+
+def test_a_markers_text_never_ends_a_recording(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    with RecordingWriter(path, HEADER) as writer:
+        writer.marker(Marker(3, "half \udcff"))
+        writer.marker(Marker(4, "x" * (LONGEST_TEXT + 1)))
+    recording = read_recording(path)
+    half, long = recording.markers
+    assert half.text == "half ?"
+    assert long.text == "x" * (LONGEST_TEXT - 1) + "…"
+    assert recording.skipped == ()

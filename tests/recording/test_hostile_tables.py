@@ -1,0 +1,152 @@
+"""WAV folders and CSV tables with what no sensor and no person writes."""
+
+from __future__ import annotations
+
+import os
+import struct
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.cli.main import main
+
+
+@pytest.fixture
+def refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., None]:
+    """Import, and expect one short sentence with these words and nothing written."""
+
+    def check(path: Path, *words: str, more: tuple[str, ...] = ()) -> None:
+        assert main(["import", str(path), "--out", str(tmp_path / "out"), *more]) == 2
+        said = capsys.readouterr().err
+        assert said.count("\n") == 1
+        assert len(said) < 1000
+        for word in words:
+            assert word in said, said
+        assert not (tmp_path / "out").exists()
+
+    return check
+
+
+def wav(
+    channels: int = 1,
+    bits: int = 16,
+    rate: int = 5000,
+    data: bytes = bytes(200),
+    kind: int = 1,
+    declared: int | None = None,
+) -> bytes:
+    block = max(channels * bits // 8, 1)
+    block &= 0xFFFF
+    form = struct.pack("<HHIIHH", kind, channels, rate, rate * block, block, bits)
+    size = len(data) if declared is None else declared
+    body = b"WAVEfmt " + struct.pack("<I", 16) + form + b"data" + struct.pack("<I", size) + data
+    return b"RIFF" + struct.pack("<I", len(body)) + body
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    path = tmp_path / "wavs"
+    path.mkdir()
+    (path / "labels.csv").write_text("file\na.wav\n")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("content", "word"),
+    [
+        (wav(channels=0), "a.wav"),
+        (wav(channels=3, data=bytes(600)), "3 channels"),
+        (wav(channels=65535, data=bytes(200)), "a.wav"),
+        (wav(bits=64), "int64"),
+        (wav(bits=0), "a.wav"),
+        (wav(kind=3, bits=64, data=np.full(20, np.nan).tobytes()), "NaN"),
+        (wav(kind=77), "a.wav"),
+        (wav(rate=0), "sample rate"),
+        (wav(data=b""), "a.wav"),
+        (wav(declared=0xFFFFFFFF), "holds 200"),
+        (wav()[:-50], "holds 150"),
+        (wav()[:36], "a.wav"),
+        (wav()[:20], "a.wav"),
+        (b"RIFF\0\0\0\0WAVE", "a.wav"),
+        (b"RF64" + wav()[4:], "a.wav"),
+        (b"", "a.wav"),
+    ],
+)
+def test_a_wav_that_is_none_is_refused(folder, refused, content, word):
+    (folder / "a.wav").write_bytes(content)
+    refused(folder, word)
+
+
+def test_a_pipe_for_a_wav_or_its_table_is_not_waited_for(folder, refused):
+    os.mkfifo(folder / "a.wav")
+    refused(folder, "a.wav", "not in the folder")
+    (folder / "labels.csv").unlink()
+    os.mkfifo(folder / "labels.csv")
+    refused(folder, "labels.csv", "not a regular file")
+
+
+ROWS = [[k // 5, k % 5, 20, 2] for k in range(10)]
+
+
+def table(path: Path, **changes: object) -> Path:
+    """Ten rows of which the first has these cells."""
+    names = ["pinch", "piezo_index", "shore_a", "first_contact"]
+    lines = [",".join(names)]
+    for k, row in enumerate(ROWS):
+        cells = dict(zip(names, map(str, row), strict=True))
+        if k < 5:
+            cells |= {name: str(value) for name, value in changes.items()}
+        lines.append(",".join(cells.values()))
+    path.write_text("\n".join(lines), encoding="utf-8", errors="surrogateescape")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("changes", "word"),
+    [
+        ({"piezo_index": "9" * 5000}, "piezo_index"),
+        ({"piezo_index": "1e999"}, "piezo_index"),
+        ({"piezo_index": "-inf"}, "piezo_index"),
+        ({"shore_a": "9" * 400}, "shore_a"),
+        ({"shore_a": "1e400"}, "shore_a"),
+        ({"first_contact": "9" * 300}, "first_contact"),
+        ({"first_contact": "inf"}, "first_contact"),
+        ({"pinch": "x" * 140_000}, "CSV"),
+        ({"pinch": "\udcff"}, "UTF-8"),
+        ({"shore_a": '"20'}, "CSV"),
+    ],
+)
+def test_cells_out_of_bounds_are_refused(tmp_path, refused, changes, word):
+    refused(table(tmp_path / "x.csv", **changes), word, more=("--rate", "5000"))
+
+
+def test_the_sentence_names_the_cell(tmp_path, capsys):
+    path = table(tmp_path / "x.csv", shore_a="\x1b[31m" + "9" * 4000)
+    assert main(["import", str(path), "--rate", "5000", "--out", str(tmp_path / "o")]) == 2
+    said = capsys.readouterr().err
+    assert "shore_a of pinch 0" in said
+    assert "\x1b" not in said
+    assert len(said) < 500
+
+
+def test_a_header_of_a_million_columns_ends_soon(tmp_path, refused):
+    path = tmp_path / "x.csv"
+    path.write_text("a," * 1_000_000 + "\n")
+    refused(path, "1000001 columns")
+
+
+@pytest.mark.parametrize(
+    ("column", "cell", "word"),
+    [
+        ("hardness_rank", "1" + "0" * 300, "hardness_rank"),
+        ("hardness_rank", "1e6", "1000"),
+        ("object", "x" * 201, "200 characters"),
+        ("session", "x" * 201, "200 characters"),
+    ],
+)
+def test_labels_that_no_recording_holds_are_refused(folder, refused, column, cell, word):
+    (folder / "a.wav").write_bytes(wav())
+    (folder / "labels.csv").write_text(f"file,{column}\na.wav,{cell}\n")
+    refused(folder, word)

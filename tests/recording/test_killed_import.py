@@ -1,0 +1,70 @@
+"""An import that was killed leaves nothing that is taken for recordings."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.core import InputError
+from firstcontact.recording import load_dataset
+from firstcontact.recording.dataset import find_recordings
+from firstcontact.recording.importing import import_path
+from firstcontact.study.sources import recorded
+
+# Dies when all recordings are written and none has its place yet.
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from firstcontact.recording import importing
+write = importing.write_dataset
+def die(*arguments):
+    write(*arguments)
+    os.kill(os.getpid(), signal.SIGKILL)
+importing.write_dataset = die
+importing.import_path(Path(sys.argv[1]), Path(sys.argv[2]))
+"""
+
+
+@pytest.fixture
+def arrays(tmp_path: Path) -> Path:
+    piezo = np.random.default_rng(1).normal(size=(3, 600, 1)).astype(np.float32)
+    path = tmp_path / "x.npz"
+    np.savez(path, piezo=piezo, shore_a=[1, 2, 3], sample_rate_hz=4936, piezo_unit="V")
+    return path
+
+
+@pytest.fixture
+def left(tmp_path: Path, arrays: Path) -> Path:
+    """The folder in which an import to ``o`` was killed."""
+    folder = tmp_path / "data"
+    folder.mkdir()
+    command = [sys.executable, "-c", KILLED, str(arrays), str(folder / "o")]
+    assert subprocess.run(command, check=False).returncode == -signal.SIGKILL
+    assert list(folder.rglob("*.mcap"))
+    return folder
+
+
+def test_what_it_left_is_never_read(left: Path, arrays: Path, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="holds no recording"):
+        find_recordings(left)
+    import_path(arrays, left / "other")
+    assert len(load_dataset(left)) == 3
+    assert len(recorded(left, tmp_path / "study")) == 3
+
+
+def test_the_next_import_to_the_place_sweeps_it(left: Path, arrays: Path) -> None:
+    import_path(arrays, left / "o")
+    assert [p.name for p in left.iterdir()] == ["o"]
+    assert len(load_dataset(left)) == 3
+
+
+def test_two_imports_to_one_place_do_not_mix(tmp_path: Path, arrays: Path) -> None:
+    import_path(arrays, tmp_path / "o")
+    with pytest.raises(InputError, match="not an empty folder"):
+        import_path(arrays, tmp_path / "o")
+    assert len(load_dataset(tmp_path / "o")) == 3

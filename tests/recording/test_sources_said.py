@@ -1,0 +1,88 @@
+"""Where imported data come from is what someone said, and unknown where nobody did."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import wavfile
+
+from firstcontact.cli.main import main
+from firstcontact.core import InputError
+from firstcontact.recording import load_dataset
+from firstcontact.recording.importing import import_path
+
+DATA = np.random.default_rng(1).normal(size=(2, 60, 1)).astype(np.float32)
+
+
+def npz(folder: Path, source: str) -> Path:
+    said = {"source": source} if source else {}
+    np.savez(folder / "x.npz", piezo=DATA, sample_rate_hz=5000, piezo_unit="V", **said)
+    return folder / "x.npz"
+
+
+def wav(folder: Path, source: str) -> Path:
+    (folder / "w").mkdir(exist_ok=True)
+    for k in range(2):
+        wavfile.write(folder / "w" / f"{k}.wav", 5000, DATA[k])
+    head, more = (",source", f",{source}") if source else ("", "")
+    (folder / "w" / "labels.csv").write_text(f"file{head}\n0.wav{more}\n1.wav{more}\n")
+    return folder / "w"
+
+
+def csv(folder: Path, source: str) -> Path:
+    head, more = (",source", f",{source}") if source else ("", "")
+    rows = [f"{k // 60},{k / 5000},{v}{more}\n" for k, v in enumerate(DATA.ravel())]
+    (folder / "x.csv").write_text(f"pinch,time_s,piezo_index{head}\n" + "".join(rows))
+    return folder / "x.csv"
+
+
+MAKERS = [npz, wav, csv]
+Maker = Callable[[Path, str], Path]
+
+
+@pytest.mark.parametrize("make", MAKERS)
+@pytest.mark.parametrize(
+    ("said", "asked", "source"),
+    [
+        ("", None, "unknown"),
+        ("", "real", "real"),
+        ("", "unknown", "unknown"),
+        ("real", None, "real"),
+        ("synthetic", "synthetic", "synthetic"),
+        ("unknown", "real", "real"),
+    ],
+)
+def test_it_is_what_was_said(
+    tmp_path: Path, make: Maker, said: str, asked: str | None, source: str
+) -> None:
+    import_path(make(tmp_path, said), tmp_path / "o", source=asked)
+    dataset = load_dataset(tmp_path / "o")
+    assert dataset.source == source
+    assert any("not known" in n and "--source" in n for n in dataset.notes) == (source == "unknown")
+
+
+@pytest.mark.parametrize("make", MAKERS)
+@pytest.mark.parametrize("asked", ["twin", "unknown"])
+def test_a_contradiction_is_refused(tmp_path: Path, make: Maker, asked: str) -> None:
+    with pytest.raises(InputError, match=f"source is real and --source {asked}"):
+        import_path(make(tmp_path, "real"), tmp_path / "o", source=asked)
+    assert not (tmp_path / "o").exists()
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_another_word_is_refused(tmp_path: Path, make: Maker) -> None:
+    with pytest.raises(InputError, match="source is 'martian'"):
+        import_path(make(tmp_path, "martian"), tmp_path / "o")
+
+
+def test_the_command_takes_it_and_says_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = wav(tmp_path, "")
+    assert main(["import", str(path), "--source", "real", "--out", str(tmp_path / "o")]) == 0
+    assert "source real" in capsys.readouterr().out
+    assert main(["inspect", str(tmp_path / "o" / "000_1.mcap")]) == 0
+    assert "source      real" in capsys.readouterr().out

@@ -38,7 +38,7 @@ class MemorySource:
     def ended(self) -> bool:
         return not self.left
 
-    def read(self, timeout: float) -> list[Arrival]:
+    def read(self, timeout: float, least: int = 1) -> list[Arrival]:
         taken, self.left = self.left[: self._at_a_time], self.left[self._at_a_time :]
         count = sum(len(a.block.data) for a in taken)
         self.health = replace(self.health, samples=self.health.samples + count)

@@ -38,6 +38,7 @@ class Keeper:
     """A sink that keeps what it gets."""
 
     name = "keeper"
+    every = 0.02
 
     def __init__(self) -> None:
         self.updates: list[Update] = []

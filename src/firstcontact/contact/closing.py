@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from firstcontact.contact.detector import Detector
 from firstcontact.contact.gate import ClosingGate, Turn
+from firstcontact.contact.stream import WindowDetector
 from firstcontact.core.block import Block
 from firstcontact.core.calibration import Calibration
 from firstcontact.core.layout import Layout
@@ -87,6 +88,14 @@ class Closings:
     def end(self) -> int:
         """Number of the sample that would come next."""
         return self._end
+
+    @property
+    def due(self) -> int | None:
+        """So many more samples can tell of another contact; None where none is to come."""
+        if not self._open or self._latched == self._fingers:
+            return None
+        # Whoever does not tell when its next verdict is due may give one with every sample.
+        return self._detector.due if isinstance(self._detector, WindowDetector) else 1
 
     def update(self, block: Block) -> Iterator[Stage]:
         """Take the next block: what happened in it, in order, each as soon as it is known.

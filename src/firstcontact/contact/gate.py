@@ -11,7 +11,6 @@ from enum import Enum, auto
 from typing import Any
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from firstcontact.core.block import Block
@@ -77,7 +76,7 @@ class ClosingGate:
     def __init__(self, layout: Layout, calibration: Calibration | None) -> None:
         self._piezo = layout.columns(ChannelKind.PIEZO)
         self._force = layout.columns(ChannelKind.FORCE)
-        self._volts = Physical(layout, self._piezo + self._force)
+        self._volts = Physical(layout, self._piezo + self._force, "C")
         floors = [calibration.noise(f) if calibration else None for f in layout.piezo_fingers]
         known = [f for f in floors if f is not None]
         self._limit = RUNNING * np.array(known) if len(known) == len(floors) else None
@@ -152,7 +151,7 @@ class ClosingGate:
         self._waiting_samples -= used
         parts = self._volts(waiting[:used]).reshape(steps, self._step, -1)
         quiet = self._quiet(parts[:, :, : len(self._piezo)])
-        events = self._turns(quiet, parts[:, :, len(self._piezo) :].mean(axis=1))
+        events = self._turns(quiet, parts[:, :, len(self._piezo) :])
         self._grid += used
         self._steps += steps
         return events
@@ -169,9 +168,15 @@ class ClosingGate:
             quiet[len(quiet) - len(calm) :] = calm
         return quiet
 
-    def _turns(self, quiet: NDArray[np.bool_], force: NDArray[np.float64]) -> list[GateEvent]:
-        """Run the states over the steps of a block, from change to change."""
+    def _turns(self, quiet: NDArray[np.bool_], felt: NDArray[np.float64]) -> list[GateEvent]:
+        """Run the states over the steps of a block, from change to change.
+
+        ``felt`` are the taxels, shape (steps, samples, taxels).
+        """
         events: list[GateEvent] = []
+        if self._state is _State.OPEN and not quiet.any():
+            return events  # as for most of a closing: what is held need not be known
+        force = felt.mean(axis=1)
         k = 0
         while k < len(quiet):
             number = self._steps + k
@@ -228,7 +233,10 @@ class ClosingGate:
 
 def step_sums(piezo: NDArray[np.float64]) -> NDArray[np.float64]:
     """Sums and sums of squares of each step, (steps, samples, fingers) to (steps, 2, fingers)."""
-    return np.stack([piezo.sum(axis=1), (piezo**2).sum(axis=1)], axis=1)
+    sums = np.empty((len(piezo), 2, piezo.shape[2]))
+    sums[:, 0] = piezo.sum(axis=1)
+    sums[:, 1] = (piezo**2).sum(axis=1)
+    return sums
 
 
 def step_powers(sums: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
@@ -248,7 +256,11 @@ def step_powers(sums: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
     ndarray
         Shape (steps - 12, fingers, 13), in the square of the signal's unit.
     """
-    total, squares = sliding_window_view(sums, STEPS, axis=0).transpose(1, 0, 2, 3)
+    sums = np.ascontiguousarray(sums)
+    step, kind, finger = sums.strides
+    shape = (2, len(sums) - STEPS + 1, sums.shape[2], STEPS)
+    # As numpy's sliding_window_view would, which takes longer than all that follows.
+    total, squares = np.ndarray(shape, sums.dtype, sums, 0, (kind, step, finger, step))
     mean = median(total)[:, :, None] / samples
     power: NDArray[np.float64] = (squares - 2 * mean * total) / samples + mean**2
     return power
@@ -257,7 +269,9 @@ def step_powers(sums: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
 def median(x: NDArray[np.float64]) -> NDArray[np.float64]:
     """Along the last axis of odd length: what numpy.median gives, in a tenth of the time."""
     middle = x.shape[-1] // 2
-    out: NDArray[np.float64] = np.partition(x, middle, axis=-1)[..., middle]
+    ordered = x.copy()
+    ordered.partition(middle)
+    out: NDArray[np.float64] = ordered[..., middle]
     return out
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, Self
 
 import numpy as np
@@ -40,6 +40,11 @@ class RbfMachine:
     weights: NDArray[np.float64]
     intercept: float
     gamma: float
+    _lengths: NDArray[np.float64] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        lengths = self.gamma * (self.support**2).sum(axis=1)
+        object.__setattr__(self, "_lengths", lengths)
 
     @classmethod
     def train(cls, x: NDArray[np.float64], positive: NDArray[np.bool_], cost: float) -> Self:
@@ -66,19 +71,18 @@ class RbfMachine:
     def decide(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Decision values of features (windows, features), positive for a contact."""
         out = np.empty(len(x))
-        lengths = (self.support**2).sum(axis=1)
         for start in range(0, len(x), ROWS):
             scaled = (x[start : start + ROWS] - self.mean) / self.scale
             exponent = (2.0 * self.gamma) * (scaled @ self.support.T)
             exponent -= self.gamma * (scaled**2).sum(axis=1, keepdims=True)
-            exponent -= self.gamma * lengths
+            exponent -= self._lengths
             np.exp(exponent, out=exponent)
             out[start : start + ROWS] = exponent @ self.weights + self.intercept
         return out
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
         """All of it as named arrays."""
-        return {f.name: np.asarray(getattr(self, f.name), dtype=np.float64) for f in fields(self)}
+        return {n: np.asarray(getattr(self, n), dtype=np.float64) for n in _names(type(self))}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
@@ -89,10 +93,11 @@ class RbfMachine:
         InputError
             When an array is missing, has a wrong shape or is not finite.
         """
-        missing = [f.name for f in fields(cls) if f.name not in arrays]
+        names = _names(cls)
+        missing = [name for name in names if name not in arrays]
         if missing:
             raise InputError(f"the detector's array {missing[0]!r} is missing: train it again")
-        a = {f.name: np.array(arrays[f.name], dtype=np.float64) for f in fields(cls)}
+        a = {name: np.array(arrays[name], dtype=np.float64) for name in names}
         vectors, features = a["support"].shape if a["support"].ndim == 2 else (-1, -1)
         shapes: dict[str, tuple[int, ...]] = {
             "mean": (features,),
@@ -116,3 +121,8 @@ class RbfMachine:
             float(a["intercept"]),
             float(a["gamma"]),
         )
+
+
+def _names(kind: type[RbfMachine]) -> list[str]:
+    """What a machine is made of, without what follows from it."""
+    return [f.name for f in fields(kind) if f.init]

@@ -129,6 +129,11 @@ class WindowDetector(ABC):
         self._next = first_sample
         self._window_end = first_sample + self._sizes.steady + self._sizes.step
 
+    @property
+    def due(self) -> int:
+        """So many more samples are needed for the next verdict."""
+        return self._window_end - self._next
+
     def judge(self, block: Block) -> Verdicts:
         """Verdicts on the windows that this block completes."""
         if block.epoch != self._epoch:

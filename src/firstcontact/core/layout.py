@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from enum import IntEnum, StrEnum
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from msgspec import Meta
@@ -164,17 +164,26 @@ class Physical:
         Whose columns.
     columns
         Which.
+    order
+        In memory: "F" has a column's samples side by side, "C" a sample's columns. Sums over
+        samples round differently in the two.
     """
 
-    def __init__(self, layout: Layout, columns: tuple[int, ...]) -> None:
+    def __init__(
+        self, layout: Layout, columns: tuple[int, ...], order: Literal["C", "F"] = "F"
+    ) -> None:
         chosen = [layout.channels[i] for i in columns]
-        self._columns = list(columns)
+        first, n = (columns[0], len(columns)) if columns else (0, 0)
+        beside = columns == tuple(range(first, first + n))
+        # Columns that lie side by side need not be gathered.
+        self._columns = slice(first, first + n) if beside else np.array(columns, dtype=np.intp)
+        self._order: Literal["C", "F"] = order
         self._offset = np.array([c.offset for c in chosen], dtype=np.float64)
         self._scale = np.array([c.scale for c in chosen], dtype=np.float64)
 
     def __call__(self, data: NDArray[Any]) -> NDArray[np.float64]:
         """Raw samples (samples, channels) to (samples, columns)."""
-        raw: NDArray[np.float64] = data[:, self._columns].astype(np.float64)
+        raw: NDArray[np.float64] = data[:, self._columns].astype(np.float64, order=self._order)
         raw -= self._offset
         raw *= self._scale
         return raw

@@ -6,6 +6,7 @@ import struct
 import zlib
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,8 +45,7 @@ class FrameError(ValueError):
     """Bytes that are not a frame: too short, wrongly stuffed, wrong CRC, wrong payload."""
 
 
-@dataclass(frozen=True, slots=True)
-class Frame:
+class Frame(NamedTuple):
     """One frame, its CRC checked and taken off."""
 
     type: int
@@ -89,6 +89,10 @@ def unstuff(stuffed: bytes) -> bytes:
     out = bytearray(stuffed)
     place = 0
     full = []
+    if n < 255:  # as nearly all frames are: no run is full
+        while place < n:
+            out[place] = 0
+            place += stuffed[place]
     while place < n:
         code = stuffed[place]
         out[place] = 0

@@ -99,8 +99,11 @@ class ReplaySource:
         """Whether all was given."""
         return self._ended
 
-    def read(self, timeout: float) -> list[Arrival]:
-        """All that is due by now, waiting up to ``timeout`` s for something to be."""
+    def read(self, timeout: float, least: int = 1) -> list[Arrival]:
+        """All that is due by now, waiting up to ``timeout`` s for something to be.
+
+        Its blocks come as they come: ``least`` changes nothing.
+        """
         if self._ended:
             return []
         if not self._paced:

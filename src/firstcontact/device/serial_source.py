@@ -33,6 +33,12 @@ AGAIN = 0.5
 RETRY = (0.05, 1.0)
 #: The end of the stream is waited for while something comes, and at most so long, s.
 FAREWELL = 10.0
+#: While its reader waits for more samples, the port is left alone: so long at most, s, ...
+NAP = 0.01
+#: ... and up to so long before they are due: a frame's time, and for waking up.
+EARLY = 0.0012
+#: Bytes of a read after which nothing is waited for: it comes faster than its rate says.
+PILE = 4096
 
 
 class SerialSource:
@@ -71,6 +77,8 @@ class SerialSource:
         # What follows is changed and looked at with this lock.
         self._changed = threading.Condition()
         self._arrivals: deque[Arrival] = deque()
+        self._waiting = 0  # samples in these
+        self._wanted = 0  # samples that a reader waits for; 0 where none does
         self._markers: list[Marker] = []  # that wait for their sample
         self._connected = False
         self._finished = False
@@ -136,16 +144,22 @@ class SerialSource:
     ) -> None:
         self.close()
 
-    def read(self, timeout: float) -> list[Arrival]:
-        """All that has come since the last call, waiting up to ``timeout`` s for something."""
+    def read(self, timeout: float, least: int = 1) -> list[Arrival]:
+        """All that has come since the last call, waiting up to ``timeout`` s for so much."""
         with self._changed:
-            self._changed.wait_for(lambda: self._arrivals or self._finished, timeout)
+            self._wanted = least
+            self._changed.wait_for(self._enough, timeout)
+            self._wanted = 0
             arrivals = list(self._arrivals)
             self._arrivals.clear()
+            self._waiting = 0
             if not arrivals and self._error is not None:
                 self._told = True
                 raise self._error
             return arrivals
+
+    def _enough(self) -> bool:
+        return self._finished or (bool(self._arrivals) and self._waiting >= self._wanted)
 
     def mark(self, text: str) -> None:
         """Have a word pinned to the next sample.
@@ -240,9 +254,22 @@ class SerialSource:
             now = time.monotonic()
             if self._take(data, now).greeted:
                 transport.send(FrameType.START)
+            if len(data) < PILE:
+                self._nap()
+                now = time.monotonic()
         if self._assembler.epoch >= 0:
             with suppress(LinkError):
                 self._farewell(transport)
+
+    def _nap(self) -> None:
+        """Leave the port alone while what has come and comes next is worth no wake-up."""
+        descriptor = self._assembler.descriptor
+        if descriptor is None or not self._connected:
+            return
+        missing = self._wanted - self._waiting
+        nap = min(missing / descriptor.layout.rate - EARLY, NAP)
+        if nap > 0.0:
+            time.sleep(nap)
 
     def _take(self, data: bytes, now: float) -> Assembled:
         with self._changed:
@@ -253,11 +280,13 @@ class SerialSource:
             self._markers += out.markers
             for block in out.blocks:
                 self._arrivals.append(Arrival(block, now, self._due(block.epoch, block.end)))
+                self._waiting += len(block.data)
             if out.blocks and out.blocks[-1].epoch == self._assembler.epoch:
                 self._clock.add(out.blocks[-1].end, now)
             if out.blocks or out.greeted:
                 self._heard, self._connected = now, True
-                self._changed.notify_all()
+                if out.greeted or self._enough():
+                    self._changed.notify_all()
             return out
 
     def _due(self, epoch: int, end: int) -> tuple[Marker, ...]:

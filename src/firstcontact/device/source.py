@@ -167,8 +167,15 @@ class Source(Protocol):
     def ended(self) -> bool:
         """Whether nothing more will come, all that came was read and every error raised."""
 
-    def read(self, timeout: float) -> list[Arrival]:
-        """All that has come since the last call, waiting up to ``timeout`` s for something.
+    def read(self, timeout: float, least: int = 1) -> list[Arrival]:
+        """All that has come since the last call, waiting up to ``timeout`` s for so much.
+
+        Parameters
+        ----------
+        timeout
+            Longest wait, s; then whatever there is, or nothing.
+        least
+            Samples worth waking up for: with fewer the reader could do nothing yet.
 
         Raises
         ------

@@ -23,6 +23,7 @@ class JsonLinesSink:
     """
 
     name = "json"
+    every = 0.1
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream

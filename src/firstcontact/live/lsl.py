@@ -35,6 +35,8 @@ class LslSink:
         pylsl, or the library that it brings, is missing.
     """
 
+    every = 0.02
+
     def __init__(self, name: str = "firstcontact") -> None:
         try:
             import pylsl

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 #: A pinch is over so long after its first contact (or after the longest window, if
 #: that is longer), s: all offsets are shorter.
 AFTER = 0.2
-#: With no closing going on, samples are worked on in lots of this length, s.
+#: Where nothing is due, samples are worked on in lots of this length, s.
 IDLE = 0.012
 
 
@@ -134,6 +134,7 @@ class Pipeline:
         self._number = 0
         self._waiting: list[Block] = []
         self._waiting_samples = 0
+        self._lot = self._idle  # samples that are worked on together
 
     def update(self, block: Block, host: float) -> Iterator[Event]:
         """Take the next block: what is found in it, in order, each as soon as it is known.
@@ -152,8 +153,18 @@ class Pipeline:
             yield from self._work(host)
         self._waiting.append(block)
         self._waiting_samples += len(block.data)
-        if self._closings.open or self._waiting_samples >= self._idle:
+        if self._waiting_samples >= self._lot:
             yield from self._work(host)
+
+    @property
+    def closing(self) -> bool:
+        """Whether a closing is going on."""
+        return self._closings.open
+
+    @property
+    def due(self) -> int:
+        """So many more samples are needed before anything can be found in them; at least 1."""
+        return max(1, self._lot - self._waiting_samples)
 
     def finish(self) -> list[Event]:
         """No more samples come: what is still known of the last pinch."""
@@ -192,6 +203,8 @@ class Pipeline:
                 case Ended():
                     why = "" if stage.whole else "samples were lost"
                     yield from self._end(stage.sample, why)
+        window = None if self._pinch is None else self._pinch.windows.due
+        self._lot = min(n for n in (self._idle, self._closings.due, window) if n is not None)
         self.ledger.worked(self._clock() - began, len(block.data))
 
     def _begin(self, stage: Began) -> None:

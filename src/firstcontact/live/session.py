@@ -19,8 +19,8 @@ from firstcontact.recording import Header, PinchMark
 
 #: Longest wait for samples, s: how soon a stop is noticed.
 WAIT = 0.05
-#: Samples go to recorder and sinks together for so long, s; events at once.
-TOGETHER = 0.02
+#: Samples go to the recorder together for so long at most, s; what was found at once.
+TOGETHER = 0.1
 
 
 class Actor(Protocol):
@@ -107,18 +107,20 @@ class Session:
         self.fanout = Fanout(sinks, self.source.descriptor, patient)
         until = None if seconds is None else time.monotonic() + seconds
         told = time.monotonic()
+        together = min((sink.every for sink in sinks), default=TOGETHER)
         try:
             while not stopped() and (until is None or time.monotonic() < until):
-                new = self.source.read(WAIT)
+                new = self.source.read(WAIT, self._least)
                 if not new and self.source.ended:
                     break
                 found = False
                 for arrival in new:
                     self._arrivals.append(arrival)
+                    found |= bool(arrival.markers)
                     found |= self._act(self.pipeline.update(arrival.block, arrival.host))
                     for actor in self._actors:
                         actor.came(arrival.block)
-                if found or time.monotonic() - told >= TOGETHER:
+                if found or time.monotonic() - told >= together:
                     self._tell()
                     told = time.monotonic()
                 if (pinches is not None and self.pinches >= pinches) or self._alone:
@@ -177,6 +179,11 @@ class Session:
         """Whether nobody gets anything any more."""
         assert self.fanout is not None
         return self.fanout.deserted and not self._actors and self.recording.path is None
+
+    @property
+    def _least(self) -> int:
+        """Samples worth waking up for; actors feel what they hold at all times."""
+        return 1 if self._actors and self.pipeline.closing else self.pipeline.due
 
     def _act(self, events: Iterable[Event]) -> bool:
         """Let actors act on each event at once, and keep it for everybody else."""

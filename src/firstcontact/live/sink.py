@@ -51,6 +51,10 @@ class Sink(Protocol):
     def name(self) -> str:
         """What drops are reported under."""
 
+    @property
+    def every(self) -> float:
+        """Longest that samples may be held back for it, s; events and markers never are."""
+
     def open(self, descriptor: Descriptor) -> None:
         """Begin: called once, before the first update."""
 

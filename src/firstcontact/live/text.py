@@ -22,6 +22,7 @@ class TextSink:
     """
 
     name = "text"
+    every = 0.1
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream

@@ -213,6 +213,12 @@ class WindowStream:
         self._end = first_sample
         self._epoch = epoch
 
+    @property
+    def due(self) -> int | None:
+        """So many more samples complete the next window; None where none has begun."""
+        ends = [self._complete(contact, n) + 1 - self._end for contact, n in self._pending]
+        return min(ends, default=None)
+
     def update(self, block: Block, contacts: Sequence[Contact] = ()) -> list[ContactWindow]:
         """Take the next block, and the contacts that were found in it.
 
@@ -233,7 +239,7 @@ class WindowStream:
         done = []
         for pending in list(self._pending):
             contact, n = pending
-            complete = contact.sample + self._lengths[n] - 1 + self._conditioner.lookahead
+            complete = self._complete(contact, n)
             if complete >= self._end:
                 continue
             self._pending.remove(pending)
@@ -244,6 +250,9 @@ class WindowStream:
                 done.append(ContactWindow(contact, self.durations[n], window, complete))
         self._forget()
         return done
+
+    def _complete(self, contact: Contact, n: int) -> int:
+        return contact.sample + self._lengths[n] - 1 + self._conditioner.lookahead
 
     def _window(self, contact: Contact, length: int) -> NDArray[np.float32] | None:
         start = contact.sample - self._past_first

@@ -51,6 +51,7 @@ class PageSink:
     """
 
     name = "page"
+    every = 0.05  # as often as viewers are told
 
     def __init__(
         self,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from threading import Lock
 from typing import Any
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ChannelKind, Finger
+from firstcontact.core import ChannelKind, Finger, joined
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.recorder import RecorderStatus
 from firstcontact.live.events import Estimated, Event, PinchDone, Refused, Touched
@@ -25,6 +25,8 @@ from firstcontact.live.sink import Update
 BUDGET_MS = 16.65
 #: Contact marks that are held: more than two seconds have.
 MARKS = 64
+#: Updates that wait to be looked at, at most.
+PENDING = 20
 #: Faults that are told: the last so many.
 FAULTS = 4
 #: Force is shown as the mean of this long, s.
@@ -69,6 +71,7 @@ class State:
         self._marks: deque[dict[str, Any]] = deque(maxlen=MARKS)
         self._now: dict[str, Any] = {}
         self._first_contact: Touched | None = None
+        self._pending: list[Update] = []
         self._parts: dict[str, _Part] = {}
         self._faults: list[str] = []
         self._failed: Mapping[str, str] = {}
@@ -97,16 +100,30 @@ class State:
     def take(self, update: Update) -> None:
         """Put in what came."""
         with self._lock:
-            for arrival in update.arrivals:
-                self._try("samples", self._arrive, arrival)
+            self._pending.append(update)
+            # While nobody looks, samples that came one after the other are put in together.
+            if len(self._pending) >= PENDING:
+                self._settle()
+
+    def _settle(self) -> None:
+        """Put in what waits: samples up to each event together, then the event."""
+        pending, self._pending = self._pending, []
+        arrivals: list[Arrival] = []
+        for update in pending:
+            arrivals += update.arrivals
+            if update.events or update is pending[-1]:
+                self._try("samples", self._arrive, arrivals)
+                arrivals = []
             for event in update.events:
                 self._try(type(event).__name__.lower(), self._happen, event)
             for name, why in update.failed.items() - self._failed.items():
                 self._fault(f"{name} has failed: {why}")
             self._failed = update.failed
-            self._put("health", asdict(update.health))
-            self._put("recording", _recording(update.recording))
-            self._put("ledger", {k: float(v) for k, v in update.ledger.items()})
+        if pending:
+            last = pending[-1]
+            self._put("health", asdict(last.health))
+            self._put("recording", _recording(last.recording))
+            self._put("ledger", {k: float(v) for k, v in last.ledger.items()})
 
     def _put(self, name: str, tree: Any) -> None:
         part = self._parts.get(name)
@@ -124,18 +141,24 @@ class State:
             self._faults = [*self._faults, sentence][-FAULTS:]
             self._put("faults", self._faults)
 
-    def _arrive(self, arrival: Arrival) -> None:
-        block = arrival.block
-        self._columns.add(block)
-        if self._closeup.add(block):
-            self._put("closeup", self._closeup.tree())
-        for marker in arrival.markers:
+    def _arrive(self, arrivals: Sequence[Arrival]) -> None:
+        markers = [marker for arrival in arrivals for marker in arrival.markers]
+        marks = [mark for arrival in arrivals for mark in arrival.pinches]
+        for marker in markers:
             self._pinches.word(marker)
-        for mark in arrival.pinches:
+        for mark in marks:
             self._pinches.label(mark)
-        if arrival.markers or arrival.pinches:
+        if markers or marks:
             self._put("pinches", [dict(row) for row in self._pinches.tree()])
-        if len(block.data):
+        blocks = [block for block in joined(a.block for a in arrivals) if len(block.data)]
+        closer = False
+        for block in blocks:
+            self._columns.add(block)
+            closer |= self._closeup.add(block)
+        if closer:
+            self._put("closeup", self._closeup.tree())
+        if blocks:
+            block = blocks[-1]
             recent = block.data[-max(1, round(FORCE_SECONDS * self._layout.rate)) :]
             self._put("force", {int(f): self._force(recent, c) for f, c in self._taxels.items()})
 
@@ -197,6 +220,7 @@ class State:
         """Parts that changed since ``seen``, which is brought up to date; each as JSON."""
         new: dict[str, str] = {}
         with self._lock:
+            self._settle()
             # What cannot be told adds to the faults: these are looked at last.
             for name in (*self._parts.keys() - {"faults"}, "faults"):
                 part = self._parts.get(name)
@@ -220,6 +244,7 @@ class State:
     def columns(self, since: int) -> tuple[int, NDArray[np.float32]]:
         """Columns of the traces, as :meth:`Columns.since`."""
         with self._lock:
+            self._settle()
             return self._columns.since(since)
 
 

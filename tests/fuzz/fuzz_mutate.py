@@ -159,7 +159,7 @@ def _near(rng: Random, old: Any) -> Any:
     """Something of the kind that was there."""
     if isinstance(old, bool):
         return not old
-    if isinstance(old, int):
+    if isinstance(old, int) and abs(old) < 2**64:
         return rng.choice((old + 1, old - 1, -old, old * 2, old * 1000, float(old), str(old)))
     if isinstance(old, float):
         return rng.choice((old * (1 + 1e-9), -old, old * 1e6, old * 1e-6, old * 1e200, int(old)))

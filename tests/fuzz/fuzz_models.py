@@ -14,64 +14,46 @@ import fuzz_mutate as mutate
 import numpy as np
 from safetensors.numpy import load, save
 
-#: A card and the weights that it vouches for.
-PAIRS = (("card.json", "model.safetensors"), ("detector.json", "detector.safetensors"))
-
 
 def damaged(rng: Random, model: Path, folder: Path) -> None:
     """A copy of a model folder that was changed in one or two places."""
     shutil.copytree(model, folder)
+    files = sorted(file.name for file in model.iterdir())
     for _ in range(rng.choice((1, 1, 2))):
-        card, weights = rng.choice((PAIRS[0], PAIRS[0], PAIRS[1]))
-        kind = rng.randrange(10)
-        if kind <= 3:
-            _tree(rng, folder / card)
-        elif kind <= 7 and (folder / weights).is_file():
-            (folder / weights).write_bytes(_weights(rng, (folder / weights).read_bytes()))
-            if rng.random() < 0.93:
-                vouch(folder)
-        elif kind == 8:
-            file = folder / rng.choice((card, weights))
-            if file.is_file():
-                file.write_bytes(mutate.raw(rng, file.read_bytes()))
-                if rng.random() < 0.5:
-                    vouch(folder)
+        file = folder / rng.choice((*files, "card.json", "model.safetensors"))
+        kind = rng.random()
+        if not file.is_file() or kind < 0.05:
+            _elsewhere(rng, file, folder / rng.choice(files))
+        elif kind < 0.15:
+            file.write_bytes(mutate.raw(rng, file.read_bytes()))
+        elif file.suffix == ".json":
+            file.write_bytes(_tree(rng, file.read_bytes()))
+        elif file.suffix == ".safetensors":
+            file.write_bytes(_weights(rng, file.read_bytes()))
         else:
-            _elsewhere(rng, folder, card, weights)
+            file.write_bytes(mutate.raw(rng, file.read_bytes()))
+    if rng.random() < 0.93:
+        _vouch(model, folder)
 
 
-def vouch(folder: Path) -> None:
-    """Have every card say the digests of the files as they are."""
-    for _ in range(2):  # a card may vouch for another card
-        for card in (pair[0] for pair in PAIRS):
-            try:
-                tree = json.loads((folder / card).read_bytes())
-                _digests(tree, folder, card)
-                (folder / card).write_text(json.dumps(tree))
-            except (ValueError, OSError, AttributeError, RecursionError):
-                continue
-
-
-def _digests(tree: dict[str, Any], folder: Path, card: str) -> None:
-    for key, old in list(tree.items()):
-        if not (isinstance(old, str) and len(old) == 64):
+def _vouch(model: Path, folder: Path) -> None:
+    """Have the cards say the digests of the files as they are."""
+    cards = sorted(folder.glob("*.json"), reverse=True)  # a model's says that of its detector's
+    for file in (*(f for f in sorted(model.iterdir()) if f.suffix != ".json"), *cards):
+        before, now = model / file.name, folder / file.name
+        if not (before.is_file() and now.is_file()):
             continue
-        # "sha256" is of the weights beside the card; another name says which file it is of.
-        of = dict(PAIRS)[card] if key == "sha256" else "detector.json"
-        if (folder / of).is_file():
-            tree[key] = hashlib.sha256((folder / of).read_bytes()).hexdigest()
+        old, new = (hashlib.sha256(f.read_bytes()).hexdigest() for f in (before, now))
+        for card in cards:
+            if old != new and card.is_file() and not card.is_symlink():
+                card.write_bytes(card.read_bytes().replace(old.encode(), new.encode()))
 
 
-def _tree(rng: Random, card: Path) -> None:
-    if not card.is_file():
-        return
+def _tree(rng: Random, card: bytes) -> bytes:
     try:
-        tree = json.loads(card.read_bytes())
-    except (ValueError, RecursionError):
-        return
-    card.write_bytes(mutate.tree(rng, tree))
-    if rng.random() < 0.8:
-        vouch(card.parent)
+        return mutate.tree(rng, json.loads(card))
+    except (ValueError, RecursionError):  # it was damaged before
+        return mutate.raw(rng, card)
 
 
 def _weights(rng: Random, raw: bytes) -> bytes:
@@ -109,9 +91,8 @@ def _array(rng: Random, old: Any) -> Any:
     return old.astype(rng.choice((np.float16, np.float32, np.float64, np.int64, np.uint8, bool)))
 
 
-def _elsewhere(rng: Random, folder: Path, card: str, weights: str) -> None:
+def _elsewhere(rng: Random, file: Path, other: Path) -> None:
     """A file that is missing, empty, another one, or no file."""
-    file = folder / rng.choice((card, weights))
     if file.is_dir():
         return
     file.unlink(missing_ok=True)
@@ -121,8 +102,6 @@ def _elsewhere(rng: Random, folder: Path, card: str, weights: str) -> None:
     elif kind == 1:
         file.mkdir()
     elif kind == 2:
-        file.symlink_to(folder / rng.choice((card, weights, "nothing")))
-    elif kind == 3:
-        other = folder / ("card.json" if card != "card.json" else "detector.json")
-        if other.is_file():
-            shutil.copy(other, file)
+        file.symlink_to(other)
+    elif kind == 3 and other.is_file():
+        shutil.copy(other, file)

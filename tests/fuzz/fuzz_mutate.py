@@ -72,6 +72,8 @@ NUMBERS = (
 )
 #: What JSON text may hold and Python's json does not write by itself.
 TOKENS = ("NaN", "Infinity", "-Infinity", "1e999", "9" * 400, "1.0e-400", "-", "01", "[" * 3000)
+#: A tree whose text is longer is not changed any more, characters.
+LARGE = 200_000
 _MARK = "@token {}@"
 
 
@@ -105,7 +107,8 @@ def tree(rng: Random, root: Any, times: int | None = None) -> bytes:
     """JSON of a tree that was changed in a few places."""
     root = json.loads(json.dumps(root))
     for _ in range(times or rng.choice((1, 1, 1, 2, 3))):
-        root = _changed(rng, root)
+        if len(json.dumps(root)) < LARGE:
+            root = _changed(rng, root)
     written = json.dumps(root, ensure_ascii=rng.random() < 0.8).encode(errors="surrogatepass")
     for i, token in enumerate(TOKENS):
         written = written.replace(b'"' + _MARK.format(i).encode() + b'"', token.encode())
@@ -146,7 +149,7 @@ def _changed(rng: Random, root: Any) -> Any:
             holder.pop(key) if rng.random() < 0.5 else old
         )
     elif isinstance(holder, list):
-        holder[key:key] = [old] * rng.choice((1, 2, 50, 2000))
+        holder[key:key] = [old] * min(rng.choice((1, 2, 50, 2000)), LARGE // len(json.dumps(old)))
     else:  # what belongs somewhere else
         other = root
         for step in rng.choice(places):
@@ -164,7 +167,7 @@ def _near(rng: Random, old: Any) -> Any:
     if isinstance(old, float):
         return rng.choice((old * (1 + 1e-9), -old, old * 1e6, old * 1e-6, old * 1e200, int(old)))
     if isinstance(old, str):
-        return rng.choice((old.upper(), old + text(rng), old[: len(old) // 2], old * 1000))
+        return rng.choice((old.upper(), old + text(rng), old[: len(old) // 2], old[:70] * 1000))
     if isinstance(old, list):
         return rng.choice((old[:-1], old[::-1], old * 2, [*old, None], {"0": old}))
     return [old]

@@ -17,7 +17,7 @@ from firstcontact.contact import SvmDetector, detect
 from firstcontact.core import Contact, Dataset
 from firstcontact.recording import load_dataset
 from firstcontact.signal import contact_windows
-from firstcontact.stiffness.estimator import Task
+from firstcontact.stiffness import Task
 from firstcontact.stiffness.svm import Svm
 from firstcontact.twin.simulate import simulate
 

@@ -124,6 +124,9 @@ def test_every_truncation_is_noticed(folder: Path, name: str) -> None:
         {"name": "three_sigma", "sigmas": True},
         {"name": "three_sigma", "sigmas": -1},
         {"name": "three_sigma", "sigmas": float("nan")},
+        {"name": "three_sigma", "sigmas": 10**400},
+        {"name": "svm" * 1000},
+        {"rate_hz": 10**400},
     ],
     ids=str,
 )
@@ -147,7 +150,22 @@ def _cut(arrays: dict[str, Any]) -> dict[str, Any]:
     return arrays | {"support": arrays["support"][:, :-1].copy()}
 
 
-@pytest.mark.parametrize("change", [_without_threshold, _with_nan, _cut])
+def _fewer_features(arrays: dict[str, Any]) -> dict[str, Any]:
+    short = {name: arrays[name][..., :-1].copy() for name in ("mean", "scale", "support")}
+    return arrays | short
+
+
+def _no_scale(arrays: dict[str, Any]) -> dict[str, Any]:
+    return arrays | {"scale": arrays["scale"] * 0}
+
+
+def _no_width(arrays: dict[str, Any]) -> dict[str, Any]:
+    return arrays | {"gamma": np.array(-float(arrays["gamma"]))}
+
+
+@pytest.mark.parametrize(
+    "change", [_without_threshold, _with_nan, _cut, _fewer_features, _no_scale, _no_width]
+)
 def test_arrays_that_do_not_fit(folder: Path, change: Callable[[Any], Any]) -> None:
     vouch(folder, save(change(load_file(folder / WEIGHTS))))
     with pytest.raises(InputError, match=WEIGHTS):
@@ -158,3 +176,10 @@ def test_a_pickle_in_place_of_the_numbers_is_not_run(folder: Path) -> None:
     vouch(folder, pickle.dumps({"weights": [1.0]}))
     with pytest.raises(InputError, match="not a safetensors file"):
         load_detector(folder)
+
+
+def test_a_decision_that_is_not_finite_is_refused_and_not_taken_for_quiet(folder: Path) -> None:
+    arrays = load_file(folder / WEIGHTS)
+    vouch(folder, save(arrays | {"weights": np.full_like(arrays["weights"], 1e308)}))
+    with pytest.raises(InputError, match="decision is not a finite number"):
+        detect(load_detector(folder), FRESH[0])

@@ -59,7 +59,7 @@ def test_broken_arrays_are_refused(fitted, name):
 
 
 def test_another_rate_is_refused(fitted):
-    with pytest.raises(InputError, match=r"4936 Hz .* 2000 Hz: resample"):
+    with pytest.raises(InputError, match=r"4936 Hz .* 2000 Hz: .*train --rate 2000"):
         fitted["svm"].start(replace(LAYOUT, rate=2000.0))
 
 

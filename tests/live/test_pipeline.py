@@ -21,6 +21,21 @@ def blocks_of(dataset: Dataset) -> list[Block]:
     return [Block(p.data, p.first_sample, epoch) for epoch, p in enumerate(dataset.pinches)]
 
 
+def test_an_answer_that_is_not_finite_is_refused_aloud(
+    fresh: Dataset, detector: Detector, answerers: list[Answerer], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Weights can overflow for one window and not for another: the page must hear of it."""
+    model = answerers[1].model
+    pipeline = Pipeline(LAYOUT, detector, [answerers[1]])  # has made its rehearsal
+    monkeypatch.setattr(type(model), "output", lambda self, window: np.full(1, np.nan))
+    events = run(pipeline, blocks_of(fresh.take([0])))
+    assert not [e for e in events if isinstance(e, Estimated)]
+    (refused,) = [e for e in events if isinstance(e, Refused)]
+    assert "not a finite number" in refused.reason
+    with pytest.raises(InputError, match="not a finite number"):
+        Pipeline(LAYOUT, detector, [answerers[1]])  # one that never answers is not begun with
+
+
 def test_live_is_offline(fresh: Dataset, detector: Detector, answerers: list[Answerer]) -> None:
     done = [
         e

@@ -74,9 +74,7 @@ def test_a_model_travels_between_processes() -> None:
 
 def test_running_a_saved_model_imports_no_training_library(tmp_path: Path) -> None:
     X, y, _ = toy_windows(32)
-    save_model(
-        Cnn(Task.REGRESSION, RATE, epochs=1).fit(X, y), tmp_path / "model", Card({"sessions": []})
-    )
+    save_model(Cnn(Task.REGRESSION, RATE, epochs=1).fit(X, y), tmp_path / "model", Card())
     np.save(tmp_path / "window.npy", X[0])
     script = (
         "import sys, numpy as np; from pathlib import Path; "

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
 import pickle
 from collections.abc import Callable
@@ -14,11 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 from safetensors.numpy import load_file, save
+from saved import edit, vouch
 from toy_windows import RATE, toy_windows
 
 from firstcontact.core import InputError
 from firstcontact.stiffness import (
     Card,
+    LearnedFrom,
     Model,
     Task,
     load_model,
@@ -29,7 +29,7 @@ from firstcontact.stiffness import (
 from firstcontact.stiffness.model_file import CARD, WEIGHTS
 
 CONTENT = Card(
-    data={"source": "synthetic", "pinches": 60, "sessions": ["a", "b"], "specimens": ["x"]},
+    data=LearnedFrom(source="synthetic", pinches=60, sessions=("a", "b"), specimens=("x",)),
     split="session b held out",
     scores={"rmse": 2.5},
 )
@@ -45,28 +45,17 @@ def folder(tmp_path: Path) -> Path:
     return save_model(svm(), tmp_path / "model", CONTENT)
 
 
-def edit(folder: Path, **changes: Any) -> None:
-    card = json.loads((folder / CARD).read_text(encoding="utf-8"))
-    (folder / CARD).write_text(json.dumps({**card, **changes}), encoding="utf-8")
-
-
-def vouch(folder: Path, weights: bytes) -> None:
-    """Other weights with a card that vouches for them."""
-    (folder / WEIGHTS).write_bytes(weights)
-    edit(folder, sha256=hashlib.sha256(weights).hexdigest())
-
-
 def test_the_card_says_where_the_model_comes_from(folder: Path) -> None:
     card = read_card(folder)
-    assert card["data"] == CONTENT.data
-    assert card["split"] == CONTENT.split
-    assert card["scores"] == CONTENT.scores
-    assert card["rate_hz"] == RATE
-    assert card["samples"] == 74
-    assert card["channels"] == 1
-    assert card["classes"] == [10.0, 29.0, 60.0]
-    assert card["training"]["support_vectors"] > 0
-    assert {"firstcontact", "numpy", "scikit-learn"} <= set(card["versions"])
+    assert card.data == CONTENT.data
+    assert card.split == CONTENT.split
+    assert card.scores == CONTENT.scores
+    assert card.rate_hz == RATE
+    assert card.samples == 74
+    assert card.channels == 1
+    assert card.classes == (10.0, 29.0, 60.0)
+    assert card.training["support_vectors"] > 0
+    assert {"firstcontact", "numpy", "scikit-learn"} <= set(card.versions)
     assert sorted(p.name for p in folder.iterdir()) == [CARD, WEIGHTS]
 
 
@@ -119,7 +108,24 @@ def test_a_flipped_bit_is_noticed(folder: Path) -> None:
         {"classes": None},
         {"channel_order": ["strip"]},
         {"sha256": 5},
+        {"sha256": "0"},
         {"data": []},
+        {"data": {"objects": {"apple": "soft"}}},
+        {"data": {"objects": {"apple": 1e18}}},
+        {"data": {"objects": {"apple": float("inf")}}},
+        {"data": {"target": "weight"}},
+        {"rate_hz": 10**400},
+        {"rate_hz": 1e18},
+        {"samples": 10**18},
+        {"samples": 999_999},
+        {"channels": 10**6},
+        {"classes": [10.0, 10**400, 60.0]},
+        {"classes": [60.0, 29.0, 10.0]},
+        {"classes": list(range(2000))},
+        {"detector": "0"},
+        {"pinches_sha256": 3},
+        {"scores": [1]},
+        {"interval": {"level": 0.9, "edges": [], "half_widths": [1e300]}},
     ],
     ids=str,
 )
@@ -131,7 +137,9 @@ def test_a_card_of_something_else(folder: Path, changes: dict[str, Any]) -> None
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("text", ["", "[]", "null", "{", "\x00\xff", '"card"'])
+@pytest.mark.parametrize(
+    "text", ["", "[]", "null", "{", "\x00\xff", '"card"', "[" * 100_000, '{"a":' * 100_000]
+)
 def test_a_card_that_is_no_card(folder: Path, text: str) -> None:
     (folder / CARD).write_bytes(text.encode("latin-1"))
     with pytest.raises(InputError, match=CARD):
@@ -154,7 +162,21 @@ def _flat(arrays: dict[str, Any]) -> dict[str, Any]:
     return arrays | {"vectors": np.array(3.0)}
 
 
-@pytest.mark.parametrize("change", [_without_bias, _with_nan, _cut, _flat])
+def _squared(arrays: dict[str, Any]) -> dict[str, Any]:
+    return arrays | {"level": arrays["level"] * 0}
+
+
+def _backwards(arrays: dict[str, Any]) -> dict[str, Any]:
+    return arrays | {"parameters": -arrays["parameters"]}
+
+
+def _whole_numbers(arrays: dict[str, Any]) -> dict[str, Any]:
+    return arrays | {"bias": arrays["bias"].astype(np.int64)}
+
+
+@pytest.mark.parametrize(
+    "change", [_without_bias, _with_nan, _cut, _flat, _squared, _backwards, _whole_numbers]
+)
 def test_arrays_that_do_not_fit(folder: Path, change: Callable[[Any], Any]) -> None:
     vouch(folder, save(change(load_file(folder / WEIGHTS))))
     with pytest.raises(InputError, match=WEIGHTS):
@@ -186,3 +208,59 @@ def test_a_model_that_cannot_be_written_leaves_the_old_one(folder: Path) -> None
     with pytest.raises(ValueError, match="JSON"):
         save_model(model, folder, Card(scores={"rmse": float("nan")}))
     assert {p.name: p.read_bytes() for p in folder.iterdir()} == before
+
+
+def test_a_file_that_is_too_large_is_not_read(folder: Path) -> None:
+    """Sparse, so that nothing is written: what is declared is looked at first."""
+    for name in (CARD, WEIGHTS):
+        before = (folder / name).read_bytes()
+        os.truncate(folder / name, 1 << 40)
+        with pytest.raises(InputError, match=name):
+            load_model(folder)
+        (folder / name).write_bytes(before)
+
+
+def test_a_pipe_is_not_waited_for(folder: Path) -> None:
+    for name in (WEIGHTS, CARD):
+        (folder / name).unlink()
+        os.mkfifo(folder / name)
+        with pytest.raises(InputError, match=name):
+            load_model(folder)
+
+
+def test_a_header_that_declares_terabytes(folder: Path) -> None:
+    header = b'{"vectors":{"dtype":"F32","shape":[1099511627776],"data_offsets":[0,4398046511104]}}'
+    vouch(folder, len(header).to_bytes(8, "little") + header)
+    with pytest.raises(InputError, match="not a safetensors file"):
+        load_model(folder)
+    vouch(folder, (1 << 62).to_bytes(8, "little") + header)
+    with pytest.raises(InputError, match="not a safetensors file"):
+        load_model(folder)
+
+
+def test_what_could_not_be_read_again_is_not_written(folder: Path) -> None:
+    before = {p.name: p.read_bytes() for p in folder.iterdir()}
+    with pytest.raises(InputError, match="sessions"):
+        save_model(svm(), folder, Card(data=LearnedFrom(sessions=("x" * 1000,))))
+    assert {p.name: p.read_bytes() for p in folder.iterdir()} == before
+
+
+@pytest.mark.parametrize("kind", ["train_mean", "peak"])
+@pytest.mark.parametrize("shape", [(), (0,), (2,), (1, 1)])
+def test_small_models_with_other_shapes(tmp_path: Path, kind: str, shape: tuple[int, ...]) -> None:
+    X, y, _ = toy_windows(60)
+    folder = save_model(
+        make_estimator(kind, Task.REGRESSION, RATE).fit(X, y), tmp_path / "s", Card()
+    )
+    (name,) = load_file(folder / WEIGHTS)
+    vouch(folder, save({name: np.zeros(shape)}))
+    with pytest.raises(InputError, match=WEIGHTS):
+        load_model(folder)
+
+
+def test_a_constant_that_is_no_class(tmp_path: Path) -> None:
+    model = make_estimator("train_mean", Task.CLASSIFICATION, RATE).fit(*toy_windows(60)[:2])
+    folder = save_model(model, tmp_path / "s", Card())
+    vouch(folder, save({"value": np.array([11.0])}))
+    with pytest.raises(InputError, match="none of the classes"):
+        load_model(folder)

@@ -13,13 +13,14 @@ from firstcontact.cli.train import aligned_by_truth, coverage_in_words, in_words
 from firstcontact.core.errors import InputError
 
 if TYPE_CHECKING:
+    from firstcontact.core import Dataset
     from firstcontact.stiffness import Interval, Model
     from firstcontact.study.training import Examples
 
 
 @dataclass(frozen=True)
 class Evaluate:
-    """Score a saved model; pinches that it learned from are told apart."""
+    """Score a saved model; pinches that it learned from are told apart by their samples."""
 
     model: tyro.conf.Positional[Path]
     """Folder of the model."""
@@ -31,30 +32,24 @@ class Evaluate:
 
     def run(self) -> None:
         """Print errors or accuracy, and a table of objects."""
-        import numpy as np
-
         from firstcontact.cli.losses import warn_of
         from firstcontact.contact.detector_file import load_detector
         from firstcontact.recording import load_dataset
-        from firstcontact.stiffness import load_interval, load_model, read_card
+        from firstcontact.stiffness import load_digests, load_interval, load_model, read_card
         from firstcontact.study.alignment import found, known
+        from firstcontact.study.known_pinches import known_pinches
         from firstcontact.study.training import examples
 
         card = read_card(self.model)
-        if card.get("kind") == "cnn":
+        if card.kind == "cnn":
             need("cnn", "onnx", "onnxruntime")
         model, interval = load_model(self.model), load_interval(self.model)
-        dataset = load_dataset(self.data)
-        warn_of(dataset)
-        model.spec.require_rate(dataset.layout.rate)
-        target = card["data"].get("target", "shore_a")
+        loaded = load_dataset(self.data)
+        warn_of(loaded)
+        familiar = known_pinches(loaded, card.data, load_digests(self.model))
+        dataset = _at_rate(loaded, model.spec.rate, self.data, self.model)
+        target = card.data.target
         values = dataset.hardness_rank if target == "hardness_rank" else dataset.shore_a
-        known_specimen = np.isin(dataset.specimens, card["data"]["specimens"]) & ~dataset.test
-        # Other people's sessions have the same names: only together with source and specimen
-        # does a name say that the model has learned from it.
-        known_session = np.isin(dataset.sessions, card["data"]["sessions"]) & ~dataset.test
-        known_session &= card["data"]["source"] == dataset.source
-        learned = known_specimen & known_session
         if aligned_by_truth(self.contacts, dataset, self.data):
             contacts = known(dataset)
         else:
@@ -65,25 +60,34 @@ class Evaluate:
                 f"{self.data}: none of {len(dataset)} pinches has a contact ({contacts.how}), a "
                 f"whole window of {1e3 * model.spec.duration:.3g} ms and a {target}"
             )
-        seen = learned[data.which]
-        left_out = len(dataset) - len(data)
         print(f"contacts {contacts.how}")
-        print(f"{len(data)} pinches scored, {left_out} without contact or label")
-        if seen.any():
-            print(
-                f"warning: {seen.sum()} pinches are of sessions and specimens that the model "
-                "learned from: they are reported apart and say nothing of its errors in use"
-            )
-        other_session = known_specimen[data.which] & ~seen
-        same_session = known_session[data.which] & ~seen
-        for title, which in (
-            ("not seen in training", ~seen & ~other_session & ~same_session),
-            ("sessions of the training by name, other specimens", same_session),
-            ("specimens of the training, other sessions", other_session),
-            ("seen in training", seen),
-        ):
-            if which.any():
-                _report(title, model, interval, data.take(which), target)
+        print(f"{len(data)} pinches scored, {len(dataset) - len(data)} without contact or label")
+        for line in familiar.warnings(data.which):
+            print(line)
+        for title, which in familiar.groups().items():
+            if which[data.which].any():
+                _report(title, model, interval, data.take(which[data.which]), target)
+
+
+def _at_rate(dataset: Dataset, rate: float, data: Path, model: Path) -> Dataset:
+    """The pinches at the model's rate, as a study would resample them; says what was done."""
+    from firstcontact.recording.checks import check_rate
+    from firstcontact.signal import resample_dataset
+
+    recorded = dataset.layout.rate
+    check_rate(f"{data}: the rate", recorded)
+    check_rate(f"{model}: rate_hz", rate)
+    if recorded == rate:
+        return dataset
+    resampled = resample_dataset(dataset, rate)
+    print(resampled.notes[-1])
+    if recorded < rate:
+        print(
+            f"warning: these recordings hold nothing above {recorded / 2:g} Hz, and the model may "
+            "have learned from what is there"
+        )
+    print(f"live does not resample: for a device at {recorded:g} Hz train with --rate {recorded:g}")
+    return resampled
 
 
 def _report(

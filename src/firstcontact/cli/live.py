@@ -232,8 +232,7 @@ def _models(folder: Path) -> tuple[Detector, list[Answerer], dict[str, float]]:
 
     folders = model_folders(folder)
     answerers = [Answerer(load_model(f), load_interval(f)) for f in folders]
-    known = read_card(folders[0])["data"].get("objects", {})
-    landmarks = {str(name): float(value) for name, value in known.items()}
+    landmarks = dict(read_card(folders[0]).data.objects)
     return load_detector(folders[0]), answerers, landmarks
 
 

@@ -15,9 +15,12 @@ from firstcontact.core.errors import InputError
 if TYPE_CHECKING:
     from firstcontact.contact import Detector
     from firstcontact.core import Dataset
+    from firstcontact.stiffness.learned_from import Digests
     from firstcontact.study.alignment import Alignment
     from firstcontact.study.keeping import Kept
     from firstcontact.study.training import Examples
+
+Target = Literal["shore_a", "hardness_rank"]
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,8 @@ class Train:
     """Share of intervals that are to hold the truth."""
     seed: int = 0
     """Of the folds, the search and the training."""
+    rate: float | None = None
+    """Hz to resample the pinches to first, for use at that rate; left out: as they were recorded"""
 
     def run(self) -> None:
         """Score and calibrate on held-out sessions, then learn from everything and save."""
@@ -50,7 +55,7 @@ class Train:
         from firstcontact.cli.losses import warn_of
         from firstcontact.contact.detector_file import save_detector
         from firstcontact.recording import load_dataset
-        from firstcontact.stiffness import Task
+        from firstcontact.stiffness import Task, pinch_digests
         from firstcontact.study.alignment import fit_detector, found_as_live, known
         from firstcontact.study.keeping import learn_to_keep
         from firstcontact.study.training import examples
@@ -62,6 +67,8 @@ class Train:
             raise InputError(
                 f'{self.data}: all pinches have role "test": none is there to learn from'
             )
+        digests = pinch_digests(dataset.pinches)
+        dataset = self._at_rate(dataset)
         target, values = _target(dataset, self.data)
         truth = aligned_by_truth(self.contacts, dataset, self.data)
         detector = fit_detector(dataset)
@@ -84,22 +91,39 @@ class Train:
                 self.level,
                 target == "shore_a",
             )
-            self._save(folder, kept, everything[ms], dataset, contacts, target)
+            self._save(folder, kept, everything[ms], dataset, contacts, target, digests)
         save_detector(detector, self.out, _learned(detector, dataset))
         print(f"detector {detector.name}: {self.out}")
 
     def _check(self) -> None:
+        from firstcontact.recording.checks import check_rate
+
         if (
             not self.window_ms
             or not all(1.0 <= ms <= 1000.0 for ms in self.window_ms)
             or len(set(self.window_ms)) < len(self.window_ms)
-            or self.seed < 0
+            or not 0 <= self.seed < 1 << 32
         ):
             raise InputError(
-                "--window-ms must lie between 1 and 1000, each length once, and --seed not below 0"
+                "--window-ms must lie between 1 and 1000, each length once, and --seed between 0 "
+                "and 4294967295"
             )
         if not 0.5 <= self.level <= 0.99:
             raise InputError("--level must lie between 0.5 and 0.99")
+        if self.rate is not None:
+            check_rate("--rate", self.rate)
+
+    def _at_rate(self, dataset: Dataset) -> Dataset:
+        """The pinches at the rate that was asked for; says what was done."""
+        from firstcontact.recording.checks import check_rate
+        from firstcontact.signal import resample_dataset
+
+        check_rate(f"{self.data}: the rate", dataset.layout.rate)
+        if self.rate is None or self.rate == dataset.layout.rate:
+            return dataset
+        resampled = resample_dataset(dataset, self.rate)
+        print(resampled.notes[-1])
+        return resampled
 
     def _folders(self) -> dict[float, Path]:
         """Folder of the model for each length of window, ms; shortest first."""
@@ -125,29 +149,31 @@ class Train:
         data: Examples,
         dataset: Dataset,
         contacts: Alignment,
-        target: str,
+        target: Target,
+        digests: Digests,
     ) -> None:
-        from firstcontact.stiffness import Card, save_model
+        from firstcontact.stiffness import Card, LearnedFrom, save_model
 
         card = Card(
-            data={
-                "source": dataset.source,
-                "pinches": len(data),
-                "sessions": sorted({str(s) for s in data.sessions}),
-                "specimens": sorted({str(s) for s in data.specimens}),
-                "target": target,
-                "levels": sorted({float(v) for v in data.y}),
-                "objects": _objects(data) if target == "shore_a" else {},
-                "contacts": contacts.how,
-                "seed": self.seed,
-                "notes": list(dataset.notes),
-            },
+            data=LearnedFrom(
+                source=dataset.source,
+                pinches=len(data),
+                sessions=tuple(sorted({str(s) for s in data.sessions})),
+                specimens=tuple(sorted({str(s) for s in data.specimens})),
+                target=target,
+                levels=tuple(sorted({float(v) for v in data.y})),
+                objects=_objects(data) if target == "shore_a" else {},
+                contacts=contacts.how,
+                seed=self.seed,
+                notes=dataset.notes,
+                recorded_rate_hz=dataset.recorded_rate,
+            ),
             split=f"scores: {kept.split}; the saved model learned from all pinches",
             scores=kept.scores,
             interval=kept.interval,
             calibration=kept.calibration,
         )
-        save_model(kept.model, folder, card)
+        save_model(kept.model, folder, card, digests[data.which])
         print(f"{self.model} ({self.task}) learned from {len(data)} pinches: {folder}")
         print(f"held out ({kept.split}): {in_words(kept.scores)}")
         print(_interval_in_words(kept, target))
@@ -175,10 +201,14 @@ def _learned(detector: Detector, dataset: Dataset) -> dict[str, Any]:
     }
 
 
-def _target(dataset: Dataset, path: Path) -> tuple[str, Any]:
+def _target(dataset: Dataset, path: Path) -> tuple[Target, Any]:
     import numpy as np
 
-    for name, values in (("shore_a", dataset.shore_a), ("hardness_rank", dataset.hardness_rank)):
+    targets: dict[Target, Any] = {
+        "shore_a": dataset.shore_a,
+        "hardness_rank": dataset.hardness_rank,
+    }
+    for name, values in targets.items():
         if np.isfinite(values).any():
             return name, values
     raise InputError(f"{path}: no pinch has a shore_a or a hardness_rank: import it with labels")

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, Self, runtime_checkable
+from typing import Annotated, Any, Protocol, Self, runtime_checkable
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,13 +15,43 @@ from firstcontact.contact.detector import Detector
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.contact.threshold import ThresholdDetector
 from firstcontact.core.errors import InputError
-from firstcontact.core.weights import read_head, read_weights, write_learned
+from firstcontact.core.records import Name
+from firstcontact.core.weights import (
+    DETECTOR_CARD,
+    Rate,
+    Sha256,
+    read_card,
+    read_weights,
+    write_learned,
+)
 
 FORMAT = "firstcontact-detector"
 #: Raised whenever older files can no longer be read.
 FORMAT_VERSION = 1
-CARD = "detector.json"
+CARD = DETECTOR_CARD
 WEIGHTS = "detector.safetensors"
+
+
+@dataclass(frozen=True, slots=True)
+class DetectorCard:
+    """What the card of a detector must hold.
+
+    Parameters
+    ----------
+    name
+        In the registry.
+    rate_hz
+        Of the samples it takes; None where it takes any.
+    sigmas
+        Height of the threshold, for the detector that has nothing else.
+    sha256
+        Of the weights, None where it has none.
+    """
+
+    name: Name
+    rate_hz: Rate | None = None
+    sigmas: Annotated[float, msgspec.Meta(gt=0, le=1e6)] | None = None
+    sha256: Sha256 | None = None
 
 
 @runtime_checkable
@@ -72,7 +104,7 @@ def save_detector(
             f"the detector {detector.name!r} cannot be saved: give it to_arrays and from_arrays"
         )
     tree["data"] = dict(data or {})
-    write_learned(directory / CARD, directory / WEIGHTS, tree, arrays)
+    write_learned(directory / CARD, directory / WEIGHTS, tree, arrays, DetectorCard)
     return directory
 
 
@@ -93,33 +125,30 @@ def load_detector(path: Path) -> Detector:
     folder = path.parent if path.is_file() else path
     if not (folder / CARD).exists() and (folder.parent / CARD).exists():
         folder = folder.parent
-    card = read_head(folder / CARD, "detector", FORMAT, FORMAT_VERSION)
-    kind = DETECTORS.get(card["name"]) if isinstance(card.get("name"), str) else None
+    file = folder / CARD
+    card = read_card(file, "detector", FORMAT, FORMAT_VERSION, DetectorCard)
+    kind = DETECTORS.get(card.name)
     if kind is None:
         raise InputError(
-            f"{folder / CARD}: no detector is called {card.get('name')!r} "
+            f"{file}: no detector is called {card.name!r} "
             f"(there are {', '.join(DETECTORS)}): update firstcontact or train again"
         )
     if kind is ThresholdDetector:
-        return _threshold(folder / CARD, card.get("sigmas"))
+        if card.sigmas is None:
+            raise InputError(f"{file}: sigmas is missing: train again")
+        return ThresholdDetector(card.sigmas)
     if not issubclass(kind, Learned):
-        raise InputError(f"{folder / CARD}: {card['name']} has no form on disk: train again")
-    if not isinstance(card.get("sha256"), str):
-        raise InputError(f"{folder / CARD}: sha256 is missing: train again")
-    arrays = read_weights(folder / WEIGHTS, card["sha256"], CARD)
+        raise InputError(f"{file}: {card.name} has no form on disk: train again")
+    if card.sha256 is None:
+        raise InputError(f"{file}: sha256 is missing: train again")
+    arrays = read_weights(folder / WEIGHTS, card.sha256, CARD)
     try:
         detector = kind.from_arrays(arrays)
     except InputError as error:
         raise InputError(f"{folder / WEIGHTS}: {error}") from None
-    if card.get("rate_hz") != float(arrays["rate"]):
+    if card.rate_hz != float(arrays["rate"]):
         raise InputError(
-            f"{folder / CARD}: rate_hz is {card.get('rate_hz')!r} but {WEIGHTS} says "
+            f"{file}: rate_hz is {card.rate_hz!r} but {WEIGHTS} says "
             f"{float(arrays['rate']):g}: train again"
         )
     return detector
-
-
-def _threshold(card: Path, sigmas: object) -> Detector:
-    if isinstance(sigmas, bool) or not isinstance(sigmas, int | float) or not 0 < sigmas < np.inf:
-        raise InputError(f"{card}: sigmas is {sigmas!r} and must be above 0: train again")
-    return ThresholdDetector(float(sigmas))

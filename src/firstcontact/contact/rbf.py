@@ -69,7 +69,20 @@ class RbfMachine:
         )
 
     def decide(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Decision values of features (windows, features), positive for a contact."""
+        """Decision values of features (windows, features), positive for a contact.
+
+        Raises
+        ------
+        InputError
+            A value that is not finite: no threshold could tell anything by it.
+        """
+        with np.errstate(all="ignore"):
+            out = self._decide(x)
+        if not np.isfinite(out).all():
+            raise InputError("the detector's decision is not a finite number: train it again")
+        return out
+
+    def _decide(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         out = np.empty(len(x))
         for start in range(0, len(x), ROWS):
             scaled = (x[start : start + ROWS] - self.mean) / self.scale
@@ -113,6 +126,8 @@ class RbfMachine:
                     f"the detector's array {name!r} does not fit the others or is not finite: "
                     "train it again"
                 )
+        if a["scale"].min(initial=1.0) <= 0 or a["gamma"] <= 0:
+            raise InputError("the detector's scale or gamma is not above 0: train it again")
         return cls(
             a["mean"],
             a["scale"],

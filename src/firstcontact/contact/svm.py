@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact.closing_start import closings
-from firstcontact.contact.features import window_features
+from firstcontact.contact.features import feature_count, window_features
 from firstcontact.contact.rbf import RbfMachine
 from firstcontact.contact.stream import WindowDetector
 from firstcontact.contact.training import PHASES, Examples, examples, usable
@@ -102,7 +102,7 @@ class SvmDetector(WindowDetector):
         if layout.rate != self._rate:
             raise InputError(
                 f"the SVM detector was trained at {self._rate:g} Hz and the layout says "
-                f"{layout.rate:g} Hz: resample the data"
+                f"{layout.rate:g} Hz: make one with `firstcontact train --rate {layout.rate:g}`"
             )
         super().start(layout)
 
@@ -147,6 +147,12 @@ class SvmDetector(WindowDetector):
                 raise InputError(f"the detector's array {name!r} is missing: train it again")
         detector._threshold = float(arrays["threshold"])
         detector._rate = float(arrays["rate"])
+        features = feature_count(cls.sizes(detector._rate).step)
+        if len(detector._machine.mean) != features:
+            raise InputError(
+                f"the detector knows {len(detector._machine.mean)} features and a window at "
+                f"{detector._rate:g} Hz has {features}: train it again"
+            )
         return detector
 
 

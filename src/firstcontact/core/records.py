@@ -66,6 +66,11 @@ def _sentence(problem: str) -> str:
     """Msgspec's "Expected `int`, got `str` - at `$.layout.rate`", field first."""
     what, _, place = problem.rpartition(" - at `")
     if not what:
-        return problem
+        return _short(problem)
     field = place.removesuffix("`").removeprefix("$").removeprefix(".")
-    return f"{field or 'it'} is wrong ({what[0].lower()}{what[1:]})"
+    return f"{field or 'it'} is wrong ({_short(what[0].lower() + what[1:])})"
+
+
+def _short(text: str, most: int = 200) -> str:
+    """A problem repeats the value that it is about, however long."""
+    return text if len(text) <= most else f"{text[: most - 1]}…"

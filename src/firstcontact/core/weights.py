@@ -9,21 +9,49 @@ import hashlib
 import json
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, TypeVar
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.errors import InputError
-from firstcontact.core.files import replacing, write_text
+from firstcontact.core.files import read_regular, replacing, write_text
+from firstcontact.core.records import Name, read_record
+
+T = TypeVar("T")
+
+#: Card of the detector that goes with the models beside it or below it.
+DETECTOR_CARD = "detector.json"
+#: Longest card, and largest file of weights, that is looked at, bytes. A card lists sessions and
+#: specimens; an SVM of 100,000 support vectors has 30 MB.
+LONGEST_CARD = 1 << 24
+LONGEST_WEIGHTS = 1 << 28
+#: A digest as :func:`digest` gives it.
+Sha256 = Annotated[str, msgspec.Meta(pattern="^[0-9a-f]{64}$")]
+#: A sampling rate, Hz.
+Rate = Annotated[float, msgspec.Meta(gt=0, le=1e7)]
 
 _LIBRARIES = ("firstcontact", "numpy", "scikit-learn", "torch", "onnxruntime", "mapie")
 
 
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """What every card begins with."""
+
+    format: Name
+    format_version: int
+
+
 def write_learned(
-    card: Path, weights: Path, tree: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]
+    card: Path,
+    weights: Path,
+    tree: Mapping[str, Any],
+    arrays: Mapping[str, NDArray[Any]],
+    kind: type[Any],
 ) -> None:
     """Write the weights, and last the card that vouches for them.
 
@@ -36,20 +64,34 @@ def write_learned(
         and ``sha256`` of the weights are added.
     arrays
         By name; where there are none no weights are written, and old ones go.
+    kind
+        The record that the card will be read as.
 
     Raises
     ------
+    InputError
+        More than could be read again, or a field that could not, before any
+        file is touched.
     ValueError
-        A card that JSON cannot hold, before any file is touched.
+        A card that JSON cannot hold, likewise.
     """
     from safetensors.numpy import save
 
     # Not ascontiguousarray, which gives a number an axis.
     whole = {name: np.asarray(a, order="C") for name, a in arrays.items()}
     raw = save(whole, metadata={"format": tree["format"]}) if whole else None
-    digest = None if raw is None else hashlib.sha256(raw).hexdigest()
-    full = {**tree, "versions": _versions(), "sha256": digest}
+    full = {
+        **tree,
+        "versions": _versions(),
+        "sha256": None if raw is None else digest(raw),
+    }
     text = json.dumps(full, indent=2, allow_nan=False) + "\n"
+    read_record(text.encode(), kind, f"{card} that is to be written", "rename it", LONGEST_CARD)
+    if len(raw or b"") > LONGEST_WEIGHTS:
+        raise InputError(
+            f"{weights} would have {len(raw or b'')} bytes, more than {LONGEST_WEIGHTS}: train "
+            "on fewer pinches"
+        )
     if raw is not None:
         with replacing(weights) as temporary:
             temporary.write_bytes(raw)
@@ -67,8 +109,8 @@ def _versions() -> dict[str, str]:
     return found
 
 
-def read_head(path: Path, what: str, form: str, form_version: int) -> dict[str, Any]:
-    """A card, its ``format`` and ``format_version`` checked.
+def read_card(path: Path, what: str, form: str, form_version: int, kind: type[T]) -> T:
+    """A card as a checked record, its ``format`` and ``format_version`` first.
 
     Parameters
     ----------
@@ -78,28 +120,67 @@ def read_head(path: Path, what: str, form: str, form_version: int) -> dict[str, 
         "model" or "detector", for messages.
     form, form_version
         What the two fields must be.
+    kind
+        The record.
 
     Raises
     ------
     InputError
-        Missing, damaged, of something else or of another version.
+        Missing, damaged, of something else or of another version, or with a
+        field that cannot be what it says.
     """
     try:
-        card = json.loads(path.read_text(encoding="utf-8"))
+        text = read_regular(path, LONGEST_CARD)
     except FileNotFoundError:
         raise InputError(
             f"{path}: there is no {what} here: name a folder that `firstcontact train` wrote"
         ) from None
-    except (OSError, ValueError):
-        raise InputError(f"{path}: cannot be read as JSON: train again or copy it again") from None
-    if not isinstance(card, dict) or card.get("format") != form:
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}): check the file") from None
+    remedy = "train again or copy it again"
+    head = read_record(text, _Head, str(path), remedy, LONGEST_CARD)
+    if head.format != form:
         raise InputError(f"{path}: is not the card of a firstcontact {what} (field format)")
-    if card.get("format_version") != form_version:
+    if head.format_version != form_version:
         raise InputError(
-            f"{path}: format_version is {card.get('format_version')!r} but this program reads "
+            f"{path}: format_version is {head.format_version} but this program reads "
             f"{form_version}: update firstcontact, or train again"
         )
-    return card
+    return read_record(text, kind, str(path), remedy, LONGEST_CARD)
+
+
+def read_vouched(path: Path, sha256: str, card: str, most: int) -> bytes:
+    """A file of at most so many bytes that its card vouches for.
+
+    Parameters
+    ----------
+    path
+        The file.
+    sha256
+        Of its bytes, as ``card`` (a name, for messages) says.
+    most
+        More bytes than this are not looked at.
+
+    Raises
+    ------
+    InputError
+        Missing, too long, or another file than the card means.
+    """
+    try:
+        raw = read_regular(path, most)
+    except OSError:
+        raise InputError(f"{path}: cannot be read: copy the folder whole") from None
+    if digest(raw) != sha256:
+        raise InputError(
+            f"{path}: its content does not match sha256 in {card}: "
+            "the file is damaged or belongs to another card: copy the folder again"
+        )
+    return raw
+
+
+def digest(data: bytes) -> str:
+    """SHA-256 as cards hold it."""
+    return hashlib.sha256(data).hexdigest()
 
 
 def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
@@ -121,15 +202,7 @@ def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
     from safetensors import SafetensorError
     from safetensors.numpy import load
 
-    try:
-        raw = path.read_bytes()
-    except OSError:
-        raise InputError(f"{path}: cannot be read: copy the folder whole") from None
-    if hashlib.sha256(raw).hexdigest() != sha256:
-        raise InputError(
-            f"{path}: its content does not match sha256 in {card}: "
-            "the file is damaged or belongs to another card: copy the folder again"
-        )
+    raw = read_vouched(path, sha256, card, LONGEST_WEIGHTS)
     try:
         arrays = load(raw)
     except (SafetensorError, ValueError, KeyError, TypeError):

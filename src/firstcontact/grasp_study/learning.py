@@ -86,7 +86,7 @@ def learn(settings: Settings, out: Path, runner: Runner) -> Learned:
 def _train(lesson: _Lesson) -> tuple[float, float]:
     """One model, saved; its error on sessions held out and its intervals' mean width, Shore A."""
     from firstcontact.recording import load_dataset
-    from firstcontact.stiffness import Card, Task, save_model
+    from firstcontact.stiffness import Card, LearnedFrom, Task, save_model
     from firstcontact.study.alignment import fit_detector, found_as_live
     from firstcontact.study.keeping import learn_to_keep
     from firstcontact.study.training import examples
@@ -96,13 +96,13 @@ def _train(lesson: _Lesson) -> tuple[float, float]:
     cut = examples(dataset, contacts.contacts, lesson.duration, dataset.shore_a)
     kept = learn_to_keep(cut, "svm", Task.REGRESSION, lesson.seed, LEVEL)
     card = Card(
-        data={
-            "source": dataset.source,
-            "pinches": len(cut),
-            "sessions": sorted({str(s) for s in cut.sessions}),
-            "contacts": contacts.how,
-            "seed": lesson.seed,
-        },
+        data=LearnedFrom(
+            source=dataset.source,
+            pinches=len(cut),
+            sessions=tuple(sorted({str(s) for s in cut.sessions})),
+            contacts=contacts.how,
+            seed=lesson.seed,
+        ),
         split=kept.split,
         scores=kept.scores,
         interval=kept.interval,

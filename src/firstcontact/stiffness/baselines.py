@@ -10,31 +10,39 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
-from firstcontact.stiffness.estimator import Arrays, Spec, Task, Values, Windows, training_spec
+from firstcontact.stiffness.estimator import training_spec
+from firstcontact.stiffness.model import Model
+from firstcontact.stiffness.spec import Arrays, Spec, Task, Values, Windows
 
 
 @dataclass(frozen=True, eq=False)
-class ConstantModel:
+class ConstantModel(Model):
     """Always the same answer."""
 
     spec: Spec
     value: float
     kind: ClassVar[str] = "constant"
 
+    def __post_init__(self) -> None:
+        if self.spec.classes and self.value not in self.spec.classes:
+            raise InputError(f"the constant {self.value:g} is none of the classes: train it again")
+
     @property
     def notes(self) -> Mapping[str, Any]:
         """The answer."""
         return {"value": self.value}
 
-    def predict(self, X: Windows) -> Values:
-        """The same answer for every window, shape (n,)."""
-        self.spec.check(X)
-        return np.full(len(X), self.value)
+    def outputs(self, X: Windows) -> Values:
+        """The same answer for every window, shape (n, 1)."""
+        return np.full((len(X), 1), self.value)
 
-    def predict_one(self, window: Windows) -> float:
-        """The same answer again."""
-        self.spec.check_one(window)
-        return self.value
+    def output(self, window: Windows) -> Values:
+        """The same answer again, shape (1,)."""
+        return np.array([self.value])
+
+    def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
+        """Number of the class with that value."""
+        return np.searchsorted(self.spec.classes, outputs[:, 0])
 
     def to_arrays(self) -> Arrays:
         """The answer."""
@@ -43,7 +51,10 @@ class ConstantModel:
     @classmethod
     def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
         """The inverse of :meth:`to_arrays`."""
-        return cls(spec, float(arrays["value"][0]))
+        value = arrays["value"]
+        if value.shape != (1,):
+            raise InputError(f"a constant model needs 1 value, not {value.shape}: train it again")
+        return cls(spec, float(value[0]))
 
 
 @dataclass(frozen=True)
@@ -72,7 +83,7 @@ def _log_peak(X: NDArray[Any]) -> Values:
 
 
 @dataclass(frozen=True, eq=False)
-class PeakModel:
+class PeakModel(Model):
     """A parabola in the log peak, or the class with the nearest mean log peak.
 
     ``weights`` holds the parabola (highest power first) and the range of the
@@ -87,28 +98,29 @@ class PeakModel:
     def __post_init__(self) -> None:
         expected = len(self.spec.classes) or 5
         if self.weights.shape != (expected,):
-            raise InputError(f"a peak model needs {expected} weights, not {self.weights.shape}")
+            raise InputError(
+                f"a peak model needs {expected} weights, not {self.weights.shape}: train it again"
+            )
 
     @property
     def notes(self) -> Mapping[str, Any]:
         """Nothing was chosen."""
         return {}
 
-    def predict(self, X: Windows) -> Values:
-        """Answers, shape (n,)."""
-        self.spec.check(X)
-        peak = _log_peak(X)
+    def outputs(self, X: Windows) -> Values:
+        """The parabola's value, or how near each class is: shape (n, outputs)."""
+        peak = _log_peak(X)[:, None]
         if self.spec.task is Task.REGRESSION:
             low, high = self.weights[3:]
             fitted: Values = np.clip(np.polyval(self.weights[:3], peak), low, high)
             return fitted
-        nearest = np.abs(peak[:, None] - self.weights).argmin(axis=1)
-        chosen: Values = np.array(self.spec.classes)[nearest]
-        return chosen
+        near: Values = -np.abs(peak - self.weights)
+        return near
 
-    def predict_one(self, window: Windows) -> float:
-        """One answer."""
-        return float(self.predict(window[None])[0])
+    def output(self, window: Windows) -> Values:
+        """The same for one window."""
+        first: Values = self.outputs(window[None])[0]
+        return first
 
     def to_arrays(self) -> Arrays:
         """The weights."""

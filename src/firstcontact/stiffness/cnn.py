@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.stiffness.cnn_model import CnnModel, compress
-from firstcontact.stiffness.estimator import Task, Values, Windows, training_spec
+from firstcontact.stiffness.estimator import training_spec
+from firstcontact.stiffness.spec import Task, Values, Windows
 
 if TYPE_CHECKING:
     from torch import Tensor

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from firstcontact.core import InputError
 from firstcontact.stiffness import graph
-from firstcontact.stiffness.estimator import Arrays, Spec, Task, Values, Windows
+from firstcontact.stiffness.model import Model
+from firstcontact.stiffness.spec import Arrays, Spec, Windows
 
 #: Windows that ONNX Runtime is given at once: more of them only cost memory.
 _BATCH = 256
@@ -36,7 +37,7 @@ def compress(X: NDArray[Any], scale: NDArray[np.float64]) -> NDArray[np.float32]
     return out
 
 
-class CnnModel:
+class CnnModel(Model):
     """EfficientNetV2 for one dimension, its batch normalisations folded away.
 
     Parameters
@@ -72,9 +73,11 @@ class CnnModel:
 
         if (scale.shape, target.shape, training.shape) != ((3,), (2,), (2,)):
             raise InputError("the arrays of the CNN do not fit together: train it again")
+        if not (scale[0] > 0 and scale[2] > 0 and target[1] > 0 and training.min() >= 0):
+            raise InputError("a scale of the CNN is not above 0: train it again")
         self.spec = spec
-        self._scale, self._target, self._training, self._weights = scale, target, training, weights
-        self._regression = spec.task is Task.REGRESSION
+        self._scale, self._training, self._weights = scale, training, weights
+        self.target = float(target[0]), float(target[1])
         options = SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = 1
         options.log_severity_level = 3
@@ -103,28 +106,17 @@ class CnnModel:
         width = len(self.spec.classes) or 1
         return np.concatenate(parts) if parts else np.zeros((0, width), dtype=np.float32)
 
-    def predict(self, X: Windows) -> Values:
-        """Answers for windows (n, samples, channels), shape (n,)."""
-        self.spec.check(X)
-        out = self.outputs(X)
-        if self._regression:
-            answers: Values = out[:, 0].astype(np.float64) * self._target[1] + self._target[0]
-            return answers
-        chosen: Values = np.array(self.spec.classes)[out.argmax(axis=1)]
-        return chosen
-
-    def predict_one(self, window: Windows) -> float:
-        """Answer for one window (samples, channels)."""
-        self.spec.check_one(window)
+    def output(self, window: Windows) -> NDArray[np.float32]:
+        """The same for one window (samples, channels), shape (outputs,)."""
         x = compress(window, self._scale).T.reshape(1, self.spec.channels, 1, self.spec.samples)
-        out = self._session.run(None, {"window": np.ascontiguousarray(x)})[0][0]
-        if self._regression:
-            return float(out[0] * self._target[1] + self._target[0])
-        return self.spec.classes[int(out.argmax())]
+        out: NDArray[np.float32] = self._session.run(None, {"window": np.ascontiguousarray(x)})[0][
+            0
+        ]
+        return out
 
     def to_arrays(self) -> Arrays:
         """The constructor's arrays and the weights, by name."""
-        own = {"scale": self._scale, "target": self._target, "training": self._training}
+        own = {"scale": self._scale, "target": np.array(self.target), "training": self._training}
         return own | {f"network.{name}": array for name, array in self._weights.items()}
 
     @classmethod

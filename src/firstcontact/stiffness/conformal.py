@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.stiffness.estimator import Values
 from firstcontact.stiffness.interval import SHORE_A, Interval
+from firstcontact.stiffness.spec import Values
 
 #: Most ranges of answers, and fewest pinches in one.
 RANGES = 5

@@ -1,146 +1,15 @@
-"""What an estimator learns and what it leaves behind: protocols and small types."""
+"""What learns: the protocol of estimators, and what all of them check first."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from enum import StrEnum
-from typing import Any, ClassVar, Protocol, Self, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
-
-Arrays = dict[str, NDArray[Any]]
-Windows = NDArray[np.float32]
-Values = NDArray[np.float64]
-
-
-class Task(StrEnum):
-    """What is asked of an estimator."""
-
-    REGRESSION = "regression"
-    CLASSIFICATION = "classification"
-
-
-@dataclass(frozen=True, slots=True)
-class Spec:
-    """What a model takes and what it answers.
-
-    Parameters
-    ----------
-    task
-        Regression answers any real number, classification one of ``classes``.
-    rate
-        Sampling rate of the windows, Hz.
-    samples, channels
-        Shape of one window.
-    classes
-        Values of the classes in ascending order; empty for regression.
-    """
-
-    task: Task
-    rate: float
-    samples: int
-    channels: int = 1
-    classes: tuple[float, ...] = ()
-
-    @property
-    def duration(self) -> float:
-        """Length of the window, s."""
-        return self.samples / self.rate
-
-    def require_rate(self, rate: float) -> None:
-        """Refuse windows of another sampling rate.
-
-        Raises
-        ------
-        InputError
-            If ``rate`` (Hz) differs by more than one per cent.
-        """
-        if not abs(rate - self.rate) <= 0.01 * self.rate:
-            raise InputError(
-                f"the model takes windows at {self.rate:g} Hz but these have {rate:g} Hz: "
-                f"import the recordings with --rate {self.rate:g}, or train a model on them"
-            )
-
-    def check_one(self, window: NDArray[Any]) -> None:
-        """Refuse a window that the model cannot answer for.
-
-        Raises
-        ------
-        InputError
-            Another shape than (samples, channels), a non-finite value, or a
-            constant channel (an unplugged sensor).
-        """
-        if window.shape != (self.samples, self.channels):
-            raise InputError(
-                f"the model takes windows of {self.samples} samples and {self.channels} "
-                f"channel(s), shape ({self.samples}, {self.channels}), not {window.shape}: "
-                f"cut {1e3 * self.duration:.3g} ms at {self.rate:g} Hz"
-            )
-        for channel in window.T:
-            # NaN fails both comparisons, an infinity the second one.
-            if not 0.0 < np.maximum.reduce(channel) - np.minimum.reduce(channel) < np.inf:
-                raise InputError(
-                    "the window is constant or has values that are not finite: "
-                    "check the sensor's plug and leave this pinch out"
-                )
-
-    def check(self, X: NDArray[Any]) -> None:
-        """Refuse windows, shape (n, samples, channels), as :meth:`check_one` does.
-
-        Raises
-        ------
-        InputError
-            Names the first window that cannot be used.
-        """
-        if X.ndim != 3 or X.shape[1:] != (self.samples, self.channels):
-            raise InputError(
-                f"the model takes windows of shape (n, {self.samples}, {self.channels}), "
-                f"not {X.shape}: cut {1e3 * self.duration:.3g} ms at {self.rate:g} Hz"
-            )
-        bad = np.flatnonzero(~usable(X))
-        if len(bad):
-            raise InputError(
-                f"window {bad[0]} ({len(bad)} in all) is constant or has values that are not "
-                "finite: check the sensor's plug and leave these pinches out"
-            )
-
-
-class Model(Protocol):
-    """A trained estimator, frozen: arrays and arithmetic, no training library."""
-
-    #: Name of the runtime in model files.
-    kind: ClassVar[str]
-
-    @property
-    def spec(self) -> Spec:
-        """What it takes and answers."""
-        ...
-
-    @property
-    def notes(self) -> Mapping[str, Any]:
-        """What the training chose (hyper-parameters, scaling), JSON-ready, for the card."""
-        ...
-
-    def predict(self, X: Windows) -> Values:
-        """Answer for windows (n, samples, channels): shape (n,); InputError if refused."""
-        ...
-
-    def predict_one(self, window: Windows) -> float:
-        """Answer for one window (samples, channels), the quick way of the live pipeline."""
-        ...
-
-    def to_arrays(self) -> Arrays:
-        """Everything the answer depends on beside the spec."""
-        ...
-
-    @classmethod
-    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """The inverse of :meth:`to_arrays`; InputError if the arrays do not fit together."""
-        ...
+from firstcontact.stiffness.model import Model
+from firstcontact.stiffness.spec import Spec, Task, Values, Windows
 
 
 @runtime_checkable
@@ -190,16 +59,6 @@ class Estimator(Protocol):
             Windows that no model would take, or targets that do not fit them.
         """
         ...
-
-
-def usable(X: NDArray[Any]) -> NDArray[np.bool_]:
-    """Which windows (n, samples, channels) are finite and constant in no channel: shape (n,)."""
-    if X.shape[1] == 0:
-        return np.zeros(len(X), dtype=np.bool_)
-    with np.errstate(invalid="ignore"):
-        span = X.max(axis=1) - X.min(axis=1)
-    good: NDArray[np.bool_] = ((span > 0) & (span < np.inf)).all(axis=1)
-    return good
 
 
 def training_spec(

@@ -12,7 +12,7 @@ import numpy as np
 
 from firstcontact.core import InputError
 from firstcontact.stiffness import architecture
-from firstcontact.stiffness.estimator import Arrays
+from firstcontact.stiffness.spec import Arrays
 
 #: Old enough for every ONNX Runtime that we allow.
 OPSET, IR_VERSION = 18, 9

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Mapping
 from dataclasses import dataclass
-from math import isfinite
-from typing import Any, Self
+from typing import Any
 
 #: The ends of the Shore A scale.
 SHORE_A = (0.0, 100.0)
+#: No number of an interval is larger: an answer with its bounds stays finite.
+LARGEST = 1e9
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class Interval:
     def __post_init__(self) -> None:
         numbers = (self.level, *self.edges, *self.half_widths, *(self.limits or ()))
         if (
-            not all(isfinite(n) for n in numbers)
+            not all(abs(n) <= LARGEST for n in numbers)
             or not 0.0 < self.level < 1.0
             or len(self.half_widths) != len(self.edges) + 1
             or min(self.half_widths) < 0.0
@@ -67,17 +67,3 @@ class Interval:
             "half_widths": list(self.half_widths),
             "limits": None if self.limits is None else list(self.limits),
         }
-
-    @classmethod
-    def from_json(cls, tree: Mapping[str, Any]) -> Self:
-        """The inverse of :meth:`to_json`; KeyError, TypeError or ValueError if it is none."""
-        limits = tree["limits"]
-        if limits is not None:
-            least, most = limits
-            limits = float(least), float(most)
-        return cls(
-            float(tree["level"]),
-            tuple(float(e) for e in tree["edges"]),
-            tuple(float(h) for h in tree["half_widths"]),
-            limits,
-        )

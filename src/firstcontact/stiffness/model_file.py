@@ -2,53 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from firstcontact.core import InputError
-from firstcontact.core.weights import read_head, read_weights, write_learned
-from firstcontact.stiffness.estimator import Model, Spec, Task
+from firstcontact.core.files import read_regular, replacing
+from firstcontact.core.weights import (
+    DETECTOR_CARD,
+    LONGEST_CARD,
+    digest,
+    read_weights,
+    write_learned,
+)
+from firstcontact.core.weights import read_card as read_checked
+from firstcontact.stiffness.card import Card, ModelCard
 from firstcontact.stiffness.interval import Interval
+from firstcontact.stiffness.learned_from import FILE as PINCHES
+from firstcontact.stiffness.learned_from import Digests, read_digests, to_bytes
+from firstcontact.stiffness.model import Model
+from firstcontact.stiffness.spec import Spec, Task
 
 FORMAT = "firstcontact-model"
 #: Raised whenever older files can no longer be read.
 FORMAT_VERSION = 1
 CARD = "card.json"
 WEIGHTS = "model.safetensors"
+#: Longest window that a model may ask for, s.
+LONGEST_WINDOW = 10.0
 
 
-@dataclass(frozen=True)
-class Card:
-    """Where a model comes from.
-
-    Parameters
-    ----------
-    data
-        ``source``, ``pinches``, ``sessions``, ``specimens``, ``contacts``
-        (how the windows were aligned) and what else is known of the data.
-    split
-        How what the scores were computed on was held out, in words.
-    scores
-        On data that the scored model did not learn from.
-    interval
-        Around the answers of a regression; None where there is none.
-    calibration
-        What the interval was calibrated on and how many truths it held, or
-        ``none`` with the reason why there is no interval.
-    """
-
-    data: Mapping[str, Any] = field(default_factory=dict)
-    split: str = ""
-    scores: Mapping[str, Any] = field(default_factory=dict)
-    interval: Interval | None = None
-    calibration: Mapping[str, Any] = field(default_factory=dict)
-
-
-def save_model(model: Model, directory: Path, card: Card) -> Path:
+def save_model(
+    model: Model, directory: Path, card: Card, learned_from: Digests | None = None
+) -> Path:
     """Write a model folder: the weights first, the card that vouches for them last.
 
     Parameters
@@ -59,13 +45,23 @@ def save_model(model: Model, directory: Path, card: Card) -> Path:
         Made if it does not exist; a model in it is replaced.
     card
         What the model was trained on and how it scored.
+    learned_from
+        Of the pinches, by :func:`pinch_digests`; None where they are not known.
 
     Returns
     -------
     Path
         The folder.
+
+    Raises
+    ------
+    InputError
+        A card that could not be read again.
+    ValueError
+        A card that JSON cannot hold.
     """
     spec = model.spec
+    digests = None if learned_from is None else to_bytes(learned_from)
     tree = {
         "format": FORMAT,
         "format_version": FORMAT_VERSION,
@@ -78,13 +74,21 @@ def save_model(model: Model, directory: Path, card: Card) -> Path:
         "channel_order": _order(spec.channels),
         "classes": list(spec.classes),
         "training": dict(model.notes),
-        "data": dict(card.data),
+        "data": card.data.to_json(),
         "split": card.split,
         "scores": dict(card.scores),
         "interval": None if card.interval is None else card.interval.to_json(),
         "calibration": dict(card.calibration),
+        "detector": card.detector,
+        "pinches_sha256": None if digests is None else digest(digests),
     }
-    write_learned(directory / CARD, directory / WEIGHTS, tree, model.to_arrays())
+    file = directory / PINCHES
+    if digests is not None:
+        with replacing(file) as temporary:
+            temporary.write_bytes(digests)
+    write_learned(directory / CARD, directory / WEIGHTS, tree, model.to_arrays(), ModelCard)
+    if digests is None:
+        file.unlink(missing_ok=True)
     return directory
 
 
@@ -107,21 +111,24 @@ def load_model(path: Path) -> Model:
     ------
     InputError
         A file that is missing, damaged, of another program or version, or
-        whose numbers do not fit together.
+        whose numbers do not fit together; a detector beside it that is of
+        another training.
     """
     from firstcontact.stiffness.registry import MODELS
 
     directory = _folder(path)
     card = read_card(directory)
     spec = _spec(directory / CARD, card)
-    if card["kind"] not in MODELS:
+    if card.kind not in MODELS:
         raise InputError(
-            f"{directory / CARD}: no model is of kind {card['kind']!r} "
+            f"{directory / CARD}: no model is of kind {card.kind!r} "
             f"(there are {', '.join(MODELS)}): update firstcontact or train again"
         )
-    arrays = read_weights(directory / WEIGHTS, card["sha256"], CARD)
+    _check_detector(directory, card)
+    arrays = read_weights(directory / WEIGHTS, card.sha256, CARD)
     try:
-        return MODELS[card["kind"]].from_arrays(spec, arrays)
+        with np.errstate(all="ignore"):  # what overflows here is refused where it is asked for
+            return MODELS[card.kind].from_arrays(spec, arrays)
     except KeyError as error:
         raise InputError(
             f"{directory / WEIGHTS}: the array {error} is missing: train again"
@@ -131,13 +138,13 @@ def load_model(path: Path) -> Model:
     except (ValueError, TypeError, IndexError, ArithmeticError):
         raise InputError(
             f"{directory / WEIGHTS}: the arrays are not those of a model of kind "
-            f"{card['kind']!r}: train again"
+            f"{card.kind!r}: train again"
         ) from None
 
 
-def read_card(path: Path) -> dict[str, Any]:
-    """The card of a model folder as it stands in the file; InputError as :func:`load_model`."""
-    return read_head(_folder(path) / CARD, "model", FORMAT, FORMAT_VERSION)
+def read_card(path: Path) -> ModelCard:
+    """The card of a model folder, its fields checked; InputError as :func:`load_model`."""
+    return read_checked(_folder(path) / CARD, "model", FORMAT, FORMAT_VERSION, ModelCard)
 
 
 def _folder(path: Path) -> Path:
@@ -157,15 +164,20 @@ def load_interval(path: Path) -> Interval | None:
     InputError
         As :func:`load_model`, and for an interval whose numbers do not fit.
     """
-    tree = read_card(path).get("interval")
-    if tree is None:
-        return None
-    try:
-        return Interval.from_json(tree)
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(
-            f"{_folder(path) / CARD}: interval has no sensible value ({error}): train again"
-        ) from None
+    return read_card(path).interval
+
+
+def load_digests(path: Path) -> Digests | None:
+    """Digests of the pinches that a model learned from; None where it does not say.
+
+    Raises
+    ------
+    InputError
+        As :func:`load_model`.
+    """
+    folder = _folder(path)
+    vouched = read_card(folder).pinches_sha256
+    return None if vouched is None else read_digests(folder / PINCHES, vouched, CARD)
 
 
 def model_folders(path: Path) -> list[Path]:
@@ -197,29 +209,42 @@ def model_folders(path: Path) -> list[Path]:
     return found
 
 
-def _spec(path: Path, card: Mapping[str, Any]) -> Spec:
-    try:
-        spec = Spec(
-            Task(card["task"]),
-            float(card["rate_hz"]),
-            int(card["samples"]),
-            int(card["channels"]),
-            tuple(float(c) for c in card["classes"]),
+def _check_detector(directory: Path, card: ModelCard) -> None:
+    """Refuse the detector beside a model, or above it, that is not the one it was trained with."""
+    if card.detector is None:
+        return
+    for folder in (directory, directory.parent):
+        file = folder / DETECTOR_CARD
+        if not file.exists():
+            continue
+        try:
+            there = read_regular(file, LONGEST_CARD)
+        except OSError as error:
+            raise InputError(f"{file}: cannot be read ({error.strerror}): check the file") from None
+        if digest(there) != card.detector:
+            raise InputError(
+                f"{file}: is not the detector that {directory / CARD} was trained with: "
+                "copy the whole folder again, or train again"
+            )
+        return
+
+
+def _spec(path: Path, card: ModelCard) -> Spec:
+    spec = Spec(card.task, card.rate_hz, card.samples, card.channels, card.classes)
+    if spec.duration > LONGEST_WINDOW:
+        raise InputError(
+            f"{path}: {spec.samples} samples at {spec.rate:g} Hz are more than "
+            f"{LONGEST_WINDOW:g} s: train again"
         )
-        ready = card["kind"], card["sha256"], card["data"]["sessions"]
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(
-            f"{path}: a field is missing or has no sensible value ({error}): train again"
-        ) from None
-    if not all(isinstance(text, str) for text in ready[:2]) or not (
-        np.isfinite(spec.rate) and spec.rate > 0 and spec.samples > 0 and spec.channels > 0
+    if (spec.task is Task.CLASSIFICATION) != (len(spec.classes) > 1) or any(
+        not one < other for one, other in zip(spec.classes, spec.classes[1:], strict=False)
     ):
-        raise InputError(f"{path}: a field has no sensible value (rate_hz, samples): train again")
-    if (spec.task is Task.CLASSIFICATION) != (len(spec.classes) > 1):
-        raise InputError(f"{path}: classes do not fit the task {spec.task}: train again")
-    if card.get("channel_order") != _order(spec.channels):
         raise InputError(
-            f"{path}: channel_order is {card.get('channel_order')!r} but windows here hold "
+            f"{path}: classes do not fit the task {spec.task}, or do not ascend: train again"
+        )
+    if list(card.channel_order) != _order(spec.channels):
+        raise InputError(
+            f"{path}: channel_order is {list(card.channel_order)!r} but windows here hold "
             f"{_order(spec.channels)!r}: train again"
         )
     return spec

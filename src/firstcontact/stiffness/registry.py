@@ -11,7 +11,9 @@ from firstcontact.core import InputError
 from firstcontact.stiffness.baselines import ConstantModel, Peak, PeakModel, TrainMean
 from firstcontact.stiffness.cnn import Cnn
 from firstcontact.stiffness.cnn_model import CnnModel
-from firstcontact.stiffness.estimator import Estimator, Model, Task
+from firstcontact.stiffness.estimator import Estimator
+from firstcontact.stiffness.model import Model
+from firstcontact.stiffness.spec import Task
 from firstcontact.stiffness.svm import Svm
 from firstcontact.stiffness.svm_model import SvmModel
 

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.stiffness.estimator import Spec, Task, Values, Windows, training_spec
+from firstcontact.stiffness.estimator import training_spec
 from firstcontact.stiffness.folds import inner_folds
+from firstcontact.stiffness.spec import Spec, Task, Values, Windows
 from firstcontact.stiffness.svm_model import SvmModel, shape_and_level
 
 #: Windows of a search, unless told otherwise.

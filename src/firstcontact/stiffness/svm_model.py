@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import combinations
-from math import log, sqrt
+from math import inf, log, nan, sqrt
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
-from firstcontact.stiffness.estimator import Arrays, Spec, Task, Values, Windows
+from firstcontact.stiffness.model import Model
+from firstcontact.stiffness.spec import Arrays, Spec, Task, Windows
 
 #: Weight of the level beside the samples of the shape, each of unit variance.
 #: With 74 samples the level then carries about a tenth of all variance.
@@ -42,7 +43,7 @@ def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float3
     return np.column_stack([flat / rms[:, None], loud]).astype(np.float32)
 
 
-class SvmModel:
+class SvmModel(Model):
     """Support vectors with a radial basis function kernel.
 
     ``exp(-gamma |x - v|²)`` is taken apart into ``exp(2 gamma v·x - gamma |v|²
@@ -93,6 +94,8 @@ class SvmModel:
         self._arrays = dict(zip(_NAMES, given, strict=True))
         if tuple(a.shape for a in given) != expected:
             raise InputError("the arrays of the SVM do not fit together: train it again")
+        if not (level[1] > 0 and target[1] > 0 and parameters[1] > 0):
+            raise InputError("a scale of the SVM is not above 0: train it again")
         self.spec = spec
         self.parameters = parameters
         self._level, self._slope = float(level[0]), LEVEL_WEIGHT / float(level[1])
@@ -103,8 +106,7 @@ class SvmModel:
         self._norms = np.float32(-self._gamma) * np.einsum("ij,ij->i", vectors, vectors)
         self._weights = np.ascontiguousarray(weights, dtype=np.float32)
         self._bias = bias.astype(np.float32)
-        self._mean, self._scale = float(target[0]), float(target[1])
-        self._classes = np.array(spec.classes)
+        self.target = float(target[0]), float(target[1])
         pairs = np.array(list(combinations(range(k), 2)), dtype=np.intp).reshape(-1, 2)
         self._first, self._second = pairs[:, 0].copy(), pairs[:, 1].copy()
 
@@ -115,26 +117,21 @@ class SvmModel:
         chosen = {"C": c, "gamma": gamma, "support_vectors": len(self._norms)}
         return chosen | ({"epsilon": epsilon} if self.spec.task is Task.REGRESSION else {})
 
-    def predict(self, X: Windows) -> Values:
-        """Answers for windows (n, samples, channels), shape (n,)."""
-        self.spec.check(X)
+    def outputs(self, X: Windows) -> NDArray[np.float32]:
+        """Decisions about windows (n, samples, channels), shape (n, rows)."""
         inputs = shape_and_level(X, self._arrays["level"])
         norms = np.float32(-self._gamma) * np.einsum("ij,ij->i", inputs, inputs)
         kernel = np.exp(inputs @ self._steep.T + self._norms + norms[:, None])
-        decisions = kernel @ self._weights.T + self._bias
-        if self.spec.task is Task.REGRESSION:
-            answers: Values = decisions[:, 0].astype(np.float64) * self._scale + self._mean
-            return answers
-        winners = np.where(decisions > 0, self._first, self._second)
-        votes = (winners[:, :, None] == np.arange(len(self._classes))).sum(axis=1)
-        chosen: Values = self._classes[votes.argmax(axis=1)]
-        return chosen
+        decisions: NDArray[np.float32] = kernel @ self._weights.T + self._bias
+        return decisions
 
-    def predict_one(self, window: Windows) -> float:
-        """Answer for one window (samples, channels)."""
-        self.spec.check_one(window)
+    def output(self, window: Windows) -> NDArray[np.float32]:
+        """Decisions about one window (samples, channels), shape (rows,)."""
         flat = window.ravel()
-        rms = sqrt(float(flat.dot(flat)) / len(flat))
+        power = float(flat.dot(flat))
+        if not 0.0 < power < inf:  # float32 cannot hold it: no level, no decision
+            return np.full(self._bias.shape, nan, dtype=np.float32)
+        rms = sqrt(power / len(flat))
         loud = (log(rms) - self._level) * self._slope
         inputs = np.empty(len(flat) + 1, dtype=np.float32)
         np.multiply(flat, 1.0 / rms, out=inputs[:-1], casting="same_kind")
@@ -143,11 +140,14 @@ class SvmModel:
         kernel += self._norms
         kernel -= self._gamma * (len(flat) + loud * loud)  # the shape's norm is known
         np.exp(kernel, out=kernel)
-        decisions = self._weights.dot(kernel) + self._bias
-        if self.spec.task is Task.REGRESSION:
-            return float(decisions[0]) * self._scale + self._mean
-        winners = np.where(decisions > 0, self._first, self._second)
-        return self.spec.classes[int(np.bincount(winners).argmax())]
+        decisions: NDArray[np.float32] = self._weights.dot(kernel) + self._bias
+        return decisions
+
+    def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
+        """The class that wins most pairs."""
+        winners = np.where(outputs > 0, self._first, self._second)
+        votes = (winners[:, :, None] == np.arange(len(self.spec.classes))).sum(axis=1)
+        return np.asarray(votes.argmax(axis=1))
 
     def to_arrays(self) -> Arrays:
         """The constructor's arrays, by name."""

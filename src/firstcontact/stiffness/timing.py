@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError
 from firstcontact.stiffness.cnn import as_input
 from firstcontact.stiffness.cnn_model import CnnModel, compress
-from firstcontact.stiffness.estimator import Model, Values, Windows
+from firstcontact.stiffness.model import Model
+from firstcontact.stiffness.spec import Values, Windows
 from firstcontact.stiffness.svm import machine_of
 from firstcontact.stiffness.svm_model import SvmModel, shape_and_level
 

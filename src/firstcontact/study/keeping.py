@@ -14,9 +14,9 @@ from firstcontact.core import InputError
 from firstcontact.stiffness import Interval, Model, Task
 from firstcontact.stiffness.cnn import Cnn
 from firstcontact.stiffness.conformal import calibrate, coverage, held_out_bounds, refusal
-from firstcontact.stiffness.estimator import Values
 from firstcontact.stiffness.folds import inner_folds
 from firstcontact.stiffness.interval import SHORE_A
+from firstcontact.stiffness.spec import Values
 from firstcontact.study.jobs import Serial
 from firstcontact.study.metrics import classification_scores, regression_scores
 from firstcontact.study.splits import FOLDS, Group, Split, by_session

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Contact, Dataset, Label
 from firstcontact.signal import contact_windows
-from firstcontact.stiffness.estimator import Model, Task
+from firstcontact.stiffness import Model, Task
 from firstcontact.study.jobs import Runner
 from firstcontact.study.splits import Split
 

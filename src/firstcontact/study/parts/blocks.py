@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from firstcontact.stiffness.estimator import Task
+from firstcontact.stiffness import Task
 from firstcontact.study.figures.confusion import confusion_figure
 from firstcontact.study.figures.levels import leave_one_out_figure
 from firstcontact.study.jobs import Runner

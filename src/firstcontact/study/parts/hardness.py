@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from firstcontact.stiffness.estimator import Task
+from firstcontact.stiffness import Task
 from firstcontact.study.figures.hardness import hardness_figure, materials_figure
 from firstcontact.study.jobs import Runner
 from firstcontact.study.metrics import (

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from firstcontact.stiffness.estimator import Task
+from firstcontact.stiffness import Task
 from firstcontact.stiffness.timing import time_inference
 from firstcontact.study.jobs import Runner
 from firstcontact.study.settings import DURATION, Settings

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from firstcontact.core import Dataset
-from firstcontact.stiffness.estimator import Task
+from firstcontact.stiffness import Task
 from firstcontact.study.figures.boxes import boxes_figure
 from firstcontact.study.jobs import Runner
 from firstcontact.study.metrics import over_objects, per_object, regression_scores

@@ -9,60 +9,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from trainings import LAYOUT, card_of, recordings, resampled, run, touch
 
-from firstcontact.cli.main import main
 from firstcontact.contact import SvmDetector, detect
 from firstcontact.contact.detector_file import load_detector
-from firstcontact.core import Contact, Dataset, Finger, Label, Pinch, Role, fingertip_layout
+from firstcontact.core import Dataset, InputError, Label, Role
 from firstcontact.recording import Header, load_dataset, write_dataset
 from firstcontact.stiffness import load_interval, load_model, model_folders
 from firstcontact.stiffness.folds import inner_folds
 from firstcontact.study.alignment import fit_detector, found_as_live
 
-LAYOUT = fingertip_layout()
-CONTACT, LENGTH = 500, 700
-
-
-def touch(shore: float, label: Label, rng: np.random.Generator, known: bool = True) -> Pinch:
-    """Quiet, then a damped oscillation of the index finger's piezo; the thumb hears little."""
-    data = np.zeros((LENGTH, len(LAYOUT.channels)))
-    data[:, :2] = 16384 + rng.normal(0, 60, (LENGTH, 2))
-    t = np.arange(LENGTH - CONTACT) / LAYOUT.rate
-    hard = shore + rng.normal(0, 1)
-    wave = np.sin(2 * np.pi * 60 * np.exp(hard / 35) * t) * np.exp(-t / 0.006)
-    data[CONTACT:, 0] += 150 * hard * rng.lognormal(0, 0.1) * wave
-    truth = (Contact(Finger.INDEX, CONTACT, CONTACT),) if known else ()
-    return Pinch(np.clip(data, 0, 32767).astype(np.int16), LAYOUT, label, truth=truth)
-
-
-def recordings(
-    folder: Path, sessions: tuple[str, ...] = ("a", "b", "c", "d"), known: bool = True
-) -> Path:
-    """Five pinches of each of three blocks in each session, and an unseen object in its own."""
-    rng = np.random.default_rng(0)
-    pinches = []
-    for session in sessions:
-        for shore in (10.0, 29.0, 60.0):
-            label = Label(f"block {shore:g}", shore, None, f"block {shore:g}", session)
-            pinches += [touch(shore, label, rng, known) for _ in range(5)]
-    unseen = Label("apple", 28.0, None, "apple 1", "objects", Role.TEST)
-    pinches += [touch(28.0, unseen, rng, known) for _ in range(4)]
-    folder.mkdir()
-    write_dataset(Dataset(tuple(pinches), "synthetic"), folder, Header(LAYOUT, "synthetic"))
-    return folder
-
 
 @pytest.fixture(scope="module")
 def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return recordings(tmp_path_factory.mktemp("train") / "pinches")
-
-
-def run(*words: Any) -> int:
-    return main([str(w) for w in words])
-
-
-def card_of(folder: Path) -> Any:
-    return json.loads((folder / "card.json").read_text(encoding="utf-8"))
 
 
 def test_a_model_knows_what_it_learned_and_what_was_held_out(
@@ -80,59 +40,6 @@ def test_a_model_knows_what_it_learned_and_what_was_held_out(
     assert card["scores"]["rmse"] < 10
     assert f"rmse {card['scores']['rmse']:.2f}" in said
     assert "4 sessions in 4 folds" in card["split"]
-
-
-def test_seen_and_unseen_are_told_apart(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run("train", data, "--out", tmp_path / "m") == 0
-    capsys.readouterr()
-    assert run("evaluate", tmp_path / "m", data) == 0
-    said = capsys.readouterr().out
-    assert "warning: 60 pinches are of sessions and specimens that the model learned from" in said
-    unseen, seen = said.split("\nseen in training:")
-    assert "4 pinches" in unseen
-    assert "apple 1" in unseen
-    assert "apple 1" not in seen
-    assert "block 60" in seen
-
-    other = recordings(tmp_path / "other", ("e", "f"))
-    assert run("evaluate", tmp_path / "m", other) == 0
-    said = capsys.readouterr().out
-    assert "warning" not in said
-    new, familiar = said.split("\nspecimens of the training, other sessions:")
-    assert "4 pinches" in new
-    assert "apple 1" in new
-    assert "30 pinches" in familiar
-
-
-def test_a_stranger_with_the_same_session_name_is_not_seen_in_training(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run("train", data, "--out", tmp_path / "m") == 0
-    rng = np.random.default_rng(5)
-    label = Label("ball", 40.0, None, "ball 1", "a")
-    pinches = tuple(touch(40.0, label, rng, True) for _ in range(5))
-    folder = tmp_path / "stranger"
-    folder.mkdir()
-    write_dataset(Dataset(pinches, "synthetic"), folder, Header(LAYOUT, "synthetic"))
-    capsys.readouterr()
-    assert run("evaluate", tmp_path / "m", folder) == 0
-    said = capsys.readouterr().out
-    assert "warning" not in said
-    assert "sessions of the training by name, other specimens:" in said
-
-
-def test_a_specimen_of_one_pinch_has_no_spread(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run("train", data, "--out", tmp_path / "m") == 0
-    pinch = touch(40.0, Label("ball", 40.0, None, "b", "z"), np.random.default_rng(6), True)
-    folder = tmp_path / "one"
-    folder.mkdir()
-    write_dataset(Dataset((pinch,), "synthetic"), folder, Header(LAYOUT, "synthetic"))
-    assert run("evaluate", tmp_path / "m", folder) == 0
-    assert "–" in capsys.readouterr().out.splitlines()[-1]
 
 
 @pytest.mark.parametrize("model", ["peak", "train_mean", "cnn"])
@@ -181,24 +88,6 @@ def test_the_same_seed_gives_the_same_files(data: Path, tmp_path: Path) -> None:
         assert run("train", data, "--seed", 4, "--out", tmp_path / name) == 0
     for file in ("card.json", "model.safetensors", "detector.json", "detector.safetensors"):
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes()
-
-
-def test_another_rate_is_refused(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run("train", data, "--model", "peak", "--out", tmp_path / "m") == 0
-    fast = replace(LAYOUT, rate=16000.0)
-    rng = np.random.default_rng(0)
-    pinch = touch(10.0, Label("block", 10.0, None, "x", "z"), rng)
-    (tmp_path / "fast").mkdir()
-    write_dataset(
-        Dataset((replace(pinch, layout=fast),), "synthetic"),
-        tmp_path / "fast",
-        Header(fast, "synthetic"),
-    )
-    capsys.readouterr()
-    assert run("evaluate", tmp_path / "m", tmp_path / "fast") == 2
-    assert "at 4936 Hz but these have 16000 Hz" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -323,16 +212,6 @@ def test_contacts_are_found_by_a_detector_that_had_not_learned_from_the_session(
         assert any(c is not None for c in own)
 
 
-def test_a_model_whose_detector_was_lost_says_so(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run("train", data, "--model", "peak", "--out", tmp_path / "m") == 0
-    (tmp_path / "m" / "detector.json").unlink()
-    assert run("evaluate", tmp_path / "m", data) == 0
-    assert run("evaluate", tmp_path / "m", data, "--contacts", "detected") == 2
-    assert "there is no detector here" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     "words",
     [
@@ -348,8 +227,42 @@ def test_impossible_settings(data: Path, tmp_path: Path, words: tuple[Any, ...])
     assert run("train", data, "--out", tmp_path / "m", *words) == 2
 
 
-def test_a_folder_without_a_model(
+def test_a_model_is_made_for_another_rate_and_says_so(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run("evaluate", tmp_path, data) == 2
-    assert "there is no model here" in capsys.readouterr().err
+    """What live tells someone to do whose device has another rate than the model."""
+    assert run("train", data, "--model", "peak", "--rate", 5200, "--out", tmp_path / "m") == 0
+    assert "Resampled from 4936 Hz to 5200 Hz" in capsys.readouterr().out
+    card = card_of(tmp_path / "m")
+    assert card["rate_hz"] == 5200.0
+    assert card["data"]["recorded_rate_hz"] == 4936.0
+    assert any("Resampled from 4936 Hz to 5200 Hz" in note for note in card["data"]["notes"])
+    model = load_model(tmp_path / "m")
+    model.spec.require_rate(5200.0)
+    with pytest.raises(InputError, match="firstcontact train --rate 4936"):
+        model.spec.require_rate(4936.0)
+    detector = load_detector(tmp_path / "m")
+    detector.start(replace(LAYOUT, rate=5200.0))
+    with pytest.raises(InputError, match="firstcontact train --rate 4936"):
+        detector.start(LAYOUT)
+    # What it learned from is known by the samples as they were recorded.
+    capsys.readouterr()
+    assert run("evaluate", tmp_path / "m", data) == 0
+    assert "warning: 60 pinches are ones that the model learned from" in capsys.readouterr().out
+
+
+def test_recordings_are_trained_on_at_their_own_rate(data: Path, tmp_path: Path) -> None:
+    other = resampled(data, 5200.0, tmp_path / "other")
+    assert run("train", other, "--model", "peak", "--out", tmp_path / "m") == 0
+    card = card_of(tmp_path / "m")
+    assert card["rate_hz"] == 5200.0
+    assert card["data"]["recorded_rate_hz"] is None
+
+
+def test_a_rate_that_no_touch_can_be_heard_at_is_refused(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for rate in (0, -1, 10, 1e18, "nan"):
+        assert run("train", data, "--rate", rate, "--out", tmp_path / "m") == 2
+        assert "--rate is" in capsys.readouterr().err
+    assert not (tmp_path / "m").exists()

@@ -1,0 +1,200 @@
+"""A saved model asked about recordings: at any rate, and what it has learned from told apart."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from trainings import LAYOUT, card_of, recordings, resampled, run, touch
+
+from firstcontact.core import Dataset, Label, Role
+from firstcontact.recording import Header, load_dataset, write_dataset
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return recordings(tmp_path_factory.mktemp("train") / "pinches")
+
+
+def test_seen_and_unseen_are_told_apart(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("train", data, "--out", tmp_path / "m") == 0
+    capsys.readouterr()
+    assert run("evaluate", tmp_path / "m", data) == 0
+    said = capsys.readouterr().out
+    assert "warning: 60 pinches are ones that the model learned from, sample by sample" in said
+    unseen, seen = said.split("\nseen in training:")
+    assert "4 pinches" in unseen
+    assert "apple 1" in unseen
+    assert "apple 1" not in seen
+    assert "block 60" in seen
+
+    other = recordings(tmp_path / "other", ("e", "f"), seed=1)
+    assert run("evaluate", tmp_path / "m", other) == 0
+    said = capsys.readouterr().out
+    assert "warning" not in said
+    new, familiar = said.split("\nspecimens of the training, other sessions:")
+    assert "4 pinches" in new
+    assert "apple 1" in new
+    assert "30 pinches" in familiar
+
+
+def test_a_stranger_with_the_same_session_name_is_not_seen_in_training(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("train", data, "--out", tmp_path / "m") == 0
+    rng = np.random.default_rng(5)
+    label = Label("ball", 40.0, None, "ball 1", "a")
+    pinches = tuple(touch(40.0, label, rng, True) for _ in range(5))
+    folder = tmp_path / "stranger"
+    folder.mkdir()
+    write_dataset(Dataset(pinches, "synthetic"), folder, Header(LAYOUT, "synthetic"))
+    capsys.readouterr()
+    assert run("evaluate", tmp_path / "m", folder) == 0
+    said = capsys.readouterr().out
+    assert "warning" not in said
+    assert "sessions of the training by name, other specimens:" in said
+
+
+def test_a_specimen_of_one_pinch_has_no_spread(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("train", data, "--out", tmp_path / "m") == 0
+    pinch = touch(40.0, Label("ball", 40.0, None, "b", "z"), np.random.default_rng(6), True)
+    folder = tmp_path / "one"
+    folder.mkdir()
+    write_dataset(Dataset((pinch,), "synthetic"), folder, Header(LAYOUT, "synthetic"))
+    assert run("evaluate", tmp_path / "m", folder) == 0
+    assert "–" in capsys.readouterr().out.splitlines()[-1]
+
+
+def test_a_model_whose_detector_was_lost_says_so(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("train", data, "--model", "peak", "--out", tmp_path / "m") == 0
+    (tmp_path / "m" / "detector.json").unlink()
+    assert run("evaluate", tmp_path / "m", data) == 0
+    assert run("evaluate", tmp_path / "m", data, "--contacts", "detected") == 2
+    assert "there is no detector here" in capsys.readouterr().err
+
+
+def test_a_folder_without_a_model(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("evaluate", tmp_path, data) == 2
+    assert "there is no model here" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("contacts", ["truth", "detected"])
+@pytest.mark.parametrize("rate", [5200.0, 16000.0])
+def test_recordings_of_another_rate_are_resampled_and_told(
+    data: Path, tmp_path: Path, rate: float, contacts: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("train", data, "--model", "peak", "--out", tmp_path / "m") == 0
+    capsys.readouterr()
+    assert run("evaluate", tmp_path / "m", data, "--contacts", contacts) == 0
+    there = capsys.readouterr().out
+    other = resampled(data, rate, tmp_path / "other")
+    assert run("evaluate", tmp_path / "m", other, "--contacts", contacts) == 0
+    said = capsys.readouterr().out
+    assert f"Resampled from {rate:g} Hz to 4936 Hz" in said
+    assert f"live does not resample: for a device at {rate:g} Hz train with" in said
+    scored = "60 pinches, " if contacts == "truth" else " pinches, "
+    assert scored in said
+    # The same pinches: twice resampled they give nearly the same errors.
+    error = [float(text.split("rmse ")[1].split(",")[0]) for text in (there, said)]
+    assert error[1] == pytest.approx(error[0], abs=1.5)
+
+
+def test_recordings_too_slow_for_what_the_model_heard_are_warned_of(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("train", data, "--model", "peak", "--out", tmp_path / "m") == 0
+    slow = resampled(data, 2500.0, tmp_path / "slow")
+    capsys.readouterr()
+    assert run("evaluate", tmp_path / "m", slow) == 0
+    assert "hold nothing above 1250 Hz" in capsys.readouterr().out
+
+
+def test_names_alone_do_not_make_a_pinch_one_that_was_learned_from(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Another lab names its blocks, sessions and source the same."""
+    assert run("train", data, "--model", "peak", "--out", tmp_path / "m") == 0
+    rng = np.random.default_rng(77)
+    pinches = [
+        touch(shore, Label(f"block {shore:g}", shore, None, f"block {shore:g}", "a"), rng)
+        for shore in (10.0, 29.0, 60.0)
+        for _ in range(5)
+    ]
+    folder = tmp_path / "namesakes"
+    folder.mkdir()
+    write_dataset(Dataset(tuple(pinches), "synthetic"), folder, Header(LAYOUT, "synthetic"))
+    capsys.readouterr()
+    assert run("evaluate", tmp_path / "m", folder) == 0
+    said = capsys.readouterr().out
+    assert "warning" not in said
+    assert "note: 15 pinches have the session and specimen of others" in said
+    assert "names as in the training, other samples: " in said
+    assert "seen in training: " not in said.replace("not seen in training", "")
+
+
+@pytest.mark.parametrize("way", ["renamed", "csv", "hdf5"])
+def test_pinches_learned_from_are_known_by_any_name(
+    data: Path, tmp_path: Path, way: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("train", data, "--model", "peak", "--out", tmp_path / "m") == 0
+    again = tmp_path / "again"
+    if way == "renamed":
+        pinches = tuple(
+            replace(p, label=replace(p.label, session="z", specimen="other", role=Role.TEST))
+            for p in load_dataset(data).pinches
+        )
+        again.mkdir()
+        write_dataset(Dataset(pinches, "real"), again, Header(LAYOUT, "real"))
+    else:
+        assert run("export", data, "--to", way, "--out", tmp_path / f"all.{way}") == 0
+        assert run("import", tmp_path / f"all.{way}", "--out", again) == 0
+    capsys.readouterr()
+    assert run("evaluate", tmp_path / "m", again) == 0
+    said = capsys.readouterr().out
+    assert "warning: 60 pinches are ones that the model learned from, sample by sample" in said
+    assert "\nseen in training: " in said
+
+
+def test_a_model_from_before_goes_by_names_and_says_so(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "m"
+    assert run("train", data, "--model", "peak", "--out", out) == 0
+    card = card_of(out)
+    for field in ("detector", "pinches_sha256"):
+        del card[field]
+    del card["data"]["recorded_rate_hz"]
+    (out / "card.json").write_text(json.dumps(card), encoding="utf-8")
+    (out / "pinches.bin").unlink()
+    capsys.readouterr()
+    assert run("evaluate", out, data) == 0
+    said = capsys.readouterr().out
+    assert "warning: 60 pinches are of sessions and specimens that the model learned from" in said
+    assert "\nseen in training: " in said
+
+
+@pytest.mark.parametrize("damage", ["missing", "cut", "other"])
+def test_digests_that_the_card_does_not_vouch_for(
+    data: Path, tmp_path: Path, damage: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "m"
+    assert run("train", data, "--model", "peak", "--out", out) == 0
+    file = out / "pinches.bin"
+    assert len(file.read_bytes()) == 8 * 60
+    if damage == "missing":
+        file.unlink()
+    else:
+        file.write_bytes(file.read_bytes()[:-3] if damage == "cut" else bytes(480))
+    assert run("evaluate", out, data) == 2
+    assert "pinches.bin" in capsys.readouterr().err

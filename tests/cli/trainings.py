@@ -1,0 +1,68 @@
+"""Recordings to train on, small and quick, and the command line that does it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from firstcontact.cli.main import main
+from firstcontact.core import Contact, Dataset, Finger, Label, Pinch, Role, fingertip_layout
+from firstcontact.recording import Header, load_dataset, write_dataset
+from firstcontact.recording.dataset import pause_between
+from firstcontact.signal import resample_dataset
+
+LAYOUT = fingertip_layout()
+CONTACT, LENGTH = 500, 700
+
+
+def touch(shore: float, label: Label, rng: np.random.Generator, known: bool = True) -> Pinch:
+    """Quiet, then a damped oscillation of the index finger's piezo; the thumb hears little."""
+    data = np.zeros((LENGTH, len(LAYOUT.channels)))
+    data[:, :2] = 16384 + rng.normal(0, 60, (LENGTH, 2))
+    t = np.arange(LENGTH - CONTACT) / LAYOUT.rate
+    hard = shore + rng.normal(0, 1)
+    wave = np.sin(2 * np.pi * 60 * np.exp(hard / 35) * t) * np.exp(-t / 0.006)
+    data[CONTACT:, 0] += 150 * hard * rng.lognormal(0, 0.1) * wave
+    truth = (Contact(Finger.INDEX, CONTACT, CONTACT),) if known else ()
+    return Pinch(np.clip(data, 0, 32767).astype(np.int16), LAYOUT, label, truth=truth)
+
+
+def recordings(
+    folder: Path,
+    sessions: tuple[str, ...] = ("a", "b", "c", "d"),
+    known: bool = True,
+    seed: int = 0,
+) -> Path:
+    """Five pinches of each of three blocks in each session, and an unseen object in its own."""
+    rng = np.random.default_rng(seed)
+    pinches = []
+    for session in sessions:
+        for shore in (10.0, 29.0, 60.0):
+            label = Label(f"block {shore:g}", shore, None, f"block {shore:g}", session)
+            pinches += [touch(shore, label, rng, known) for _ in range(5)]
+    unseen = Label("apple", 28.0, None, "apple 1", "objects", Role.TEST)
+    pinches += [touch(28.0, unseen, rng, known) for _ in range(4)]
+    folder.mkdir()
+    write_dataset(Dataset(tuple(pinches), "synthetic"), folder, Header(LAYOUT, "synthetic"))
+    return folder
+
+
+def run(*words: Any) -> int:
+    return main([str(w) for w in words])
+
+
+def card_of(folder: Path) -> Any:
+    return json.loads((folder / "card.json").read_text(encoding="utf-8"))
+
+
+def resampled(data: Path, rate: float, out: Path) -> Path:
+    """The recordings of a folder as a device at another rate would have made them."""
+    dataset = resample_dataset(load_dataset(data), rate)
+    pinches = pause_between(dataset.pinches)
+    out.mkdir()
+    header = Header(dataset.layout, "synthetic", "float32")
+    write_dataset(Dataset(pinches, "synthetic"), out, header)
+    return out

@@ -172,12 +172,6 @@ def test_several_windows_make_a_model_each_beside_one_detector(
         "detector.json",
         "detector.safetensors",
     ]
-    # What would stay there from another training is not mixed with this one.
-    capsys.readouterr()
-    assert run("train", data, "--model", "peak", "--out", out) == 2
-    assert "03ms: a model is here that would stay" in capsys.readouterr().err
-    assert run("train", data, "--model", "peak", "--window-ms", 3, 15, "--out", out) == 2
-    assert run("train", data, "--model", "peak", "--window-ms", 3, 7.5, 8, "--out", out) == 0
 
 
 def test_the_detector_is_saved_whatever_aligned_the_windows(data: Path, tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Evaluate:
-    """Score a saved model; pinches that it learned from are told apart by their samples."""
+    """Score a saved model; pinches that it learned from are told apart."""
 
     model: tyro.conf.Positional[Path]
     """Folder of the model."""
@@ -35,25 +35,37 @@ class Evaluate:
         from firstcontact.cli.losses import warn_of
         from firstcontact.contact.detector_file import load_detector
         from firstcontact.recording import load_dataset
-        from firstcontact.stiffness import load_digests, load_interval, load_model, read_card
+        from firstcontact.stiffness import (
+            load_digests,
+            load_interval,
+            load_model,
+            model_folders,
+            read_card,
+        )
         from firstcontact.study.alignment import found, known
         from firstcontact.study.known_pinches import known_pinches
         from firstcontact.study.training import examples
 
-        card = read_card(self.model)
+        (folder, *others) = model_folders(self.model)
+        if others:
+            raise InputError(
+                f"{self.model} holds models of several window lengths: name one of them, "
+                f"such as {folder}"
+            )
+        card = read_card(folder)
         if card.kind == "cnn":
             need("cnn", "onnx", "onnxruntime")
-        model, interval = load_model(self.model), load_interval(self.model)
+        model, interval = load_model(folder), load_interval(folder)
         loaded = load_dataset(self.data)
         warn_of(loaded)
-        familiar = known_pinches(loaded, card.data, load_digests(self.model))
-        dataset = _at_rate(loaded, model.spec.rate, self.data, self.model)
+        familiar = known_pinches(loaded, card.data, load_digests(folder))
+        dataset = _at_rate(loaded, model.spec.rate, self.data, folder)
         target = card.data.target
         values = dataset.hardness_rank if target == "hardness_rank" else dataset.shore_a
         if aligned_by_truth(self.contacts, dataset, self.data):
             contacts = known(dataset)
         else:
-            contacts = found(dataset, load_detector(self.model))
+            contacts = found(dataset, load_detector(folder))
         data = examples(dataset, contacts.contacts, model.spec.duration, values)
         if not len(data):
             raise InputError(

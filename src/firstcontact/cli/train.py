@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import tyro
 
 from firstcontact.cli.extras import need
+from firstcontact.cli.train_folder import check_replaceable, folder_name
 from firstcontact.core.errors import InputError
 
 if TYPE_CHECKING:
     from firstcontact.contact import Detector
     from firstcontact.core import Dataset
+    from firstcontact.stiffness import LearnedFrom
     from firstcontact.stiffness.learned_from import Digests
     from firstcontact.study.alignment import Alignment
     from firstcontact.study.keeping import Kept
@@ -30,7 +32,7 @@ class Train:
     data: tyro.conf.Positional[Path]
     """A recording, or a folder of recordings."""
     out: Path
-    """Folder for the model and the detector; those in it are replaced."""
+    """Folder for the model and the detector; a training that is in it is replaced whole."""
     model: Literal["svm", "cnn", "peak", "train_mean"] = "svm"
     """What learns."""
     task: Literal["regression", "classification"] = "regression"
@@ -51,9 +53,21 @@ class Train:
         if self.model == "cnn":
             need("cnn", "torch", "onnx", "onnxruntime")
         self._check()
-        folders = self._folders()
+        names = {ms: folder_name(ms) for ms in sorted(self.window_ms)}
+        if len(names) == 1:
+            names = dict.fromkeys(names, "")
+        check_replaceable(self.out, names.values())
+        from firstcontact.core.folders import replacing_folder
+
+        with replacing_folder(self.out) as making:
+            lines = self._learn({ms: making / name for ms, name in names.items()}, making)
+        for line in lines:
+            print(line)
+
+    def _learn(self, folders: Mapping[float, Path], making: Path) -> list[str]:
+        """Learn everything into a folder that is made; what to say when it is in its place."""
         from firstcontact.cli.losses import warn_of
-        from firstcontact.contact.detector_file import save_detector
+        from firstcontact.contact.detector_file import save_detector, vouched
         from firstcontact.recording import load_dataset
         from firstcontact.stiffness import Task, pinch_digests
         from firstcontact.study.alignment import fit_detector, found_as_live, known
@@ -82,18 +96,22 @@ class Train:
                     f"whole window of {ms:g} ms and a {target}: import longer pinches"
                 )
             everything[ms] = cut
+        save_detector(detector, making, _learned(detector, dataset))
+        lines = []
         for ms, folder in folders.items():
+            data = everything[ms]
             kept = learn_to_keep(
-                everything[ms],
-                self.model,
-                Task(self.task),
-                self.seed,
-                self.level,
-                target == "shore_a",
+                data, self.model, Task(self.task), self.seed, self.level, target == "shore_a"
             )
-            self._save(folder, kept, everything[ms], dataset, contacts, target, digests)
-        save_detector(detector, self.out, _learned(detector, dataset))
-        print(f"detector {detector.name}: {self.out}")
+            learned_from = self._learned_from(data, dataset, contacts, target)
+            _save(kept, folder, learned_from, digests[data.which], vouched(making))
+            lines += [
+                f"{self.model} ({self.task}) learned from {len(data)} pinches: "
+                f"{self.out / folder.relative_to(making)}",
+                f"held out ({kept.split}): {in_words(kept.scores)}",
+                _interval_in_words(kept, target),
+            ]
+        return [*lines, f"detector {detector.name}: {self.out}"]
 
     def _check(self) -> None:
         from firstcontact.recording.checks import check_rate
@@ -125,64 +143,40 @@ class Train:
         print(resampled.notes[-1])
         return resampled
 
-    def _folders(self) -> dict[float, Path]:
-        """Folder of the model for each length of window, ms; shortest first."""
-        from firstcontact.stiffness.model_file import CARD
+    def _learned_from(
+        self, data: Examples, dataset: Dataset, contacts: Alignment, target: Target
+    ) -> LearnedFrom:
+        from firstcontact.stiffness import LearnedFrom
 
-        if len(self.window_ms) == 1:
-            folders = {self.window_ms[0]: self.out}
-        else:
-            folders = {ms: self.out / folder_name(ms) for ms in sorted(self.window_ms)}
-        there = {p.parent for p in (*self.out.glob(CARD), *self.out.glob(f"*/{CARD}"))}
-        left = sorted(there - set(folders.values()))
-        if left:
-            raise InputError(
-                f"{left[0]}: a model is here that would stay and not go with the new detector: "
-                "name another folder for --out, or remove it"
-            )
-        return folders
-
-    def _save(
-        self,
-        folder: Path,
-        kept: Kept,
-        data: Examples,
-        dataset: Dataset,
-        contacts: Alignment,
-        target: Target,
-        digests: Digests,
-    ) -> None:
-        from firstcontact.stiffness import Card, LearnedFrom, save_model
-
-        card = Card(
-            data=LearnedFrom(
-                source=dataset.source,
-                pinches=len(data),
-                sessions=tuple(sorted({str(s) for s in data.sessions})),
-                specimens=tuple(sorted({str(s) for s in data.specimens})),
-                target=target,
-                levels=tuple(sorted({float(v) for v in data.y})),
-                objects=_objects(data) if target == "shore_a" else {},
-                contacts=contacts.how,
-                seed=self.seed,
-                notes=dataset.notes,
-                recorded_rate_hz=dataset.recorded_rate,
-            ),
-            split=f"scores: {kept.split}; the saved model learned from all pinches",
-            scores=kept.scores,
-            interval=kept.interval,
-            calibration=kept.calibration,
+        return LearnedFrom(
+            source=dataset.source,
+            pinches=len(data),
+            sessions=tuple(sorted({str(s) for s in data.sessions})),
+            specimens=tuple(sorted({str(s) for s in data.specimens})),
+            target=target,
+            levels=tuple(sorted({float(v) for v in data.y})),
+            objects=_objects(data) if target == "shore_a" else {},
+            contacts=contacts.how,
+            seed=self.seed,
+            notes=dataset.notes,
+            recorded_rate_hz=dataset.recorded_rate,
         )
-        save_model(kept.model, folder, card, digests[data.which])
-        print(f"{self.model} ({self.task}) learned from {len(data)} pinches: {folder}")
-        print(f"held out ({kept.split}): {in_words(kept.scores)}")
-        print(_interval_in_words(kept, target))
 
 
-def folder_name(ms: float) -> str:
-    """Folder of the model for windows of this length, ms: 3 becomes "03ms"."""
-    whole, dot, rest = f"{ms:g}".partition(".")
-    return f"{whole:0>2}{dot}{rest}ms"
+def _save(
+    kept: Kept, folder: Path, learned_from: LearnedFrom, digests: Digests, detector: str
+) -> None:
+    from firstcontact.stiffness import Card, save_model
+
+    card = Card(
+        data=learned_from,
+        split=f"scores: {kept.split}; the saved model learned from all pinches",
+        scores=kept.scores,
+        interval=kept.interval,
+        calibration=kept.calibration,
+        detector=detector,
+    )
+    save_model(kept.model, folder, card, digests)
 
 
 def _objects(data: Examples) -> dict[str, float]:

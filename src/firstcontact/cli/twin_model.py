@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import os
-import shutil
 import sys
 from contextlib import redirect_stdout
 from importlib.metadata import version
 from pathlib import Path
-from tempfile import mkdtemp
 
 #: Pinches of each block that it learns from: enough for a first look in half a minute.
 PINCHES = 60
@@ -37,11 +35,11 @@ def twin_model(condition: str, seed: int) -> Path:
         return folder
     from firstcontact.cli.simulate import Simulate
     from firstcontact.cli.train import Train
+    from firstcontact.core.temporary import temporary_beside
 
     print(f"no --model: one is trained on the twin first and kept in {folder}", file=sys.stderr)
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    making = Path(mkdtemp(prefix="twin-", dir=folder.parent))
-    try:
+    with temporary_beside(folder) as making:
+        making.mkdir()
         with redirect_stdout(sys.stderr):
             Simulate(
                 making / "pinches",
@@ -57,6 +55,4 @@ def twin_model(condition: str, seed: int) -> Path:
             # Another run may have made it meanwhile: then it is there, whole.
             if not (folder / "detector.json").is_file():
                 raise
-    finally:
-        shutil.rmtree(making)
     return folder

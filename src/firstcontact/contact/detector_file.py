@@ -20,6 +20,7 @@ from firstcontact.core.weights import (
     DETECTOR_CARD,
     Rate,
     Sha256,
+    digest,
     read_card,
     read_weights,
     write_learned,
@@ -106,6 +107,11 @@ def save_detector(
     tree["data"] = dict(data or {})
     write_learned(directory / CARD, directory / WEIGHTS, tree, arrays, DetectorCard)
     return directory
+
+
+def vouched(directory: Path) -> str:
+    """What a model's card holds of the detector in a folder, so that no other is taken for it."""
+    return digest((directory / CARD).read_bytes())
 
 
 def load_detector(path: Path) -> Detector:

@@ -34,6 +34,7 @@ class _Lesson:
     folder: Path
     duration: float
     seed: int
+    detector: str
 
 
 def learn(settings: Settings, out: Path, runner: Runner) -> Learned:
@@ -53,7 +54,7 @@ def learn(settings: Settings, out: Path, runner: Runner) -> Learned:
     InputError
         Recordings or models are there that no study made.
     """
-    from firstcontact.contact.detector_file import save_detector
+    from firstcontact.contact.detector_file import save_detector, vouched
     from firstcontact.recording import load_dataset
     from firstcontact.study.alignment import fit_detector
     from firstcontact.twin.simulate import simulate
@@ -68,13 +69,13 @@ def learn(settings: Settings, out: Path, runner: Runner) -> Learned:
     simulate(
         recordings / "pinches", CONDITION, settings.training, 0, settings.seed, settings.workers
     )
+    dataset = load_dataset(recordings)
+    save_detector(fit_detector(dataset), models, {"source": dataset.source})
     lessons = [
-        _Lesson(recordings, models / f"{1e3 * d:04.1f}ms", d, settings.seed)
+        _Lesson(recordings, models / f"{1e3 * d:04.1f}ms", d, settings.seed, vouched(models))
         for d in settings.windows
     ]
     scores = runner.map(_train, lessons)
-    dataset = load_dataset(recordings)
-    save_detector(fit_detector(dataset), models, {"source": dataset.source})
     names = [f"{1e3 * d:g}" for d in settings.windows]
     return Learned(
         models,
@@ -107,6 +108,7 @@ def _train(lesson: _Lesson) -> tuple[float, float]:
         scores=kept.scores,
         interval=kept.interval,
         calibration=kept.calibration,
+        detector=lesson.detector,
     )
     save_model(kept.model, lesson.folder, card)
     held_out = kept.calibration.get("held_out") or {}

@@ -8,6 +8,7 @@ import numpy as np
 
 from firstcontact.core import InputError
 from firstcontact.core.files import read_regular, replacing
+from firstcontact.core.folders import left_behind
 from firstcontact.core.weights import (
     DETECTOR_CARD,
     LONGEST_CARD,
@@ -203,6 +204,12 @@ def model_folders(path: Path) -> list[Path]:
         return [folder]
     found = sorted(card.parent for card in folder.glob(f"*/{CARD}"))
     if not found:
+        aside = left_behind(folder)
+        if aside is not None:
+            raise InputError(
+                f"{folder}: a training was killed while it replaced this folder: rename {aside}, "
+                "which was here, or train again"
+            )
         raise InputError(
             f"{folder}: there is no model here: name a folder that `firstcontact train` wrote"
         )

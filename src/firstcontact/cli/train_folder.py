@@ -1,0 +1,88 @@
+"""The folder that a training writes: what lies in it, and what of it may be replaced."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+
+from firstcontact.core.errors import InputError
+
+
+@dataclass(frozen=True, slots=True)
+class _Format:
+    """The field of a card that says whose it is."""
+
+    format: str
+
+
+def folder_name(ms: float) -> str:
+    """Folder of the model for windows of this length, ms: 3 becomes "03ms"."""
+    whole, dot, rest = f"{ms:g}".partition(".")
+    return f"{whole:0>2}{dot}{rest}ms"
+
+
+def check_replaceable(out: Path, models: Collection[str]) -> None:
+    """Refuse a folder that holds anything but models and a detector that are made again.
+
+    Parameters
+    ----------
+    out
+        The folder; it need not be there.
+    models
+        Folders of the models to come, below it; "" for itself.
+
+    Raises
+    ------
+    InputError
+        Names what would be lost.
+    """
+    if not out.is_dir():
+        return
+    from firstcontact.contact import detector_file
+    from firstcontact.stiffness import learned_from, model_file
+
+    own = {model_file.CARD, model_file.WEIGHTS, learned_from.FILE}
+    detector = {detector_file.CARD, detector_file.WEIGHTS}
+    _check_files(out, own | detector)
+    _check_card(out / detector_file.CARD, detector_file.FORMAT)
+    for folder in (out, *sorted(p for p in out.iterdir() if p.is_dir())):
+        if folder != out:
+            if not (folder / model_file.CARD).is_file():
+                raise _foreign(out, folder.name)
+            _check_files(folder, own)
+        _check_card(folder / model_file.CARD, model_file.FORMAT)
+        name = "" if folder == out else folder.name
+        if (folder / model_file.CARD).exists() and name not in models:
+            raise InputError(
+                f"{folder}: a model is here that would not be made again: "
+                "name another folder for --out, or remove it"
+            )
+
+
+def _check_files(folder: Path, known: Collection[str]) -> None:
+    for path in sorted(folder.iterdir()):
+        if path.name not in known and not path.is_dir():
+            raise _foreign(folder, path.name)
+
+
+def _check_card(path: Path, form: str) -> None:
+    from firstcontact.core.files import read_regular
+    from firstcontact.core.records import read_record
+    from firstcontact.core.weights import LONGEST_CARD
+
+    if not path.exists():
+        return
+    try:
+        card = read_record(read_regular(path, LONGEST_CARD), _Format, "", "", LONGEST_CARD)
+    except InputError:
+        raise _foreign(path.parent, path.name) from None
+    if card.format != form:
+        raise _foreign(path.parent, path.name)
+
+
+def _foreign(folder: Path, name: str) -> InputError:
+    return InputError(
+        f"{folder} holds {name}, which no training wrote, and would be replaced whole: "
+        "name another folder for --out, or move it away"
+    )

@@ -1,0 +1,159 @@
+"""What a training writes is replaced whole or not at all, and its parts belong together."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from trainings import card_of, recordings, run
+
+from firstcontact.contact.detector_file import load_detector
+from firstcontact.core import InputError
+from firstcontact.stiffness import load_model, model_folders
+
+#: Trains with files of at most so many bytes, which is a full disk for what is larger.
+FULL = """
+import resource, sys
+from firstcontact.cli.main import main
+
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)
+sys.exit(main(sys.argv[2:]))
+"""
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return recordings(tmp_path_factory.mktemp("train") / "pinches")
+
+
+@pytest.fixture(scope="module")
+def other(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return recordings(tmp_path_factory.mktemp("other") / "pinches", seed=1)
+
+
+@pytest.fixture(scope="module")
+def trained(data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("trained") / "m"
+    assert run("train", data, "--model", "peak", "--out", out) == 0
+    return out
+
+
+@pytest.fixture
+def model(trained: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(trained, tmp_path / "m"))
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+@pytest.mark.parametrize("size", [200, 1000, 3000, 10_000])
+def test_a_full_disk_leaves_the_old_training(model: Path, other: Path, size: int) -> None:
+    """The detector is the largest: what is written before it fits."""
+    before = content(model)
+    assert len(before["detector.safetensors"]) > 10_000
+    words = ["train", str(other), "--model", "peak", "--out", str(model)]
+    done = subprocess.run(
+        [sys.executable, "-c", FULL, str(size), *words], capture_output=True, text=True
+    )
+    assert done.returncode == 2, done.stderr
+    assert f"{model}: File too large" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert content(model) == before
+    assert [p.name for p in model.parent.iterdir()] == ["m"]
+
+
+def test_parts_of_two_trainings_are_no_model(
+    model: Path, other: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("train", other, "--model", "peak", "--out", tmp_path / "n") == 0
+    for name in ("detector.json", "detector.safetensors"):
+        shutil.copy(tmp_path / "n" / name, model / name)
+    load_detector(model)  # by itself it is one
+    with pytest.raises(InputError, match=r"detector\.json: is not the detector that"):
+        load_model(model)
+    capsys.readouterr()
+    for contacts in ("truth", "detected"):
+        assert run("evaluate", model, other, "--contacts", contacts) == 2
+        assert "is not the detector that" in capsys.readouterr().err
+
+
+def test_the_detector_above_is_looked_at_too(data: Path, other: Path, tmp_path: Path) -> None:
+    windows = ("--window-ms", 3, 8, "--model", "peak")
+    for name, pinches in (("m", data), ("n", other)):
+        assert run("train", pinches, *windows, "--out", tmp_path / name) == 0
+    for folder in model_folders(tmp_path / "m"):
+        load_model(folder)
+    shutil.rmtree(tmp_path / "m" / "08ms")
+    shutil.copytree(tmp_path / "n" / "08ms", tmp_path / "m" / "08ms")
+    load_model(tmp_path / "m" / "03ms")
+    with pytest.raises(InputError, match="is not the detector that"):
+        load_model(tmp_path / "m" / "08ms")
+
+
+def test_a_model_from_before_takes_any_detector(model: Path) -> None:
+    card = card_of(model)
+    del card["detector"]
+    (model / "card.json").write_text(json.dumps(card), encoding="utf-8")
+    detector = json.loads((model / "detector.json").read_text(encoding="utf-8"))
+    (model / "detector.json").write_text(json.dumps(detector), encoding="utf-8")
+    assert load_model(model).kind == "peak"
+
+
+@pytest.mark.parametrize("name", ["notes.txt", "pinches/a.mcap", "15ms/notes.txt", "card.json"])
+def test_what_no_training_wrote_is_not_lost(
+    data: Path, tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "m"
+    (out / name).parent.mkdir(parents=True)
+    (out / name).write_text('{"format": "of somebody else"}', encoding="utf-8")
+    assert run("train", data, "--model", "peak", "--out", out) == 2
+    assert "which no training wrote" in capsys.readouterr().err
+    assert list(content(out)) == [name]
+
+
+def test_a_training_is_replaced_and_nothing_of_it_stays(model: Path, other: Path) -> None:
+    before = content(model)
+    assert run("train", other, "--model", "train_mean", "--out", model) == 0
+    after = content(model)
+    assert after.keys() == before.keys()
+    assert all(after[name] != before[name] for name in before)
+    load_model(model)
+    load_detector(model)
+    assert [p.name for p in model.parent.iterdir()] == ["m"]
+
+
+def test_models_that_would_not_be_made_again_are_kept(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "m"
+    assert run("train", data, "--model", "peak", "--window-ms", 8, 3, "--out", out) == 0
+    before = content(out)
+    capsys.readouterr()
+    assert run("train", data, "--model", "peak", "--out", out) == 2
+    assert "03ms: a model is here that would not be made again" in capsys.readouterr().err
+    assert run("train", data, "--model", "peak", "--window-ms", 3, 15, "--out", out) == 2
+    assert content(out) == before
+    assert run("train", data, "--model", "peak", "--window-ms", 3, 7.5, 8, "--out", out) == 0
+    capsys.readouterr()
+    assert run("evaluate", out, data) == 2
+    assert "several window lengths: name one of them" in capsys.readouterr().err
+
+
+def test_a_reader_is_told_where_the_old_one_is(
+    model: Path, data: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As after a kill between the two renames."""
+    aside = model.with_name(".m.0123abcd.old")
+    before = content(model)
+    model.rename(aside)
+    assert run("evaluate", model, data) == 2
+    assert str(aside) in capsys.readouterr().err
+    # A training that fails puts it back.
+    assert run("train", data, "--model", "peak", "--window-ms", 900, "--out", model) == 2
+    assert content(model) == before
+    assert not aside.exists()

@@ -1,0 +1,163 @@
+"""A folder is replaced whole or not at all, whenever its writer is killed."""
+
+from __future__ import annotations
+
+import signal
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from firstcontact.core import InputError
+from firstcontact.core.folders import left_behind, replacing_folder
+
+#: Writes a folder and kills itself before, or after, its nth rename.
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from firstcontact.core.folders import replacing_folder
+
+out, at, before = Path(sys.argv[1]), int(sys.argv[2]), sys.argv[3] == "before"
+rename, count = Path.rename, 0
+
+def deadly(self, target):
+    global count
+    count += 1
+    if count == at and before:
+        os.kill(os.getpid(), signal.SIGKILL)
+    try:
+        return rename(self, target)
+    finally:
+        if count == at:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+Path.rename = deadly
+with replacing_folder(out) as new:
+    for name in ("a", "b"):
+        (new / name).write_text("new")
+"""
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def content(folder: Path) -> dict[str, str]:
+    return {str(p.relative_to(folder)): p.read_text() for p in folder.rglob("*") if p.is_file()}
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    folder = tmp_path / "there" / "m"
+    (folder / "03ms").mkdir(parents=True)
+    for name in ("a", "c", "03ms/d"):
+        (folder / name).write_text("old")
+    return folder
+
+
+OLD = {"a": "old", "c": "old", "03ms/d": "old"}
+NEW = {"a": "new", "b": "new"}
+
+
+def write(out: Path) -> None:
+    with replacing_folder(out) as new:
+        for name in NEW:
+            (new / name).write_text("new")
+
+
+def test_what_was_there_goes_whole(out: Path) -> None:
+    out.chmod(0o750)
+    write(out)
+    assert content(out) == NEW
+    assert stat.S_IMODE(out.stat().st_mode) == 0o750
+    assert names(out.parent) == ["m"]
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_nothing_or_an_empty_folder_is_replaced_too(tmp_path: Path, there: bool) -> None:
+    out = tmp_path / "a" / "b"
+    if there:
+        out.mkdir(parents=True)
+    write(out)
+    assert content(out) == NEW
+    assert names(out.parent) == ["b"]
+
+
+def test_a_link_is_followed(out: Path, tmp_path: Path) -> None:
+    link = tmp_path / "link"
+    link.symlink_to(out)
+    write(link)
+    assert link.is_symlink()
+    assert content(out) == NEW
+
+
+@pytest.mark.parametrize("error", [InputError("no"), KeyboardInterrupt(), OSError(28, "full")])
+def test_after_an_error_everything_is_as_it_was(out: Path, error: BaseException) -> None:
+    def fail() -> None:
+        with replacing_folder(out) as new:
+            (new / "a").write_text("new")
+            raise error
+
+    with pytest.raises(type(error)) as caught:
+        fail()
+    if isinstance(error, OSError):
+        assert caught.value.filename == str(out)  # a full disk names no file
+    assert content(out) == OLD
+    assert names(out.parent) == ["m"]
+
+
+@pytest.mark.parametrize("when", ["before", "after"])
+@pytest.mark.parametrize("at", [1, 2, 3])
+def test_killed_at_any_rename_it_is_the_old_one_or_the_new_one(
+    out: Path, at: int, when: str
+) -> None:
+    done = subprocess.run([sys.executable, "-c", KILLED, str(out), str(at), when])
+    assert done.returncode == -signal.SIGKILL
+    aside = left_behind(out)
+    if out.exists():
+        assert aside is None
+        assert content(out) == (NEW if (at, when) == (3, "after") else OLD)
+    else:
+        assert aside is not None
+        assert content(aside) == OLD
+    # The next one begins with what was there, and leaves nothing else.
+    with replacing_folder(out) as new:
+        assert content(out) == (NEW if (at, when) == (3, "after") else OLD)
+        (new / "a").touch()
+    write(out)
+    assert content(out) == NEW
+    assert names(out.parent) == ["m"]
+
+
+def test_only_one_writes_at_a_time(out: Path) -> None:
+    with replacing_folder(out) as new:
+        (new / "a").write_text("first")
+        with pytest.raises(InputError, match="another process is writing it"):
+            write(out)
+        assert content(out) == OLD
+    assert content(out) == {"a": "first"}
+
+
+@pytest.mark.parametrize("name", ["m.x", "x.m", "M"])
+def test_other_names_are_no_hindrance(out: Path, name: str) -> None:
+    with replacing_folder(out.with_name(name)):
+        write(out)
+    assert names(out.parent) == sorted(["m", name])
+
+
+def test_what_cannot_be_replaced_is_refused(
+    out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "file"
+    file.touch()
+    with pytest.raises(InputError, match="is a file"):
+        write(file)
+    with pytest.raises(InputError, match="a disk of its own"):
+        write(Path("/"))
+    monkeypatch.chdir(out / "03ms")
+    for place in (out, Path(), Path("..")):
+        with pytest.raises(InputError, match="the folder that you are in"):
+            write(place)
+    assert content(out) == OLD

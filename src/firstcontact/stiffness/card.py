@@ -54,7 +54,7 @@ class LearnedFrom:
     target: Literal["shore_a", "hardness_rank"] = "shore_a"
     levels: tuple[float, ...] = ()
     objects: Mapping[Name, ShoreA] = field(default_factory=dict)
-    contacts: Name = ""
+    contacts: Notes = ""
     seed: Count = 0
     notes: tuple[Notes, ...] = ()
     recorded_rate_hz: Rate | None = None

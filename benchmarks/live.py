@@ -3,8 +3,9 @@
 The twin's running hand (60 s, closing some 30 times) is replayed through the pipeline in
 blocks of 0.1 s and of 5 samples, as a device sends them. Beside it, what one would write
 without streaming objects: detect and cut anew in all of the closing so far, and ask
-scikit-learn's ``predict``. Then the same hand runs in real time as a
-device on a pseudo terminal, and the ledger tells the times. Run with one thread:
+scikit-learn's ``predict``. Then ``firstcontact live --device twin`` runs in real time, several
+times, without a page, with one, and with one and a viewer: its own processor time (the twin is
+another process) and its ledger, the run of the middle of each. Run with one thread:
 ``OMP_NUM_THREADS=1 python benchmarks/live.py``.
 """
 
@@ -12,8 +13,14 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
+import subprocess
+import sys
 import tempfile
+import threading
 import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -31,12 +38,8 @@ from firstcontact.core import (
     Pinch,
     fingertip_layout,
 )
-from firstcontact.device.noise_floor import measure_noise
-from firstcontact.device.twin_source import TwinSource
 from firstcontact.live.events import PinchDone
 from firstcontact.live.pipeline import Answerer, Pipeline
-from firstcontact.live.session import Session
-from firstcontact.live.summary import ledger_lines
 from firstcontact.signal import contact_windows
 from firstcontact.stiffness import load_interval, load_model
 from firstcontact.stiffness.svm import machine_of
@@ -45,6 +48,12 @@ from firstcontact.twin.filter import DeviceFilter
 from firstcontact.twin.stream import TwinStream
 
 LAYOUT = fingertip_layout()
+#: Runs in real time: words, with the page, with somebody who looks at it.
+KINDS = (
+    ("without a page", False, False),
+    ("with the page", True, False),
+    ("with the page and a viewer", True, True),
+)
 #: Samples of a frame, and of a block of 0.1 s.
 FRAME, LONG = 5, 494
 
@@ -88,54 +97,88 @@ def naive_seconds(
     return float(np.median(spent))
 
 
+@contextmanager
+def viewer(address: str) -> Iterator[None]:
+    """Somebody who looks at the page and takes all that it sends."""
+    from websockets.sync.client import connect
+
+    with connect(address.replace("http", "ws") + "socket", compression=None) as line:
+        reading = threading.Thread(target=lambda: [None for _ in line], daemon=True)
+        reading.start()
+        yield
+
+
+def real_time(seconds: float, seed: int, page: bool, looked_at: bool) -> tuple[float, float, str]:
+    """Share of a core in percent, median from block to estimate in ms, and all that was said."""
+    command = [sys.executable, "-m", "firstcontact.cli.main", "live", "--device", "twin"]
+    command += ["--seed", str(seed), "--seconds", str(seconds)]
+    command += ["--page", "--port", "0"] if page else []
+    with (
+        subprocess.Popen(
+            command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+        ) as live,
+        ExitStack() as looking,
+    ):
+        assert live.stderr is not None
+        said = ""
+        for line in live.stderr:
+            said += line
+            if looked_at and line.startswith("page: "):
+                looking.enter_context(viewer(line.split()[-1]))
+    share = re.search(r"processor time ([\d.]+) %", said)
+    compute = re.search(r"estimate \(host clock\) +([\d.]+)", said)
+    assert share is not None, said
+    assert compute is not None, said
+    return float(share[1]), float(compute[1]), said
+
+
 def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=60.0, help="of each stream")
     parser.add_argument("--seed", type=int, default=5, help="of the stream")
+    parser.add_argument("--runs", type=int, default=3, help="in real time, of each kind")
     settings = parser.parse_args()
     with tempfile.TemporaryDirectory() as cache:
         os.environ["XDG_CACHE_HOME"] = cache
         folder = twin_model("paper-rig", 0)
         detector, model = load_detector(folder), load_model(folder)
         answerers = [Answerer(model, load_interval(Path(folder)))]
-    assert isinstance(model, SvmModel)
-    twin = TwinStream("paper-rig", None, settings.seed)
-    data = DeviceFilter().update(twin.read(round(settings.seconds * LAYOUT.rate)))
-    rest = Physical(LAYOUT, (0, 1))(data[: round(0.5 * LAYOUT.rate)])
-    calibration = Calibration(
-        tuple(PiezoCalibration(f, float(rest[:, i].std())) for i, f in enumerate(Finger))
-    )
+        assert isinstance(model, SvmModel)
+        twin = TwinStream("paper-rig", None, settings.seed)
+        data = DeviceFilter().update(twin.read(round(settings.seconds * LAYOUT.rate)))
+        rest = Physical(LAYOUT, (0, 1))(data[: round(0.5 * LAYOUT.rate)])
+        calibration = Calibration(
+            tuple(PiezoCalibration(f, float(rest[:, i].std())) for i, f in enumerate(Finger))
+        )
 
-    for size in (LONG, FRAME):
-        pipeline = Pipeline(LAYOUT, detector, answerers, calibration)
-        spent, done = replayed(pipeline, blocks_of(data, size))
-        figures = pipeline.ledger.summary()
+        for size in (LONG, FRAME):
+            pipeline = Pipeline(LAYOUT, detector, answerers, calibration)
+            spent, done = replayed(pipeline, blocks_of(data, size))
+            figures = pipeline.ledger.summary()
+            print(
+                f"blocks of {size} samples: {settings.seconds / spent:.0f} x real time; block to "
+                f"estimate p50 {1e6 * figures['compute_p50']:.0f} us, "
+                f"p99 {1e6 * figures['compute_p99']:.0f} us, {len(done)} pinches"
+            )
+        naive = naive_seconds(data, done, detector, model)
         print(
-            f"blocks of {size} samples: {settings.seconds / spent:.0f} x real time; block to "
-            f"estimate p50 {1e6 * figures['compute_p50']:.0f} us, "
-            f"p99 {1e6 * figures['compute_p99']:.0f} us, {len(done)} pinches"
+            f"the same answer made anew from the closing so far: p50 {1e6 * naive:.0f} us, "
+            f"{naive / figures['compute_p50']:.1f} x as long"
         )
-    naive = naive_seconds(data, done, detector, model)
-    print(
-        f"the same answer made anew from the closing so far: p50 {1e6 * naive:.0f} us, "
-        f"{naive / figures['compute_p50']:.1f} x as long"
-    )
 
-    print(f"\nin real time, {settings.seconds:g} s over a pseudo terminal:")
-    with TwinSource(seed=settings.seed) as source:
-        session = Session(
-            source,
-            Pipeline(LAYOUT, detector, answerers, measure_noise(source, 1.0)),
-        )
-        before, cpu = source.health.samples, time.process_time()
-        session.run(seconds=settings.seconds)
-        cpu = time.process_time() - cpu
-        health = source.health
-        samples = (health.samples - before) / LAYOUT.rate
-    for line in ledger_lines(session.pipeline.ledger.summary(), samples, cpu):
-        print(line)
-    print(f"{health.lost_samples} samples lost of {health.samples}")
+        for words, page, looked_at in KINDS:
+            runs = sorted(
+                real_time(settings.seconds, settings.seed, page, looked_at)
+                for _ in range(settings.runs)
+            )
+            share, compute, said = runs[len(runs) // 2]
+            shares = ", ".join(f"{run[0]:.1f}" for run in runs)
+            print(
+                f"\nin real time, {settings.seconds:g} s over a pseudo terminal, {words}: "
+                f"{share} % of a core ({shares}), block to estimate p50 {compute} ms; load "
+                f"{os.getloadavg()[0]:.1f}\n{said.rstrip()}"
+            )
 
 
 if __name__ == "__main__":

@@ -63,14 +63,16 @@ def test_without_known_contacts_they_are_found(
     assert "no pinch has a known first contact" in capsys.readouterr().err
     assert not (tmp_path / "m").exists()
     assert run("train", data, "--out", tmp_path / "m") == 0
-    assert card_of(tmp_path / "m")["data"]["contacts"] == "detected (three_sigma)"
+    assert card_of(tmp_path / "m")["data"]["contacts"] == (
+        "detected (three_sigma; steady states begin with the first sample)"
+    )
     assert run("evaluate", tmp_path / "m", data) == 0
 
 
 def test_the_detector_learns_from_known_contacts(data: Path, tmp_path: Path) -> None:
     assert run("train", data, "--contacts", "detected", "--out", tmp_path / "m") == 0
     assert card_of(tmp_path / "m")["data"]["contacts"] == (
-        "detected (svm that learned from other sessions)"
+        "detected (svm that learned from other sessions; steady states begin with the first sample)"
     )
 
 

@@ -61,7 +61,7 @@ def test_a_full_disk_leaves_the_old_training(model: Path, other: Path, size: int
         [sys.executable, "-c", FULL, str(size), *words], capture_output=True, text=True
     )
     assert done.returncode == 2, done.stderr
-    assert f"{model}: File too large" in done.stderr
+    assert f"{model}: File too large: make room" in done.stderr
     assert done.stderr.count("\n") == 1
     assert content(model) == before
     assert [p.name for p in model.parent.iterdir()] == ["m"]

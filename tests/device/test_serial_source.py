@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -34,6 +35,27 @@ def test_every_sample_arrives_and_bytes_that_terminals_eat_survive(device: Scrip
     assert not health.connected
     assert source.ended
     assert source.read(0) == []
+
+
+def test_a_reader_is_woken_for_as_many_samples_as_it_wants(device: ScriptedDevice) -> None:
+    with SerialSource(device.port) as source:
+        got = 0
+        for least in (1, 5, 40, 200):
+            feeding = threading.Thread(target=lambda n=least: [device.put(5) for _ in range(n)])
+            feeding.start()
+            arrivals = source.read(60.0, least)
+            assert sum(len(a.block.data) for a in arrivals) >= least
+            feeding.join()
+            got += sum(len(a.block.data) for a in arrivals)
+        put = 5 * (1 + 5 + 40 + 200)
+        rest = collect(source, lambda n: n == put - got)
+        assert rest[-1].block.end == put
+        # Fewer come, too, when the wait is over.
+        device.put(5)
+        few: list[Arrival] = []
+        while not few:
+            few = source.read(0.01, 1000)
+        assert few[0].block.first_sample == put
 
 
 def test_the_tail_is_read_after_the_end(device: ScriptedDevice) -> None:

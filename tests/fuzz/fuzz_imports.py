@@ -24,10 +24,12 @@ def wav(rng: Random, seeds: Seeds, path: Path) -> Path:
         sound = path / f"{rng.randrange(3)}.wav"
         table = path / "labels.csv"
         kind = rng.randrange(6)
-        if kind == 0 and sound.exists():
+        if kind <= 2 and not sound.is_file():
+            continue
+        if kind == 0:
             sound.write_bytes(mutate.raw(rng, sound.read_bytes()))
-        elif kind in (1, 2):
-            sound.write_bytes(_riff(rng, sound.read_bytes() if sound.exists() else b""))
+        elif kind <= 2:
+            sound.write_bytes(_riff(rng, sound.read_bytes()))
         elif kind in (3, 4):
             rows = [line.split(",") for line in (seeds.wav / "labels.csv").read_text().splitlines()]
             table.write_bytes(mutate.table(rng, rows))

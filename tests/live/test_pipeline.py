@@ -74,6 +74,24 @@ def test_block_sizes_do_not_matter(
     assert told(run(Pipeline(LAYOUT, detector, answerers), pieces)) == whole
 
 
+def test_samples_wait_for_what_is_due_and_for_nothing_else(
+    fresh: Dataset, detector: Detector, answerers: list[Answerer]
+) -> None:
+    """Each thing is told with the frame that makes it known, though few frames are worked on."""
+    pipeline = Pipeline(LAYOUT, detector, answerers)
+    frames = [b for block in blocks_of(fresh) for b in cut(block, [*range(5, len(block.data), 5)])]
+    known = 0
+    for frame in frames:
+        assert pipeline.due >= 1
+        for event in pipeline.update(frame, 0.0):
+            if isinstance(event, Touched | Estimated):
+                at = event.contact.decided if isinstance(event, Touched) else event.complete
+                assert frame.first_sample <= at < frame.end
+                known += 1
+    assert known > 2 * len(fresh)
+    assert pipeline.ledger.blocks < len(frames) / 2
+
+
 def test_truth_is_read_off_the_strips(fresh: Dataset, detector: Detector) -> None:
     done = [
         e for e in run(Pipeline(LAYOUT, detector), blocks_of(fresh)) if isinstance(e, PinchDone)

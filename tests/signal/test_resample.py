@@ -11,6 +11,7 @@ from firstcontact.core import (
     Contact,
     Dataset,
     Finger,
+    InputError,
     Layout,
     Pinch,
     fingertip_layout,
@@ -74,3 +75,13 @@ def test_nothing_comes_earlier_than_the_lookahead(old, new):
     assert ahead <= lookahead(old, new)
     assert ahead > 0.8 * lookahead(old, new)
     assert lookahead(new, new) == 0.0
+
+
+def test_what_nobody_measured_is_not_made_up() -> None:
+    """And no rate in a file can take all memory."""
+    layout = fingertip_layout()
+    pinch = Pinch(np.zeros((100, len(layout.channels))), layout)
+    dataset = Dataset((pinch,))
+    assert len(resample_dataset(dataset, 10 * layout.rate).pinches[0].data) == 1000
+    with pytest.raises(InputError, match="cannot stand for ones at 1e"):
+        resample_dataset(dataset, 1e12)

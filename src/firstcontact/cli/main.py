@@ -48,10 +48,11 @@ def _run(arguments: list[str], stop: Stop) -> int:
         return _failed(stop.code, "interrupted")
     except Exception as error:
         # A path that cannot be read or written is the user's to mend, wherever it shows up.
+        if isinstance(error, OSError) and error.errno in FULL:
+            where = "" if error.filename is None else f"{error.filename}: "
+            return _failed(INPUT, f"{where}{error.strerror}: make room on the disk written to")
         if isinstance(error, OSError) and error.filename is not None:
             return _failed(INPUT, f"{error.filename}: {error.strerror}: check this path")
-        if isinstance(error, OSError) and error.errno in FULL:
-            return _failed(INPUT, f"{error.strerror}: make room on the disk that was written to")
         from firstcontact.cli.crash import told
 
         return _failed(UNFORESEEN, told(error, arguments))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.core.errors import InputError
 from firstcontact.core.layout import ChannelKind
 from firstcontact.core.pinch import Contact, Dataset, Pinch
 
@@ -17,6 +18,8 @@ HALF_LENGTH = 10
 #: Largest denominator of the ratio of the rates. Usual rates are met within 2 ppm and any up to
 #: 1 MHz within 250 ppm, 0.08 ms in a pinch of 0.3 s; a larger one makes the filter too long to run.
 LARGEST_RATIO = 2000
+#: Most samples that are made of one: what is between them nobody measured, and memory is bounded.
+MOST_OF_ONE = 10
 
 
 def lookahead(old: float, new: float) -> float:
@@ -100,10 +103,20 @@ def resample_dataset(dataset: Dataset, rate: float) -> Dataset:
     -------
     Dataset
         With one more sentence in ``notes``.
+
+    Raises
+    ------
+    InputError
+        A rate more than ten times as high.
     """
     if not len(dataset) or dataset.layout.rate == rate:
         return dataset
     old = dataset.layout.rate
+    if rate > MOST_OF_ONE * old:
+        raise InputError(
+            f"samples at {old:g} Hz cannot stand for ones at {rate:g} Hz, more than "
+            f"{MOST_OF_ONE} times as many: train a model at their rate"
+        )
     ahead = 1e3 * lookahead(old, rate)
     note = (
         f"Resampled from {old:g} Hz to {rate:g} Hz with a zero-phase low-pass "

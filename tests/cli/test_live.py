@@ -78,7 +78,7 @@ def test_a_replay_tells_what_was_told_live(
 def test_a_signal_ends_it_in_order(
     number: signal.Signals, environment: dict[str, str], tmp_path: Path
 ) -> None:
-    arguments = ["--device", "twin", "--speed", "4", "--record", "--recordings", str(tmp_path)]
+    arguments = ["--device", "twin", "--record", "--recordings", str(tmp_path)]
     process = subprocess.Popen(
         [*COMMAND, *arguments], env=environment, stdout=subprocess.PIPE, text=True
     )

@@ -74,7 +74,9 @@ def hostile(tmp_path: Path) -> Path:
     with RecordingWriter(path, header) as writer:
         writer.write(Block(np.zeros((500, 16), np.int16)))
         writer.marker(Marker(3, HOSTILE))
-        writer.mark(PinchMark(0, 10, 400, 0, Label(HOSTILE, 10.0, specimen=HOSTILE, session=HOSTILE)))
+        writer.mark(
+            PinchMark(0, 10, 400, 0, Label(HOSTILE, 10.0, specimen=HOSTILE, session=HOSTILE))
+        )
     return path
 
 

@@ -57,7 +57,11 @@ def test_another_process_is_refused_too(device: ScriptedDevice) -> None:
             protocol.descriptor_payload(1, DESCRIPTOR.to_text(), 9),
             "speaks version 9 of the protocol and this program",
         ),
-        (FrameType.DESCRIPTOR, protocol.descriptor_payload(1, "{}"), "descriptor: Object missing required field"),
+        (
+            FrameType.DESCRIPTOR,
+            protocol.descriptor_payload(1, "{}"),
+            "descriptor: Object missing required field",
+        ),
         (
             FrameType.DESCRIPTOR,
             protocol.descriptor_payload(

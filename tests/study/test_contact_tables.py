@@ -94,7 +94,7 @@ def test_every_timed_model_has_a_row() -> None:
     table = inference_table({"inference_us": tree})
     assert list(texts(table)) == ["SVM", "CNN", "SVM, classification"]
     assert table is not None
-    assert table.rows[0].cells[0].small == "800 support vectors"
+    assert table.rows[0].cells[0].small == "800 support vectors; 3 calls preempted"
     assert table.rows[0].cells[2].text == "9.0 µs"
-    assert table.rows[0].cells[2].small == "4200.0 µs with 3 preempted calls"
+    assert table.rows[0].cells[2].small == "4200 µs with all"
     assert "Load of the machine: 8.2 on 2 cores." in table.caption

@@ -2,18 +2,50 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from firstcontact.core import Dataset
 from firstcontact.study import texts
 from firstcontact.study.chapters import chapters
+from firstcontact.study.parts.data import describe
 from firstcontact.study.state import Findings
-from firstcontact.study.tables import block_table, hardness_table, length_table
+from firstcontact.study.subject import Subject
+from firstcontact.study.tables import block_table, data_table, hardness_table, length_table
 
 
 def starting(way: str, **more: Any) -> dict[str, Any]:
     return {"contact": {"windows_start_at": way, **more}}
+
+
+@pytest.mark.parametrize(
+    ("source", "kind", "row"),
+    [
+        ("twin", "Twin results", "the twin"),
+        ("real", "Real recordings", "real recordings"),
+        ("unknown", "Recordings of unknown origin", "not known"),
+    ],
+)
+def test_only_what_is_said_to_be_real_is_called_real(source: str, kind: str, row: str) -> None:
+    tree = {"data": {**DATA, "source": source}}
+    assert texts.kind([tree]) == kind
+    table = data_table(tree)
+    assert table is not None
+    assert table.rows[0].cells[1].text.startswith(row)
+
+
+def test_what_could_not_be_read_is_told_with_what_was_left_out(
+    make_shore: Callable[..., Dataset],
+) -> None:
+    dataset = make_shore(each=2)
+    loss = "left out, since it cannot be read: session-1.mcap is empty"
+    damaged = replace(dataset, notes=("assumed", loss), losses=(loss,))
+    outcome = describe(Subject("recordings", damaged))
+    assert outcome.left_out[0] == f"{loss}."
+    assert outcome.tree["data"]["notes"] == ["assumed"]
 
 
 def test_the_data_have_times_only_where_contacts_are_known() -> None:

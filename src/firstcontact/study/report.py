@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from importlib.resources import files
-from typing import Any
 
 from firstcontact.study import texts
 from firstcontact.study.cards import cards
 from firstcontact.study.chapters import chapters, subject_title
 from firstcontact.study.comparison import compare, get
 from firstcontact.study.state import State, versions
-
-_KINDS = {"twin": "Twin results", "real": "Real recordings", "unknown": "Source not known"}
 
 
 def render(state: State) -> str:
@@ -32,7 +28,7 @@ def render(state: State) -> str:
         twin=twin,
         shared=texts.shared(trees),
         networks=texts.networks(trees),
-        kind=_kind(trees),
+        kind=texts.kind(trees),
         subjects=names,
         cards=cards(shown),
         compared=compare(trees, names, twin) if trees else [],
@@ -45,11 +41,6 @@ def render(state: State) -> str:
     )
     # A path on the command line need not be UTF-8; a page is.
     return page.encode("utf-8", "replace").decode("utf-8")
-
-
-def _kind(trees: Sequence[Mapping[str, Any]]) -> str:
-    source = get(trees[0], "data.source") if trees else None
-    return _KINDS.get(str(source), f"Source: {source}" if source else "Just begun")
 
 
 def duration(seconds: float) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 from firstcontact.stiffness.svm import SEARCH_WINDOWS
 from firstcontact.study.comparison import get, percent
 from firstcontact.study.figures.style import NAMES
+from firstcontact.study.texts import source
 
 Tree = Mapping[str, Any]
 MODELS = ("train_mean", "peak", "svm", "cnn")
@@ -304,9 +305,11 @@ def _vectors(entry: Tree) -> str:
 
 
 def _preempted(entry: Tree) -> str:
-    if not entry["preempted"]:
-        return ""
-    return f"{entry['p99_with_preempted']:.1f} µs with {entry['preempted']:,} preempted calls"
+    return f"{entry['preempted']:,} calls preempted" if entry["preempted"] else ""
+
+
+def _with_preempted(entry: Tree) -> str:
+    return f"{entry['p99_with_preempted']:.0f} µs with all" if entry["preempted"] else ""
 
 
 def _load(found: Tree) -> str:
@@ -326,9 +329,11 @@ def inference_table(tree: Tree) -> Table | None:
     rows = [
         Row(
             [
-                Cell(name, _vectors(entry)),
+                Cell(
+                    name, "; ".join(said for said in (_vectors(entry), _preempted(entry)) if said)
+                ),
                 Cell(f"{entry['p50']:.1f} µs"),
-                Cell(f"{entry['p99']:.1f} µs", _preempted(entry)),
+                Cell(f"{entry['p99']:.1f} µs", _with_preempted(entry)),
                 Cell(f"{entry['reference_p50']:.0f} µs", str(entry["reference"])),
                 Cell(f"{entry['speedup']:.1f} ×"),
             ]
@@ -358,7 +363,7 @@ def data_table(tree: Tree) -> Table | None:
     rows = [
         Row([Cell(label), Cell(text)])
         for label, text in (
-            ("Source", data["source"]),
+            ("Source", source(tree)),
             (
                 "Pinches",
                 f"{data['pinches']:,} ({data['train_pinches']:,} to learn from, "

@@ -33,6 +33,27 @@ def detector_learned(trees: Trees) -> bool:
     return "svm" in starts_at(trees)
 
 
+#: Where data come from, by ``data.source``: on the badge, and in the table.
+_SOURCES = {
+    "twin": ("Twin results", "the twin"),
+    "real": ("Real recordings", "real recordings"),
+    "synthetic": ("Synthetic recordings", "synthetic"),
+    "unknown": ("Recordings of unknown origin", "not known: `import --source` can say it"),
+}
+
+
+def kind(trees: Trees) -> str:
+    """Whose results these are."""
+    source = get(trees[0], "data.source") if trees else None
+    return "Just begun" if source is None else _SOURCES.get(source, (f"Source: {source}", ""))[0]
+
+
+def source(tree: Tree) -> str:
+    """Where the data come from."""
+    word = str(get(tree, "data.source"))
+    return _SOURCES.get(word, ("", word))[1]
+
+
 def data(trees: Trees) -> str:
     """Of the data."""
     timed = any("offset_ms" in tree for tree in trees)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -27,11 +28,12 @@ def describe(subject: Subject) -> Outcome:
             "train_pinches": int((~dataset.test).sum()),
             "test_pinches": int(dataset.test.sum()),
             "objects": sorted(set(dataset.objects.tolist()) - {""}),
-            "notes": _merged(dataset.notes),
+            "notes": _merged([n for n in dataset.notes if n not in dataset.losses]),
         }
     }
     figures: list[Figure] = []
-    left_out: list[str] = []
+    # What is missing is told where people look for it, not among what was assumed.
+    left_out = [f"{loss.rstrip('.')}." for loss in _merged(dataset.losses)]
     offsets = np.array([1e3 * p.offset for p in dataset.pinches if p.offset is not None])
     if len(offsets):
         tree["offset_ms"] = {
@@ -66,7 +68,7 @@ def _rates(dataset: Dataset) -> dict[str, float]:
     }
 
 
-def _merged(notes: tuple[str, ...], most: int = 12) -> list[str]:
+def _merged(notes: Sequence[str], most: int = 12) -> list[str]:
     """Notes without repetitions, the rest counted."""
     unique = list(dict.fromkeys(notes))
     if len(unique) <= most:

@@ -86,4 +86,4 @@ def overview(width: int) -> str:
     for verb, (_, summary) in VERBS.items():
         first, *more = wrap(summary, max(width - len(indent), 20))
         lines += [f"  {verb}".ljust(len(indent)) + first, *(indent + line for line in more)]
-    return "\n".join([*lines, "", "firstcontact VERB --help says what each takes."])
+    return "\n".join([*lines, "", "What each takes: firstcontact VERB --help"])

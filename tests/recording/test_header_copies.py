@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -55,6 +56,16 @@ def test_the_second_is_in_the_file_within_the_first_second(killed: Path) -> None
     with_header = [i for i, chunk in enumerate(chunks) if b'"firstcontact.recording"' in chunk]
     assert len(with_header) == 2
     assert with_header[0] == 0
+
+
+def test_the_fastest_and_widest_recording_is_read_back(tmp_path: Path) -> None:
+    """Its first header is followed by more spaces than any JSON may be long."""
+    path = tmp_path / "a.mcap"
+    header = Header(replace(HEADER.layout, rate=1e7), "synthetic", "float32")
+    with RecordingWriter(path, header) as writer:
+        writer.write(Block(np.ones((1000, 16), np.float32)))
+    recording = read_recording(path)
+    assert (recording.header, recording.samples, recording.skipped) == (header, 1000, ())
 
 
 def test_a_header_that_no_reader_would_take_leaves_no_file(tmp_path: Path) -> None:

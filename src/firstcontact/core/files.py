@@ -47,7 +47,11 @@ def read_regular(path: Path, most: int) -> bytes:
         It is not there or cannot be read.
     """
     with open_regular(path) as stream:
-        data = stream.read(most + 1)
+        # What is asked for is allocated: no more than the file has, unless it grows.
+        size = min(os.fstat(stream.fileno()).st_size, most) + 1
+        data = stream.read(size)
+        if len(data) == size <= most:
+            data += stream.read(most + 1 - size)
     if len(data) > most:
         raise InputError(f"{path} has more than {most} bytes: give the right file")
     return data

@@ -11,6 +11,7 @@ from firstcontact.core.errors import InputError
 from firstcontact.core.files import replacing
 from firstcontact.core.layout import FINGERTIP_RATE, fingertip_layout
 from firstcontact.core.pinch import Pinch
+from firstcontact.core.temporary import sweep
 from firstcontact.recording import Header, RecordingWriter
 from firstcontact.twin.conditions import Condition, condition
 from firstcontact.twin.draw import draw_pinch
@@ -67,6 +68,7 @@ def simulate(
         raise InputError(f"seed is {seed}: use a whole number from 0 on")
     if workers is not None and workers < 1:
         raise InputError(f"workers is {workers}: use 1 or more")
+    sweep(directory)
     if directory.exists() and (not directory.is_dir() or any(directory.iterdir())):
         raise InputError(f"{directory} is not an empty folder: choose another --out")
     try:

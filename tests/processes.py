@@ -7,6 +7,7 @@ import select
 import signal
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 #: Of a machine that does much else at the same time, s: only a failing test waits so long.
@@ -38,7 +39,19 @@ def until(reached: Callable[[], object]) -> None:
 def children(pid: int) -> list[int]:
     """Of all its threads."""
     tasks = Path(f"/proc/{pid}/task").glob("*/children")
-    return sorted(int(child) for task in tasks for child in task.read_text().split())
+    found: list[int] = []
+    for task in tasks:
+        with suppress(OSError):  # a thread that has ended meanwhile
+            found += [int(child) for child in task.read_text().split()]
+    return sorted(found)
+
+
+def command_line(pid: int) -> bytes:
+    """What a process runs; nothing where it has gone meanwhile."""
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return b""
 
 
 def stopped(pid: int) -> bool:

@@ -74,9 +74,13 @@ def test_a_replay_tells_what_was_told_live(
     assert estimates(again.stdout) == told
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    ("number", "code"),
+    # A terminal that is closed, and SIGQUIT, are no success.
+    [(signal.SIGINT, 0), (signal.SIGTERM, 0), (signal.SIGHUP, 129), (signal.SIGQUIT, 131)],
+)
 def test_a_signal_ends_it_in_order(
-    number: signal.Signals, environment: dict[str, str], tmp_path: Path
+    number: signal.Signals, code: int, environment: dict[str, str], tmp_path: Path
 ) -> None:
     arguments = ["--device", "twin", "--record", "--recordings", str(tmp_path)]
     process = subprocess.Popen(
@@ -88,7 +92,7 @@ def test_a_signal_ends_it_in_order(
             process.send_signal(number)
             break
     process.stdout.read()
-    assert process.wait(LONG) == 0
+    assert process.wait(LONG) == code
     process.stdout.close()
     (path,) = tmp_path.glob("*.mcap")
     assert read_recording(path).skipped == ()
@@ -129,7 +133,10 @@ def test_the_twins_hand_is_driven(environment: dict[str, str]) -> None:
     assert "released 2" in done.stderr
 
 
-def test_a_signal_releases_the_hand(environment: dict[str, str]) -> None:
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 0), (signal.SIGQUIT, 131)])
+def test_a_signal_releases_the_hand(
+    number: signal.Signals, code: int, environment: dict[str, str]
+) -> None:
     arguments = ["--device", "twin", "--hand", "print", "--policy", "touch"]
     process = subprocess.Popen(
         [*COMMAND, *arguments],
@@ -141,10 +148,10 @@ def test_a_signal_releases_the_hand(environment: dict[str, str]) -> None:
     assert process.stdout is not None
     for line in process.stdout:
         if line.startswith("pinch 1"):
-            process.send_signal(signal.SIGTERM)
+            process.send_signal(number)
             break
     _, said = process.communicate(timeout=LONG)
-    assert process.returncode == 0
+    assert process.returncode == code
     orders = [line for line in said.splitlines() if line.startswith("hand ") and " s  " in line]
     assert orders[-1].endswith("release")
 

@@ -21,7 +21,7 @@ from firstcontact.core.calibration_file import write_calibration
 from firstcontact.device.twin_device import TwinDevice
 from firstcontact.recording import load_dataset, read_recording
 from firstcontact.recording.dataset import cut
-from processes import children, gone, stop
+from processes import children, gone, stop, until
 
 COMMAND = [sys.executable, "-m", "firstcontact.cli.main", "record", "--device", "twin"]
 #: Of the twin at rest, V; measured by ``firstcontact calibrate``, so that no test has to.
@@ -213,6 +213,8 @@ def test_a_twin_that_stands_still_holds_nothing_up_and_does_not_stay(tmp_path, c
         wait_for(child, "block 29 1/500")
         (twin,) = children(child.pid)
         stop(twin)
+        # A pinch that was told of is soon in the file, although no sample comes any more.
+        until(lambda: whole_pinches(out / "session-3.mcap"))
         child.send_signal(number)
         child.communicate(timeout=LONG)
         assert gone(twin)

@@ -180,6 +180,7 @@ def test_a_pickle_in_place_of_the_numbers_is_not_run(folder: Path) -> None:
 
 def test_a_decision_that_is_not_finite_is_refused_and_not_taken_for_quiet(folder: Path) -> None:
     arrays = load_file(folder / WEIGHTS)
-    vouch(folder, save(arrays | {"weights": np.full_like(arrays["weights"], 1e308)}))
-    with pytest.raises(InputError, match="decision is not a finite number"):
-        detect(load_detector(folder), FRESH[0])
+    for name in ("weights", "support"):
+        vouch(folder, save(arrays | {name: np.full_like(arrays[name], 1e308)}))
+        with pytest.raises(InputError, match="decision is not a finite number"):
+            detect(load_detector(folder), FRESH[0])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from firstcontact.core.files import (
     open_regular,
     read_regular,
     replacing,
+    resolved,
     write_json,
     write_text,
 )
@@ -87,3 +89,12 @@ def test_only_regular_files_are_opened_and_only_so_much_is_read(tmp_path: Path) 
             open_regular(other)
     with pytest.raises(FileNotFoundError):
         open_regular(tmp_path / "none")
+
+
+def test_a_link_that_leads_to_itself_is_refused(tmp_path: Path) -> None:
+    link = tmp_path / "link"
+    link.symlink_to(link)
+    if sys.version_info < (3, 13):  # later ones say where the circle begins
+        with pytest.raises(InputError, match="circle"):
+            resolved(link)
+    assert resolved(tmp_path / "nothing") == (tmp_path / "nothing").resolve()

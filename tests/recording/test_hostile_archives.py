@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import os
+import subprocess
+import sys
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -213,6 +215,25 @@ def test_one_long_text_in_all_places_is_not_multiplied(tmp_path, refused):
         file.create_dataset("object", data=["x" * 100_000] * 3, dtype=h5py.string_dtype())
 
     refused(hdf5(tmp_path / "x.h5", fill), "object has a text of 100000 bytes")
+
+
+def test_a_text_that_says_it_is_a_gigabyte_takes_no_gigabyte(tmp_path, refused):
+    path = hdf5(tmp_path / "x.h5", lambda f: f.update({"object": ["a", "b", "c"]}))
+    with h5py.File(path) as file:
+        place = file["object"].id.get_offset()  # of length, collection and number of the first
+    data = bytearray(path.read_bytes())
+    data[place : place + 4] = (1 << 30).to_bytes(4, "little")
+    path.write_bytes(data)
+    # The highest mark of memory can only be read of a process of its own.
+    script = (
+        "import sys, resource; from firstcontact.cli.main import main; import h5py; "
+        "peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10; before = peak(); "
+        "main(sys.argv[1:]); print(peak() - before)"
+    )
+    command = [sys.executable, "-c", script, "import", path, "--out", tmp_path / "out"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert int(done.stdout) < 400, done.stderr
+    refused(path, "cannot be read as HDF5")
 
 
 def test_other_types_are_refused_by_name(tmp_path, refused):

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from firstcontact.study.jobs import Serial, parallel
-from processes import children, gone, stop
+from processes import children, command_line, gone, stop
 
 
 def test_results_come_in_order_and_workers_end() -> None:
@@ -85,4 +85,4 @@ def test_workers_end_with_their_parent_in_the_middle_of_a_job(
 
 def tracks(pid: int) -> bool:
     """Whether a process is loky's, which tidies up and ends after the workers have."""
-    return b"resource_tracker" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    return b"resource_tracker" in command_line(pid)

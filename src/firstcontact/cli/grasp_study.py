@@ -16,7 +16,8 @@ class GraspStudy:
     """Close the twin's hand with every policy on the same pinches; write report and results."""
 
     out: Path = Path("firstcontact-grasp-study")
-    """Folder for report.html, results.json, the film, and the models made on the way."""
+    """Folder for report.html, results.json, the film, and the models made on the way; another
+    study's results in it are not written over."""
     quick: bool = False
     """A small study of a minute: every part runs, no number is to be quoted."""
     seed: int = 0

@@ -18,7 +18,8 @@ class Study:
     recordings: Path | None = None
     """Recordings, or data that `firstcontact import` takes; without it the twin is simulated."""
     out: Path = Path("firstcontact-study")
-    """Folder for the report, the results and the recordings made on the way."""
+    """Folder for the report, the results and the recordings made on the way; another study's
+    results in it are not written over."""
     quick: bool = False
     """A small study of a minute: every part runs, no number is to be quoted."""
     early_ms: float = 0.0

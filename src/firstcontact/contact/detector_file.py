@@ -149,7 +149,8 @@ def load_detector(path: Path) -> Detector:
         raise InputError(f"{file}: sha256 is missing: train again")
     arrays = read_weights(folder / WEIGHTS, card.sha256, CARD)
     try:
-        detector = kind.from_arrays(arrays)
+        with np.errstate(all="ignore"):  # what overflows here is refused where it decides
+            detector = kind.from_arrays(arrays)
     except InputError as error:
         raise InputError(f"{folder / WEIGHTS}: {error}") from None
     if card.rate_hz != float(arrays["rate"]):

@@ -18,6 +18,20 @@ from firstcontact.core.temporary import temporary_beside
 _NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EMLINK, errno.ENOSYS)
 
 
+def resolved(path: Path) -> Path:
+    """Where a path leads, whether something is there or not.
+
+    Raises
+    ------
+    InputError
+        It is a link that leads back to itself.
+    """
+    try:
+        return path.resolve()
+    except (RuntimeError, OSError) as error:  # Python 3.11 and 3.12 raise RuntimeError
+        raise InputError(f"{path} leads nowhere, its links go in a circle: name another") from error
+
+
 def open_regular(path: Path) -> IO[bytes]:
     """Open a file for reading that is one: never waits for a pipe or a device.
 

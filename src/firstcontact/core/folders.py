@@ -20,6 +20,7 @@ from pathlib import Path
 from uuid import uuid4
 
 from firstcontact.core.errors import InputError
+from firstcontact.core.files import resolved
 from firstcontact.core.temporary import temporary_beside
 
 _OLD = re.compile(r"\.(?P<of>.+)\.[0-9a-f]{8}\.old", re.DOTALL)
@@ -39,7 +40,7 @@ def replacing_folder(path: Path) -> Iterator[Path]:
     OSError
         It cannot be written; names ``path``.
     """
-    path = path.resolve()
+    path = resolved(path)
     _check(path)
     try:
         with temporary_beside(path) as new:
@@ -58,7 +59,7 @@ def replacing_folder(path: Path) -> Iterator[Path]:
 
 def left_behind(path: Path) -> Path | None:
     """What was at ``path`` when somebody was killed between two renames; None if nothing was."""
-    path = path.resolve()
+    path = resolved(path)
     if path.exists():
         return None
     found = _old(path)

@@ -162,6 +162,7 @@ class Recorder:
             writer.marker(piece)
         elif isinstance(piece, PinchMark):
             writer.mark(piece)
+            writer.flush()  # somebody is told of it: a kill does not cost it any more
         else:
             writer.write(piece)
             with self._changed:

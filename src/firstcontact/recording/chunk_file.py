@@ -101,10 +101,14 @@ class ChunkFile:
         if self._chunk.count > self._chunk_size:
             self._end_chunk()
 
-    def finish(self) -> None:
-        """Write the last chunk, the index of all and the footer."""
+    def end_chunk(self) -> None:
+        """Write what waits for its chunk to become full."""
         if self._entries:
             self._end_chunk()
+
+    def finish(self) -> None:
+        """Write the last chunk, the index of all and the footer."""
+        self.end_chunk()
         stop = self._stream.tell()
         self._stream.write(_packed(DataEnd(0)))
         start = self._stream.tell()

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError
 from firstcontact.core.files import open_regular
 from firstcontact.core.records import LONGEST_NAME
+from firstcontact.recording.memory import bounded_memory
 from firstcontact.recording.quoting import reason
-from firstcontact.recording.sizes import check_unpacked
+from firstcontact.recording.sizes import check_unpacked, most_unpacked
 
 #: Soft links that may lead to one another.
 _LINKS = 8
@@ -23,6 +24,8 @@ _ATTRIBUTE = 1 << 16
 #: Most texts that are read at once, and most bytes that these may be.
 _TEXTS = 4096
 _TEXT_BYTES = 64 << 20
+#: What the library itself needs, bytes.
+_SPARE = 128 << 20
 _DAMAGE = (
     OSError,
     RuntimeError,
@@ -54,7 +57,9 @@ def read_hdf5(
     arrays: dict[str, NDArray[Any]] = {}
     try:
         open_regular(path).close()
-        with h5py.File(path, "r") as file:
+        # The library believes what a damaged file says of the size of its parts.
+        most = _SPARE + 2 * most_unpacked(path.stat().st_size)
+        with bounded_memory(most), h5py.File(path, "r") as file:
             names = list(file.keys())
             datasets = {}
             for name in names:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from firstcontact.core import Dataset, InputError
+from firstcontact.core.files import resolved
 from firstcontact.core.temporary import temporary_beside
 from firstcontact.recording.arrays import import_hdf5, import_npz
 from firstcontact.recording.csv import import_csv
@@ -48,7 +49,7 @@ def import_path(
         The input cannot be used or says another source, or ``out`` is in use; then
         nothing is written.
     """
-    out = out.resolve()
+    out = resolved(out)
     try:
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
             raise InputError(f"{out} is there and not an empty folder: choose another --out")

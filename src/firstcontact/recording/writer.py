@@ -177,6 +177,22 @@ class RecordingWriter:
             )
         )
 
+    def flush(self) -> None:
+        """Write what waits for more, so that a kill from now on does not cost it.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
+        if not self._open:
+            return
+        try:
+            self._file.end_chunk()
+            self._stream.flush()
+        except OSError as error:
+            raise self._failed(error) from error
+
     def close(self) -> None:
         """Write what waits, the index and the footer. Closing twice is fine."""
         if not self._open:

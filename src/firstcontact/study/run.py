@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from firstcontact.core import Dataset
+from firstcontact.core.files import resolved
 from firstcontact.study import protocol
 from firstcontact.study.folder import sole_use
 from firstcontact.study.jobs import parallel
@@ -86,7 +87,7 @@ def run_study(
 
 def _asked(settings: Settings, recordings: Path | None) -> dict[str, Any]:
     """What the results depend on: data and settings, but not how many processes."""
-    data = None if recordings is None else str(recordings.resolve())
+    data = None if recordings is None else str(resolved(recordings))
     sizes = {name: value for name, value in asdict(settings).items() if name != "workers"}
     return {"verb": "study", "recordings": data, **sizes}
 

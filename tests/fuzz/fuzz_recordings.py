@@ -83,7 +83,7 @@ def _changed(rng: Random, message: Told) -> Told:
     if data is None:
         try:
             data = mutate.tree(rng, json.loads(message.data))
-        except ValueError:
+        except (ValueError, RecursionError):  # it was changed before
             data = mutate.raw(rng, message.data)
     return Told(message.topic, data, message.time)
 

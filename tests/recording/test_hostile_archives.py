@@ -67,6 +67,13 @@ def test_the_archive_of_these_tests_is_one(tmp_path: Path) -> None:
     assert np.array_equal(dataset.pinches[1].piezo(), PIEZO[1])
 
 
+def test_a_header_of_python_2_says_nothing_to_the_user(tmp_path):
+    old = npy(PIEZO).replace(b"(3, 60, 1), } ", b"(3L, 60, 1), }")
+    path = npz(tmp_path / "x.npz", piezo=old)
+    # Warnings are errors in tests: there is none.
+    assert np.array_equal(import_path(path, tmp_path / "out").pinches[1].piezo(), PIEZO[1])
+
+
 def test_a_shape_that_is_not_there_is_refused(tmp_path, refused):
     header = npy(PIEZO)
     for shape in ("(1000000000000, 60, 1)", "(-3, -60, 1)", "(0, 60, 1)"):

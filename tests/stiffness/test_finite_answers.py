@@ -82,6 +82,14 @@ def test_a_scale_that_overflows_gives_no_answer() -> None:
         model.predict(X)
 
 
+@pytest.mark.parametrize("value", [1e200, -1e10])
+def test_an_answer_whose_square_overflows_is_none(value: float) -> None:
+    model, X = Told(Task.REGRESSION, [value]), toy_windows(3)[0]
+    for ask in (lambda: model.predict_one(X[0]), lambda: model.predict(X)):
+        with pytest.raises(InputError, match="not a finite number below 1e9"):
+            ask()
+
+
 def test_finite_outputs_are_answers() -> None:
     X = toy_windows(3)[0]
     assert Told(Task.REGRESSION, [42.0]).predict_one(X[0]) == 42.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import struct
 import tokenize
+import warnings
 import zlib
 from collections.abc import Collection
 from pathlib import Path
@@ -85,7 +86,8 @@ def _array(path: Path, name: str, member: IO[bytes], size: int) -> NDArray[Any]:
     read = _HEADERS.get(magic[-2:]) if magic.startswith(npy.MAGIC_PREFIX) else None
     if read is None:
         raise InputError(f"{path}: {name} is no array of NumPy: {_REMEDY}")
-    shape, fortran, dtype = read(member)
+    with warnings.catch_warnings(action="ignore"):  # of headers that Python 2 wrote
+        shape, fortran, dtype = read(member)
     if dtype.hasobject:
         raise InputError(f"{path}: {name} holds Python objects, which are not read: {_REMEDY}")
     held = size - member.tell()

@@ -14,6 +14,10 @@ from firstcontact.core import InputError
 from firstcontact.stiffness.spec import Arrays, Spec, Task, Values, Windows
 
 
+#: Answers are smaller: no target is as large, and squares of errors stay finite.
+LARGEST = 1e9
+
+
 class Model(ABC):
     """A trained estimator, frozen: arrays and arithmetic, no training library.
 
@@ -73,7 +77,7 @@ class Model(ABC):
             if self.spec.task is Task.REGRESSION:
                 mean, scale = self.target
                 answers = outputs[:, 0].astype(np.float64) * scale + mean
-                sure &= np.isfinite(answers)
+                sure &= np.abs(answers) < LARGEST
             else:
                 answers = np.array(self.spec.classes)[self.choose(outputs)]
         bad = np.flatnonzero(~sure)
@@ -95,7 +99,7 @@ class Model(ABC):
             if self.spec.task is Task.REGRESSION:
                 mean, scale = self.target
                 answer = float(output[0]) * scale + mean
-                sure = isfinite(answer)
+                sure = abs(answer) < LARGEST
             else:
                 answer = self.spec.classes[int(self.choose(output[None])[0])]
                 sure = isfinite(float(np.add.reduce(output)))
@@ -105,5 +109,6 @@ class Model(ABC):
 
 
 _NO_ANSWER = (
-    "the model's answer is not a finite number: leave this pinch out, or train the model again"
+    "the model's answer is not a finite number below 1e9: leave this pinch out, or train the model "
+    "again"
 )

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError
 from firstcontact.stiffness.spec import Arrays, Spec, Task, Values, Windows
 
-
 #: Answers are smaller: no target is as large, and squares of errors stay finite.
 LARGEST = 1e9
 

@@ -42,6 +42,16 @@ def test_input_that_cannot_be_used_is_one_line_and_exit_2(
     assert err == "firstcontact: labels.csv: shore_a is missing\n"
 
 
+def test_a_sentence_that_quotes_too_much_is_cut_in_its_middle(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(monkeypatch, InputError(f"plan.csv: {'x' * 100_000}: give a number")) == 2
+    err = capsys.readouterr().err
+    assert len(err) < 2100
+    assert err.startswith("firstcontact: plan.csv: xx")
+    assert err.endswith("xx: give a number\n")
+
+
 def test_interrupted_is_exit_130(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -11,6 +11,7 @@ import pytest
 
 from firstcontact.core.errors import InputError
 from firstcontact.core.files import (
+    files_below,
     open_regular,
     read_regular,
     replacing,
@@ -98,3 +99,17 @@ def test_a_link_that_leads_to_itself_is_refused(tmp_path: Path) -> None:
         with pytest.raises(InputError, match="circle"):
             resolved(link)
     assert resolved(tmp_path / "nothing") == (tmp_path / "nothing").resolve()
+
+
+def test_files_below_a_folder_are_found_by_suffix_and_a_whole_disk_is_refused(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "a" / "b.wav").mkdir(parents=True)
+    (tmp_path / "circle").symlink_to(tmp_path)
+    wanted = [tmp_path / "a" / "b.wav" / "1.wav", tmp_path / "a" / "c.WAV", tmp_path / "d.wav"]
+    for path in (*wanted, tmp_path / "wav", tmp_path / "a" / "d.csv"):
+        path.write_text("")
+    assert files_below(tmp_path, ".wav") == wanted
+    assert files_below(tmp_path, ".wav", most=8) == wanted
+    with pytest.raises(InputError, match="more than 7 files and folders"):
+        files_below(tmp_path, ".wav", most=7)

@@ -74,6 +74,10 @@ def test_a_header_of_python_2_says_nothing_to_the_user(tmp_path):
     assert np.array_equal(import_path(path, tmp_path / "out").pinches[1].piezo(), PIEZO[1])
 
 
+def test_a_complex_rate_is_refused(tmp_path, refused):
+    refused(npz(tmp_path / "x.npz", sample_rate_hz=npy(np.array(5000 + 1j))), "sample_rate_hz is")
+
+
 def test_a_shape_that_is_not_there_is_refused(tmp_path, refused):
     header = npy(PIEZO)
     for shape in ("(1000000000000, 60, 1)", "(-3, -60, 1)", "(0, 60, 1)"):

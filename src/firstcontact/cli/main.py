@@ -16,6 +16,8 @@ from firstcontact.core.plain import one_line
 
 #: Exit codes; a signal's is 128 and its number.
 DONE, INPUT, UNFORESEEN = 0, 2, 70
+#: Characters of a sentence that are shown.
+LONGEST = 2000
 #: The disk's, and so the user's to mend.
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
@@ -80,6 +82,8 @@ def _parsed(arguments: list[str]) -> Any:
 
 
 def _failed(code: int, sentence: str) -> int:
+    if len(sentence) > LONGEST:  # of what was quoted; the remedy stands at the end
+        sentence = f"{sentence[: LONGEST // 2]} ... {sentence[-LONGEST // 2 :]}"
     print(f"firstcontact: {one_line(sentence)}", file=sys.stderr)
     return code
 

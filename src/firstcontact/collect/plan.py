@@ -10,6 +10,7 @@ from pathlib import Path
 from firstcontact.collect.table import read_table
 from firstcontact.core import InputError, Label, Role
 from firstcontact.core.records import LONGEST_NAME
+from firstcontact.recording.quoting import shown
 
 #: Most pinches of an object in a session.
 MOST_PINCHES = 1_000_000
@@ -98,7 +99,7 @@ def _item(path: Path, line: int, cells: Mapping[str, str]) -> Item:
         role = Role(cells.get("role") or Role.TRAIN)
     except ValueError as error:
         raise InputError(
-            f"{path}, line {line}: {field} is {cells[field]!r}: give "
+            f"{path}, line {line}: {field} is {shown(cells[field])}: give "
             + ("train or test" if field == "role" else "a number")
         ) from error
     try:

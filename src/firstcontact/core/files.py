@@ -16,6 +16,8 @@ from firstcontact.core.temporary import temporary_beside
 
 #: What a disk says that has no hard links.
 _NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EMLINK, errno.ENOSYS)
+#: Files and folders that are looked at for those that are wanted.
+MOST_ENTRIES = 100_000
 
 
 def resolved(path: Path) -> Path:
@@ -30,6 +32,29 @@ def resolved(path: Path) -> Path:
         return path.resolve()
     except (RuntimeError, OSError) as error:  # Python 3.11 and 3.12 raise RuntimeError
         raise InputError(f"{path} leads nowhere, its links go in a circle: name another") from error
+
+
+def files_below(folder: Path, suffix: str, most: int = MOST_ENTRIES) -> list[Path]:
+    """Files with this suffix (in small letters) in a folder and below it, by their names.
+
+    Links to folders are not followed.
+
+    Raises
+    ------
+    InputError
+        More than ``most`` files and folders are there: a whole disk was named, perhaps.
+    """
+    found: list[Path] = []
+    entries = 0
+    for above, folders, names in os.walk(folder):
+        entries += len(folders) + len(names)
+        if entries > most:
+            raise InputError(
+                f"{folder} has more than {most:,} files and folders in it: name the one that is "
+                "meant"
+            )
+        found += [Path(above, name) for name in names if name.lower().endswith(suffix)]
+    return sorted(found)
 
 
 def open_regular(path: Path) -> IO[bytes]:

@@ -46,7 +46,8 @@ def check_rate(where: str, rate: Any) -> float:
         Not a number, or outside 2 kHz to 1 MHz.
     """
     try:
-        value = float(rate)
+        # The imaginary part of a complex one would be dropped with a warning.
+        value = math.nan if np.iscomplexobj(rate) else float(rate)
     except (TypeError, ValueError, OverflowError):
         value = math.nan
     if not LOWEST_RATE <= value <= HIGHEST_RATE:

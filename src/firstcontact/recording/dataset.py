@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from firstcontact.core import Dataset, InputError, Pinch
+from firstcontact.core.files import files_below
 from firstcontact.core.temporary import is_temporary
 from firstcontact.recording.header import Header, PinchMark
 from firstcontact.recording.reader import Recording, read_recording
@@ -162,7 +163,7 @@ def find_recordings(path: Path) -> list[Path]:
     """
     if not path.is_dir():
         return [path]
-    files = sorted(f for f in path.rglob("*.mcap") if not is_temporary(f, path))
+    files = [f for f in files_below(path, ".mcap") if not is_temporary(f, path)]
     if not files:
         raise InputError(
             f"{path} holds no recording (*.mcap): make some with `firstcontact simulate` or "

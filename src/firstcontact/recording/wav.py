@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Dataset, InputError, Pinch
-from firstcontact.core.files import read_regular
+from firstcontact.core.files import files_below, read_regular
 from firstcontact.core.temporary import is_temporary
 from firstcontact.recording.checks import (
     check_rate,
@@ -117,11 +117,7 @@ def _source(table: Path, columns: dict[str, list[str]]) -> str:
 
 def _match(folder: Path, names: list[str]) -> list[Path]:
     """The file of each row; every file has a row and every row a file."""
-    there = [
-        p
-        for p in sorted(folder.rglob("*"))
-        if p.suffix.lower() == ".wav" and p.is_file() and not is_temporary(p, folder)
-    ]
+    there = [p for p in files_below(folder, ".wav") if not is_temporary(p, folder)]
     by_name: dict[str, list[Path]] = {}
     for path in there:
         for name in {path.name, path.relative_to(folder).as_posix()}:

@@ -81,7 +81,7 @@ def test_a_wav_that_is_none_is_refused(folder, refused, content, word):
 
 def test_a_pipe_for_a_wav_or_its_table_is_not_waited_for(folder, refused):
     os.mkfifo(folder / "a.wav")
-    refused(folder, "a.wav", "not in the folder")
+    refused(folder, "a.wav", "not a regular file")
     (folder / "labels.csv").unlink()
     os.mkfifo(folder / "labels.csv")
     refused(folder, "labels.csv", "not a regular file")

@@ -294,3 +294,11 @@ def test_speed_is_for_the_twin_alone(tmp_path, capsys):
     arguments = ["--device", "/dev/null", "--object=a", "--speed=2", f"--out={tmp_path}"]
     assert main(["record", *arguments]) == 2
     assert "--speed is for the twin" in capsys.readouterr().err
+
+
+def test_a_session_that_is_not_utf_8_is_refused(tmp_path, calibration, capsys):
+    out = tmp_path / "out"
+    command = ["record", "--device=twin", *options(out, calibration, 1), "--session=a\udcff"]
+    assert main(command) == 2
+    assert "'a\\udcff' is not text in UTF-8" in capsys.readouterr().err
+    assert not out.exists()

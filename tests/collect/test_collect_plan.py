@@ -48,3 +48,10 @@ def test_a_plan_that_is_not_there_or_not_text_is_refused(tmp_path):
     (tmp_path / "bytes.csv").write_bytes(b"object,pinches\n\xff\xfe,3\n")
     with pytest.raises(InputError, match="not a CSV in UTF-8"):
         read_plan(tmp_path / "bytes.csv")
+
+
+@pytest.mark.parametrize("names", [("b\udcff", ""), ("b", "b\udcff")])
+def test_names_that_no_recording_can_hold_are_refused_before_anything_is_pinched(names):
+    # as a command line has them that is not UTF-8
+    with pytest.raises(InputError, match="not text in UTF-8"):
+        Item(names[0], 1, None, names[1])

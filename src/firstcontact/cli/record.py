@@ -91,6 +91,9 @@ class Record:
         return _as_the_twin_knows(items) if self.device == "twin" else items
 
     def _sessions(self) -> list[str]:
+        from firstcontact.core.plain import check_text
+
+        check_text(self.session)
         if self.sessions == 1 and self.session:
             return [self.session]
         if self.sessions < 1 or not self.session.isdecimal():

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from firstcontact.collect.table import read_table
 from firstcontact.core import InputError, Label, Role
+from firstcontact.core.plain import check_text
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.recording.quoting import shown
 
@@ -47,6 +48,8 @@ class Item:
             raise InputError("an object has no name: say what is pinched")
         if max(len(self.object), len(self.specimen)) > LONGEST_NAME:
             raise InputError(f"a name is longer than {LONGEST_NAME} characters: shorten it")
+        for name in (self.object, self.specimen):
+            check_text(name)
         if not 1 <= self.pinches <= MOST_PINCHES:
             raise InputError(
                 f"{self.object}: {self.pinches} pinches are wanted: give from 1 to {MOST_PINCHES}"

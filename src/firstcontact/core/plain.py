@@ -5,6 +5,8 @@ from __future__ import annotations
 import codecs
 import re
 
+from firstcontact.core.errors import InputError
+
 #: Control characters but tab and newline, what turns the direction of writing, and
 #: halves of characters, as file names that are not UTF-8 have them.
 _CONTROL = re.compile(
@@ -22,6 +24,20 @@ def plain(text: str) -> str:
 def one_line(text: str) -> str:
     r"""As :func:`plain`, with newlines as ``\n``, too."""
     return plain(text).replace("\n", "\\n")
+
+
+def check_text(text: str) -> None:
+    """Refuse what a command line gave that is not UTF-8: no recording could hold it.
+
+    Raises
+    ------
+    InputError
+        It has halves of characters in it.
+    """
+    try:
+        text.encode()
+    except UnicodeEncodeError as error:
+        raise InputError(f"{text!r} is not text in UTF-8: write it anew") from error
 
 
 def _lacking(error: UnicodeError) -> tuple[str, int]:

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Contact, Dataset, Finger, Label, Pinch, Role, fingertip_layout
+from firstcontact.core.pinch import first_closed
 from firstcontact.core.records import read_record
 
 
@@ -92,3 +93,11 @@ def test_positions_may_repeat_and_reorder(dataset: Dataset) -> None:
     again = dataset.take([2, 0, 0])
     assert list(again.objects) == ["shoebox", "block", "block"]
     assert len(dataset.take(np.zeros(3, dtype=bool))) == 0
+
+
+@pytest.mark.parametrize("closed", [[0, 0, 3, 0], [False, False, True, True]])
+def test_a_strip_closes_at_its_first_sample_that_is_not_0(closed: list[int]) -> None:
+    assert first_closed(np.array(closed)) == 2
+    assert first_closed(np.array(closed), 100) == 102
+    assert first_closed(np.array(closed[:2]), 100) is None
+    assert first_closed(np.array([], np.int16)) is None

@@ -9,13 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Command, Contact, Finger, InputError
-from firstcontact.grasp.grip import Grip, gent_modulus
+from firstcontact.grasp.grip import Grip
 from firstcontact.grasp.policies.early_exit import EarlyExit
 from firstcontact.grasp.policies.first_contact import FirstContact
 from firstcontact.grasp.policies.force_feedback import Feedback, ForceFeedback
 from firstcontact.grasp.policies.registry import LIVE, POLICIES, live_policy
 from firstcontact.grasp.policy import Policy, Stiffness
-from firstcontact.twin import materials
 
 EVERY = pytest.mark.parametrize("name", POLICIES)
 CONTACT = Contact(Finger.THUMB, 1000, 1012)
@@ -119,11 +118,6 @@ def test_live_has_all_but_the_oracle() -> None:
         assert live_policy(name).name == name
     with pytest.raises(InputError, match="no policy is called 'oracle': choose one of none"):
         live_policy("oracle")
-
-
-@given(st.floats(0.1, 99.0))
-def test_the_modulus_is_the_twins(shore_a: float) -> None:
-    assert gent_modulus(shore_a) == pytest.approx(materials.gent_modulus(shore_a), rel=1e-3)
 
 
 @given(SHORE)

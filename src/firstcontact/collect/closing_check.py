@@ -8,6 +8,7 @@ import numpy as np
 
 from firstcontact.core import Block, ChannelKind, Contact, Finger, Layout
 from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, PIEZO_OFFSET_VOLTS
+from firstcontact.core.pinch import first_closed
 
 #: A pinch reaches so far beyond its first contact, s: the longest windows and offsets fit.
 AFTER = 0.3
@@ -125,10 +126,11 @@ class ClosingCheck:
             if not columns or finger in self.strips or finger in self.held:
                 continue
             closed = data[:, columns[0]] > 0
+            sample = first_closed(closed, first)
             if first == self.began and closed[0]:
                 self.held.add(finger)
-            elif closed.any() and (self.end is None or first + int(np.argmax(closed)) < self.end):
-                self.strips[finger] = first + int(np.argmax(closed))
+            elif sample is not None and (self.end is None or sample < self.end):
+                self.strips[finger] = sample
 
     def _watch_rails(self, data: np.ndarray) -> None:
         for finger in self.layout.piezo_fingers:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,6 +34,13 @@ class Block:
         return self.first_sample + len(self.data)
 
 
+def concatenated(run: Sequence[Block]) -> Block:
+    """One block of some that follow each other, one at least."""
+    if len(run) == 1:
+        return run[0]
+    return Block(np.concatenate([b.data for b in run]), run[0].first_sample, run[0].epoch)
+
+
 def joined(blocks: Iterable[Block]) -> list[Block]:
     """The same samples in as few blocks as can be: those that follow each other become one."""
     runs: list[list[Block]] = []
@@ -43,9 +50,4 @@ def joined(blocks: Iterable[Block]) -> list[Block]:
             runs[-1].append(block)
         else:
             runs.append([block])
-    return [
-        run[0]
-        if len(run) == 1
-        else Block(np.concatenate([b.data for b in run]), run[0].first_sample, run[0].epoch)
-        for run in runs
-    ]
+    return [concatenated(run) for run in runs]

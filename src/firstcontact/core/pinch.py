@@ -55,6 +55,19 @@ class Contact:
     decided: int
 
 
+def first_closed(strip: NDArray[Any], first_sample: int = 0) -> int | None:
+    """Number of the first sample at which a strip is closed; None where it stays open.
+
+    Parameters
+    ----------
+    strip
+        Its samples, shape (samples,): closed where they are not 0.
+    first_sample
+        Number of ``strip[0]``.
+    """
+    return first_sample + int(np.argmax(strip != 0)) if strip.any() else None
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Pinch:
     """One closing of the hand on an object.

@@ -11,9 +11,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-import numpy as np
-
 from firstcontact.core import Block, InputError
+from firstcontact.core.block import concatenated
 from firstcontact.device.source import Arrival
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
 
@@ -185,7 +184,7 @@ def _joined(
             and length + len(piece.data) <= TOGETHER
         )
         if run and not follows:
-            yield _one(run)
+            yield concatenated(run)
             run, length = [], 0
         if isinstance(piece, Block):
             run.append(piece)
@@ -193,10 +192,4 @@ def _joined(
         else:
             yield piece
     if run:
-        yield _one(run)
-
-
-def _one(run: list[Block]) -> Block:
-    if len(run) == 1:
-        return run[0]
-    return Block(np.concatenate([b.data for b in run]), run[0].first_sample, run[0].epoch)
+        yield concatenated(run)

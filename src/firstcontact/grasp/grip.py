@@ -6,15 +6,10 @@ from dataclasses import dataclass
 from math import isfinite, sqrt
 
 from firstcontact.core import Command
+from firstcontact.core.physics import GRAVITY, contact_modulus, gent_modulus, hertz_stiffness
 
-GRAVITY = 9.81
-#: 1 - nu^2 of what does not change its volume.
-PLANE = 0.75
-
-
-def gent_modulus(shore_a: float) -> float:
-    """Young's modulus of a Shore A reading, Pa (Gent 1958, Rubber Chem. Technol. 31, 896)."""
-    return 0.0981e6 * (56.0 + 7.62336 * shore_a) / (0.137505 * (254.0 - 2.54 * shore_a))
+#: Poisson's ratio that the rule counts on: of what does not change its volume.
+INCOMPRESSIBLE = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +57,9 @@ class Grip:
 
     def stiffness(self, shore_a: float) -> float:
         """Hertz's K of a fingertip on a flat object of that Shore A, N/m^1.5."""
-        modulus = 1 / (PLANE / self.pad_modulus + PLANE / gent_modulus(_within(shore_a)))
-        return 4 / 3 * modulus * sqrt(self.tip_radius)
+        young = gent_modulus(_within(shore_a))
+        modulus = contact_modulus(self.pad_modulus, young, INCOMPRESSIBLE)
+        return hertz_stiffness(modulus, self.tip_radius)
 
     @property
     def holding(self) -> float:

@@ -22,6 +22,7 @@ from firstcontact.core import (
     Layout,
     joined,
 )
+from firstcontact.core.pinch import first_closed
 from firstcontact.live.events import Armed, Case, Estimated, Event, PinchDone, Refused, Touched
 from firstcontact.live.ledger import Ledger
 from firstcontact.signal import samples_in
@@ -300,10 +301,9 @@ class Pipeline:
                     continue  # held since before this closing
                 pinch.open_strips.add(finger)
                 closed = closed & (np.cumsum(~closed) > 0)
-            if closed.any():
-                sample = block.first_sample + int(np.argmax(closed))
-                if not pinch.contacts or sample < pinch.end:
-                    pinch.strips[finger] = sample
+            sample = first_closed(closed, block.first_sample)
+            if sample is not None and (not pinch.contacts or sample < pinch.end):
+                pinch.strips[finger] = sample
 
     def _end(self, sample: int, why: str) -> list[Event]:
         pinch, self._pinch = self._pinch, None

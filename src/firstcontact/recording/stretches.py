@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby, pairwise
 
-import numpy as np
-
 from firstcontact.core import Block
+from firstcontact.core.block import concatenated
 
 
 def join(blocks: Sequence[Block]) -> tuple[tuple[Block, ...], tuple[str, ...]]:
@@ -60,8 +59,4 @@ def _join_epoch(arrived: list[Block]) -> tuple[list[Block], list[str]]:
         trouble.append(f"{doubled} samples came twice; the first were kept")
     if gaps:
         trouble.append(f"{missing} samples are missing in {gaps} gaps")
-    joined = [
-        Block(np.concatenate([b.data for b in run]), run[0].first_sample, run[0].epoch)
-        for run in runs
-    ]
-    return joined, trouble
+    return [concatenated(run) for run in runs], trouble

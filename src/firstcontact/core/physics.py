@@ -1,0 +1,37 @@
+"""Constants and contact mechanics that the twin's hand and the policies' rule share."""
+
+from __future__ import annotations
+
+from math import sqrt
+
+#: Acceleration of free fall, m/s^2.
+GRAVITY = 9.81
+#: Poisson's ratio of rubber and soft tissue: nearly incompressible.
+POISSON = 0.49
+
+
+def gent_modulus(shore_a: float) -> float:
+    """Young's modulus of an elastomer, Pa.
+
+    Parameters
+    ----------
+    shore_a
+        Durometer reading, 0 < Shore A < 100.
+
+    References
+    ----------
+    Gent, A. N. (1958). On the relation between indentation hardness and
+    Young's modulus. Rubber Chemistry and Technology 31(4), 896-906.
+    """
+    return 1e6 * 0.0981 * (56 + 7.62336 * shore_a) / (0.137505 * (254 - 2.54 * shore_a))
+
+
+def contact_modulus(first: float, second: float, poisson: float = POISSON) -> float:
+    """Hertz' modulus E* of two bodies, Pa, from Young's moduli (Pa) and one Poisson's ratio."""
+    plane_strain = 1 - poisson**2
+    return 1 / (plane_strain / first + plane_strain / second)
+
+
+def hertz_stiffness(modulus: float, radius: float) -> float:
+    """K in Hertz' F = K d^1.5, N/m^1.5, from E* in Pa and the relative radius in m."""
+    return 4 / 3 * modulus * sqrt(radius)

@@ -30,10 +30,10 @@ from firstcontact.twin.mechanics import (
     FINGER_STATES,
     STATES,
     _derivative,
-    contact_stiffness,
 )
 from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS, TwinObject
-from firstcontact.twin.pinch import BURN_IN, SUBSTEPS, mechanics_of
+from firstcontact.twin.pinch import BURN_IN, mechanics_of
+from firstcontact.twin.run import SUBSTEPS
 from firstcontact.twin.simulate import simulate
 
 
@@ -62,7 +62,7 @@ def captured(draw: PinchDraw) -> tuple[object, ...]:
     """What :func:`mechanics_of` hands to the kernel for a pinch."""
     taken: list[tuple[object, ...]] = []
     kernel = run_module.integrate
-    run_module.integrate = lambda *arguments: taken.append(arguments)
+    run_module.integrate = lambda *arguments: taken.append(arguments) or len(arguments[-1])
     try:
         mechanics_of(draw)
     finally:
@@ -72,15 +72,15 @@ def captured(draw: PinchDraw) -> tuple[object, ...]:
 
 def plain(draw: PinchDraw) -> np.ndarray:
     """The buffers' voltages of a pinch by ``solve_ivp``, shape (samples, 2)."""
-    index, thumb, o, touch, times, noise, noise_dt, _, start, _, _ = captured(draw)
-    stiffness = np.array([contact_stiffness(p, o) for p in (index, thumb)])
+    index, thumb, o, stiffness, touch, times, noise, noise_dt, _, speeds, *rest = captured(draw)
+    motor_force, start = rest[0], rest[5]
     gap = np.full(2, np.nan)
     dx = np.empty(STATES)
     grid = np.arange(noise.shape[1]) * noise_dt
 
     def rhs(t: float, x: np.ndarray) -> np.ndarray:
         push = [np.interp(t, grid, line) for line in noise]
-        _derivative(x, dx, index, thumb, o, stiffness, gap, *push)
+        _derivative(x, dx, index, thumb, o, stiffness, gap, *push, speeds[0], motor_force, 0.0)
         return dx.copy()
 
     x = start.copy()

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
 from firstcontact.core.pinch import Label, Pinch
 from firstcontact.twin.conditions import PAPER_RIG, Condition
 from firstcontact.twin.draw import PinchDraw, draw_pinch, draw_specimen
+from firstcontact.twin.mechanics import FINGER_STATES, OUTPUTS, STATES, contact_stiffness, integrate
 from firstcontact.twin.objects import TwinObject
+from firstcontact.twin.parameters import FingerParameters, ObjectParameters
 from firstcontact.twin.pinch import simulate_pinch
 
 SEED = 20
+Fingers = tuple[FingerParameters, FingerParameters]
 
 
 def drawn(kind: TwinObject, number: int = 0, condition: Condition = PAPER_RIG) -> PinchDraw:
@@ -22,3 +30,28 @@ def simulated(kind: TwinObject, number: int = 0, condition: Condition = PAPER_RI
     return simulate_pinch(
         drawn(kind, number, condition), Label(kind.name, kind.shore_a, role=kind.role)
     )
+
+
+def moving(fingers: Fingers) -> NDArray[np.float64]:
+    """State of two fingers that close at their speed."""
+    x = np.zeros(STATES)
+    for f, p in enumerate(fingers):
+        x[f * FINGER_STATES + 1 : f * FINGER_STATES + 8 : 2] = p.speed
+    return x
+
+
+def integrated(
+    fingers: Fingers, o: ObjectParameters, touch: tuple[float, float] | NDArray[np.float64],
+    times: NDArray[np.float64], x: NDArray[np.float64], gap: NDArray[np.float64] | None = None,
+    substeps: int = 1, back_damping: float = 0.0,
+) -> NDArray[np.float64]:  # fmt: skip
+    """The kernel without noise; changes ``x`` and ``gap`` in place."""
+    out = np.empty((times.size, 2, OUTPUTS))
+    taken = integrate(
+        *fingers, o, np.array([contact_stiffness(p, o) for p in fingers]), np.array(touch), times,
+        np.zeros((2, 2)), 1.0, substeps, np.array([[p.speed for p in fingers]]),
+        fingers[0].drive_force, back_damping, 0.0, math.inf, math.inf, x,
+        np.full(2, np.nan) if gap is None else gap, np.full(2, np.nan), out,
+    )  # fmt: skip
+    assert taken == times.size
+    return out

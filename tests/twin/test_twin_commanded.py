@@ -15,7 +15,6 @@ from pinches import drawn
 from firstcontact.core.command import Command
 from firstcontact.core.errors import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.twin.commanded import CommandedRun
 from firstcontact.twin.draw import PinchDraw
 from firstcontact.twin.drive import Drive
 from firstcontact.twin.mechanics import CONTACT_FORCE, DRIVE_SPEED, INDENTATION
@@ -32,24 +31,24 @@ def quiet(number: int = 0) -> PinchDraw:
     return replace(drawn(BLOCKS[1], number), noise=(SILENT, SILENT), jitter=0.0)
 
 
-def started(draw: PinchDraw, drive: Drive, samples: int, duration: float = 1.0) -> CommandedRun:
-    run = CommandedRun(draw, drive, duration, BURN_IN)
+def started(draw: PinchDraw, drive: Drive, samples: int, duration: float = 1.0) -> PinchRun:
+    run = PinchRun(draw, duration, BURN_IN, drive, damped=True)
     run.advance(BURN_IN + samples)
     return run
 
 
-def tell(run: CommandedRun, command: Command, drive: Drive) -> None:
-    run.tell(command, run.done - 1 + drive.delay)
+def tell(run: PinchRun, command: Command, drive: Drive) -> None:
+    run.order(command, run.done - 1 + drive.delay)
 
 
 @pytest.mark.parametrize("kind", [BLOCKS[0], EVERYDAY_OBJECTS[4]], ids=lambda k: k.name)
 def test_never_commanded_it_is_the_pinch_to_the_byte(kind: TwinObject) -> None:
     whole = PinchRun(drawn(kind), 0.3, BURN_IN)
     expected = whole.advance(whole.times.size)
-    run = CommandedRun(drawn(kind), Drive(back_damping=0.0), 0.3, BURN_IN)
-    assert run.advance(10_000)[0].tobytes() == expected.tobytes()
+    run = PinchRun(drawn(kind), 0.3, BURN_IN, Drive(back_damping=0.0), damped=True)
+    assert run.advance(run.times.size).tobytes() == expected.tobytes()
     # And with what damps the hold it is, until the grip first pushes a drive back.
-    damped = CommandedRun(drawn(kind), Drive(), 0.3, BURN_IN).advance(10_000)[0]
+    damped = PinchRun(drawn(kind), 0.3, BURN_IN, damped=True).advance(run.times.size)
     both = int((expected[..., CONTACT_FORCE] > 0).all(axis=1).argmax())
     until = both + round(0.02 * FINGERTIP_RATE)
     assert damped[:until].tobytes() == expected[:until].tobytes()
@@ -61,10 +60,10 @@ def test_any_pieces_give_the_same_bytes(cuts: list[int], latency: float) -> None
     drive = Drive(latency=latency)
 
     def run(edges: list[int]) -> NDArray[np.float64]:
-        here = CommandedRun(drawn(BLOCKS[2]), drive, 0.6, BURN_IN)
-        here.tell(Command(0.06, 5.0), 500)
-        here.tell(Command(0.02, 3.0), 700)
-        return np.concatenate([here.advance(b - a)[0] for a, b in pairwise(edges) if b > a])
+        here = PinchRun(drawn(BLOCKS[2]), 0.6, BURN_IN, drive, damped=True)
+        here.order(Command(0.06, 5.0), 500)
+        here.order(Command(0.02, 3.0), 700)
+        return np.concatenate([here.advance(b - a) for a, b in pairwise(edges) if b > a])
 
     assert run(sorted([0, 2400, *cuts])).tobytes() == run([0, 2400]).tobytes()
 
@@ -74,9 +73,9 @@ def test_a_command_takes_effect_after_exactly_the_latency(latency: float) -> Non
     drive = Drive(latency=latency)
     run = started(quiet(), drive, 100)
     same = started(quiet(), drive, 100)
-    same.tell(Command(same.nominal, 12.0), same.done - 1)
+    same.order(Command(same.nominal_speed, 12.0), same.done - 1)
     tell(run, Command(0.0, 12.0), drive)
-    speeds = [r.advance(450)[1][:, DRIVE_SPEED] for r in (run, same)]
+    speeds = [r.advance(450)[..., DRIVE_SPEED].mean(axis=1) for r in (run, same)]
     first = int(np.argmax(speeds[0] != speeds[1]))
     # The sample after the interval in which the reference first was another.
     assert first == round(latency * FINGERTIP_RATE)
@@ -91,8 +90,8 @@ def test_the_way_to_a_stop_is_v_times_latency_and_v_squared_over_2a(
     draw = quiet()
     run = started(draw, drive, 20)
     tell(run, Command(0.0, 12.0), drive)
-    speed = run.nominal
-    moved = run.advance(590)[1][:, DRIVE_SPEED]
+    speed = run.nominal_speed
+    moved = run.advance(590)[..., DRIVE_SPEED].mean(axis=1)
     assert abs(moved[-1]) < 1e-4
     # The speed loop follows its reference late by mass over gain.
     p = draw.fingers[0]
@@ -108,7 +107,7 @@ def test_the_newest_command_wins_and_each_acts_in_its_turn() -> None:
         run = started(quiet(), drive, 20)
         for command in told:
             tell(run, command, drive)
-        return run.advance(500)[1][:, DRIVE_SPEED]
+        return run.advance(500)[..., DRIVE_SPEED].mean(axis=1)
 
     slow, stop = Command(0.05, 12.0), Command(0.0, 12.0)
     assert (speeds(slow, stop) == speeds(stop)).all()
@@ -116,8 +115,8 @@ def test_the_newest_command_wins_and_each_acts_in_its_turn() -> None:
     tell(run, stop, drive)
     run.advance(50)
     tell(run, slow, drive)
-    moved = run.advance(450)[1][:, DRIVE_SPEED]
-    assert moved[40:149].min() < 0.7 * run.nominal
+    moved = run.advance(450)[..., DRIVE_SPEED].mean(axis=1)
+    assert moved[40:149].min() < 0.7 * run.nominal_speed
     assert moved[-1] == pytest.approx(0.05, abs=1e-3)
 
 
@@ -125,8 +124,8 @@ def test_the_newest_command_wins_and_each_acts_in_its_turn() -> None:
 def test_closing_as_drawn_by_command_touches_at_the_drawn_instants(number: int) -> None:
     timing = drawn(BLOCKS[2], number).timing
     run = started(drawn(BLOCKS[2], number), Drive(latency=0.0), 20)
-    tell(run, Command(run.nominal, 12.0), Drive(latency=0.0))
-    closed = run.advance(1500)[0][..., INDENTATION] > 0
+    tell(run, Command(run.nominal_speed, 12.0), Drive(latency=0.0))
+    closed = run.advance(1500)[..., INDENTATION] > 0
     assert closed.any(axis=0).all()
     came = (20 + np.sort(closed.argmax(axis=0))) * DT
     assert came == pytest.approx(timing[:2], abs=1.1 * DT)
@@ -136,14 +135,14 @@ def test_a_drive_that_is_slowed_touches_when_its_skin_gets_there() -> None:
     drive = Drive(latency=0.0, acceleration=5.0)
     draw = quiet(1)
     run = started(draw, drive, 300)
-    left = run.nominal * (draw.timing.first - run.times[run.done - 1] + BURN_IN * DT)
-    tell(run, Command(run.nominal / 2, 12.0), drive)
-    motion, body = run.advance(1500)
+    left = run.nominal_speed * (draw.timing.first - run.times[run.done - 1] + BURN_IN * DT)
+    tell(run, Command(run.nominal_speed / 2, 12.0), drive)
+    motion = run.advance(1500)
     first = int((motion[..., INDENTATION] > 0).any(axis=1).argmax())
-    gone = body[:first, DRIVE_SPEED].sum() * DT
+    gone = motion[:first, :, DRIVE_SPEED].mean(axis=1).sum() * DT
     # The two fingers differ in speed by a per cent or two.
     assert gone == pytest.approx(left, rel=0.04)
-    at_once = left / (run.nominal / 2)
+    at_once = left / (run.nominal_speed / 2)
     assert first * DT < at_once, "a drive that takes time to slow down gets further"
 
 
@@ -157,7 +156,7 @@ def test_stopped_before_the_second_contact_it_never_touches(number: int) -> None
     run = started(replace(draw, timing=timing, held=held), drive, 0)
     run.advance(round(timing.first * FINGERTIP_RATE) + 1)
     tell(run, Command(0.0, 12.0), drive)
-    motion, _ = run.advance(2500)
+    motion = run.advance(2500)
     second = 1 if timing.first_is_index else 0
     assert (motion[:, 1 - second, CONTACT_FORCE] > 0).any()
     assert not (motion[:, second, CONTACT_FORCE] > 0).any()
@@ -167,8 +166,8 @@ def test_stopped_before_the_second_contact_it_never_touches(number: int) -> None
 @pytest.mark.parametrize("force", [1.0, 4.0, 12.0])
 def test_held_it_presses_with_the_commanded_force_and_does_not_swing(force: float) -> None:
     run = started(drawn(BLOCKS[2]), Drive(), 20, 1.2)
-    tell(run, Command(run.nominal, force), Drive())
-    motion, _ = run.advance(round(0.9 * FINGERTIP_RATE))
+    tell(run, Command(run.nominal_speed, force), Drive())
+    motion = run.advance(round(0.9 * FINGERTIP_RATE))
     held = motion[-round(0.2 * FINGERTIP_RATE) :, :, CONTACT_FORCE]
     # What the hold takes besides is the clamp's.
     assert held.mean() == pytest.approx(force, abs=0.15)
@@ -178,8 +177,8 @@ def test_held_it_presses_with_the_commanded_force_and_does_not_swing(force: floa
 def test_undamped_it_would_swing() -> None:
     drive = Drive(back_damping=0.0)
     run = started(drawn(BLOCKS[2]), drive, 20, 1.2)
-    tell(run, Command(run.nominal, 12.0), drive)
-    held = run.advance(round(0.9 * FINGERTIP_RATE))[0][-1000:, :, CONTACT_FORCE]
+    tell(run, Command(run.nominal_speed, 12.0), drive)
+    held = run.advance(round(0.9 * FINGERTIP_RATE))[-1000:, :, CONTACT_FORCE]
     assert np.ptp(held, axis=0).min() > 0.5
 
 
@@ -197,8 +196,3 @@ def test_commands_are_clipped_to_what_the_drive_can_do() -> None:
     assert drive.clipped(Command(-1.0, -5.0)) == Command(-0.2, 0.0)
     with pytest.raises(InputError, match="must be numbers"):
         drive.clipped(Command(float("nan"), 1.0))
-
-
-def test_a_run_too_short_for_its_pinch_is_refused() -> None:
-    with pytest.raises(ValueError, match="before the second contact"):
-        CommandedRun(drawn(BLOCKS[0]), Drive(), 0.13, BURN_IN)

@@ -2,27 +2,16 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from pinches import Fingers, integrated, moving
 
-from firstcontact.twin.mechanics import (
-    FINGER_STATES,
-    INDENTATION,
-    OUTLINES,
-    OUTPUTS,
-    STATES,
-    contact_stiffness,
-    follow,
-    integrate,
-)
+from firstcontact.twin.mechanics import FINGER_STATES, INDENTATION, contact_stiffness
 from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS
 from firstcontact.twin.parameters import FingerParameters, ObjectParameters
 
 STEP = 5e-6
-Fingers = tuple[FingerParameters, FingerParameters]
 
 
 def run(
@@ -30,13 +19,8 @@ def run(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """State and indentations at ``end``."""
     times = np.linspace(0.0, end, max(round(end / STEP / 4), 1) + 1)
-    x = np.zeros(STATES)
-    for f, p in enumerate(fingers):
-        x[f * FINGER_STATES + 1 : f * FINGER_STATES + 8 : 2] = p.speed
-    out = np.empty((times.size, 2, OUTPUTS))
-    integrate(
-        *fingers, o, np.array(touch), times, np.zeros((2, 2)), 1.0, 4, x, np.full(2, np.nan), out
-    )
+    x = moving(fingers)
+    out = integrated(fingers, o, touch, times, x, substeps=4)
     return x, np.nan_to_num(out[-1, :, INDENTATION])
 
 
@@ -92,20 +76,11 @@ def test_energy_never_grows(seed: int) -> None:
 def test_a_drive_that_is_pushed_back_gives_no_energy(loss: float) -> None:
     o = BLOCKS[1].nominal
     p = FingerParameters()._replace(drive_force=0.0)
-    x = np.zeros(STATES)
-    for f in range(2):
-        x[f * FINGER_STATES + 1 : f * FINGER_STATES + 8 : 2] = p.speed
-    gap, touched = np.full(2, np.nan), np.full(2, np.nan)
+    x, gap = moving((p, p)), np.full(2, np.nan)
     history = []
     for piece in range(300):
         times = (piece + np.linspace(0, 1, 11)) * 5e-4
-        out, body = np.empty((11, 2, OUTPUTS)), np.empty((11, OUTLINES))
-        drive = np.tile([p.speed, p.speed, 0.0, 0.0], (10, 1))
-        taken = follow(
-            p, p, o, np.array([0.001, 0.004]), times, np.zeros((2, 2)), 1.0, 10, drive, loss, 0.0,
-            math.inf, math.inf, x, gap, touched, out, body,
-        )  # fmt: skip
-        assert taken == 11
+        out = integrated((p, p), o, (0.001, 0.004), times, x, gap, 10, loss)
         depth = np.nan_to_num(out[-1, :, INDENTATION])
         history.append(energy(x, depth, (p, p), o))
     assert np.diff(history).max() / history[0] < 1e-6

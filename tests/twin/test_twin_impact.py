@@ -5,15 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from pinches import integrated
 
-from firstcontact.twin.materials import hertz_impact, plane_strain_modulus
-from firstcontact.twin.mechanics import (
-    CONTACT_FORCE,
-    FINGER_STATES,
-    OUTPUTS,
-    STATES,
-    integrate,
-)
+from firstcontact.core.physics import contact_modulus, hertz_stiffness
+from firstcontact.twin.mechanics import CONTACT_FORCE, FINGER_STATES, STATES
 from firstcontact.twin.parameters import FingerParameters, ObjectParameters
 
 NEVER = 1e9
@@ -31,6 +26,25 @@ WALL = ObjectParameters(
 )  # fmt: skip
 
 
+def hertz_impact(
+    mass: float, speed: float, modulus: float, radius: float
+) -> tuple[float, float, float]:
+    """Closed form of an elastic impact against a fixed body.
+
+    Largest indentation (m), peak force (N), contact time (s); Johnson (1985), Contact
+    Mechanics, section 11.4.
+    """
+    depth = (15 * mass * speed**2 / (16 * modulus * np.sqrt(radius))) ** 0.4
+    return depth, hertz_stiffness(modulus, radius) * depth**1.5, 2.94 * depth / speed
+
+
+def test_an_elastic_impact_turns_all_motion_into_indentation() -> None:
+    depth, force, _ = hertz_impact(0.01, 0.2, 1e6, 0.01)
+    stored = 2 / 5 * hertz_stiffness(1e6, 0.01) * depth**2.5
+    assert stored == pytest.approx(0.5 * 0.01 * 0.2**2, rel=1e-12)
+    assert force == pytest.approx(hertz_stiffness(1e6, 0.01) * depth**1.5)
+
+
 def impact(
     p: FingerParameters, o: ObjectParameters, speed: float, duration: float, dt: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -38,9 +52,7 @@ def impact(
     times = np.arange(0.0, duration, dt)
     state = np.zeros(STATES)
     state[1 : FINGER_STATES - 4 : 2] = speed
-    out = np.empty((times.size, 2, OUTPUTS))
-    touch = np.array([10.25 * dt, NEVER])
-    integrate(p, p, o, touch, times, np.zeros((2, 2)), 1.0, 1, state, np.full(2, np.nan), out)
+    out = integrated((p, p), o, (10.25 * dt, NEVER), times, state)
     return times, out[:, 0, CONTACT_FORCE], state
 
 
@@ -57,7 +69,7 @@ def test_peak_force_and_contact_time_are_those_of_hertz(
     speed = 0.13
     o = WALL._replace(modulus=modulus, radius=radius)
     tip = 1 / (1 / p.tip_radius + 1 / radius)
-    both = plane_strain_modulus(p.pad_modulus, modulus)
+    both = contact_modulus(p.pad_modulus, modulus)
     _, peak, lasts = hertz_impact(mass_of(p), speed, both, tip)
     times, force, _ = impact(p, o, speed, 1.5 * lasts, 0.4e-6 if p is RIGID else 2e-6)
     pressed = times[force > 0]

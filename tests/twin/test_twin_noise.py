@@ -56,7 +56,7 @@ def test_clicks_come_as_often_as_said() -> None:
 def test_mains_is_there_twice_as_torque_and_once_as_pickup(mains: float) -> None:
     noise = replace(QUIET, mains=0.02, mains_rate=mains, electronics=0.0)
     assert level(series(noise), 2 * mains) == pytest.approx(0.02, rel=0.05)
-    times = np.arange(round(4 * RATE)) / RATE
-    assert level(pickup(noise, times, np.random.default_rng(1)), mains) == pytest.approx(
-        noise.hum, rel=0.05
-    )
+    angle = 2 * np.pi * mains * np.arange(round(4 * RATE)) / RATE
+    hum, sheet = pickup(noise, 0.004, angle, np.random.default_rng(1))
+    assert level(hum, mains) == pytest.approx(noise.hum, rel=0.05)
+    assert sheet.std() == pytest.approx(0.004, rel=0.02)

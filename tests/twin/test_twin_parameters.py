@@ -8,26 +8,24 @@ from pathlib import Path
 
 import pytest
 
+from firstcontact.core import physics
 from firstcontact.twin import (
-    commanded,
     draw,
-    fragility,
-    materials,
     noise,
     objects,
     outcome,
     pinch,
     plan,
     plant,
+    run,
     stream,
     stream_moves,
 )
-from firstcontact.twin.brittle import BRITTLE
 from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition, Spread
 from firstcontact.twin.drive import Drive
 from firstcontact.twin.filter import FORCE_READINGS
 from firstcontact.twin.noise import MotorNoise
-from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS
+from firstcontact.twin.objects import BLOCKS, BRITTLE, EVERYDAY_OBJECTS
 from firstcontact.twin.parameters import FingerParameters, ObjectParameters
 from firstcontact.twin.sensor import OPTIMISTIC, VelostatParameters
 
@@ -46,10 +44,10 @@ CONSTANTS = {
     "FIRST_CONTACT[1]": draw.FIRST_CONTACT[1],
     "DURATION": pinch.DURATION,
     "BURN_IN": pinch.BURN_IN,
-    "SUBSTEPS": pinch.SUBSTEPS,
+    "SUBSTEPS": run.SUBSTEPS,
     "OVERSAMPLING": noise.OVERSAMPLING,
     "FORCE_READINGS": FORCE_READINGS,
-    "POISSON": materials.POISSON,
+    "POISSON": physics.POISSON,
     "BLOCK_SESSIONS": plan.BLOCK_SESSIONS,
     "OBJECT_SESSIONS": plan.OBJECT_SESSIONS,
 }
@@ -69,7 +67,7 @@ RUNNING = {
 HELD = {
     "FRICTION": objects.FRICTION,
     "SKIN_FRICTION": objects.SKIN_FRICTION,
-    "GRAVITY": outcome.GRAVITY,
+    "GRAVITY": physics.GRAVITY,
     "LIFT": plant.LIFT,
     "WATCHED": plant.WATCHED,
     "LONGEST": plant.LONGEST,
@@ -77,8 +75,8 @@ HELD = {
     "SAFETY": outcome.SAFETY,
     "SMOOTHED": outcome.SMOOTHED,
     "STEADY": outcome.STEADY,
-    "CALM": commanded.CALM,
-    "CRUSHED": fragility.CRUSHED,
+    "CALM": run.CALM,
+    "CRUSHED": objects.CRUSHED,
 }
 
 
@@ -97,6 +95,10 @@ def test_every_parameter_is_there_with_its_value_and_where_it_is_from(kind: str)
     for field, value in NOMINAL[kind].items():
         assert float(table[field][0]) == value, field
         assert table[field][2], f"{field}: from where?"
+
+
+def test_the_pad_is_65_shore_a() -> None:
+    assert FingerParameters().pad_modulus == pytest.approx(physics.gent_modulus(65), rel=2e-3)
 
 
 def test_every_object_is_there_with_what_the_mechanics_sees() -> None:

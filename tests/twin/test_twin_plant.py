@@ -13,18 +13,18 @@ from pinches import SEED, drawn, simulated
 
 from firstcontact.core.command import Command
 from firstcontact.core.layout import FINGERTIP_RATE, ChannelKind, fingertip_layout
-from firstcontact.twin.brittle import BERRY, BRITTLE, CRISP
+from firstcontact.core.physics import GRAVITY
 from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition
 from firstcontact.twin.draw import generator
 from firstcontact.twin.drive import Drive
-from firstcontact.twin.fragility import Fragility
-from firstcontact.twin.objects import BLOCKS, TwinObject, block
-from firstcontact.twin.outcome import GRAVITY, needed_force, slide, stable_from
+from firstcontact.twin.objects import BLOCKS, BRITTLE, Fragility, TwinObject, block
+from firstcontact.twin.outcome import needed_force, slide, stable_from
 from firstcontact.twin.pinch import DURATION
 from firstcontact.twin.plant import LIFT, WATCHED, GraspPlant
 from firstcontact.twin.sensor import OPTIMISTIC, VelostatParameters
 
 LAYOUT = fingertip_layout()
+_, CRISP, BERRY = BRITTLE
 
 
 def plant(
@@ -212,13 +212,13 @@ def test_it_breaks_when_a_contact_force_passes_its_limit(kind: TwinObject) -> No
             whole = plant(replace(kind, fragility=None), number)
             closed(whole, command)
             outcome = hand.outcome
-            assert outcome.broken == (whole._forces[: whole.sample].max() > hand.limit)
+            assert outcome.broken == (whole.forces.max() > hand.limit)
             assert not whole.outcome.broken
             if outcome.broken:
                 assert outcome.time_to_grasp is None
                 # Within what a force rises by in a sample.
                 assert outcome.peak_force < 1.3 * hand.limit
-                after = hand._forces[hand._run.broken_at - 90 :][:5]
+                after = hand.forces[hand._run.broken_at - 90 :][:5]
                 assert after.max() < 0.6 * hand.limit, "its force collapses"
 
 
@@ -242,6 +242,11 @@ def test_an_optimistic_sheet_feels_the_same_pinch_sooner() -> None:
         heard.append(data[:, :2].tobytes())
     assert heard[0] == heard[1], "the motion is the same"
     assert felt[1] < felt[0] - 0.01 * FINGERTIP_RATE
+
+
+def test_a_plant_too_short_for_its_pinch_is_refused() -> None:
+    with pytest.raises(ValueError, match="before the second contact"):
+        GraspPlant(drawn(BLOCKS[0]), Drive(), BLOCKS[0], longest=0.13)
 
 
 @pytest.mark.parametrize("shore_a", [5, 12.5, 70])

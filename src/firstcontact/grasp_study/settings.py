@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from firstcontact.twin.brittle import BRITTLE
-from firstcontact.twin.objects import EVERYDAY_OBJECTS, TwinObject, block
+from firstcontact.twin.objects import BRITTLE, EVERYDAY_OBJECTS, TwinObject, block
 
 #: Objects up to this Shore A are the soft ones of the headline.
 SOFT = 20.0

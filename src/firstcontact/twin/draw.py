@@ -1,4 +1,4 @@
-"""Chance: hands, specimens, sessions and pinches, each from its own seed.
+"""Random numbers: hands, specimens, sessions and pinches, each from its own seed.
 
 Every thing that varies has a key; its numbers depend on the seed and that key
 alone, so a set is the same whatever the order or the number of workers.
@@ -31,7 +31,7 @@ FIRST_CONTACT = (0.130, 0.150)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PinchDraw:
-    """All that is by chance in one pinch; for both fingers, index first."""
+    """All that is random in one pinch; for both fingers, index first."""
 
     fingers: tuple[FingerParameters, FingerParameters]
     held: ObjectParameters

@@ -78,25 +78,55 @@ class Drive:
             min(max(command.force, 0.0), self.force),
         )
 
-    def references(
-        self, begin: float, target: float, intervals: NDArray[np.int64]
-    ) -> NDArray[np.float64]:
-        """Reference speed on the way from one commanded speed to another.
 
-        Parameters
-        ----------
-        begin
-            The reference before, m/s.
-        target
-            The commanded speed, m/s.
-        intervals
-            Which sampling intervals, counted from 1 where the command takes effect.
+class DriveReference:
+    """What the drives follow: a steady speed, or the way from one commanded speed to another.
 
-        Returns
-        -------
-        ndarray
-            m/s, of the shape of ``intervals``.
-        """
-        ramp = self.acceleration / FINGERTIP_RATE * intervals
-        change = target - begin
-        return np.where(ramp < abs(change), begin + math.copysign(1.0, change) * ramp, target)
+    Parameters
+    ----------
+    drive
+        What commands go through.
+    speed
+        The steady speed at first, m/s.
+
+    Attributes
+    ----------
+    command
+        The command that holds; None for a steady speed.
+    """
+
+    def __init__(self, drive: Drive, speed: float) -> None:
+        self._drive = drive
+        self._begin = self._end = speed
+        self._since = 0
+        self.command: Command | None = None
+
+    @property
+    def force(self) -> float:
+        """The most that either motor may press with, N."""
+        return self._drive.force if self.command is None else self.command.force
+
+    def at(self, sample: int) -> float:
+        """Speed in the sampling interval that ends with that sample, m/s."""
+        return float(self.after(sample - 1, 1)[0])
+
+    def after(self, sample: int, intervals: int) -> NDArray[np.float64]:
+        """Speed in each of so many sampling intervals from that sample on, m/s."""
+        change = self._end - self._begin
+        gone = sample - self._since
+        rate = self._drive.acceleration / FINGERTIP_RATE
+        if change == 0 or rate * (gone + 1) >= abs(change):
+            return np.full(intervals, self._end)
+        ramp = rate * np.arange(gone + 1, gone + intervals + 1)
+        way = self._begin + math.copysign(1.0, change) * ramp
+        return np.where(ramp < abs(change), way, self._end)
+
+    def hold(self, speed: float) -> None:
+        """Be steady at a speed."""
+        self._begin = self._end = speed
+        self.command = None
+
+    def obey(self, command: Command, sample: int) -> None:
+        """Be on the way to the commanded speed from that sample on."""
+        self._begin, self._end = self.at(sample), command.speed
+        self._since, self.command = sample, command

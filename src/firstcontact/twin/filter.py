@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from firstcontact.core.layout import ADC_COUNTS, SUBCOUNTS, TAXELS, fingertip_layout
-from firstcontact.twin.sensor import SCAN
+from firstcontact.twin.sensor import SCAN, VelostatParameters, open_reading
 
 #: Readings of a taxel that the sliding mean covers.
 FORCE_READINGS = 8
@@ -105,3 +105,14 @@ class DeviceFilter:
         taken = np.ascontiguousarray(scans, np.uint16)
         _filter(taken, self._place, self._smoothed, self._readings, self._sums, out)
         return out
+
+
+def settled_filter(
+    scan: NDArray[np.uint16], sheets: tuple[VelostatParameters, VelostatParameters]
+) -> DeviceFilter:
+    """A device that has been reading the unloaded sheets before its first scan, shape (6,)."""
+    device = DeviceFilter()
+    before = np.tile(scan, (ROUND, 1))
+    before[:, 2:4] = [open_reading(v) for v in sheets]
+    device.update(before)
+    return device

@@ -1,20 +1,107 @@
-"""Both fingertips of a running twin: from motion to raw scans, without an end."""
+"""Both fingertips' converters: from motion to raw scans, piece by piece."""
 
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.layout import FINGERTIP_RATE, TAXELS
+from firstcontact.core.layout import FINGERTIP_RATE, TAXELS, Finger
+from firstcontact.core.pinch import Contact, first_closed
 from firstcontact.twin.draw import PinchDraw
 from firstcontact.twin.mechanics import BUFFER, CONTACT_FORCE, INDENTATION
-from firstcontact.twin.sensor import SCAN, force_readings, piezo_readings
+from firstcontact.twin.noise import pickup
+from firstcontact.twin.sensor import SCAN, VelostatParameters, force_readings, piezo_readings
+
+Sheets = tuple[VelostatParameters, VelostatParameters]
+Pickup = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
-class Fingertips:
-    """What the converters read as time goes on.
+class Fingertips(ABC):
+    """What the converters read, unloaded at first.
+
+    Parameters
+    ----------
+    draw
+        The pinch whose sensors these are.
+    sheets
+        Force arrays of index and thumb; those of the draw by default.
+
+    Attributes
+    ----------
+    sample
+        Number of the next scan.
+    """
+
+    def __init__(self, draw: PinchDraw, sheets: Sheets | None = None) -> None:
+        self._draw = draw
+        self.sheets = draw.velostat if sheets is None else sheets
+        self.sample = 0
+        self._felt = np.zeros((2, 2, TAXELS))
+
+    @abstractmethod
+    def _pickup(self, samples: int) -> list[Pickup]:
+        """As of :func:`firstcontact.twin.noise.pickup`, of either fingertip's next samples."""
+
+    def read(self, motion: NDArray[np.float64]) -> NDArray[np.uint16]:
+        """Scans of the next samples.
+
+        Parameters
+        ----------
+        motion
+            As of :func:`firstcontact.twin.mechanics.integrate`, shape (n, 2, 5).
+
+        Returns
+        -------
+        ndarray
+            Shape (n, 6), in the order of :data:`firstcontact.twin.sensor.SCAN`.
+        """
+        scans = np.empty((len(motion), len(SCAN)), np.uint16)
+        for f, (piezo, force) in enumerate(self._pickup(len(motion))):
+            scans[:, f] = piezo_readings(motion[:, f, BUFFER] + piezo)
+            # The array lies between pad and board: it feels the contact, not the mount.
+            scans[:, 2 + f] = force_readings(
+                motion[:, f, CONTACT_FORCE], self._draw.shares[f], self.sheets[f], force,
+                1 / FINGERTIP_RATE, self._felt[f], self.sample,
+            )  # fmt: skip
+            scans[:, 4 + f] = motion[:, f, INDENTATION] > 0
+        self.sample += len(motion)
+        return scans
+
+
+class PinchFingertips(Fingertips):
+    """The converters through one pinch; their noise is drawn at once.
+
+    Parameters
+    ----------
+    draw
+        The pinch; uses up some of its random numbers.
+    times
+        Sampling instants of the longest pinch, s, shape (samples,).
+    sheets
+        Force arrays of index and thumb; those of the draw by default.
+    """
+
+    def __init__(
+        self, draw: PinchDraw, times: NDArray[np.float64], sheets: Sheets | None = None
+    ) -> None:
+        super().__init__(draw, sheets)
+        self._noise = []
+        for f in range(2):
+            phase = draw.rng.uniform(0, 2 * math.pi)
+            angle = 2 * math.pi * draw.noise[f].mains_rate * times + phase
+            self._noise.append(pickup(draw.noise[f], self.sheets[f].noise, angle, draw.rng))
+
+    def _pickup(self, samples: int) -> list[Pickup]:
+        here = slice(self.sample, self.sample + samples)
+        return [(piezo[here], force[here]) for piezo, force in self._noise]
+
+
+class StreamFingertips(Fingertips):
+    """The converters of a running twin.
 
     Hum and sheets have a past, so nothing jumps where one pinch follows another.
 
@@ -27,12 +114,9 @@ class Fingertips:
     """
 
     def __init__(self, draw: PinchDraw, rng: np.random.Generator) -> None:
+        super().__init__(draw)
         self._rng = rng
-        self._draw = draw
         self._phases = rng.uniform(0, 2 * math.pi, 2)
-        self._felt = np.zeros((2, 2, TAXELS))
-        #: Number of the next scan.
-        self.sample = 0
 
     def take(self, draw: PinchDraw) -> None:
         """Go on with the sensors of another pinch of the same hand and session.
@@ -40,39 +124,38 @@ class Fingertips:
         A sheet repeats poorly from loading to loading. What is left of the last one
         conducts as it did, so that no reading jumps.
         """
-        for f in range(2):
-            old, new = self._draw.velostat[f], draw.velostat[f]
+        for f, (old, new) in enumerate(zip(self.sheets, draw.velostat, strict=True)):
             self._felt[f] *= (old.conductance / new.conductance) ** (1 / new.exponent)
-        self._draw = draw
+        self._draw, self.sheets = draw, draw.velostat
 
-    def read(self, motion: NDArray[np.float64]) -> NDArray[np.uint16]:
-        """Scans of the next samples.
+    def _pickup(self, samples: int) -> list[Pickup]:
+        count = np.arange(self.sample, self.sample + samples)
+        # Turns since the start, without its whole ones: exact after days, too.
+        turns = count * self._draw.noise[0].mains_rate % FINGERTIP_RATE
+        angle = 2 * math.pi * turns / FINGERTIP_RATE
+        return [
+            pickup(noise, sheet.noise, angle + phase, self._rng)
+            for noise, sheet, phase in zip(self._draw.noise, self.sheets, self._phases, strict=True)
+        ]
 
-        Parameters
-        ----------
-        motion
-            As of :meth:`firstcontact.twin.run.PinchRun.advance`, shape (n, 2, 3).
 
-        Returns
-        -------
-        ndarray
-            Shape (n, 6), in the order of :data:`firstcontact.twin.sensor.SCAN`.
-        """
-        n = len(motion)
-        scans = np.empty((n, len(SCAN)), np.uint16)
-        first = self.sample
-        for f in range(2):
-            noise, sheet = self._draw.noise[f], self._draw.velostat[f]
-            # Turns since the start, without its whole ones: exact after days, too.
-            turns = np.arange(first, first + n) * noise.mains_rate % FINGERTIP_RATE
-            hum = noise.hum * np.sin(2 * math.pi * turns / FINGERTIP_RATE + self._phases[f])
-            white = self._rng.standard_normal((2, n))
-            scans[:, f] = piezo_readings(motion[:, f, BUFFER] + hum + noise.electronics * white[0])
-            # The array lies between pad and board: it feels the contact, not the mount.
-            scans[:, 2 + f] = force_readings(
-                np.ascontiguousarray(motion[:, f, CONTACT_FORCE]), self._draw.shares[f], sheet,
-                sheet.noise * white[1], 1 / FINGERTIP_RATE, self._felt[f], first,
-            )  # fmt: skip
-            scans[:, 4 + f] = motion[:, f, INDENTATION] > 0
-        self.sample += n
-        return scans
+def strip_contacts(
+    scans: NDArray[np.uint16], first_sample: int = 0, known: Sequence[Contact] = ()
+) -> list[Contact]:
+    """Contacts that the strips of some scans tell, in the order of time.
+
+    Parameters
+    ----------
+    scans
+        Shape (n, 6).
+    first_sample
+        Number of ``scans[0]``.
+    known
+        Contacts before: a finger touches once.
+    """
+    found = []
+    for f in () if len(known) == 2 else Finger:
+        sample = first_closed(scans[:, 4 + f], first_sample)
+        if sample is not None and all(c.finger != f for c in known):
+            found.append(Contact(f, sample, sample))
+    return sorted(found, key=lambda c: c.sample)

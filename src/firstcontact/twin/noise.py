@@ -7,6 +7,7 @@ a contact does.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -15,8 +16,11 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt
 
+from firstcontact.core.layout import FINGERTIP_RATE
+
 #: Points per sampling interval of the force series.
 OVERSAMPLING = 4
+_RATE = OVERSAMPLING * FINGERTIP_RATE
 #: Where friction is heard, Hz.
 RUBBING_BAND = (30.0, 1500.0)
 
@@ -93,7 +97,7 @@ def phalanx_force(
     rate
         Points per second.
     rng
-        Where the chance comes from.
+        Where the random numbers come from.
 
     Returns
     -------
@@ -127,10 +131,70 @@ def phalanx_force(
     return np.asarray(out)
 
 
+class PhalanxNoise:
+    """Forces on both phalanges, as loud as the motor is.
+
+    Parameters
+    ----------
+    noises
+        The strengths, index first.
+    duration
+        Length, s.
+    rng
+        Where the random numbers come from.
+    loudness
+        At the beginning, as a share of the full strength.
+
+    Attributes
+    ----------
+    points
+        N, shape (2, points), ``dt`` apart.
+    dt
+        Between two points, s.
+    loudness
+        May be set, and is reached evenly by the end of the next piece.
+    """
+
+    dt = 1 / _RATE
+
+    def __init__(
+        self, noises: Iterable[MotorNoise], duration: float, rng: np.random.Generator,
+        loudness: float,
+    ) -> None:  # fmt: skip
+        self.points = np.stack([phalanx_force(n, duration, _RATE, rng) for n in noises])
+        self.loudness = self._reached = loudness
+        self._shaped = 0  # points that have got their loudness
+
+    def shape(self, until: float) -> None:
+        """Give a piece that ends at an instant (s) its loudness, the kernel's next point too."""
+        stop = min(int(until / self.dt) + 2, self.points.shape[1])
+        if stop > self._shaped and not self._reached == self.loudness == 1.0:
+            slope = np.linspace(self._reached, self.loudness, stop - self._shaped + 1)[1:]
+            self.points[:, self._shaped : stop] *= slope
+        self._shaped = max(self._shaped, stop)
+        self._reached = self.loudness
+
+
 def pickup(
-    noise: MotorNoise, times: NDArray[np.float64], rng: np.random.Generator
-) -> NDArray[np.float64]:
-    """Electrical disturbance at the converter's input, V, shape of ``times`` (s)."""
-    phase = rng.uniform(0, 2 * math.pi)
-    hum = noise.hum * np.sin(2 * math.pi * noise.mains_rate * times + phase)
-    return np.asarray(hum + noise.electronics * rng.standard_normal(times.shape))
+    noise: MotorNoise, sheet: float, angle: NDArray[np.float64], rng: np.random.Generator
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Electrical disturbance at a fingertip's two converters.
+
+    Parameters
+    ----------
+    noise
+        The strengths at the piezo's.
+    sheet
+        RMS at the force array's, V.
+    angle
+        Of the mains, rad, shape (samples,).
+    rng
+        Where the random numbers come from.
+
+    Returns
+    -------
+    tuple
+        At the piezo's and at the force array's converter, V, shape (samples,).
+    """
+    white = rng.standard_normal((2, angle.size))
+    return noise.hum * np.sin(angle) + noise.electronics * white[0], sheet * white[1]

@@ -9,8 +9,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.physics import GRAVITY
 
-GRAVITY = 9.81
 #: A stable grasp presses with so many times the force that just holds the object.
 SAFETY = 1.25
 #: And its force, smoothed over this time, s,
@@ -22,7 +22,7 @@ DROPPED = 0.010
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class GraspOutcome:
     """How a pinch went; of an object that broke, up to then.
 
     Parameters

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.layout import FINGERTIP_RATE, Finger, fingertip_layout
-from firstcontact.core.pinch import Contact, Label, Pinch
-from firstcontact.twin.converters import Converters, settled_filter
+from firstcontact.core.pinch import Label, Pinch
 from firstcontact.twin.draw import PinchDraw
+from firstcontact.twin.filter import settled_filter
+from firstcontact.twin.fingertips import PinchFingertips, strip_contacts
 from firstcontact.twin.run import SUBSTEPS, PinchRun
 
 #: Length of a pinch, s.
@@ -21,7 +20,7 @@ _LAYOUT = fingertip_layout()
 
 
 def mechanics_of(
-    draw: PinchDraw, duration: float = DURATION, substeps: int = SUBSTEPS
+    draw: PinchDraw, substeps: int = SUBSTEPS
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Integrate a drawn pinch.
 
@@ -30,34 +29,30 @@ def mechanics_of(
     tuple
         Sampling instants (s, the first contact at ``draw.timing.first``), shape
         (samples,), and :func:`firstcontact.twin.mechanics.integrate`'s output,
-        shape (samples, 2, 3).
+        shape (samples, 2, 5).
     """
-    run = PinchRun(draw, duration, BURN_IN, substeps=substeps)
+    run = PinchRun(draw, DURATION, BURN_IN, substeps=substeps)
     out = run.advance(run.times.size)
     return run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE, out[BURN_IN:]
 
 
-def pinch_scans(draw: PinchDraw, duration: float = DURATION) -> NDArray[np.uint16]:
+def pinch_scans(draw: PinchDraw) -> NDArray[np.uint16]:
     """What the converters read during one pinch, shape (samples, 6), in the order of ``SCAN``."""
-    times, out = mechanics_of(draw, duration)
-    return Converters(draw, times).read(out)
+    times, out = mechanics_of(draw)
+    return PinchFingertips(draw, times).read(out)
 
 
-def simulate_pinch(
-    draw: PinchDraw, label: Label, first_sample: int = 0, duration: float = DURATION
-) -> Pinch:
+def simulate_pinch(draw: PinchDraw, label: Label, first_sample: int = 0) -> Pinch:
     """What the device sends for one pinch.
 
     Parameters
     ----------
     draw
-        The chance in it.
+        The pinch; uses up some of its random numbers.
     label
         What is pinched.
     first_sample
         Sample number of the first sample.
-    duration
-        Length, s.
 
     Returns
     -------
@@ -65,17 +60,9 @@ def simulate_pinch(
         int16, :func:`firstcontact.core.layout.fingertip_layout`; its truth is
         read off the strips.
     """
-    scans = pinch_scans(draw, duration)
+    scans = pinch_scans(draw)
     data = settled_filter(scans[0], draw.velostat).update(scans)
-    truth = []
-    for f in Finger:
-        closed = scans[:, 4 + f]
-        if closed.any():
-            sample = first_sample + int(np.argmax(closed))
-            truth.append(Contact(f, sample, sample))
-    truth.sort(key=lambda c: (c.sample, math.inf if c.finger != _first(draw) else 0))
+    first = Finger.INDEX if draw.timing.first_is_index else Finger.THUMB
+    truth = strip_contacts(scans, first_sample)
+    truth.sort(key=lambda c: (c.sample, c.finger != first))
     return Pinch(data, _LAYOUT, label, first_sample, tuple(truth))
-
-
-def _first(draw: PinchDraw) -> Finger:
-    return Finger.INDEX if draw.timing.first_is_index else Finger.THUMB

@@ -15,7 +15,7 @@ OBJECT_SESSIONS = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Planned:
+class PlannedPinch:
     """One pinch to come: a specimen, its label, and which pinch of it in the session."""
 
     specimen: TwinObject
@@ -24,16 +24,16 @@ class Planned:
 
 
 @dataclass(frozen=True, slots=True)
-class Session:
+class PlannedSession:
     """One stretch of collecting data."""
 
     name: str
-    pinches: tuple[Planned, ...]
+    pinches: tuple[PlannedPinch, ...]
 
 
 def plan_sessions(
     condition: Condition, pinches_per_block: int, pinches_per_object: int, seed: int
-) -> tuple[Session, ...]:
+) -> tuple[PlannedSession, ...]:
     """Spread the pinches over sessions, each session with every object, shuffled.
 
     Parameters
@@ -59,26 +59,26 @@ def _sessions(
     each: int,
     sessions: int,
     seed: int,
-) -> list[Session]:
+) -> list[PlannedSession]:
     out = []
     for s in range(min(sessions, each)):
         name = f"{group}-{s + 1:02d}"
         pinches = []
         for kind in kinds:
             for k in range(s, each, sessions):
-                pinches.append(planned(seed, condition, kind, name, k // sessions, k))
+                pinches.append(planned_pinch(seed, condition, kind, name, k // sessions, k))
         order = generator(seed, condition.name, "order", name).permutation(len(pinches))
-        out.append(Session(name, tuple(pinches[i] for i in order)))
+        out.append(PlannedSession(name, tuple(pinches[i] for i in order)))
     return out
 
 
-def planned(
+def planned_pinch(
     seed: int, condition: Condition, kind: TwinObject, session: str, copy: int, number: int
-) -> Planned:
+) -> PlannedPinch:
     """One pinch of a kind of object; ``copy`` goes round its specimens."""
     copies = condition.specimens_per_block if kind.role is Role.TRAIN else 1
     copy %= copies
     one = draw_specimen(seed, condition, kind, copy)
     mark = f"{kind.name} #{copy + 1}" if copies > 1 else kind.name
     label = Label(kind.name, kind.shore_a, None, mark, session, kind.role)
-    return Planned(one, label, number)
+    return PlannedPinch(one, label, number)

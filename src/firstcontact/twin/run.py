@@ -1,98 +1,67 @@
-"""A pinch that is advanced piece by piece, and can be commanded while it runs."""
+"""One drawn pinch on its way: advanced piece by piece, and commanded while it runs."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.core.command import Command
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.twin.approach import Approach
 from firstcontact.twin.draw import PinchDraw
-from firstcontact.twin.mechanics import FINGER_STATES, OUTPUTS, STATES, integrate
-from firstcontact.twin.noise import OVERSAMPLING, phalanx_force
+from firstcontact.twin.drive import Drive, DriveReference
+from firstcontact.twin.mechanics import (
+    CONTACT_FORCE,
+    FINGER_STATES,
+    OUTPUTS,
+    STATES,
+    contact_stiffness,
+    integrate,
+)
+from firstcontact.twin.noise import PhalanxNoise
+from firstcontact.twin.objects import CRUSHED, stiffened
+from firstcontact.twin.parameters import ObjectParameters
 
 #: Steps per sampling interval after the first contact, half as many before: 20 us
 #: each, where halving them moves the piezo's waveform by less than 0.1 %.
 SUBSTEPS = 10
+#: So long after both contacts a commanded hand is stepped as coarsely as before them, s:
+#: what is left is slow.
+CALM = 0.03
 #: Sampling instants are off by no more than this, s: a tenth of the interval or
 #: more would be another fault than jitter.
 LARGEST_WOBBLE = 2e-5
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Course:
-    """What a run meets whatever its drives do.
-
-    Parameters
-    ----------
-    times
-        Sampling instants of the longest run, s from its start, shape (samples,).
-    noise
-        Force on each phalanx, N, shape (2, points).
-    noise_dt
-        Between two points, s.
-    touch
-        When index and thumb touch if nothing else is commanded, s, shape (2,).
-    """
-
-    times: NDArray[np.float64]
-    noise: NDArray[np.float64]
-    noise_dt: float
-    touch: NDArray[np.float64]
-
-
-def drawn_course(draw: PinchDraw, duration: float, lead: int) -> Course:
-    """The course of a run; uses up some of the draw's chance.
-
-    Parameters
-    ----------
-    draw
-        The pinch.
-    duration
-        The longest that the run can take, s, without ``lead``.
-    lead
-        Samples before the instant that the draw's timing counts from.
-    """
-    before = lead / FINGERTIP_RATE
-    nominal = np.arange(-lead, round(duration * FINGERTIP_RATE)) / FINGERTIP_RATE
-    wobble = draw.jitter * draw.rng.standard_normal(nominal.size)
-    wobble = np.clip(wobble, -LARGEST_WOBBLE, LARGEST_WOBBLE)
-    rate = OVERSAMPLING * FINGERTIP_RATE
-    length = duration + before + 1e-3
-    noise = np.stack([phalanx_force(n, length, rate, draw.rng) for n in draw.noise])
-    first, second, first_is_index = draw.timing
-    touch = np.array([first, second] if first_is_index else [second, first]) + before
-    return Course(nominal + before + wobble - wobble[0], noise, 1 / rate, touch)
-
-
-def moving(draw: PinchDraw) -> NDArray[np.float64]:
-    """State of a hand that closes at its drawn speed, before any vibration."""
-    state = np.zeros(STATES)
-    for f, p in enumerate(draw.fingers):
-        state[f * FINGER_STATES + 1 : f * FINGER_STATES + 8 : 2] = p.speed
-    return state
-
-
 class PinchRun:
     """One drawn pinch on its way.
 
-    A finger touches when it has travelled as far as it would have by its drawn
-    instant at the drawn speed; at that speed all along, it touches at that instant.
+    It closes as drawn until the first order takes effect, and each finger touches as
+    :class:`firstcontact.twin.approach.Approach` has it. The first order fixes where the object
+    is: where a finger still on its way would have met it at the drawn speed. From then on a
+    finger touches when its skin gets there, and the motor is as loud as it is fast.
+
     How a run is cut into pieces changes nothing, as long as its loudness stays.
 
     Parameters
     ----------
     draw
-        The chance in it; a run uses it up.
+        The pinch; a run uses up some of its random numbers.
     duration
         The longest that the run can take, s, without ``lead``.
     lead
         Samples before the instant that the draw's timing counts from.
+    drive
+        What the orders go through.
     at_rest
         Whether the run begins with fingers and motor at rest, and not at the
         drawn speed with the motor's noise at its full strength.
+    damped
+        Whether the gears damp a drive that is pushed back from the start on, and not from the
+        first order on.
     substeps
         Steps per sampling interval once a finger has touched.
 
@@ -104,9 +73,12 @@ class PinchRun:
         Samples that have been taken.
     nominal_speed
         Closing speed of the hand as drawn, the mean of both fingers, m/s.
-    loudness
-        Of the motor's noise, as a share of its full strength; may be set, and is
-        reached evenly by the end of the next piece.
+    released
+        Whether it was ordered to open.
+    limit
+        Force at which the object breaks, N; may be set.
+    broken_at
+        Number of the sample that showed it broken; None while it is whole.
     """
 
     def __init__(
@@ -114,29 +86,42 @@ class PinchRun:
         draw: PinchDraw,
         duration: float,
         lead: int = 0,
+        drive: Drive | None = None,
         *,
         at_rest: bool = False,
+        damped: bool = False,
         substeps: int = SUBSTEPS,
     ) -> None:
-        course = drawn_course(draw, duration, lead)
-        self.times: NDArray[np.float64] = course.times
-        self.done = 0
-        self._noise = course.noise
-        self._noise_dt = course.noise_dt
-        self._shaped = 0  # points of the noise that have got their loudness
-        self._held = draw.held
-        self._drawn = draw.fingers
+        begin = lead / FINGERTIP_RATE
+        nominal = np.arange(-lead, round(duration * FINGERTIP_RATE)) / FINGERTIP_RATE
+        wobble = draw.jitter * draw.rng.standard_normal(nominal.size)
+        wobble = np.clip(wobble, -LARGEST_WOBBLE, LARGEST_WOBBLE)
+        self.times: NDArray[np.float64] = nominal + begin + wobble - wobble[0]
+        length = duration + begin + 1e-3
+        self._noise = PhalanxNoise(draw.noise, length, draw.rng, 0.0 if at_rest else 1.0)
+        self._fingers = draw.fingers
         self._substeps = substeps
-        self._touch = course.touch
-        self.nominal_speed = sum(p.speed for p in draw.fingers) / 2
-        self._to_go = self.nominal_speed * self._touch  # travel from here to the touch, m
-        self._since = 0.0
-        self._state = np.zeros(STATES) if at_rest else moving(draw)
+        self._speeds = np.array([p.speed for p in draw.fingers])
+        self.nominal_speed = float(self._speeds.sum() / 2)
+        self._state = np.zeros(STATES)
+        if not at_rest:
+            for f in range(2):
+                self._state[f * FINGER_STATES + 1 : f * FINGER_STATES + 8 : 2] = self._speeds[f]
+        self._touched = np.full(2, np.nan)
+        speed = 0.0 if at_rest else self.nominal_speed
+        # Instants count until the object is placed, then where its faces are.
+        self._approach = Approach(draw.timing, begin, self.nominal_speed, speed)
+        self._placed = False
         self._gap = np.full(2, np.nan)
-        self._set_speed(0.0 if at_rest else self.nominal_speed)
-        self._heard = self.loudness = 0.0 if at_rest else 1.0
-        if at_rest:
-            self._touch[:] = math.inf
+        self._hold(draw.held)
+        self._drive = Drive() if drive is None else drive
+        self._damped = damped
+        self._orders: deque[tuple[int, Command | None]] = deque()
+        self._reference = DriveReference(self._drive, speed)
+        self.done = 0
+        self.released = False
+        self.limit = math.inf
+        self.broken_at: int | None = None
 
     @property
     def now(self) -> float:
@@ -145,20 +130,37 @@ class PinchRun:
 
     @property
     def speed(self) -> float:
-        """Speed that the drives are told from now on, mean of both, m/s; negative opens."""
-        return self._speed
+        """Speed that the drives follow from now on, mean of both, m/s; negative opens.
+
+        May be set while no command holds, and takes effect after the newest sample.
+        """
+        return self._reference.at(self.done - 1)
 
     @speed.setter
     def speed(self, speed: float) -> None:
-        if speed == self._speed:
+        before = self.speed
+        if speed == before:
             return
-        gone = self._speed * (self.now - self._since)
-        self._to_go -= gone
-        self._since = self.now
-        self._set_speed(speed)
-        apart = np.isnan(self._gap)
-        coming = self.now + self._to_go / speed if speed > 0 else math.inf
-        self._touch = np.where(apart, coming, self._touch)
+        self._reference.hold(speed)
+        if not self._placed:
+            self._approach.turn(before, speed, self.now, ~np.isnan(self._gap))
+
+    @property
+    def loudness(self) -> float:
+        """Of the motor before the first order, as a share of its full strength.
+
+        May be set, and is reached evenly by the end of the next piece.
+        """
+        return self._noise.loudness
+
+    @loudness.setter
+    def loudness(self, loudness: float) -> None:
+        self._noise.loudness = loudness
+
+    @property
+    def commanded(self) -> bool:
+        """Whether a command holds."""
+        return self._reference.command is not None
 
     @property
     def drive_speed(self) -> float:
@@ -168,18 +170,37 @@ class PinchRun:
     @property
     def touched(self) -> tuple[bool, bool]:
         """Whether index and thumb have touched yet."""
-        return not math.isnan(self._gap[0]), not math.isnan(self._gap[1])
+        index, thumb = self._touched if self._placed else self._gap
+        return not math.isnan(index), not math.isnan(thumb)
+
+    def order(self, command: Command | None, effect: int) -> None:
+        """Command, or have the hand released by None.
+
+        Parameters
+        ----------
+        command
+            Is clipped by the drive. After a release the speed stays until it is set.
+        effect
+            It takes effect after the sample of this number, lead included; after the newest
+            one where that has been. Orders come in the order of their effects.
+        """
+        clipped = None if command is None else self._drive.clipped(command)
+        self._orders.append((max(effect, self.done - 1), clipped))
+
+    def withdraw(self) -> int:
+        """No order holds from here on, none that waits either: how many commands waited."""
+        waiting = sum(command is not None for _, command in self._orders)
+        self._orders.clear()
+        self._reference.hold(self.speed)
+        return waiting
 
     def advance(self, samples: int) -> NDArray[np.float64]:
         """Take the next samples.
 
-        A change of :attr:`speed` takes effect after the newest sample.
-
         Returns
         -------
         ndarray
-            As of :func:`firstcontact.twin.mechanics.integrate`, shape (samples,
-            2, 3): buffer (V), contact force (N), indentation (m).
+            As of :func:`firstcontact.twin.mechanics.integrate`, shape (samples, 2, 5).
 
         Raises
         ------
@@ -189,33 +210,74 @@ class PinchRun:
         end = self.done + samples
         if samples < 1 or end > self.times.size:
             raise ValueError(f"{samples} samples asked of a run that has {self.times.size} in all")
-        # A piece starts at the newest sample, whose row is known already.
-        begin = max(self.done - 1, 0)
-        self._shape_noise(self.times[end - 1])
-        out = np.empty((end - begin, 2, OUTPUTS))
-        index, thumb = self._fingers
-        integrate(
-            index, thumb, self._held, self._touch, self.times[begin:end], self._noise,
-            self._noise_dt, self._substeps, self._state, self._gap, out,
+        pieces = []
+        while self.done < end:
+            # A piece starts at the newest sample, whose row is known already.
+            begin = max(self.done - 1, 0)
+            while self._orders and self._orders[0][0] <= begin:
+                self._obey(self._orders.popleft()[1], begin)
+            stop = min(end, self._orders[0][0] + 1) if self._orders else end
+            pieces.append(self._piece(begin, stop))
+        return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+
+    def _piece(self, begin: int, stop: int) -> NDArray[np.float64]:
+        reference = self._reference.after(begin, max(stop - begin - 1, 1))[:, np.newaxis]
+        limit = self.limit if self.broken_at is None else math.inf
+        if self._placed:
+            speeds = reference * (self._speeds / self.nominal_speed)
+        else:
+            speeds = reference / self.nominal_speed * self._speeds
+            self._noise.shape(self.times[stop - 1])
+        out = self._integrate(
+            begin, stop, speeds, self._state, self._touched, limit,
+            self._drive.back_damping if self._placed or self._damped else 0.0,
         )  # fmt: skip
+        if max(out[-1, 0, CONTACT_FORCE], out[-1, 1, CONTACT_FORCE]) > limit:
+            self.broken_at = begin + len(out) - 1
+            self._hold(stiffened(self._held, CRUSHED))
         fresh = out[self.done - begin :]
-        self.done = end
+        self.done = begin + len(out)
         return fresh
 
-    def _set_speed(self, speed: float) -> None:
-        self._speed = speed
-        share = speed / self.nominal_speed
-        index, thumb = self._drawn
-        self._fingers = (
-            index._replace(speed=share * index.speed),
-            thumb._replace(speed=share * thumb.speed),
-        )
+    def _integrate(
+        self, begin: int, stop: int, speeds: NDArray[np.float64], state: NDArray[np.float64],
+        touched: NDArray[np.float64], limit: float, damping: float,
+    ) -> NDArray[np.float64]:  # fmt: skip
+        index, thumb = self._fingers
+        out = np.empty((stop - begin, 2, OUTPUTS))
+        taken = integrate(
+            index, thumb, self._held, self._stiffness, self._approach.touch, self.times[begin:stop],
+            self._noise.points, self._noise.dt, self._substeps, speeds, self._reference.force,
+            damping, self.nominal_speed if self._placed else 0.0, limit,
+            CALM if self._placed else math.inf, state, self._gap, touched, out,
+        )  # fmt: skip
+        return out[:taken]
 
-    def _shape_noise(self, until: float) -> None:
-        """Give the noise up to an instant its loudness, the kernel's next point included."""
-        stop = min(int(until / self._noise_dt) + 2, self._noise.shape[1])
-        if stop > self._shaped and not self._heard == self.loudness == 1.0:
-            slope = np.linspace(self._heard, self.loudness, stop - self._shaped + 1)[1:]
-            self._noise[:, self._shaped : stop] *= slope
-        self._shaped = max(self._shaped, stop)
-        self._heard = self.loudness
+    def _hold(self, held: ObjectParameters) -> None:
+        self._held = held
+        self._stiffness = np.array([contact_stiffness(p, held) for p in self._fingers])
+
+    def _obey(self, command: Command | None, sample: int) -> None:
+        if not self._placed:
+            self._place(sample)
+        if command is None:
+            self._reference.hold(self._reference.at(sample))
+            self.released = True
+        else:
+            self._reference.obey(command, sample)
+
+    def _place(self, begin: int) -> None:
+        """Fix where the object is by letting the hand close at the drawn speed, aside."""
+        if not self._damped:
+            # What was not damped swings: the calm is counted from here.
+            self._touched[~np.isnan(self._gap)] = self.now
+        if np.isnan(self._gap).any():
+            speed, self.speed = self.speed, self.nominal_speed
+            stop = int(np.searchsorted(self.times, self._approach.touch.max())) + 1
+            speeds = np.tile(self._speeds, (stop - begin, 1))
+            self._integrate(
+                begin, stop, speeds, self._state.copy(), self._touched.copy(), math.inf, 0.0
+            )
+            self._reference.hold(speed)
+        self._approach.touch = np.full(2, math.inf)
+        self._placed = True

@@ -16,7 +16,7 @@ from firstcontact.recording import Header, RecordingWriter
 from firstcontact.twin.conditions import Condition, condition
 from firstcontact.twin.draw import draw_pinch
 from firstcontact.twin.pinch import DURATION, simulate_pinch
-from firstcontact.twin.plan import Planned, Session, plan_sessions
+from firstcontact.twin.plan import PlannedPinch, PlannedSession, plan_sessions
 
 #: Sample numbers that pass between two pinches while the hand opens: 1 s.
 BETWEEN = round(FINGERTIP_RATE)
@@ -92,12 +92,12 @@ def simulate(
 
 
 def pinches_of(
-    session: Session, condition: Condition, seed: int, pool: ThreadPoolExecutor
+    session: PlannedSession, condition: Condition, seed: int, pool: ThreadPoolExecutor
 ) -> Iterator[Pinch]:
     """The pinches of a session in their order, made by ``pool``."""
     step = round(DURATION * FINGERTIP_RATE) + BETWEEN
 
-    def one(place: int, planned: Planned) -> Pinch:
+    def one(place: int, planned: PlannedPinch) -> Pinch:
         kind = planned.specimen
         key = planned.label.specimen + f" {planned.number}"
         draw = draw_pinch(seed, condition, session.name, kind, key)
@@ -113,7 +113,7 @@ def pinches_of(
 
 def _write(
     path: Path,
-    session: Session,
+    session: PlannedSession,
     condition: Condition,
     seed: int,
     pool: ThreadPoolExecutor,

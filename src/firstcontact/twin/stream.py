@@ -11,18 +11,18 @@ from numpy.typing import NDArray
 
 from firstcontact.core.command import Command
 from firstcontact.core.errors import InputError
-from firstcontact.core.layout import FINGERTIP_RATE, Finger
+from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.pinch import Contact, Label
 from firstcontact.twin.conditions import condition
 from firstcontact.twin.draw import draw_pinch, generator
 from firstcontact.twin.drive import LATENCY, Drive
-from firstcontact.twin.fingertips import Fingertips
+from firstcontact.twin.fingertips import StreamFingertips, strip_contacts
 from firstcontact.twin.mechanics import CONTACT_FORCE, OUTPUTS
 from firstcontact.twin.objects import OBJECTS, TwinObject, object_named
-from firstcontact.twin.plan import Planned, planned
+from firstcontact.twin.plan import PlannedPinch, planned_pinch
+from firstcontact.twin.run import PinchRun
 from firstcontact.twin.sensor import SCAN
-from firstcontact.twin.stream_moves import PIECE, close, part, pieces
-from firstcontact.twin.stream_run import StreamRun
+from firstcontact.twin.stream_moves import PIECE, close_hand, open_hand, pieces
 
 #: The open hand rests this long with its motor off, s.
 REST = (0.6, 1.0)
@@ -79,7 +79,7 @@ class TwinStream:
         What is picked up, by name or as it is; each once a round, in another order
         each round. All of the paper's by default.
     seed
-        Of everything by chance.
+        Of all random numbers.
     latency
         From a command to its effect, s. All else of the :class:`Drive` is its own.
 
@@ -111,7 +111,7 @@ class TwinStream:
         if not self._objects:
             raise InputError("the twin has no objects: give at least one")
         self.ignored = 0
-        self._run: StreamRun | None = None  # while the hand takes commands
+        self._run: PinchRun | None = None  # while the hand takes commands
         self._seed = seed
         self._rng = generator(seed, condition_name, "stream")
         self._chosen: TwinObject | None = None
@@ -120,7 +120,7 @@ class TwinStream:
         self._taken: dict[str, int] = {}
         first = self._plan(self._objects[0], -1)
         draw = draw_pinch(seed, self._condition, SESSION, first.specimen, "first rest")
-        self._tips = Fingertips(draw, generator(seed, condition_name, "stream", "converters"))
+        self._tips = StreamFingertips(draw, generator(seed, condition_name, "stream", "converters"))
         self._moves = self._move()
         self._left = np.empty((0, len(SCAN)), np.uint16)
         #: The last pinches, oldest first. The newest may start at a sample not read yet.
@@ -160,7 +160,7 @@ class TwinStream:
         if self._run is None:
             self.ignored += 1
             return False
-        self._run.tell(clipped, self._effect(self._run))
+        self._run.order(clipped, self._effect(self._run))
         return True
 
     def release(self) -> None:
@@ -170,10 +170,10 @@ class TwinStream:
         the next piece. What is commanded after it comes too late for this closing.
         """
         if self._run is not None:
-            self._run.tell(None, self._effect(self._run))
+            self._run.order(None, self._effect(self._run))
             self._run = None
 
-    def _effect(self, run: StreamRun) -> int:
+    def _effect(self, run: PinchRun) -> int:
         return run.done - 1 - len(self._left) + self._drive.delay
 
     def read(self, samples: int) -> NDArray[np.uint16]:
@@ -206,23 +206,22 @@ class TwinStream:
             draw = draw_pinch(self._seed, self._condition, SESSION, coming.specimen, key)
             self._tips.take(draw)
             self.pinches.append(StreamPinch(self._tips.sample, coming.label))
-            yield from self._pinch(
-                StreamRun(draw, LONGEST, round(LEAD * FINGERTIP_RATE), self._drive)
-            )
+            lead = round(LEAD * FINGERTIP_RATE)
+            yield from self._pinch(PinchRun(draw, LONGEST, lead, self._drive, at_rest=True))
 
-    def _pinch(self, run: StreamRun) -> Iterator[NDArray[np.float64]]:
+    def _pinch(self, run: PinchRun) -> Iterator[NDArray[np.float64]]:
         """From rest to rest."""
         self._run = run
         peak = 0.0
-        for motion in close(run, float(self._rng.uniform(*HOLD))):
+        for motion in close_hand(run, float(self._rng.uniform(*HOLD))):
             peak = max(peak, float(motion[..., CONTACT_FORCE].min(axis=1).max()))
             yield motion
         self._run = None
-        self.ignored += run.take_back()
+        self.ignored += run.withdraw()
         self.pinches[-1] = replace(self.pinches[-1], end=self._tips.sample, peak=peak)
-        yield from part(run)
+        yield from open_hand(run)
 
-    def _next(self) -> Planned:
+    def _next(self) -> PlannedPinch:
         kind = self._chosen
         if kind is None:
             if not self._waiting:
@@ -235,21 +234,13 @@ class TwinStream:
         self._taken[kind.name] = number + 1
         return self._plan(kind, number)
 
-    def _plan(self, kind: TwinObject, number: int) -> Planned:
-        return planned(self._seed, self._condition, kind, SESSION, number, number)
+    def _plan(self, kind: TwinObject, number: int) -> PlannedPinch:
+        return planned_pinch(self._seed, self._condition, kind, SESSION, number, number)
 
     def _note(self, first: int, scans: NDArray[np.uint16]) -> None:
         """Add the contacts that came with these scans to the pinch they belong to."""
-        if not self.pinches or len(self.pinches[-1].truth) == len(Finger):
-            return
-        pinch = self.pinches[-1]
-        known = {c.finger for c in pinch.truth}
-        new = []
-        for f in Finger:
-            closed = scans[:, 4 + f]
-            if f not in known and closed.any():
-                sample = first + int(np.argmax(closed))
-                new.append(Contact(f, sample, sample))
-        if new:
-            new.sort(key=lambda c: c.sample)
-            self.pinches[-1] = replace(pinch, truth=(*pinch.truth, *new))
+        if self.pinches:
+            pinch = self.pinches[-1]
+            new = strip_contacts(scans, first, pinch.truth)
+            if new:
+                self.pinches[-1] = replace(pinch, truth=(*pinch.truth, *new))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.twin.mechanics import INDENTATION
 from firstcontact.twin.parameters import FingerParameters
-from firstcontact.twin.stream_run import StreamRun
+from firstcontact.twin.run import PinchRun
 
 #: The motor gets to another speed in this time, s.
 RAMP = 0.06
@@ -35,7 +35,7 @@ def pieces(duration: float) -> int:
     return round(duration * FINGERTIP_RATE / PIECE)
 
 
-def close(run: StreamRun, hold: float) -> Iterator[NDArray[np.float64]]:
+def close_hand(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
     """Close, squeeze, and hold for ``hold`` s; less where the hand is released.
 
     A command takes the place of the drawn speed and of the hold's force.
@@ -46,7 +46,7 @@ def close(run: StreamRun, hold: float) -> Iterator[NDArray[np.float64]]:
             return
 
 
-def part(run: StreamRun) -> Iterator[NDArray[np.float64]]:
+def open_hand(run: PinchRun) -> Iterator[NDArray[np.float64]]:
     """Open until the object is let go, and come to rest."""
     yield from _ramp(run, -run.nominal_speed)
     while True:
@@ -59,23 +59,23 @@ def part(run: StreamRun) -> Iterator[NDArray[np.float64]]:
         yield _piece(run)
 
 
-def _squeeze(run: StreamRun, hold: float) -> Iterator[NDArray[np.float64]]:
+def _squeeze(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
     yield from _ramp(run, run.nominal_speed)
-    while not _over(run):
+    while not _squeezed(run):
         yield _piece(run)
-    # A drive that stands pushes with its gain times the speed it is told.
+    # A drive that stands pushes with its gain times the speed that it is to follow.
     yield from _ramp(run, GRIP / FingerParameters().speed_gain)
     for _ in range(pieces(hold)):
         yield _piece(run)
 
 
-def _over(run: StreamRun) -> bool:
+def _squeezed(run: PinchRun) -> bool:
     if run.commanded and run.done > PATIENCE * FINGERTIP_RATE:
         return True
     return all(run.touched) and run.drive_speed <= STALLED * run.nominal_speed
 
 
-def _ramp(run: StreamRun, speed: float) -> Iterator[NDArray[np.float64]]:
+def _ramp(run: PinchRun, speed: float) -> Iterator[NDArray[np.float64]]:
     """Bring the hand to another speed without a jerk, unless it is commanded."""
     begin = run.speed
     steps = pieces(RAMP)
@@ -87,7 +87,7 @@ def _ramp(run: StreamRun, speed: float) -> Iterator[NDArray[np.float64]]:
         yield _piece(run)
 
 
-def _piece(run: StreamRun) -> NDArray[np.float64]:
+def _piece(run: PinchRun) -> NDArray[np.float64]:
     """The next piece; a motor that stalls or stands is not heard."""
     run.loudness = min(abs(run.drive_speed) / run.nominal_speed, 1.0)
     return run.advance(PIECE)

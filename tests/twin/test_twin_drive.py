@@ -1,0 +1,53 @@
+"""What the drives follow, from one commanded speed to another."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.core.command import Command
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.twin.drive import Drive, DriveReference
+
+SPEEDS = st.floats(-0.25, 0.25)
+
+
+@given(SPEEDS, SPEEDS, st.integers(0, 500), st.integers(1, 300))
+def test_a_command_is_reached_no_faster_than_the_drive_accelerates(
+    speed: float, commanded: float, sample: int, intervals: int
+) -> None:
+    drive = Drive()
+    reference = DriveReference(drive, speed)
+    assert (reference.after(sample, intervals) == speed).all()
+    reference.obey(Command(commanded, 3.0), sample)
+    way = np.array([speed, *reference.after(sample, 400)])
+    assert np.abs(np.diff(way)).max() <= drive.acceleration / FINGERTIP_RATE * (1 + 1e-9)
+    assert (np.sign(np.diff(way)) * np.sign(commanded - speed) >= 0).all()
+    assert way[-1] == commanded
+    # However it is asked.
+    assert reference.at(sample + intervals) == way[intervals]
+    later = reference.after(sample + intervals, 50)
+    assert (later == reference.after(sample, intervals + 50)[intervals:]).all()
+
+
+@given(SPEEDS, SPEEDS, st.integers(-1, 500))
+def test_held_it_stays_where_it_is(speed: float, held: float, sample: int) -> None:
+    reference = DriveReference(Drive(force=9.0), speed)
+    reference.obey(Command(0.1, 2.0), 10)
+    assert reference.force == 2.0
+    reference.hold(held)
+    assert reference.command is None
+    assert reference.force == 9.0
+    assert reference.at(sample) == held
+
+
+def test_a_command_on_the_way_to_another_goes_on_from_there() -> None:
+    reference = DriveReference(Drive(), 0.13)
+    reference.obey(Command(0.0, 12.0), 100)
+    on_the_way = reference.at(130)
+    assert 0 < on_the_way < 0.13
+    reference.obey(Command(0.13, 12.0), 130)
+    assert reference.at(130) == on_the_way
+    assert reference.at(131) == pytest.approx(on_the_way + 10 / FINGERTIP_RATE)

@@ -46,7 +46,7 @@ def test_a_plan_that_is_not_there_or_not_text_is_refused(tmp_path):
     with pytest.raises(InputError, match="cannot be read"):
         read_plan(tmp_path / "none.csv")
     (tmp_path / "bytes.csv").write_bytes(b"object,pinches\n\xff\xfe,3\n")
-    with pytest.raises(InputError, match="not a CSV in UTF-8"):
+    with pytest.raises(InputError, match="not CSV in UTF-8"):
         read_plan(tmp_path / "bytes.csv")
 
 

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from firstcontact.collect.table import read_table
 from firstcontact.core import Finger, InputError
 from firstcontact.recording import Recording
+from firstcontact.recording.table import read_rows
 
 COLUMNS = ("pinch", "finger", "time_s")
 #: Offset and drift of two clocks are not fitted to fewer pinches.
@@ -88,7 +88,7 @@ def read_contacts(path: Path) -> dict[Key, float]:
         contact stands there twice.
     """
     contacts: dict[Key, float] = {}
-    for line, row in read_table(path, COLUMNS):
+    for line, row in read_rows(path, COLUMNS):
         try:
             key = int(row["pinch"]), Finger[row["finger"].upper()]
             time = float(row["time_s"])

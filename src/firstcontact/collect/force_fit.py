@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from firstcontact.collect.table import read_table
 from firstcontact.core import Finger, ForceCurve, InputError
 from firstcontact.core.calibration import DIVIDER_OHM
 from firstcontact.core.layout import ADC_VOLTS
+from firstcontact.recording.table import read_rows
 
 #: A curve of three parameters is not fitted to fewer different weights.
 LEAST = 4
@@ -40,7 +40,7 @@ def read_weights(path: Path) -> tuple[Weighing, ...]:
         The file cannot be read, misses a column, or a value cannot be used.
     """
     weighings = []
-    for line, row in read_table(path, COLUMNS):
+    for line, row in read_rows(path, COLUMNS):
         try:
             finger = Finger[row["finger"].upper()]
             newtons, volts = float(row["newtons"]), float(row["volts"])

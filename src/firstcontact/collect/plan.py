@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from firstcontact.collect.table import read_table
 from firstcontact.core import InputError, Label, Role
 from firstcontact.core.plain import check_text
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.recording.quoting import shown
+from firstcontact.recording.table import read_rows
 
 #: Most pinches of an object in a session.
 MOST_PINCHES = 1_000_000
@@ -72,7 +72,7 @@ def read_plan(path: Path) -> tuple[Item, ...]:
         The file cannot be read, misses a column or has one that is not known,
         is empty, names an object twice, or a value in it cannot be used.
     """
-    rows = read_table(path, COLUMNS[:2])
+    rows = read_rows(path, COLUMNS[:2])
     for name in rows[0][1] if rows else ():
         if name not in COLUMNS:
             raise InputError(

@@ -36,7 +36,7 @@ from firstcontact.recording.labels import (
     make_motor_starts,
 )
 from firstcontact.recording.quoting import listed, shown
-from firstcontact.recording.table import read_table
+from firstcontact.recording.table import read_columns
 
 PIEZO = ("piezo_index", "piezo_thumb")
 FORCE = tuple(f"force_{f}_{k}" for f in ("index", "thumb") for k in range(TAXELS))
@@ -67,7 +67,7 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
     InputError
         Names the column, and the line or pinch at fault.
     """
-    columns = read_table(path)
+    columns = read_columns(path)
     for name in ("pinch", PIEZO[0]):
         if name not in columns:
             raise InputError(f"{path} has no column {name}: add it (one row is one sample)")

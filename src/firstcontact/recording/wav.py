@@ -30,7 +30,7 @@ from firstcontact.recording.labels import (
     make_motor_starts,
 )
 from firstcontact.recording.quoting import listed, reason
-from firstcontact.recording.table import read_table
+from firstcontact.recording.table import read_columns
 
 LABELS = "labels.csv"
 _KNOWN = {"file", "sample_rate_hz", "source", "comment", *LABEL_COLUMNS, *CONTACT_COLUMNS}
@@ -64,7 +64,7 @@ def import_wav(folder: Path) -> Dataset:
         in rate, type or channels.
     """
     table = folder / LABELS
-    columns = read_table(table)
+    columns = read_columns(table)
     if "file" not in columns:
         raise InputError(f"{table} has no column file: name the WAV file of each row")
     files = _match(folder, columns["file"])

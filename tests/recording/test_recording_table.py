@@ -1,7 +1,7 @@
 import pytest
 
-from firstcontact.collect.table import read_table
 from firstcontact.core import InputError
+from firstcontact.recording.table import read_rows
 
 
 def test_blanks_marks_and_missing_cells_do_not_matter(tmp_path):
@@ -9,7 +9,7 @@ def test_blanks_marks_and_missing_cells_do_not_matter(tmp_path):
     path.write_text(
         '\ufeff a , b,note\n1, "two, too",x,beyond\n\n ü\n', encoding="utf-8", newline=""
     )
-    assert read_table(path, ("a", "b")) == [
+    assert read_rows(path, ("a", "b")) == [
         (2, {"a": "1", "b": "two, too", "note": "x"}),
         (4, {"a": "ü", "b": "", "note": ""}),
     ]
@@ -20,14 +20,14 @@ def test_blanks_marks_and_missing_cells_do_not_matter(tmp_path):
     [
         (b"", "column 'a' is missing: give a, b"),
         (b"a,c\n1,2\n", "column 'b' is missing: give a, b"),
-        (b"a,b\n\xff,1\n", "is not a CSV in UTF-8"),
-        (b"a,b\n" + b"1" * 200_000, "is not a CSV in UTF-8"),
+        (b"a,b\n\xff,1\n", "is not CSV in UTF-8"),
+        (b"a,b\n" + b"1" * 200_000, "is not CSV in UTF-8"),
     ],
 )
 def test_what_is_no_such_table_is_refused(tmp_path, data, said):
     path = tmp_path / "table.csv"
     path.write_bytes(data)
     with pytest.raises(InputError, match=said):
-        read_table(path, ("a", "b"))
+        read_rows(path, ("a", "b"))
     with pytest.raises(InputError, match="not a regular file"):
-        read_table(tmp_path, ("a", "b"))
+        read_rows(tmp_path, ("a", "b"))

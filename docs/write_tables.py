@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from firstcontact.study.accepted import Accepted
-from firstcontact.study.comparison import percent
+from firstcontact.report.accepted import Accepted
+from firstcontact.report.comparison import percent
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results"

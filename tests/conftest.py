@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import os
 import signal
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+from firstcontact.core import Dataset
+from toy_pinches import rank_dataset, shore_dataset
 
 # Tests assert no times: neither here nor by the way.
 settings.register_profile("firstcontact", deadline=None)
@@ -33,3 +37,21 @@ def impacts() -> Path:
         if (folder / "labels.csv").is_file():
             return folder
     pytest.skip("no real impacts: set FIRSTCONTACT_DATA, see docs/how-to/real-impacts.md")
+
+
+@pytest.fixture(scope="session")
+def shore() -> Dataset:
+    """Toy pinches with Shore A."""
+    return shore_dataset()
+
+
+@pytest.fixture(scope="session")
+def ranks() -> Dataset:
+    """Toy pinches with ranks of hardness."""
+    return rank_dataset()
+
+
+@pytest.fixture(scope="session")
+def make_shore() -> Callable[..., Dataset]:
+    """What makes toy pinches with Shore A."""
+    return shore_dataset

@@ -14,10 +14,10 @@ from trainings import LAYOUT, card_of, recordings, resampled, run, touch
 from firstcontact.contact import SvmDetector, detect
 from firstcontact.contact.detector_file import load_detector
 from firstcontact.core import Dataset, InputError, Label, Role
+from firstcontact.learning.alignment import fit_detector, found_as_live
 from firstcontact.recording import Header, load_dataset, write_dataset
 from firstcontact.stiffness import load_interval, load_model, model_folders
 from firstcontact.stiffness.folds import inner_folds
-from firstcontact.study.alignment import fit_detector, found_as_live
 
 
 @pytest.fixture(scope="module")

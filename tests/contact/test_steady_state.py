@@ -11,7 +11,7 @@ from rested import rested
 from firstcontact.contact import SvmDetector, ThresholdDetector
 from firstcontact.contact.closing_start import closing_starts, counted
 from firstcontact.core import Dataset
-from firstcontact.study.detection import score_detector
+from firstcontact.learning.detection import score_detector
 from firstcontact.twin.conditions import condition
 from firstcontact.twin.draw import draw_pinch
 from firstcontact.twin.pinch import simulate_pinch

@@ -37,8 +37,8 @@ LOT = 400
 _COMMON = (
     "firstcontact.cli.evaluate", "firstcontact.cli.export", "firstcontact.cli.import_",
     "firstcontact.cli.inspect", "firstcontact.cli.live", "firstcontact.cli.record",
-    "firstcontact.cli.train", "firstcontact.live.session", "firstcontact.study.training",
-    "firstcontact.study.keeping", "firstcontact.recording.importing", "tyro", "scipy.io.wavfile",
+    "firstcontact.cli.train", "firstcontact.live.session", "firstcontact.learning.training",
+    "firstcontact.learning.keeping", "firstcontact.recording.importing", "tyro", "scipy.io.wavfile",
     "firstcontact.contact.detector_file", "firstcontact.live.json_lines", "pyarrow.parquet",
     "firstcontact.live.text", "firstcontact.live.summary", "firstcontact.device.opening",
     "matplotlib.backends.backend_agg", "matplotlib.figure", "matplotlib.backends.backend_svg",

@@ -14,7 +14,7 @@ from firstcontact.grasp_study.search import search
 from firstcontact.grasp_study.settings import KINDS, Settings
 from firstcontact.grasp_study.trials import Row, Scene, Trial, plant_of, played, run_trial
 from firstcontact.grasp_study.variants import VARIANTS, Variant
-from firstcontact.study.jobs import Serial, parallel
+from firstcontact.learning.jobs import Serial, parallel
 
 SMALL = Settings(
     sessions=2,

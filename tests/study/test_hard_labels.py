@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +12,13 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Contact, Dataset, InputError, Label, Pinch, Role
+from firstcontact.learning.jobs import Serial
+from firstcontact.learning.training import DURATION, distinct_specimens
 from firstcontact.recording.labels import make_labels
+from firstcontact.report.findings import Findings, PartResult
+from firstcontact.report.state import State
 from firstcontact.signal import Conditioner, samples_in
 from firstcontact.study import protocol
-from firstcontact.study.jobs import Serial
 from firstcontact.study.parts.blocks import blocks
 from firstcontact.study.parts.contacts import contacts, detection_splits
 from firstcontact.study.parts.data import describe
@@ -25,10 +28,8 @@ from firstcontact.study.parts.objects import objects
 from firstcontact.study.parts.second_contact import samples_to_spare
 from firstcontact.study.parts.waveforms import waveforms
 from firstcontact.study.parts.window_length import window_length
-from firstcontact.study.settings import DURATION, Settings
-from firstcontact.study.state import Findings, State
-from firstcontact.study.subject import NO_SESSIONS, Outcome, Subject
-from firstcontact.study.training import distinct_specimens
+from firstcontact.study.settings import Settings
+from firstcontact.study.subject import NO_SESSIONS, Subject
 
 SMALL = replace(Settings(), durations=(0.005, 0.015), folds=3, epochs=1, calls=30, workers=1)
 MODELS = ("train_mean", "peak", "svm")
@@ -55,7 +56,7 @@ def whole_study(dataset: Dataset, out: Path) -> dict[str, Any]:
     """All steps but those of the CNN, which asks the same of labels and takes longer."""
     steps = protocol.plan([("recordings", lambda: dataset)], SMALL, Serial())
     steps = [s for s in steps if "CNN" not in s.title and s.title != "inference time"]
-    state = State("study", SMALL, True, [Findings("recordings")], [s.title for s in steps])
+    state = State("study", asdict(SMALL), True, [Findings("recordings")], [s.title for s in steps])
     protocol.run(steps, state, out)
     text = (out / "results.json").read_text(encoding="utf-8")
     assert "null" not in text
@@ -65,7 +66,7 @@ def whole_study(dataset: Dataset, out: Path) -> dict[str, Any]:
     return tree
 
 
-def said(outcome: Outcome, word: str) -> str:
+def said(outcome: PartResult, word: str) -> str:
     found = [reason for reason in outcome.left_out if word in reason]
     assert len(found) == 1, outcome.left_out
     return found[0]
@@ -283,11 +284,11 @@ def test_the_rate_of_the_recordings_is_told(shore: Dataset) -> None:
 def failing(error: Exception, shore: Dataset, out: Path, number: int = 3) -> None:
     steps = protocol.plan([("recordings", lambda: shore)], SMALL, Serial())[:5]
 
-    def fail() -> Outcome:
+    def fail() -> PartResult:
         raise error
 
     steps[number] = replace(steps[number], run=fail)
-    state = State("study", SMALL, True, [Findings("recordings")], [s.title for s in steps])
+    state = State("study", asdict(SMALL), True, [Findings("recordings")], [s.title for s in steps])
     protocol.run(steps, state, out)
 
 

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from firstcontact.core import Dataset
+from firstcontact.learning.jobs import Serial
+from firstcontact.report.findings import Findings, PartResult
+from firstcontact.report.state import State
 from firstcontact.study import protocol
-from firstcontact.study.jobs import Serial
 from firstcontact.study.parts.contacts import detection_splits
 from firstcontact.study.settings import Settings
-from firstcontact.study.state import Findings, State
-from firstcontact.study.subject import Outcome
 
 SMALL = replace(Settings(), durations=(0.005, 0.015), folds=3, epochs=1, calls=30, workers=1)
 
@@ -24,7 +24,7 @@ SMALL = replace(Settings(), durations=(0.005, 0.015), folds=3, epochs=1, calls=3
 def study(dataset: Dataset, out: Path, name: str = "recordings") -> tuple[State, list]:
     steps = protocol.plan([(name, lambda: dataset)], SMALL, Serial())
     titles = [step.title for step in steps]
-    return State("firstcontact study", SMALL, True, [Findings(name)], titles), steps
+    return State("firstcontact study", asdict(SMALL), True, [Findings(name)], titles), steps
 
 
 def results(out: Path) -> dict:
@@ -145,7 +145,7 @@ def test_every_condition_is_timed_by_its_own_models() -> None:
 def test_an_interrupt_leaves_what_was_found(shore: Dataset, tmp_path: Path) -> None:
     state, steps = study(shore, tmp_path)
 
-    def interrupt() -> Outcome:
+    def interrupt() -> PartResult:
         raise KeyboardInterrupt
 
     steps[2] = replace(steps[2], run=interrupt)

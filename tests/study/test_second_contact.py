@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from firstcontact.core import Contact, Dataset
+from firstcontact.report.tables import second_table
 from firstcontact.study.parts.objects import UNSEEN
 from firstcontact.study.parts.second_contact import misplaced, second_contact
 from firstcontact.study.settings import Settings
 from firstcontact.study.subject import Subject
-from firstcontact.study.tables import second_table
 
 MS = 4.936
 

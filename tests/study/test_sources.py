@@ -11,7 +11,8 @@ import pytest
 from scipy.io import wavfile
 
 from firstcontact.core import InputError
-from firstcontact.study.settings import MODEL_RATE, Settings
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.study.settings import Settings
 from firstcontact.study.sources import recorded, simulated
 
 TINY = replace(Settings(), block_pinches=2, object_pinches=1, workers=1)
@@ -49,11 +50,11 @@ def test_a_folder_that_no_study_made_is_left_alone(tmp_path: Path) -> None:
 
 def test_arrays_are_imported_resampled_and_that_is_noted(tmp_path: Path) -> None:
     dataset = recorded(arrays(tmp_path / "a.npz"), tmp_path / "out")
-    assert dataset.layout.rate == MODEL_RATE
+    assert dataset.layout.rate == FINGERTIP_RATE
     assert any("Resampled from 8000 Hz" in note for note in dataset.notes)
     first = dataset.pinches[0]
     assert first.first is not None
-    assert first.first.sample - first.first_sample == round(2000 * MODEL_RATE / 8000)
+    assert first.first.sample - first.first_sample == round(2000 * FINGERTIP_RATE / 8000)
     again = recorded(tmp_path / "out" / "recordings" / "imported", tmp_path / "other")
     assert len(again) == len(dataset)
     assert not (tmp_path / "other").exists()

@@ -14,8 +14,8 @@ from firstcontact.core.errors import InputError
 
 if TYPE_CHECKING:
     from firstcontact.core import Dataset
+    from firstcontact.learning.training import Examples
     from firstcontact.stiffness import Interval, Model
-    from firstcontact.study.training import Examples
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,9 @@ class Evaluate:
         """Print errors or accuracy, and a table of objects."""
         from firstcontact.cli.losses import warn_of
         from firstcontact.contact.detector_file import load_detector
+        from firstcontact.learning.alignment import found, known
+        from firstcontact.learning.known_pinches import known_pinches
+        from firstcontact.learning.training import examples
         from firstcontact.recording import load_dataset
         from firstcontact.stiffness import (
             load_digests,
@@ -42,9 +45,6 @@ class Evaluate:
             model_folders,
             read_card,
         )
-        from firstcontact.study.alignment import found, known
-        from firstcontact.study.known_pinches import known_pinches
-        from firstcontact.study.training import examples
 
         (folder, *others) = model_folders(self.model)
         if others:
@@ -107,7 +107,7 @@ def _report(
 ) -> None:
     import numpy as np
 
-    from firstcontact.study.keeping import covered, score
+    from firstcontact.learning.keeping import covered, score
 
     if model.spec.classes:
         inside = np.isin(data.y, model.spec.classes)
@@ -131,7 +131,7 @@ def _report(
 
 
 def _table(data: Examples, predicted: Any, target: str) -> list[str]:
-    from firstcontact.study.metrics import per_object
+    from firstcontact.learning.metrics import per_object
 
     each = per_object(data.y, predicted, data.specimens, data.objects)
     names = {name: name or "(unnamed)" for name in each}

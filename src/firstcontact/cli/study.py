@@ -31,7 +31,7 @@ class Study:
 
     def run(self) -> None:
         """Run the study with its progress on stderr."""
-        from firstcontact.study.jobs import cores
+        from firstcontact.learning.jobs import cores
         from firstcontact.study.settings import Settings
 
         need("study", "matplotlib", "jinja2", "torch", "onnxruntime")

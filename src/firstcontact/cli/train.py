@@ -16,11 +16,11 @@ from firstcontact.core.errors import InputError
 if TYPE_CHECKING:
     from firstcontact.contact import Detector
     from firstcontact.core import Dataset
+    from firstcontact.learning.alignment import Alignment
+    from firstcontact.learning.keeping import Kept
+    from firstcontact.learning.training import Examples
     from firstcontact.stiffness import LearnedFrom
     from firstcontact.stiffness.learned_from import Digests
-    from firstcontact.study.alignment import Alignment
-    from firstcontact.study.keeping import Kept
-    from firstcontact.study.training import Examples
 
 Target = Literal["shore_a", "hardness_rank"]
 
@@ -68,11 +68,11 @@ class Train:
         """Learn everything into a folder that is made; what to say when it is in its place."""
         from firstcontact.cli.losses import warn_of
         from firstcontact.contact.detector_file import save_detector, vouched
+        from firstcontact.learning.alignment import fit_detector, found_as_live, known
+        from firstcontact.learning.keeping import learn_to_keep
+        from firstcontact.learning.training import examples
         from firstcontact.recording import load_dataset
         from firstcontact.stiffness import Task, pinch_digests
-        from firstcontact.study.alignment import fit_detector, found_as_live, known
-        from firstcontact.study.keeping import learn_to_keep
-        from firstcontact.study.training import examples
 
         dataset = load_dataset(self.data)
         warn_of(dataset)

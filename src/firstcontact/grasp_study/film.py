@@ -17,7 +17,7 @@ from firstcontact.grasp_study.settings import HEADLINE
 from firstcontact.grasp_study.trials import Scene, plant_of, played
 from firstcontact.grasp_study.variants import VARIANTS
 from firstcontact.grasp_study.words import colour, name
-from firstcontact.study.figures.style import INK, STYLE
+from firstcontact.report.figures.style import INK, STYLE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

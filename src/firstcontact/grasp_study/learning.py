@@ -10,9 +10,9 @@ from pathlib import Path
 from firstcontact.contact import Detector
 from firstcontact.core import Dataset, InputError
 from firstcontact.grasp_study.settings import Settings
+from firstcontact.learning.jobs import Runner
 from firstcontact.live.pipeline import Answerer
-from firstcontact.study.folder import MARK, fresh
-from firstcontact.study.jobs import Runner
+from firstcontact.report.folder import MARK, fresh
 
 #: The sessions learned from are named by the twin: "blocks-01" and on. Those closed in are not.
 CONDITION = "paper-rig"
@@ -55,8 +55,8 @@ def learn(settings: Settings, out: Path, runner: Runner) -> Learned:
         Recordings or models are there that no study made.
     """
     from firstcontact.contact.detector_file import save_detector, vouched
+    from firstcontact.learning.alignment import fit_detector
     from firstcontact.recording import load_dataset
-    from firstcontact.study.alignment import fit_detector
     from firstcontact.twin.simulate import simulate
 
     models = out / "models"
@@ -86,11 +86,11 @@ def learn(settings: Settings, out: Path, runner: Runner) -> Learned:
 
 def _train(lesson: _Lesson) -> tuple[float, float]:
     """One model, saved; its error on sessions held out and its intervals' mean width, Shore A."""
+    from firstcontact.learning.alignment import fit_detector, found_as_live
+    from firstcontact.learning.keeping import learn_to_keep
+    from firstcontact.learning.training import examples
     from firstcontact.recording import load_dataset
     from firstcontact.stiffness import Card, LearnedFrom, Task, save_model
-    from firstcontact.study.alignment import fit_detector, found_as_live
-    from firstcontact.study.keeping import learn_to_keep
-    from firstcontact.study.training import examples
 
     dataset: Dataset = load_dataset(lesson.recordings)
     contacts = found_as_live(dataset, fit_detector(dataset), lesson.seed)

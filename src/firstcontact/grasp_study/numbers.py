@@ -10,7 +10,7 @@ import numpy as np
 from firstcontact.grasp_study.settings import HEADLINE, KINDS, SOFT
 from firstcontact.grasp_study.trials import Row
 from firstcontact.grasp_study.variants import CONTROL, FAST, SLOW
-from firstcontact.study.metrics import Values, cluster_intervals
+from firstcontact.learning.metrics import Values, cluster_intervals
 
 #: What was to be reached, at the headline's latency.
 LESS_PEAK, LONGER = 0.30, 0.10

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from firstcontact.grasp_study.chapters import pictures, sentences, tables
-from firstcontact.study.report import duration
+from firstcontact.report.page import duration
 
 
 def render(results: Mapping[str, Any], film: Path) -> str:

@@ -20,9 +20,9 @@ from firstcontact.grasp_study.search import Found, search
 from firstcontact.grasp_study.settings import Settings
 from firstcontact.grasp_study.trials import Row, Scene, Trial, run_trial
 from firstcontact.grasp_study.variants import VARIANTS
-from firstcontact.study.folder import sole_use
-from firstcontact.study.jobs import Runner, parallel
-from firstcontact.study.state import versions
+from firstcontact.learning.jobs import Runner, parallel
+from firstcontact.report.folder import sole_use
+from firstcontact.report.state import versions
 
 #: Policies that the target is about.
 OURS = ("first_contact", "early_exit")

@@ -12,7 +12,7 @@ from firstcontact.grasp.policies.force_feedback import Feedback
 from firstcontact.grasp_study.settings import HEADLINE, KINDS, SOFT, Settings
 from firstcontact.grasp_study.trials import Row, Scene, Trial, run_trial
 from firstcontact.grasp_study.variants import FAST, FEEDBACK, SLOW, VARIANTS, Variant
-from firstcontact.study.jobs import Runner
+from firstcontact.learning.jobs import Runner
 
 #: What is tried, each with each.
 THRESHOLDS = (0.02, 0.05, 0.15)

@@ -12,7 +12,9 @@ import numpy as np
 
 from firstcontact.core import Dataset, InputError
 from firstcontact.core.files import write_json, write_text
-from firstcontact.study.jobs import Runner
+from firstcontact.learning.jobs import Runner
+from firstcontact.report.findings import Findings, PartResult
+from firstcontact.report.state import State
 from firstcontact.study.parts.answer_time import answer_time
 from firstcontact.study.parts.blocks import blocks
 from firstcontact.study.parts.contacts import contacts
@@ -24,8 +26,7 @@ from firstcontact.study.parts.second_contact import second_contact
 from firstcontact.study.parts.waveforms import waveforms
 from firstcontact.study.parts.window_length import window_length
 from firstcontact.study.settings import Settings
-from firstcontact.study.state import Findings, State
-from firstcontact.study.subject import Outcome, Subject
+from firstcontact.study.subject import Subject
 
 #: Trained quickly, so they come first and the report is readable early.
 FAST = ("train_mean", "peak", "svm")
@@ -51,7 +52,7 @@ class Step:
 
     subject: str
     title: str
-    run: Callable[[], Outcome]
+    run: Callable[[], PartResult]
     vital: bool = False
 
 
@@ -71,13 +72,13 @@ def plan(
     """
     subjects: dict[str, Subject] = {}
 
-    def step(name: str, title: str, part: Callable[[Subject], Outcome]) -> Step:
+    def step(name: str, title: str, part: Callable[[Subject], PartResult]) -> Step:
         return Step(name, title, lambda: part(subjects[name]))
 
     steps = []
     for name, load in sources:
 
-        def opened(name: str = name, load: Callable[[], Dataset] = load) -> Outcome:
+        def opened(name: str = name, load: Callable[[], Dataset] = load) -> PartResult:
             subjects[name] = Subject(name, load())
             return describe(subjects[name])
 
@@ -101,9 +102,9 @@ def plan(
     return steps
 
 
-def _hardness(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
+def _hardness(subject: Subject, settings: Settings, runner: Runner) -> PartResult:
     if not np.isfinite(subject.dataset.hardness_rank).any():
-        return Outcome()
+        return PartResult()
     return hardness(subject, settings, runner)
 
 
@@ -159,18 +160,18 @@ def run(
         raise
 
 
-def _done(step: Step) -> Outcome:
+def _done(step: Step) -> PartResult:
     try:
         return step.run()
     except InputError as error:
         if step.vital:
             raise
-        return Outcome(left_out=[f"{step.title[:1].upper() + step.title[1:]}: {error}."])
+        return PartResult(left_out=[f"{step.title[:1].upper() + step.title[1:]}: {error}."])
 
 
 def write(state: State, out: Path) -> None:
     """Write both files as the study stands."""
-    from firstcontact.study.report import render
+    from firstcontact.report.page import render
 
     write_json(out / "results.json", state.to_json())
     write_text(out / "report.html", render(state))

@@ -10,12 +10,13 @@ from typing import Any
 
 from firstcontact.core import Dataset
 from firstcontact.core.files import resolved
+from firstcontact.learning.jobs import parallel
+from firstcontact.report.findings import Findings
+from firstcontact.report.folder import sole_use
+from firstcontact.report.state import State
 from firstcontact.study import protocol
-from firstcontact.study.folder import sole_use
-from firstcontact.study.jobs import parallel
 from firstcontact.study.settings import Settings
 from firstcontact.study.sources import CONDITIONS, recorded, simulated
-from firstcontact.study.state import Findings, State
 
 Sources = Sequence[tuple[str, Callable[[], Dataset]]]
 
@@ -72,7 +73,7 @@ def run_study(
             bar.reset(total=len(steps))
             titles = [f"{step.subject}: {step.title}" for step in steps]
             findings = [Findings(name) for name, _ in sources]
-            state = State(command, settings, quick, findings, titles, asked=asked)
+            state = State(command, asdict(settings), quick, findings, titles, asked=asked)
 
             def tick(title: str) -> None:
                 bar.n = state.done

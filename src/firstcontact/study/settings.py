@@ -4,11 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-#: Rate that windows are read at, Hz: that of the published fingertip.
-MODEL_RATE = 4936.0
-#: The window that stiffness is read from, s.
-DURATION = 0.015
-
 
 @dataclass(frozen=True, slots=True)
 class Settings:

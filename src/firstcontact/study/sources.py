@@ -8,11 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from firstcontact.core import Dataset, InputError
+from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.temporary import is_temporary
 from firstcontact.recording import load_dataset
+from firstcontact.report.folder import MARK, fresh
 from firstcontact.signal import resample_dataset
-from firstcontact.study.folder import MARK, fresh
-from firstcontact.study.settings import MODEL_RATE, Settings
+from firstcontact.study.settings import Settings
 
 #: The twin's conditions, in the order of the report.
 CONDITIONS = ("paper-rig", "everyday")
@@ -78,7 +79,7 @@ def recorded(path: Path, out: Path) -> Dataset:
             "that is to be studied"
         )
     dataset = load_dataset(own) if own else _imported(path, out)
-    return resample_dataset(dataset, MODEL_RATE)
+    return resample_dataset(dataset, FINGERTIP_RATE)
 
 
 def _found(path: Path) -> tuple[list[Path], list[Path]]:

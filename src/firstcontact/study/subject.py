@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Contact, Dataset
-from firstcontact.study.training import Examples, distinct_specimens, examples
+from firstcontact.learning.training import Examples, distinct_specimens, examples
 
 Values = NDArray[np.float64]
 Contacts = tuple[Contact | None, ...]
@@ -72,44 +70,3 @@ class Subject:
         starts = self.starts if contacts is None else contacts
         data = examples(self.dataset, starts, duration, target)
         return replace(data, specimens=distinct_specimens(self.dataset)[data.which])
-
-
-@dataclass(frozen=True, slots=True)
-class Figure:
-    """A figure of the report.
-
-    Parameters
-    ----------
-    key
-        Same key, same subject: replaces the one before.
-    title
-        What it shows.
-    caption
-        How to read it.
-    image
-        A data URI.
-    """
-
-    key: str
-    title: str
-    caption: str
-    image: str
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """What a part found.
-
-    Parameters
-    ----------
-    tree
-        Merged into ``results.json``.
-    figures
-        For the report.
-    left_out
-        What the labels did not permit, one sentence each.
-    """
-
-    tree: Mapping[str, Any] = field(default_factory=dict)
-    figures: Sequence[Figure] = ()
-    left_out: Sequence[str] = ()

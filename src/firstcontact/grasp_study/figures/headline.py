@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firstcontact.grasp_study.words import colour, name
-from firstcontact.study.figures.style import canvas, uri
+from firstcontact.report.figures.style import canvas, uri
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from firstcontact.grasp_study.words import colour, name
-from firstcontact.study.figures.style import canvas, uri
+from firstcontact.report.figures.style import canvas, uri
 
 
 def over_latency(

@@ -7,13 +7,15 @@ from typing import Any
 import numpy as np
 
 from firstcontact.core import Contact, Pinch
+from firstcontact.learning.detection import quantiles, resampler_lookahead, right_and_not_early
+from firstcontact.learning.training import DURATION
+from firstcontact.report.findings import PartResult
 from firstcontact.signal import Conditioner, contact_windows, samples_in
-from firstcontact.study.detection import quantiles, resampler_lookahead, right_and_not_early
-from firstcontact.study.settings import DURATION, Settings
-from firstcontact.study.subject import Outcome, Subject
+from firstcontact.study.settings import Settings
+from firstcontact.study.subject import Subject
 
 
-def answer_time(subject: Subject, settings: Settings) -> Outcome:
+def answer_time(subject: Subject, settings: Settings) -> PartResult:
     """Time from the known contact to a complete window, for each window length.
 
     A window answers when it is complete after the filter's look-ahead and the
@@ -25,17 +27,17 @@ def answer_time(subject: Subject, settings: Settings) -> Outcome:
     """
     known = [i for i, p in enumerate(subject.dataset.pinches) if p.first is not None]
     if known and not subject.found:
-        return Outcome(
+        return PartResult(
             left_out=["Time to an answer: windows start at the known contacts, not at found ones."]
         )
     if not known:
-        return Outcome(left_out=["Time to an answer: no pinch has a known first contact."])
+        return PartResult(left_out=["Time to an answer: no pinch has a known first contact."])
     by_length = {
         duration: _at(subject, duration, settings.early)
         for duration in sorted({*settings.durations, DURATION})
     }
     lengths = {f"{1e3 * duration:g}": scores for duration, scores in by_length.items()}
-    return Outcome({"answer_ms": {**by_length[DURATION], "window_length_ms": lengths}})
+    return PartResult({"answer_ms": {**by_length[DURATION], "window_length_ms": lengths}})
 
 
 def answered(pinch: Pinch, contact: Contact, duration: float) -> int:

@@ -7,13 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from firstcontact.stiffness import Task
-from firstcontact.study.figures.confusion import confusion_figure
-from firstcontact.study.figures.levels import leave_one_out_figure
-from firstcontact.study.jobs import Runner
-from firstcontact.study.metrics import classification_scores, regression_scores
-from firstcontact.study.settings import DURATION, Settings
-from firstcontact.study.splits import (
+from firstcontact.learning.jobs import Runner
+from firstcontact.learning.metrics import classification_scores, regression_scores
+from firstcontact.learning.splits import (
     Split,
     by_session,
     learns_one_value,
@@ -21,8 +17,13 @@ from firstcontact.study.splits import (
     never_learned,
     random_90_10,
 )
-from firstcontact.study.subject import Figure, Outcome, Subject
-from firstcontact.study.training import Examples, Question, Values, held_out
+from firstcontact.learning.training import DURATION, Examples, Question, Values, held_out
+from firstcontact.report.figures.confusion import confusion_figure
+from firstcontact.report.figures.levels import leave_one_out_figure
+from firstcontact.report.findings import Figure, PartResult
+from firstcontact.stiffness import Task
+from firstcontact.study.settings import Settings
+from firstcontact.study.subject import Subject
 
 #: Splits in the order of the report.
 RANDOM, SESSION, LEVEL = "random_90_10", "by_session", "leave_one_shore_out"
@@ -30,13 +31,15 @@ RANDOM, SESSION, LEVEL = "random_90_10", "by_session", "leave_one_shore_out"
 Splits = dict[tuple[str, Task], list[Split]]
 
 
-def blocks(subject: Subject, settings: Settings, runner: Runner, models: Sequence[str]) -> Outcome:
+def blocks(
+    subject: Subject, settings: Settings, runner: Runner, models: Sequence[str]
+) -> PartResult:
     """Score these models in the random split, by session, and with a level left out.
 
     The SVM is scored at the strip-aligned contact as well, where that is known.
     """
     if len(subject.levels) < 2:
-        return Outcome(
+        return PartResult(
             left_out=[
                 "Shore A discrimination and regression: the pinches to learn from have fewer "
                 "than two known Shore A levels."
@@ -73,7 +76,7 @@ def blocks(subject: Subject, settings: Settings, runner: Runner, models: Sequenc
                 entry["per_level"] = _per_level(question.data, predicted, settings.seed)
     total = int((~subject.dataset.test & np.isfinite(subject.dataset.shore_a)).sum())
     counts = {"pinches": total, "with_window": len(data)}
-    return Outcome({"blocks": {**tree, "windows": counts}}, _figures(subject, tree), left_out)
+    return PartResult({"blocks": {**tree, "windows": counts}}, _figures(subject, tree), left_out)
 
 
 def _learnable(subject: Subject, data: Examples) -> Examples:

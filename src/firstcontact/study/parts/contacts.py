@@ -15,13 +15,14 @@ from firstcontact.contact.registry import make_detector
 from firstcontact.contact.svm import SvmDetector
 from firstcontact.core import Block, Contact, Dataset, InputError, Layout
 from firstcontact.core.layout import ChannelKind
-from firstcontact.study.detection import score_detector
-from firstcontact.study.figures.delays import delay_figure
-from firstcontact.study.figures.detectors import detectors_figure
-from firstcontact.study.jobs import Runner
+from firstcontact.learning.detection import score_detector
+from firstcontact.learning.jobs import Runner
+from firstcontact.learning.splits import Group, Split, by_session, random_folds
+from firstcontact.report.figures.delays import delay_figure
+from firstcontact.report.figures.detectors import detectors_figure
+from firstcontact.report.findings import Figure, PartResult
 from firstcontact.study.settings import Settings
-from firstcontact.study.splits import Group, Split, by_session, random_folds
-from firstcontact.study.subject import Figure, Outcome, Subject
+from firstcontact.study.subject import Subject
 
 #: The paper's two, in the order of the report; windows start where the last one says.
 NAMES = ("three_sigma", "svm")
@@ -80,7 +81,7 @@ class Replayed:
         return latch(self._now, self._fingers, set())
 
 
-def contacts(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
+def contacts(subject: Subject, settings: Settings, runner: Runner) -> PartResult:
     """Find all first contacts out of fold, and score both detectors against the truth.
 
     Sets ``subject.found``. Detectors hear each pinch from where its closing starts.
@@ -139,7 +140,7 @@ def contacts(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
     else:
         left_out.append("Scores of contact detection: no pinch has a known first contact.")
     tree["not_found"] = {"by": names[-1], "pinches": missing, "of": len(dataset)}
-    return Outcome({"contact": tree}, figures, left_out)
+    return PartResult({"contact": tree}, figures, left_out)
 
 
 def detection_splits(dataset: Dataset, seed: int) -> list[Split]:

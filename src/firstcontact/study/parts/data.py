@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from firstcontact.core import Dataset
-from firstcontact.study.figures.offsets import offset_figure
-from firstcontact.study.figures.timing import timing_figure
-from firstcontact.study.settings import DURATION
-from firstcontact.study.subject import Figure, Outcome, Subject
-from firstcontact.study.training import distinct_specimens
+from firstcontact.learning.training import DURATION, distinct_specimens
+from firstcontact.report.figures.offsets import offset_figure
+from firstcontact.report.figures.timing import timing_figure
+from firstcontact.report.findings import Figure, PartResult
+from firstcontact.study.subject import Subject
 
 
-def describe(subject: Subject) -> Outcome:
+def describe(subject: Subject) -> PartResult:
     """Counts of the data, the offset distribution and the timing of one pinch."""
     dataset = subject.dataset
     tree: dict[str, Any] = {
@@ -55,7 +55,7 @@ def describe(subject: Subject) -> Outcome:
         left_out.append(
             "Offset between the contacts: no pinch has a known first and second contact."
         )
-    return Outcome(tree, figures, left_out)
+    return PartResult(tree, figures, left_out)
 
 
 def _rates(dataset: Dataset) -> dict[str, float]:

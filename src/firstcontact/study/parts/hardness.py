@@ -6,24 +6,25 @@ from typing import Any
 
 import numpy as np
 
-from firstcontact.stiffness import Task
-from firstcontact.study.figures.hardness import hardness_figure, materials_figure
-from firstcontact.study.jobs import Runner
-from firstcontact.study.metrics import (
+from firstcontact.learning.jobs import Runner
+from firstcontact.learning.metrics import (
     Values,
     classification_scores,
     rank_correlation,
     regression_scores,
 )
-from firstcontact.study.settings import DURATION, Settings
-from firstcontact.study.splits import (
+from firstcontact.learning.splits import (
     learns_one_value,
     leave_one_out,
     never_learned,
     random_folds,
 )
-from firstcontact.study.subject import Outcome, Subject
-from firstcontact.study.training import Examples, Question, held_out
+from firstcontact.learning.training import DURATION, Examples, Question, held_out
+from firstcontact.report.figures.hardness import hardness_figure, materials_figure
+from firstcontact.report.findings import PartResult
+from firstcontact.stiffness import Task
+from firstcontact.study.settings import Settings
+from firstcontact.study.subject import Subject
 
 #: The score that orders materials without any training. Declared before any
 #: result was seen: a harder surface gives a shorter contact (Hertz), so more
@@ -59,14 +60,14 @@ def spectral_centroid(X: np.ndarray[Any, np.dtype[np.float32]], rate: float) -> 
     return centroid
 
 
-def hardness(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
+def hardness(subject: Subject, settings: Settings, runner: Runner) -> PartResult:
     """Spearman over materials, and models with a whole material left out."""
     dataset = subject.dataset
     rank = dataset.hardness_rank
     known = np.isfinite(rank) & (dataset.objects != "")
     data = subject.examples(DURATION, np.where(known, rank, np.nan))
     if len(np.unique(data.y)) < 2 or len(np.unique(data.objects)) < 3:
-        return Outcome(
+        return PartResult(
             left_out=[
                 "Hardness order: fewer than three materials or two hardness ranks, counting those "
                 "of which a window was found."
@@ -116,7 +117,7 @@ def hardness(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
     figures = [hardness_figure(data, centroid)]
     if found and mixed:
         figures.append(materials_figure(found["svm"], mixed["svm"], chance))
-    return Outcome({"hardness_order": tree}, figures, left_out)
+    return PartResult({"hardness_order": tree}, figures, left_out)
 
 
 def _questions(data: Examples, seed: int) -> tuple[dict[tuple[str, str], Question], list[str]]:

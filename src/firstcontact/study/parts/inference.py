@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from firstcontact.learning.jobs import Runner
+from firstcontact.learning.training import DURATION, Fit, train
+from firstcontact.report.findings import PartResult
 from firstcontact.stiffness import Task
 from firstcontact.stiffness.timing import time_inference
-from firstcontact.study.jobs import Runner
-from firstcontact.study.settings import DURATION, Settings
-from firstcontact.study.subject import Outcome, Subject
-from firstcontact.study.training import Fit, train
+from firstcontact.study.settings import Settings
+from firstcontact.study.subject import Subject
 
 #: Epochs of the network that is timed: its arithmetic does not depend on them.
 TIMED_EPOCHS = 1
@@ -26,7 +27,7 @@ class Timing:
     calls: int
 
 
-def inference(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
+def inference(subject: Subject, settings: Settings, runner: Runner) -> PartResult:
     """p50 and p99 of single-window inference, beside the training library's own predict.
 
     Models learn from all blocks, as they would for use: a support vector
@@ -35,7 +36,7 @@ def inference(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
     data = subject.windows(DURATION)
     blocks = data.take(~data.test)
     if len(np.unique(blocks.y)) < 2:
-        return Outcome(
+        return PartResult(
             left_out=[
                 "Inference time: windows of two Shore A levels or more are needed to train a model."
             ]
@@ -54,7 +55,7 @@ def inference(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
             tree[model] = found
         else:
             tree[model][task.value] = found
-    return Outcome({"inference_us": tree})
+    return PartResult({"inference_us": tree})
 
 
 def measure(job: Timing) -> dict[str, Any]:

@@ -8,28 +8,31 @@ from typing import Any
 import numpy as np
 
 from firstcontact.core import Dataset
+from firstcontact.learning.jobs import Runner
+from firstcontact.learning.metrics import over_objects, per_object, regression_scores
+from firstcontact.learning.splits import Group, Split, learns_one_value, unseen_objects
+from firstcontact.learning.training import DURATION, Examples, Question, Values, held_out
+from firstcontact.report.figures.boxes import boxes_figure
+from firstcontact.report.findings import PartResult
 from firstcontact.stiffness import Task
-from firstcontact.study.figures.boxes import boxes_figure
-from firstcontact.study.jobs import Runner
-from firstcontact.study.metrics import over_objects, per_object, regression_scores
-from firstcontact.study.settings import DURATION, Settings
-from firstcontact.study.splits import Group, Split, learns_one_value, unseen_objects
-from firstcontact.study.subject import Outcome, Subject
-from firstcontact.study.training import Examples, Question, Values, held_out
+from firstcontact.study.settings import Settings
+from firstcontact.study.subject import Subject
 
 #: Under this name objects' predictions are kept for later parts.
 UNSEEN = "unseen_objects"
 
 
-def objects(subject: Subject, settings: Settings, runner: Runner, models: Sequence[str]) -> Outcome:
+def objects(
+    subject: Subject, settings: Settings, runner: Runner, models: Sequence[str]
+) -> PartResult:
     """Learn from all pinches of the role ``train``, ask about those of ``test``."""
     reason = _reason(subject)
     if reason:
-        return Outcome(left_out=[reason])
+        return PartResult(left_out=[reason])
     data = subject.windows(DURATION)
     splits = object_splits(subject, data)
     if not splits:
-        return Outcome(
+        return PartResult(
             left_out=[
                 "Unseen objects: windows were found of no unseen object, or of fewer than two "
                 "Shore A levels to learn from."
@@ -65,7 +68,7 @@ def objects(subject: Subject, settings: Settings, runner: Runner, models: Sequen
     if shares:
         tree["shares"] = [str(s) for s in shares]
     said = ["Unseen objects: sessions are not known and may be shared by both roles."]
-    return Outcome({"objects": tree}, figures, said if shares else [])
+    return PartResult({"objects": tree}, figures, said if shares else [])
 
 
 def object_splits(subject: Subject, data: Examples) -> list[Split]:

@@ -7,18 +7,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.learning.detection import outcome
+from firstcontact.learning.metrics import regression_scores
+from firstcontact.learning.training import DURATION, Values
+from firstcontact.report.figures.second import second_figure
+from firstcontact.report.findings import PartResult
 from firstcontact.signal import Conditioner, samples_in
-from firstcontact.study.detection import outcome
-from firstcontact.study.figures.second import second_figure
-from firstcontact.study.metrics import regression_scores
 from firstcontact.study.parts.blocks import SESSION
 from firstcontact.study.parts.objects import UNSEEN
-from firstcontact.study.settings import DURATION, Settings
-from firstcontact.study.subject import Outcome, Subject
-from firstcontact.study.training import Values
+from firstcontact.study.settings import Settings
+from firstcontact.study.subject import Subject
 
 
-def second_contact(subject: Subject, settings: Settings) -> Outcome:
+def second_contact(subject: Subject, settings: Settings) -> PartResult:
     """Errors of the predictions made so far, by where the second contact lies.
 
     A window that begins elsewhere than at the first contact (a false trigger, another
@@ -27,7 +28,7 @@ def second_contact(subject: Subject, settings: Settings) -> Outcome:
     room = samples_to_spare(subject)
     astray = misplaced(subject, settings.early)
     if not np.isfinite(room).any():
-        return Outcome(left_out=["Second contact in the window: second contacts are not known."])
+        return PartResult(left_out=["Second contact in the window: second contacts are not known."])
     tree: dict[str, Any] = {}
     for (model, split), (data, predicted) in subject.predictions.items():
         side = {SESSION: "blocks", UNSEEN: "objects"}.get(split)
@@ -48,10 +49,10 @@ def second_contact(subject: Subject, settings: Settings) -> Outcome:
                 )
                 tree.setdefault(model, {}).setdefault(side, {})[name] = scores
     if not tree:
-        return Outcome(
+        return PartResult(
             left_out=["Second contact in the window: no split by session or of unseen objects."]
         )
-    return Outcome({"second_contact_in_window": tree}, [second_figure(tree)])
+    return PartResult({"second_contact_in_window": tree}, [second_figure(tree)])
 
 
 def misplaced(subject: Subject, early: float) -> NDArray[np.bool_]:

@@ -5,22 +5,23 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.study.figures.responses import peak_figure, response_figure
-from firstcontact.study.figures.style import piezo_unit
-from firstcontact.study.settings import DURATION
-from firstcontact.study.subject import Outcome, Subject
+from firstcontact.learning.training import DURATION
+from firstcontact.report.figures.responses import peak_figure, response_figure
+from firstcontact.report.figures.style import piezo_unit
+from firstcontact.report.findings import PartResult
+from firstcontact.study.subject import Subject
 
 
-def waveforms(subject: Subject) -> Outcome:
+def waveforms(subject: Subject) -> PartResult:
     """Representative responses and peak amplitude against Shore A."""
     if len(subject.levels) < 2:
-        return Outcome(
+        return PartResult(
             left_out=["Responses by stiffness: the data have no two Shore A levels to learn from."]
         )
     data = subject.windows(DURATION)
     blocks = data.take(~data.test)
     if len(blocks) < 2:
-        return Outcome(left_out=["Responses by stiffness: no contact was found to start from."])
+        return PartResult(left_out=["Responses by stiffness: no contact was found to start from."])
     unit = piezo_unit(subject.dataset.layout)
     peaks = np.abs(blocks.X[:, :, 0]).max(axis=1).astype(np.float64)
     by_level = {
@@ -31,7 +32,7 @@ def waveforms(subject: Subject) -> Outcome:
         }
         for level in np.unique(blocks.y)
     }
-    return Outcome(
+    return PartResult(
         {"peak_v": by_level},
         [response_figure(blocks, unit), peak_figure(blocks.y, peaks, unit)],
     )

@@ -6,15 +6,16 @@ from typing import Any
 
 import numpy as np
 
+from firstcontact.learning.jobs import Runner
+from firstcontact.learning.metrics import regression_scores
+from firstcontact.learning.splits import by_session, learns_one_value
+from firstcontact.learning.training import Question, held_out
+from firstcontact.report.figures.lengths import lengths_figure
+from firstcontact.report.findings import PartResult
 from firstcontact.stiffness import Task
-from firstcontact.study.figures.lengths import lengths_figure
-from firstcontact.study.jobs import Runner
-from firstcontact.study.metrics import regression_scores
 from firstcontact.study.parts.objects import object_scores, object_splits
 from firstcontact.study.settings import Settings
-from firstcontact.study.splits import by_session, learns_one_value
-from firstcontact.study.subject import Outcome, Subject
-from firstcontact.study.training import Question, held_out
+from firstcontact.study.subject import Subject
 
 KEPT = ("rmse", "mae", "mse", "bias", "n", "intervals")
 #: Windows that each search learns from: half of those elsewhere, as there is a
@@ -22,7 +23,7 @@ KEPT = ("rmse", "mae", "mse", "bias", "n", "intervals")
 SEARCH_WINDOWS = 400
 
 
-def window_length(subject: Subject, settings: Settings, runner: Runner) -> Outcome:
+def window_length(subject: Subject, settings: Settings, runner: Runner) -> PartResult:
     """SVM regression error against the length of the window, blocks and objects."""
     questions, places = [], []
     options = {"search_windows": SEARCH_WINDOWS}
@@ -50,7 +51,7 @@ def window_length(subject: Subject, settings: Settings, runner: Runner) -> Outco
             "from whichever sessions are held out."
         )
     if not done:
-        return Outcome(left_out=left_out)
+        return PartResult(left_out=left_out)
     answers = held_out(runner, questions, settings.seed, settings.epochs)
     tree: dict[str, Any] = {}
     for (duration, side), question, predicted in zip(places, questions, answers, strict=True):
@@ -65,4 +66,4 @@ def window_length(subject: Subject, settings: Settings, runner: Runner) -> Outco
         entry = tree.setdefault(f"{1e3 * duration:g}", {}).setdefault("svm", {})
         entry[side] = {key: scores[key] for key in KEPT}
     found = {"window_length_ms": tree, "window_length_search": {"windows": SEARCH_WINDOWS}}
-    return Outcome(found, [lengths_figure(tree)], left_out)
+    return PartResult(found, [lengths_figure(tree)], left_out)

@@ -1,0 +1,1 @@
+"""Learning and being asked: splits, trainings, scores, and models that are kept."""

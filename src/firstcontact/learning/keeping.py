@@ -1,0 +1,153 @@
+"""A model to keep: trained on everything, scored and calibrated on what was held out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError
+from firstcontact.learning.jobs import Serial
+from firstcontact.learning.metrics import classification_scores, regression_scores
+from firstcontact.learning.splits import FOLDS, Group, Split, by_session
+from firstcontact.learning.training import Examples, Fit, Question, held_out, train
+from firstcontact.stiffness import Interval, Model, Task
+from firstcontact.stiffness.cnn import Cnn
+from firstcontact.stiffness.conformal import calibrate, coverage, held_out_bounds, refusal
+from firstcontact.stiffness.folds import inner_folds
+from firstcontact.stiffness.interval import SHORE_A
+from firstcontact.stiffness.spec import Values
+
+#: Folds of a model whose training takes long.
+FEW_FOLDS = {"cnn": 3}
+#: Fewer pinches cannot be learned from and held out, too.
+LEAST = 10
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Kept:
+    """A model and what is known of its errors.
+
+    Parameters
+    ----------
+    model
+        Learned from all examples.
+    scores
+        Of models of the same kind, each asked about a fold that it did not
+        learn from.
+    split
+        What the folds were, in words.
+    interval
+        Calibrated on the same answers; None where there is none.
+    calibration
+        For the card.
+    """
+
+    model: Model
+    scores: Mapping[str, Any]
+    split: str
+    interval: Interval | None
+    calibration: Mapping[str, Any]
+
+
+def learn_to_keep(
+    data: Examples, model: str, task: Task, seed: int, level: float, shore: bool = True
+) -> Kept:
+    """Train, score and calibrate.
+
+    Parameters
+    ----------
+    data
+        What to learn from.
+    model
+        Name in the registry of estimators.
+    task
+        Regression or classification.
+    seed
+        Of the folds, the search and the training.
+    level
+        Of the interval around the answers of a regression.
+    shore
+        Whether the target is on the Shore A scale, which has ends.
+
+    Raises
+    ------
+    InputError
+        Too few examples.
+    """
+    if len(data) < LEAST:
+        raise InputError(
+            f"{len(data)} labelled pinches are too few to learn from and to score: "
+            f"record {LEAST} or more"
+        )
+    splits, words = _splits(data, FEW_FOLDS.get(model, FOLDS), seed)
+    question = Question(model, task, data, splits)
+    with _one_thread(model):
+        answers = held_out(Serial(), [question], seed, Cnn.epochs)[0]
+        whole = train(Fit(model, task, data, data.X[:0], seed, Cnn.epochs))
+    asked = np.isfinite(answers)
+    scores = score(task, data.take(asked), answers[asked], seed)
+    interval, calibration = None, _none(data, task, level)
+    if not calibration:
+        limits = SHORE_A if shore else None
+        folds = np.zeros(len(data), dtype=np.intp)
+        for number, split in enumerate(splits):
+            folds[split.test] = number
+        interval = calibrate(answers, data.y, level, limits)
+        tested = held_out_bounds(answers, data.y, folds, level, limits)
+        calibration = {
+            "pinches": len(data),
+            "sessions": len(np.unique(data.sessions)),
+            "folds": len(splits),
+            "held_out": coverage(tested, answers, data.y),
+        }
+    return Kept(whole, scores, words, interval, calibration)
+
+
+@contextmanager
+def _one_thread(model: str) -> Iterator[None]:
+    """More threads gain nothing here, and lose minutes where other programs want the cores."""
+    import threadpoolctl
+
+    if model == "cnn":
+        import torch  # noqa: F401  # only libraries that are there can be told
+    with threadpoolctl.threadpool_limits(1):
+        yield
+
+
+def _none(data: Examples, task: Task, level: float) -> dict[str, Any]:
+    """Why there can be no interval, or nothing."""
+    if task is Task.CLASSIFICATION:
+        return {"none": "a classification answers one of its classes"}
+    why = refusal(data.y, data.sessions, level)
+    return {"none": why} if why else {}
+
+
+def _splits(data: Examples, folds: int, seed: int) -> tuple[list[Split], str]:
+    """Folds of whole sessions where they are known, else one fifth at random."""
+    if data.has_sessions:
+        splits = by_session(data.sessions, data.y, seed, folds)
+        return splits, f"{len(np.unique(data.sessions))} sessions in {len(splits)} folds"
+    learn, ask = next(inner_folds(data.y, None, seed, k=5))
+    shares = frozenset({Group.SESSION, Group.SPECIMEN})
+    words = "random pinches, which flatters: there are no two known sessions"
+    return [Split("random fifth", learn, ask, shares)], words
+
+
+def score(task: str, asked: Examples, answers: Values, seed: int) -> dict[str, Any]:
+    """Scores of answers about pinches that their model did not learn from."""
+    of = regression_scores if task == "regression" else classification_scores
+    return of(asked.y, answers, asked.clusters, seed)
+
+
+def covered(interval: Interval | None, answers: Values, truth: Values) -> dict[str, float]:
+    """Coverage and mean width of an interval on pinches; empty without an interval.
+
+    See :func:`firstcontact.stiffness.conformal.coverage`.
+    """
+    everyone: NDArray[np.bool_] = np.ones(len(answers), dtype=np.bool_)
+    return {} if interval is None else coverage([(interval, everyone)], answers, truth)

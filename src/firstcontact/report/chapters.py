@@ -1,0 +1,113 @@
+"""Chapters of the report: which tables and figures belong together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from firstcontact.report import texts
+from firstcontact.report.comparison import get
+from firstcontact.report.contact_tables import answer_table, contact_table
+from firstcontact.report.figures.style import NAMES
+from firstcontact.report.findings import Figure, Findings
+from firstcontact.report.tables import (
+    Table,
+    block_table,
+    data_table,
+    hardness_table,
+    inference_table,
+    length_table,
+    object_table,
+    per_object_table,
+    second_table,
+)
+
+Tree = Mapping[str, Any]
+Maker = Callable[[Tree], Table | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """What one subject has in a chapter."""
+
+    title: str
+    tables: Sequence[Table]
+    figures: Sequence[Figure]
+
+
+@dataclass(frozen=True, slots=True)
+class Chapter:
+    """A chapter with a column for each subject that has something in it."""
+
+    anchor: str
+    title: str
+    text: str
+    columns: Sequence[Column]
+
+
+@dataclass(frozen=True, slots=True)
+class _Plan:
+    anchor: str
+    title: str
+    text: Callable[[Sequence[Tree]], str]
+    tables: Sequence[Maker]
+    figures: Sequence[str]
+
+
+_PLANS = (
+    _Plan("data", "The data", texts.data, [data_table], ["timing", "offsets"]),
+    _Plan("contact", "Contact detection", texts.contact, [contact_table], ["detectors", "delays"]),
+    _Plan("waveforms", "What contact looks like", texts.waveforms, [], ["responses", "peaks"]),
+    _Plan(
+        "blocks",
+        "Discrimination and regression",
+        texts.blocks,
+        [
+            lambda tree: block_table(tree, "random_90_10"),
+            lambda tree: block_table(tree, "by_session"),
+            lambda tree: block_table(tree, "leave_one_shore_out"),
+        ],
+        ["confusion-svm", "confusion-cnn", "levels"],
+    ),
+    _Plan(
+        "objects",
+        "Unseen objects",
+        texts.objects,
+        [object_table, per_object_table],
+        ["boxes-svm", "boxes-cnn"],
+    ),
+    _Plan("length", "Window length", texts.nothing, [length_table], ["lengths"]),
+    _Plan("second", "Second contact in the window", texts.nothing, [second_table], ["second"]),
+    _Plan(
+        "hardness",
+        "Order of hardness",
+        texts.hardness,
+        [hardness_table],
+        ["hardness", "materials"],
+    ),
+    _Plan("answer", "Time to an answer", texts.answer, [answer_table], []),
+    _Plan("time", "Time of one estimate", texts.nothing, [inference_table], []),
+)
+
+
+def subject_title(findings: Findings) -> str:
+    """Name of a subject as it is written; the twin's says so."""
+    name = NAMES.get(findings.name, findings.name)
+    return f"{name} (twin)" if get(findings.tree, "data.source") == "twin" else name
+
+
+def chapters(shown: Sequence[Findings]) -> list[Chapter]:
+    """All chapters that have something to show."""
+    out = []
+    for plan in _PLANS:
+        columns = []
+        for findings in shown:
+            tables = [t for make in plan.tables if (t := make(findings.tree)) is not None]
+            figures = [findings.figures[k] for k in plan.figures if k in findings.figures]
+            if tables or figures:
+                columns.append(Column(subject_title(findings), tables, figures))
+        if columns:
+            text = plan.text([findings.tree for findings in shown])
+            out.append(Chapter(plan.anchor, plan.title, text, columns))
+    return out

@@ -1,0 +1,54 @@
+"""What is mistaken for what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from firstcontact.report.figures.style import INK, NAMES, canvas, uri
+from firstcontact.report.findings import Figure
+
+
+def confusion_figure(
+    model: str, split: str, scores: Mapping[str, Any], unit: str = "Shore A"
+) -> Figure:
+    """Confusion matrix, rows as shares of the true class.
+
+    ``scores`` holds ``classes`` and ``confusion`` as
+    :func:`firstcontact.learning.metrics.classification_scores` gives them.
+    """
+    counts = np.array(scores["confusion"])
+    share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    ticks = [f"{c:g}" if isinstance(c, float) else str(c) for c in scores["classes"]]
+    with canvas(size=(6.2, 4.2)) as (figure, axes):
+        ax = axes[0, 0]
+        image_ = ax.imshow(share, cmap="Blues", vmin=0, vmax=1, aspect="auto")
+        for (row, column), value in np.ndenumerate(share):
+            if counts[row, column]:
+                ax.text(
+                    column,
+                    row,
+                    f"{100 * value:.1f} %" if value < 1 else "100 %",
+                    ha="center",
+                    va="center",
+                    fontsize=8.5,
+                    color="white" if value > 0.55 else INK,
+                )
+        ax.set_xticks(range(len(ticks)), ticks)
+        ax.set_yticks(range(len(ticks)), ticks)
+        ax.set(xlabel=f"Predicted ({unit})", ylabel=f"True ({unit})")
+        ax.grid(visible=False)
+        ax.spines[:].set_visible(False)
+        bar = figure.colorbar(image_, ax=ax, shrink=0.85)
+        bar.set_label("Share of the true class")
+        bar.ax.spines["outline"].set_visible(False)
+        image = uri(figure)
+    return Figure(
+        f"confusion-{model}",
+        f"Confusion, {NAMES[model]}, {NAMES.get(split, split)}",
+        f"{scores['n']:,} pinches, each predicted by a model that did not learn from "
+        + ("its session." if split == "by_session" else "it."),
+        image,
+    )

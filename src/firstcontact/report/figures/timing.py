@@ -1,0 +1,65 @@
+"""One pinch: both fingers, all kinds of sensors."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from firstcontact.core import Finger, Pinch
+from firstcontact.core.layout import ChannelKind
+from firstcontact.report.figures.style import BLUE, INK, ORANGE, canvas, piezo_axis, uri
+from firstcontact.report.findings import Figure
+
+COLOURS = {Finger.INDEX: BLUE, Finger.THUMB: ORANGE}
+
+
+def timing_figure(pinch: Pinch, before: float = 0.030, after: float = 0.110) -> Figure:
+    """Piezo and, where there, force of both fingers around the contacts of a pinch.
+
+    ``before`` and ``after`` are seconds around the first contact, which the
+    pinch must have.
+    """
+    rows = 2 if pinch.layout.has_force else 1
+    rate = pinch.layout.rate
+    assert pinch.first is not None
+    zero = pinch.first.sample - pinch.first_sample
+    time = 1e3 * (np.arange(len(pinch.data)) - zero) / rate
+    shown = (time >= -1e3 * before) & (time <= 1e3 * after)
+    with canvas(rows, 1, (6.2, 4.4 if rows == 2 else 3.2), sharex=True) as (figure, axes):
+        for column, finger in enumerate(pinch.layout.piezo_fingers):
+            volts = pinch.piezo()[:, column]
+            axes[0, 0].plot(
+                time[shown], volts[shown], color=COLOURS[finger], lw=1.1, label=finger.name.lower()
+            )
+        axes[0, 0].set_ylabel(piezo_axis(pinch.layout)[0])
+        axes[0, 0].legend(loc="lower right", ncols=2)
+        if rows == 2:
+            for finger in Finger:
+                if pinch.layout.columns(ChannelKind.FORCE, finger):
+                    total = pinch.force(finger).mean(axis=1)
+                    axes[1, 0].plot(time[shown], total[shown], color=COLOURS[finger])
+            axes[1, 0].set_ylabel("Force array,\nmean of taxels (V)")
+        axes[-1, 0].set_xlabel("Time after the first contact (ms)")
+        for number, contact in enumerate(pinch.truth[:2]):
+            at = 1e3 * (contact.sample - pinch.truth[0].sample) / rate
+            for ax in axes[:, 0]:
+                ax.axvline(at, color=COLOURS[contact.finger], lw=1, ls="--")
+            axes[0, 0].annotate(
+                ("first contact", "second contact")[number],
+                (at, 0.86),
+                xycoords=("data", "axes fraction"),
+                xytext=(-5 if number == 0 else 5, 0),
+                textcoords="offset points",
+                ha="right" if number == 0 else "left",
+                fontsize=8,
+                color=INK,
+            )
+        image = uri(figure)
+    what = "piezo and force" if rows == 2 else "piezo"
+    name = pinch.label.specimen or pinch.label.object or "an object"
+    return Figure(
+        "timing",
+        "One pinch, both fingers",
+        f"A pinch of {name}, the one whose offset is the closest to the mean: {what} traces, with "
+        "the known contacts as dashed lines in the colour of the finger.",
+        image,
+    )

@@ -1,0 +1,85 @@
+"""What the parts of a study have found: numbers, figures, and what could not be done."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A figure of the report.
+
+    Parameters
+    ----------
+    key
+        Same key, same subject: replaces the one before.
+    title
+        What it shows.
+    caption
+        How to read it.
+    image
+        A data URI.
+    """
+
+    key: str
+    title: str
+    caption: str
+    image: str
+
+
+@dataclass(frozen=True, slots=True)
+class PartResult:
+    """What a part found.
+
+    Parameters
+    ----------
+    tree
+        Merged into ``results.json``.
+    figures
+        For the report.
+    left_out
+        What the labels did not permit, one sentence each.
+    """
+
+    tree: Mapping[str, Any] = field(default_factory=dict)
+    figures: Sequence[Figure] = ()
+    left_out: Sequence[str] = ()
+
+
+@dataclass(slots=True)
+class Findings:
+    """What is known of one subject.
+
+    Parameters
+    ----------
+    name
+        Of the subject.
+    tree
+        Its part of ``results.json``.
+    figures
+        By their key, in the order they came.
+    left_out
+        What its labels did not permit.
+    """
+
+    name: str
+    tree: dict[str, Any] = field(default_factory=dict)
+    figures: dict[str, Figure] = field(default_factory=dict)
+    left_out: list[str] = field(default_factory=list)
+
+    def take(self, result: PartResult) -> None:
+        """Merge what a part found."""
+        merge(self.tree, result.tree)
+        self.figures.update({figure.key: figure for figure in result.figures})
+        self.left_out += [why for why in result.left_out if why not in self.left_out]
+
+
+def merge(tree: dict[str, Any], more: Mapping[str, Any]) -> None:
+    """Merge a tree into another, in place; what is not a mapping is replaced."""
+    for key, value in more.items():
+        if isinstance(value, Mapping) and isinstance(tree.get(key), dict):
+            merge(tree[key], value)
+        else:
+            tree[key] = dict(value) if isinstance(value, Mapping) else value

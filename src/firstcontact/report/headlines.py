@@ -1,0 +1,208 @@
+"""Headlines of the report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from firstcontact.report.accepted import Accepted
+from firstcontact.report.comparison import get, percent
+from firstcontact.report.figures.style import NAMES
+from firstcontact.report.findings import Findings
+
+Tree = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One value of a card."""
+
+    name: str
+    value: str
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """A headline."""
+
+    title: str
+    lines: Sequence[Line]
+    foot: str
+
+
+def cards(shown: Sequence[Findings]) -> list[Card]:
+    """Headlines of what has been found so far."""
+    all_ = [_contact_card(shown), _answer_card(shown), _accuracy_card(shown), _object_card(shown)]
+    all_ += [_order_card(shown), _material_card(shown), _time_card(shown)]
+    return [card for card in all_ if card.lines]
+
+
+def _lines(
+    shown: Sequence[Findings], path: str, text: Any, note: Any = lambda value: ""
+) -> list[Line]:
+    out = []
+    for findings in shown:
+        value = get(findings.tree, path)
+        if value is not None:
+            out.append(Line(NAMES.get(findings.name, findings.name), text(value), note(value)))
+    return out
+
+
+def _by_model(
+    shown: Sequence[Findings], path: str, text: Any, note: Any = lambda value: ""
+) -> list[Line]:
+    """A line for each subject and model: both models, whichever scored better."""
+    out = []
+    for findings in shown:
+        for model in ("svm", "cnn"):
+            for line in _lines([findings], path.format(model), text, note):
+                name = f"{NAMES[model]}, {line.name}" if len(shown) > 1 else NAMES[model]
+                out.append(Line(name, line.value, line.note))
+    return out
+
+
+def _contact_card(shown: Sequence[Findings]) -> Card:
+    accepted = Accepted.of([f.tree for f in shown])
+
+    def note(svm: Tree) -> str:
+        said = []
+        if "decided_within_3_ms" in svm:
+            said.append(f"decided {accepted.decided} in {percent(svm['decided_within_3_ms'])}")
+        delay = get(svm, "delay_ms.median")
+        if delay is not None:
+            after = " after its label" if accepted.early else ""
+            said.append(f"median delay{after} {delay:.1f} ms")
+        return ", ".join(said)
+
+    return Card(
+        "First contacts placed, SVM",
+        _lines(shown, "contact.svm", lambda s: percent(s["pinch_success"]), note),
+        f"of pinches: right finger, contact placed {accepted.placed_fully}, nothing before it",
+    )
+
+
+def _answer_card(shown: Sequence[Findings]) -> Card:
+    twin = any(get(f.tree, "data.source") == "twin" for f in shown)
+    known = [f for f in shown if get(f.tree, "answer_ms.before_second") is not None]
+    return Card(
+        "Answers before the second contact",
+        _lines(
+            known,
+            "answer_ms",
+            lambda a: percent(a["before_second"]),
+            lambda a: f"median {a['median']:.1f} ms after the first" if "median" in a else "",
+        ),
+        "of pinches with a known second contact; 15 ms window, waits and look-aheads counted, "
+        "without the estimate's own arithmetic" + (", twin" if twin else ""),
+    )
+
+
+def _ends(scores: Tree, key: str) -> str:
+    ends = get(scores, f"intervals.{key}")
+    return _whole(f"95 %: {ends[0]:.1f} to {ends[1]:.1f}") if ends else ""
+
+
+def _accuracy_ends(scores: Tree) -> str:
+    ends = get(scores, "intervals.accuracy") or ()
+    shown = " to ".join(percent(end).removesuffix(" %") for end in ends)
+    return _whole(f"95 %: {shown}") if shown else ""
+
+
+def _whole(text: str) -> str:
+    """The text with spaces that no line breaks at."""
+    return text.replace(" ", "\N{NO-BREAK SPACE}")
+
+
+def _accuracy_card(shown: Sequence[Findings]) -> Card:
+    classes = [
+        found
+        for f in shown
+        for model in ("svm", "cnn")
+        if (found := get(f.tree, f"blocks.{model}.by_session.classes"))
+    ]
+    return Card(
+        f"{len(classes[0])} levels of stiffness told apart" if classes else "",
+        _by_model(
+            shown,
+            "blocks.{}.by_session",
+            lambda s: percent(s["accuracy"]),
+            _accuracy_ends,
+        ),
+        "accuracy in sessions that were not learned from",
+    )
+
+
+def _object_card(shown: Sequence[Findings]) -> Card:
+    floors = [
+        f"{floor:.1f}"
+        for f in shown
+        if (floor := get(f.tree, "objects.train_mean.rmse")) is not None
+    ]
+    beside = (
+        f"; answering the mean always gives {' and '.join(dict.fromkeys(floors))}" if floors else ""
+    )
+    return Card(
+        "Unseen objects",
+        _by_model(
+            shown,
+            "objects.{}",
+            lambda s: f"{s['rmse']:.1f} Shore A",
+            lambda s: _ends(s, "rmse"),
+        ),
+        f"RMSE per pinch{beside}",
+    )
+
+
+def _order_card(shown: Sequence[Findings]) -> Card:
+    return Card(
+        "Order of hardness, nothing learned",
+        _lines(
+            shown,
+            "hardness_order.spectral_centroid",
+            lambda s: f"ρ = {s['rho']:.2f}".replace("-", "−") if "rho" in s else "–",
+            lambda s: f"n = {s['n']}, p = {s['p']:.3f}" if "p" in s else f"n = {s['n']}",
+        ),
+        "Spearman over materials, first 15 ms",
+    )
+
+
+def _material_card(shown: Sequence[Findings]) -> Card:
+    chance = get(shown[0].tree, "hardness_order.chance") if shown else None
+    return Card(
+        "Class of a material never learned",
+        _lines(
+            shown,
+            "hardness_order.leave_one_material_out.classification.svm",
+            lambda s: percent(s["accuracy"]),
+            _accuracy_ends,
+        ),
+        "" if chance is None else f"accuracy; chance is {percent(chance)}",
+    )
+
+
+def _time_card(shown: Sequence[Findings]) -> Card:
+    return Card(
+        "One estimate takes (p99)",
+        _by_model(
+            shown,
+            "inference_us.{}",
+            lambda e: f"{e['p99']:.0f} µs",
+            lambda e: f"{e['speedup']:.1f} × quicker than {e['reference']}",
+        ),
+        f"regression, one window at a time, one thread, this machine{_apart(shown)}",
+    )
+
+
+def _apart(shown: Sequence[Findings]) -> str:
+    """Calls that another process interrupted, and how busy the machine was."""
+    trees = [get(f.tree, f"inference_us.{model}") for f in shown for model in ("svm", "cnn")]
+    entries = [tree for tree in trees if tree and "load" in tree]
+    if not entries:
+        return ""
+    busy = max(float(entry["load"]) for entry in entries)
+    preempted = sum(entry["preempted"] for entry in entries)
+    calls = sum(entry["calls"] for entry in entries)
+    apart = f"; {preempted:,} of {calls:,} calls were preempted and are apart" if preempted else ""
+    return f" (load {busy:.1f} on {entries[0]['cores']} cores){apart}"

@@ -1,0 +1,49 @@
+"""The page: one file that needs nothing else."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+
+from firstcontact.report import texts
+from firstcontact.report.chapters import chapters, subject_title
+from firstcontact.report.comparison import compare, get
+from firstcontact.report.headlines import cards
+from firstcontact.report.state import State, versions
+
+
+def render(state: State) -> str:
+    """Render the report as the study stands, HTML."""
+    from jinja2 import Environment, StrictUndefined
+
+    template = files("firstcontact.report").joinpath("report.html").read_text(encoding="utf-8")
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    shown = [f for f in state.findings if f.tree]
+    trees = [f.tree for f in shown]
+    names = [subject_title(f) for f in shown]
+    twin = any(get(tree, "data.source") == "twin" for tree in trees)
+    page = environment.from_string(template).render(
+        state=state,
+        twin=twin,
+        shared=texts.shared(trees),
+        networks=texts.networks(trees),
+        kind=texts.kind(trees),
+        subjects=names,
+        cards=cards(shown),
+        compared=compare(trees, names, twin) if trees else [],
+        sections=chapters(shown),
+        notes=[(subject_title(f), get(f.tree, "data.notes") or []) for f in shown],
+        left_out=[(subject_title(f), f.left_out) for f in shown if f.left_out],
+        versions=versions(),
+        elapsed=duration(state.seconds),
+        parts=[(title, duration(s)) for title, s in state.part_seconds.items()],
+    )
+    # A path on the command line need not be UTF-8; a page is.
+    return page.encode("utf-8", "replace").decode("utf-8")
+
+
+def duration(seconds: float) -> str:
+    """Seconds as they are read."""
+    whole = round(seconds)
+    return f"{whole} s" if whole < 90 else f"{whole // 60} min {whole % 60:02d} s"

@@ -1,0 +1,88 @@
+"""Workers: order, errors, and none left behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from firstcontact.learning.jobs import Serial, parallel
+from processes import children, command_line, gone, stop
+
+
+def test_results_come_in_order_and_workers_end() -> None:
+    ticks: list[tuple[int, int]] = []
+    with parallel(2, lambda done, total: ticks.append((done, total))) as runner:
+        assert runner.map(abs, [-1, 2, -3]) == Serial().map(abs, [-1, 2, -3]) == [1, 2, 3]
+        pids = set(runner.map(_pid, [0, 1, 2, 3]))
+    assert ticks[:3] == [(1, 3), (2, 3), (3, 3)]
+    assert os.getpid() not in pids
+    assert not any(_alive(pid) for pid in pids)
+
+
+def _pid(_: int) -> int:
+    return os.getpid()
+
+
+def _alive(pid: int) -> bool:
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rsplit(")", 1)[1].split()[0]
+    except FileNotFoundError:
+        return False
+    return state != "Z"
+
+
+def test_an_error_in_a_worker_ends_the_map() -> None:
+    with parallel(1) as runner, pytest.raises(ZeroDivisionError):
+        runner.map((1.0).__truediv__, [1.0, 0.0])
+
+
+PARENT = """
+import sys
+from firstcontact.learning.jobs import parallel
+
+def job(number, folder):
+    # The first two begin together, so in two workers; the others keep Python's lock, and would
+    # for ten minutes.
+    import ctypes, pathlib, time
+    if number > 1:
+        ctypes.PyDLL(None).sleep(600)
+    (pathlib.Path(folder) / str(number)).touch()
+    while not (pathlib.Path(folder) / str(1 - number)).exists():
+        time.sleep(0.01)
+
+if __name__ == "__main__":
+    with parallel(2) as runner:
+        import functools
+        work = functools.partial(job, folder=sys.argv[1])
+        print(*runner.map(work, [0, 1]), flush=True)
+        runner.map(work, [2, 3, 4, 5])
+"""
+
+
+@pytest.mark.parametrize("still", [False, True], ids=["running", "stopped"])
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_workers_end_with_their_parent_in_the_middle_of_a_job(
+    number: signal.Signals, still: bool, tmp_path: Path
+) -> None:
+    with subprocess.Popen(
+        [sys.executable, "-c", PARENT, tmp_path], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    ) as parent:
+        assert parent.stdout is not None
+        assert parent.stdout.readline()
+        workers = [pid for pid in children(parent.pid) if not tracks(pid)]
+        assert len(workers) == 2
+        if still:
+            for worker in workers:
+                stop(worker)
+        parent.send_signal(number)
+        assert all(gone(worker) for worker in workers)
+
+
+def tracks(pid: int) -> bool:
+    """Whether a process is loky's, which tidies up and ends after the workers have."""
+    return b"resource_tracker" in command_line(pid)

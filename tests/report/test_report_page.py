@@ -1,0 +1,72 @@
+"""The page in a browser: text in figures has one size; what cannot be written does not stop it."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.report.figures.lengths import lengths_figure
+from firstcontact.report.figures.offsets import offset_figure
+from firstcontact.report.findings import Findings, PartResult
+from firstcontact.report.page import render
+from firstcontact.report.state import State
+from firstcontact.study.settings import Settings
+
+CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium")
+#: Writes the scale at which each figure is displayed, pixels an own pixel, into the page.
+MEASURE = """<script>addEventListener("load", () => {
+  const scales = [...document.querySelectorAll(".figures img")]
+    .map(image => image.getBoundingClientRect().width / image.naturalWidth);
+  document.title = "scales " + scales.map(s => s.toFixed(4)).join(" ");
+});</script></body>"""
+
+
+def page(subjects: int) -> str:
+    """A report with chapters of one figure and of two, for one subject in the last."""
+    scores = {"svm": {"blocks": {"rmse": 1.0, "intervals": {}}}}
+    alone = lengths_figure({"3": scores, "15": scores})
+    both = offset_figure(np.array([5.0, 12.0, 20.0]))
+    findings = []
+    for number in range(subjects):
+        its = Findings(f"subject {number}", {"data": {}})
+        figures = [both] if number else [both, alone]
+        its.take(PartResult({"contact": {"early_ms": 0.0}}, figures))
+        its.figures["timing"] = both
+        findings.append(its)
+    state = State("firstcontact study", asdict(Settings()), False, findings, [])
+    return render(state)
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
+@pytest.mark.parametrize("subjects", [1, 2])
+@pytest.mark.parametrize("width", [1400, 1200, 800, 500])
+def test_text_in_figures_has_one_size(subjects: int, width: int, tmp_path: Path) -> None:
+    path = tmp_path / "page.html"
+    path.write_text(page(subjects).replace("</body>", MEASURE), encoding="utf-8")
+    assert CHROMIUM is not None
+    done = subprocess.run(
+        [
+            CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--dump-dom",
+            "--disable-dev-shm-usage", f"--user-data-dir={tmp_path / 'profile'}",
+            f"--window-size={width},900", path.as_uri(),
+        ],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    found = re.search(r"<title>scales ([\d. ]+)</title>", done.stdout)
+    assert found is not None
+    scales = [float(scale) for scale in found[1].split()]
+    assert len(scales) == 2 * subjects + 1
+    assert min(scales) > 0
+    assert max(scales) <= 1.03 * min(scales)
+
+
+def test_a_command_that_is_not_utf8_is_shown_all_the_same() -> None:
+    state = State("firstcontact study --out \udcff", asdict(Settings()), False, [Findings("a")], [])
+    assert "study --out ?" in render(state)

@@ -1,0 +1,81 @@
+"""Entries are imported when asked for; plug-ins join, and broken ones stop nothing."""
+
+from __future__ import annotations
+
+from importlib.metadata import EntryPoint
+
+import pytest
+
+from firstcontact.core import InputError
+from firstcontact.core import registry as module
+from firstcontact.core.registry import Registry
+
+GROUP = "firstcontact.test"
+
+
+class Blue:
+    name = "blue"
+
+
+class Red:
+    name = "red"
+
+
+def colours(monkeypatch: pytest.MonkeyPatch, **points: str) -> Registry[Blue | Red]:
+    """A registry of blue, with plug-ins of these names at these places."""
+    found = [EntryPoint(name, place, GROUP) for name, place in points.items()]
+    monkeypatch.setattr(module, "entry_points", lambda group: [p for p in found if group == GROUP])
+    return Registry("colour", GROUP, {"blue": f"{__name__}:Blue"})
+
+
+def test_own_entries_are_imported_when_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    registry = Registry("colour", GROUP, {"far": "nowhere.at.all:Thing", "blue": Blue()})
+    assert list(registry) == ["far", "blue"]
+    assert registry["blue"].name == "blue"
+    assert registry.default == "far"
+    with pytest.raises(ModuleNotFoundError):
+        registry["far"]
+    assert Registry("colour", GROUP, {"blue": Blue()}, default="blue").default == "blue"
+
+
+def test_plugins_come_after_our_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    registry = colours(monkeypatch, red=f"{__name__}:Red")
+    assert list(registry) == ["blue", "red"]
+    assert registry.find("red") is Red
+    assert (len(registry), registry.failed) == (2, {})
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "why"),
+    [
+        ("red", "nowhere.at.all:Red", "ModuleNotFoundError"),
+        ("red", f"{__name__}:Green", "AttributeError"),
+        ("green", f"{__name__}:Red", "it calls itself 'red'"),
+        ("blue", f"{__name__}:Red", "there is a colour of that name already"),
+    ],
+)
+def test_a_plugin_that_cannot_be_loaded_is_named_and_stops_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    name: str,
+    place: str,
+    why: str,
+) -> None:
+    registry = colours(monkeypatch, **{name: place})
+    assert [entry.name for entry in registry.values()] == ["blue"]
+    assert why in registry.failed[name]
+    assert name in caplog.text
+    assert registry.find("blue") is Blue
+    if name != "blue":
+        with pytest.raises(InputError, match=f"plug-in '{name}' .* cannot be loaded"):
+            registry.find(name)
+
+
+def test_a_name_that_nobody_has_is_refused_with_the_choices(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    registry = colours(monkeypatch, red=f"{__name__}:Red")
+    with pytest.raises(InputError, match="no colour is called 'green': choose one of blue, red"):
+        registry.find("green")
+    with pytest.raises(KeyError):
+        registry["green"]

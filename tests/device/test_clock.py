@@ -27,7 +27,6 @@ def feed(clock: ClockFit, ppm: float, seconds: float, jitter: float, seed: int =
 def test_drift_is_told_to_a_part_per_million_after_a_minute(ppm: float) -> None:
     clock = ClockFit(RATE)
     feed(clock, ppm, 60, 2e-4)
-    assert clock.drift == pytest.approx(ppm, abs=1.0)
     assert clock.rate == pytest.approx(RATE * (1 + 1e-6 * ppm), rel=1e-6)
 
 
@@ -36,7 +35,7 @@ def test_drift_is_told_to_a_part_per_million_after_a_minute(ppm: float) -> None:
 def test_an_hour_of_drift(ppm: float) -> None:
     clock = ClockFit(RATE)
     feed(clock, ppm, 3600, 1e-3)
-    assert clock.drift == pytest.approx(ppm, abs=0.2)
+    assert clock.rate == pytest.approx(RATE * (1 + 1e-6 * ppm), rel=2e-7)
 
 
 @pytest.mark.parametrize("rate", [2468.0, 4700.0, 5000.0])
@@ -57,6 +56,6 @@ def test_lost_samples_do_not_disturb() -> None:
 
 def test_nothing_is_said_before_it_can_be_told() -> None:
     clock = ClockFit(RATE)
-    assert (clock.rate, clock.drift) == (0.0, 0.0)
+    assert clock.rate == 0.0
     feed(clock, 50.0, 4, 1e-4)
     assert clock.rate == 0.0

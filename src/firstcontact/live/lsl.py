@@ -11,8 +11,8 @@ import numpy as np
 
 from firstcontact.core import InputError
 from firstcontact.device import Arrival, Descriptor
+from firstcontact.device.clock import DeviceClock
 from firstcontact.live import told
-from firstcontact.live.device_clock import DeviceClock
 from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Touched
 from firstcontact.live.sink import Update
 

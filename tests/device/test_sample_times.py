@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from told_events import numbered
 
-from firstcontact.live.device_clock import SLEW, DeviceClock
+from firstcontact.core import Block
+from firstcontact.device.clock import SLEW, DeviceClock
 
 RATE = 4936.0
 
 
 def stamps(clock: DeviceClock, first: int, n: int, host: float, epoch: int = 0) -> list[float]:
-    return clock.stamps(numbered(first, n, epoch).block, host).tolist()
+    return clock.stamps(Block(np.zeros((n, 16), np.int16), first, epoch), host).tolist()
 
 
 ARRIVALS = st.lists(

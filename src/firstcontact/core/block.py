@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,20 +35,36 @@ class Block:
         return self.first_sample + len(self.data)
 
 
-def concatenated(run: Sequence[Block]) -> Block:
-    """One block of some that follow each other, one at least."""
-    if len(run) == 1:
-        return run[0]
-    return Block(np.concatenate([b.data for b in run]), run[0].first_sample, run[0].epoch)
+def joined(blocks: Iterable[Block], most: float = math.inf) -> list[Block]:
+    """The same samples in as few blocks as can be: those that follow each other become one.
 
-
-def joined(blocks: Iterable[Block]) -> list[Block]:
-    """The same samples in as few blocks as can be: those that follow each other become one."""
+    Parameters
+    ----------
+    blocks
+        In their order.
+    most
+        Samples that a block becomes no longer than by being joined.
+    """
     runs: list[list[Block]] = []
+    length = 0
     for block in blocks:
-        last = runs[-1][-1] if runs else None
-        if last and (last.end, last.epoch) == (block.first_sample, block.epoch):
+        length += len(block.data)
+        if runs and length <= most and _follows(block, runs[-1][-1]):
             runs[-1].append(block)
         else:
             runs.append([block])
-    return [concatenated(run) for run in runs]
+            length = len(block.data)
+    return [
+        run[0]
+        if len(run) == 1
+        else Block(np.concatenate([b.data for b in run]), run[0].first_sample, run[0].epoch)
+        for run in runs
+    ]
+
+
+def _follows(block: Block, last: Block) -> bool:
+    return (
+        block.first_sample == last.end
+        and block.epoch == last.epoch
+        and block.data.shape[1:] == last.data.shape[1:]
+    )

@@ -11,8 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from firstcontact.core import Block, InputError
-from firstcontact.core.block import concatenated
+from firstcontact.core import Block, InputError, joined
 from firstcontact.device.source import Arrival
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
 
@@ -174,22 +173,11 @@ def _joined(
 ) -> Iterator[Block | Marker | PinchMark]:
     """The same, with short blocks that follow each other in one."""
     run: list[Block] = []
-    length = 0
     for piece in pieces:
-        follows = (
-            isinstance(piece, Block)
-            and run
-            and (piece.first_sample, piece.epoch) == (run[-1].end, run[-1].epoch)
-            and piece.data.shape[1:] == run[-1].data.shape[1:]
-            and length + len(piece.data) <= TOGETHER
-        )
-        if run and not follows:
-            yield concatenated(run)
-            run, length = [], 0
         if isinstance(piece, Block):
             run.append(piece)
-            length += len(piece.data)
         else:
+            yield from joined(run, TOGETHER)
+            run = []
             yield piece
-    if run:
-        yield concatenated(run)
+    yield from joined(run, TOGETHER)

@@ -253,6 +253,8 @@ def test_other_types_are_refused_by_name(tmp_path, refused):
 
     refused(hdf5(tmp_path / "x.h5", references), "object holds neither")
     refused(hdf5(tmp_path / "y.h5", lambda f: f.update({"object": h5py.Empty("f4")})), "is empty")
+    records = np.zeros(3, [("a", "i4")])
+    refused(hdf5(tmp_path / "z.h5", lambda f: f.update({"object": records})), "neither a text nor")
 
 
 def test_texts_come_in_whichever_way_they_lie(tmp_path):

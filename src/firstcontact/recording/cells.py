@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
+import numpy as np
+
 from firstcontact.core import Finger, InputError, Role
 from firstcontact.core.pinch import HIGHEST_RANK
 from firstcontact.core.records import LONGEST_NAME
@@ -36,6 +38,8 @@ def each(where: str, columns: Columns, name: str, read: Callable[[Any], T]) -> l
 
 def words(value: Any) -> str:
     """Words; none at all are fine."""
+    if isinstance(value, np.void | np.ndarray):  # a record of NumPy, or bytes of no type
+        raise ValueError("which is neither a text nor a number")
     text = text_of(value).strip()
     if len(text) > LONGEST_NAME:
         raise ValueError(f"which is longer than {LONGEST_NAME} characters")

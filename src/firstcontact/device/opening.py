@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -15,7 +14,6 @@ def open_source(
     *,
     speed: float = 1.0,
     condition: str = "paper-rig",
-    objects: Sequence[str] | None = None,
     seed: int = 0,
 ) -> Source:
     """A source that is not entered yet.
@@ -26,7 +24,7 @@ def open_source(
         "twin", a recording (a path that ends in .mcap), or a serial port.
     speed
         Times real time, of the twin or a recording.
-    condition, objects, seed
+    condition, seed
         Of the twin.
 
     Raises
@@ -43,7 +41,7 @@ def open_source(
             )
         from firstcontact.device.twin_source import TwinSource
 
-        return TwinSource(condition, objects, seed, speed)
+        return TwinSource(condition, seed=seed, speed=speed)
     if Path(name).suffix == ".mcap":
         from firstcontact.device.replay import ReplaySource
 

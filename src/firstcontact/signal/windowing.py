@@ -21,6 +21,8 @@ BASELINE = 0.020
 BASELINE_GUARD = 0.002
 #: With less quiet than this, s, a window has no baseline and is refused.
 BASELINE_LEAST = 0.002
+#: So long before the newest sample a contact may lie when a stream is told of it, s.
+MEMORY = 0.050
 
 
 def samples_in(duration: float, rate: float) -> int:
@@ -181,11 +183,9 @@ class WindowStream:
         The columns of the blocks.
     durations
         Lengths of the windows, s; each contact gives one of each.
-    memory
-        How long before the newest sample a contact may lie when it is told, s.
     """
 
-    def __init__(self, layout: Layout, durations: Sequence[float], memory: float = 0.050) -> None:
+    def __init__(self, layout: Layout, durations: Sequence[float]) -> None:
         self.layout = layout
         self.durations = tuple(sorted(durations))
         self._lengths = [samples_in(d, layout.rate) for d in self.durations]
@@ -193,7 +193,7 @@ class WindowStream:
         self._fingers = layout.piezo_fingers
         self._volts = Physical(layout, self._columns)
         longest = max(self._lengths, default=0)
-        self._remember = longest + samples_in(memory + BASELINE + BASELINE_GUARD, layout.rate)
+        self._remember = longest + samples_in(MEMORY + BASELINE + BASELINE_GUARD, layout.rate)
         #: Windows refused: across a gap, not finite, constant, or told too late.
         self.refused = 0
         self._pending: list[tuple[Contact, int]] = []

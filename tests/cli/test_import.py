@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,6 +18,13 @@ from firstcontact.cli.main import main
 from firstcontact.core import ChannelKind, Dataset, Finger, Role
 from firstcontact.recording import load_dataset
 
+# The kernel refuses to write a file any longer than this, as a full disk does.
+FULL = """
+import resource, sys
+from firstcontact.cli.main import main
+resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+sys.exit(main(sys.argv[1:]))
+"""
 RATE = 5000
 LENGTH = 60
 
@@ -463,3 +472,15 @@ def test_a_place_that_cannot_be_written_is_told(tmp_path, capsys):
     out = tmp_path / "file" / "out"
     assert main(["import", str(npz(tmp_path)), "--out", str(out)]) == 2
     assert "cannot be written" in capsys.readouterr().err
+
+
+def test_a_full_disk_is_told_of_the_place_that_was_asked_for(tmp_path):
+    rng = np.random.default_rng(1)
+    long = rng.normal(size=(4, 3000, 2)).astype(np.float32)
+    big = npz(tmp_path, piezo=long, force=None)
+    out = tmp_path / "there" / "out"
+    command = [sys.executable, "-c", FULL, "import", str(big), "--out", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert f"{out} cannot be written (File too large)" in done.stderr
+    assert list(out.parent.iterdir()) == []

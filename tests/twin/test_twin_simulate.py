@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import hashlib
+import resource
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -105,3 +107,18 @@ def test_an_error_on_the_way_leaves_no_half_file(tmp_path: Path) -> None:
     with pytest.raises(RuntimeError, match="stop"):
         simulate(tmp_path / "out", "paper-rig", 4, 0, 0, 2, stop)
     assert not list((tmp_path / "out").iterdir())
+
+
+def test_a_full_disk_is_told_of_the_recording_that_was_to_be(tmp_path: Path) -> None:
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    out = tmp_path / "out"
+    try:
+        # The kernel refuses to write a file any longer than this, as a full disk does.
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, before[1]))
+        with pytest.raises(InputError, match=r"out/blocks-01\.mcap cannot be written \(File too"):
+            simulate(out, "paper-rig", 4, 0)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, ignored)
+    assert not list(out.iterdir())

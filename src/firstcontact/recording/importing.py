@@ -67,6 +67,11 @@ def import_path(
             temporary.replace(out)  # refused where it is not empty any more
     except OSError as error:
         raise _unwritable(out, error) from error
+    except InputError as error:
+        # The writer speaks of its own file and of what stays in it; here nothing stays.
+        if isinstance(error.__cause__, OSError):
+            raise _unwritable(out, error.__cause__) from error
+        raise
     return dataset
 
 
@@ -85,7 +90,7 @@ def _from(dataset: Dataset, path: Path, source: str | None) -> Dataset:
 
 
 def _unwritable(out: Path, error: OSError) -> InputError:
-    return InputError(f"{out} cannot be written ({error.strerror}): check the folder")
+    return InputError(f"{out} cannot be written ({error.strerror}): check the folder and its disk")
 
 
 def _read(path: Path, rate: float | None) -> Dataset:

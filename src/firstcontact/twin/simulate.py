@@ -59,7 +59,7 @@ def simulate(
     ------
     InputError
         Unknown condition, a negative size, nothing to simulate, no workers, or
-        ``directory`` holds something already or cannot be made.
+        ``directory`` holds something already or cannot be made or written.
     """
     c = condition(condition_name)
     if min(pinches_per_block, pinches_per_object) < 0 or pinches_per_block + pinches_per_object < 1:
@@ -85,8 +85,14 @@ def simulate(
                 with replacing(path) as temporary:
                     _write(temporary, session, c, seed, pool, progress)
                 paths.append(path)
-        except BaseException:
+        except BaseException as error:
             pool.shutdown(wait=False, cancel_futures=True)
+            # The writer speaks of its own file and of what stays in it; of this one nothing stays.
+            if isinstance(error, InputError) and isinstance(error.__cause__, OSError):
+                raise InputError(
+                    f"{path} cannot be written ({error.__cause__.strerror}): make room on its "
+                    "disk, and simulate into another --out"
+                ) from error
             raise
     return paths
 

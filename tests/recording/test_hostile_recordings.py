@@ -283,6 +283,19 @@ def test_pinches_on_top_of_each_other_are_left_out(tmp_path: Path) -> None:
         load_dataset(path)
 
 
+def test_a_pinch_that_never_ends_costs_no_other(tmp_path: Path) -> None:
+    path = write(
+        tmp_path / "a.mcap",
+        ("/header", packed(HEADER)),
+        ("/samples", messages.encode(BLOCK, "int16")),
+        ("/pinch", packed(MARK)),
+        ("/pinch", packed({**MARK, "number": 1, "end": 1 << 53})),
+    )
+    dataset = load_dataset(path)
+    assert len(dataset) == 1
+    assert dataset.losses == ("a.mcap: pinch 1 lies across missing samples and is left out",)
+
+
 def test_any_intact_header_will_do(tmp_path: Path) -> None:
     path = write(
         tmp_path / "a.mcap",

@@ -53,7 +53,9 @@ def load_dataset(path: Path | Sequence[Path]) -> Dataset:
         said = recording.header.notes.splitlines()
         notes += [line for line in said if line not in notes]
         losses += [f"{file.name}: {sentence}" for sentence in recording.skipped]
-        marked = sum(mark.end - mark.first_sample for mark in recording.pinches)
+        lengths = (mark.end - mark.first_sample for mark in recording.pinches)
+        # One that is longer than its recording lies across missing samples, not on others.
+        marked = sum(length for length in lengths if length <= recording.samples)
         if marked > _OVERLAP * recording.samples:
             losses.append(f"{file.name}: its pinches lie on top of each other and are left out")
             continue

@@ -75,6 +75,7 @@ def test_progress_counts_every_pinch(tmp_path: Path) -> None:
         (("lab", 1, 1, 0, 1), "'lab'"),
         (("paper-rig", -1, 1, 0, 1), "negative"),
         (("paper-rig", 0, 0, 0, 1), "both 0"),
+        (("paper-rig", 10**30, 1, 0, 1), "1000000 at most"),
         (("paper-rig", 1, 1, -1, 1), "seed is -1"),
         (("paper-rig", 1, 1, 0, 0), "workers is 0"),
     ],

@@ -20,6 +20,8 @@ from firstcontact.twin.plan import PlannedPinch, PlannedSession, plan_sessions
 
 #: Sample numbers that pass between two pinches while the hand opens: 1 s.
 BETWEEN = round(FINGERTIP_RATE)
+#: Most pinches of one specimen: as many as may be recorded of one.
+MOST_PINCHES = 1_000_000
 #: Pinches per task handed to a worker.
 _BATCH = 8
 
@@ -64,6 +66,8 @@ def simulate(
     c = condition(condition_name)
     if min(pinches_per_block, pinches_per_object) < 0 or pinches_per_block + pinches_per_object < 1:
         raise InputError("pinches per block and per object must not be negative nor both 0")
+    if max(pinches_per_block, pinches_per_object) > MOST_PINCHES:
+        raise InputError(f"pinches per block and per object must be {MOST_PINCHES} at most")
     if seed < 0:
         raise InputError(f"seed is {seed}: use a whole number from 0 on")
     if workers is not None and workers < 1:

@@ -24,7 +24,7 @@ def wav(rng: Random, seeds: Seeds, path: Path) -> Path:
         sound = path / f"{rng.randrange(3)}.wav"
         table = path / "labels.csv"
         kind = rng.randrange(6)
-        if kind <= 2 and not sound.is_file():
+        if not (sound if kind <= 2 else table).is_file():  # it was changed before
             continue
         if kind == 0:
             sound.write_bytes(mutate.raw(rng, sound.read_bytes()))
@@ -39,7 +39,7 @@ def wav(rng: Random, seeds: Seeds, path: Path) -> Path:
 
 
 def _moved(rng: Random, file: Path, folder: Path) -> None:
-    if not file.exists():
+    if not file.is_file():
         return
     kind = rng.randrange(4)
     if kind == 0:

@@ -74,6 +74,11 @@ def test_a_header_of_python_2_says_nothing_to_the_user(tmp_path):
     assert np.array_equal(import_path(path, tmp_path / "out").pinches[1].piezo(), PIEZO[1])
 
 
+def test_characters_beyond_the_last_are_refused(tmp_path, refused):
+    objects = np.array([0x110000, 97, 97], "<u4").view("<U1")
+    refused(npz(tmp_path / "x.npz", object=npy(objects)), "object holds characters")
+
+
 def test_a_complex_rate_is_refused(tmp_path, refused):
     refused(npz(tmp_path / "x.npz", sample_rate_hz=npy(np.array(5000 + 1j))), "sample_rate_hz is")
 

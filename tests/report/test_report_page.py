@@ -31,7 +31,7 @@ MEASURE = """<script>addEventListener("load", () => {
 def page(subjects: int) -> str:
     """A report with chapters of one figure and of two, for one subject in the last."""
     scores = {"svm": {"blocks": {"rmse": 1.0, "intervals": {}}}}
-    alone = lengths_figure({"3": scores, "15": scores})
+    alone = lengths_figure("svm", {"3": scores, "15": scores})
     both = offset_figure(np.array([5.0, 12.0, 20.0]))
     findings = []
     for number in range(subjects):

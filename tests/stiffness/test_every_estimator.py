@@ -12,7 +12,6 @@ from toy_windows import RATE, toy_windows
 from firstcontact.core import InputError
 from firstcontact.stiffness import (
     ESTIMATORS,
-    MODELS,
     Card,
     Estimator,
     LearnedFrom,
@@ -22,6 +21,7 @@ from firstcontact.stiffness import (
     make_estimator,
     save_model,
 )
+from firstcontact.stiffness.registry import model_kind
 
 pytestmark = [
     pytest.mark.parametrize("name", ESTIMATORS),
@@ -31,8 +31,7 @@ CARD = Card(data=LearnedFrom(source="synthetic", pinches=180, sessions=("0",)))
 
 
 def made(name: str, task: Task) -> Estimator:
-    options = {"epochs": 8} if "epochs" in ESTIMATORS[name].__dataclass_fields__ else {}
-    return make_estimator(name, task, RATE, **options)
+    return make_estimator(name, task, RATE, **ESTIMATORS[name].quick)
 
 
 @cache
@@ -44,7 +43,7 @@ def test_it_is_an_estimator(name: str, task: Task) -> None:
     estimator = made(name, task)
     assert isinstance(estimator, Estimator)
     assert (estimator.name, estimator.task, estimator.rate) == (name, task, RATE)
-    assert MODELS[fitted(name, task).kind] is type(fitted(name, task))
+    assert model_kind(fitted(name, task).kind) is type(fitted(name, task))
 
 
 def test_predictions_are_one_number_a_window(name: str, task: Task) -> None:

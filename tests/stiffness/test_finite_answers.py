@@ -103,8 +103,7 @@ def test_finite_outputs_are_answers() -> None:
 def test_windows_at_the_ends_of_float32(name: str, task: Task, scale: float) -> None:
     """Squares of these overflow, or are 0: answered or refused, never half."""
     X, y, _ = toy_windows(24)
-    options = {"epochs": 1} if name == "cnn" else {}
-    model = make_estimator(name, task, RATE, **options).fit(X, y)
+    model = make_estimator(name, task, RATE, **ESTIMATORS[name].quick).fit(X, y)
     window = np.clip(X[0] / np.abs(X[0]).max(), -1, 1) * np.float32(scale)
     for ask in (lambda: model.predict_one(window), lambda: float(model.predict(window[None])[0])):
         with suppress(InputError):
@@ -115,10 +114,8 @@ def test_windows_at_the_ends_of_float32(name: str, task: Task, scale: float) -> 
 @pytest.mark.parametrize("name", ["svm", "cnn"])
 def test_weights_of_a_file_that_overflow(name: str, task: Task, tmp_path: Path) -> None:
     X, y, _ = toy_windows(24)
-    options = {"epochs": 1} if name == "cnn" else {}
-    folder = save_model(
-        make_estimator(name, task, RATE, **options).fit(X, y), tmp_path / "m", Card()
-    )
+    estimator = make_estimator(name, task, RATE, **ESTIMATORS[name].quick)
+    folder = save_model(estimator.fit(X, y), tmp_path / "m", Card())
     arrays = load_file(folder / WEIGHTS)
     for key, array in arrays.items():
         if key == "weights" or key.endswith("weight"):

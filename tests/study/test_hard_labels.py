@@ -31,7 +31,7 @@ from firstcontact.study.parts.window_length import window_length
 from firstcontact.study.settings import Settings
 from firstcontact.study.subject import NO_SESSIONS, Subject
 
-SMALL = replace(Settings(), durations=(0.005, 0.015), folds=3, epochs=1, calls=30, workers=1)
+SMALL = replace(Settings(), durations=(0.005, 0.015), folds=3, brief=True, calls=30, workers=1)
 MODELS = ("train_mean", "peak", "svm")
 
 

@@ -18,7 +18,7 @@ from firstcontact.study import protocol
 from firstcontact.study.parts.contacts import detection_splits
 from firstcontact.study.settings import Settings
 
-SMALL = replace(Settings(), durations=(0.005, 0.015), folds=3, epochs=1, calls=30, workers=1)
+SMALL = replace(Settings(), durations=(0.005, 0.015), folds=3, brief=True, calls=30, workers=1)
 
 
 def study(dataset: Dataset, out: Path, name: str = "recordings") -> tuple[State, list]:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import tyro
 
-from firstcontact.cli.extras import need
 from firstcontact.cli.train import aligned_by_truth, coverage_in_words, in_words
 from firstcontact.core.errors import InputError
 
@@ -29,6 +28,8 @@ class Evaluate:
     contacts: Literal["auto", "truth", "detected"] = "auto"
     """Where windows start: known contacts, or those that the model's detector finds; auto: known if
     there are any."""
+    detector: Path | None = None
+    """Folder of another detector than the one beside the model."""
 
     def run(self) -> None:
         """Print errors or accuracy, and a table of objects."""
@@ -53,8 +54,6 @@ class Evaluate:
                 f"such as {folder}"
             )
         card = read_card(folder)
-        if card.kind == "cnn":
-            need("cnn", "onnx", "onnxruntime")
         model, interval = load_model(folder), load_interval(folder)
         loaded = load_dataset(self.data)
         warn_of(loaded)
@@ -65,7 +64,7 @@ class Evaluate:
         if aligned_by_truth(self.contacts, dataset, self.data):
             contacts = known(dataset)
         else:
-            contacts = found(dataset, load_detector(folder))
+            contacts = found(dataset, load_detector(self.detector or folder))
         data = examples(dataset, contacts.contacts, model.spec.duration, values)
         if not len(data):
             raise InputError(

@@ -22,7 +22,7 @@ class Export:
 
     def run(self) -> None:
         """Export, and say what was left out."""
-        from firstcontact.cli.extras import need
+        from firstcontact.core.extras import need
         from firstcontact.recording import load_dataset
         from firstcontact.recording.exporting import export
 

@@ -7,8 +7,8 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from firstcontact.cli.extras import need
 from firstcontact.core.errors import InputError
+from firstcontact.core.extras import need
 
 
 @dataclass(frozen=True)

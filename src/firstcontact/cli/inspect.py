@@ -36,8 +36,8 @@ class Inspect:
             self._plot(recording, self.plot)
 
     def _plot(self, recording: Recording, path: Path) -> None:
-        from firstcontact.cli.extras import need
         from firstcontact.core import InputError
+        from firstcontact.core.extras import need
         from firstcontact.recording.dataset import cut
 
         need("plot", "matplotlib")

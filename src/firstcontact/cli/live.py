@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firstcontact.cli.extras import need
 from firstcontact.core.errors import InputError
+from firstcontact.core.extras import need
 
 if TYPE_CHECKING:
     from firstcontact.contact import Detector

@@ -149,7 +149,7 @@ def _as_the_twin_knows(items: tuple[Item, ...]) -> tuple[Item, ...]:
     """Refuse objects that the twin does not have, and fill in the Shore A of the others."""
     from dataclasses import replace
 
-    from firstcontact.cli.extras import need
+    from firstcontact.core.extras import need
 
     need("twin", "numba")
     from firstcontact.twin.objects import object_named

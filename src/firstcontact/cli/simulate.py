@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from firstcontact.cli.extras import need
+from firstcontact.core.extras import need
 
 
 @dataclass(frozen=True)

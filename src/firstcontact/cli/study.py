@@ -6,9 +6,12 @@ import shlex
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
-from firstcontact.cli.extras import need
+from firstcontact.cli.choices import one_of
+from firstcontact.contact.registry import DETECTORS
 from firstcontact.core.errors import InputError
+from firstcontact.core.extras import need
 
 
 @dataclass(frozen=True)
@@ -22,6 +25,8 @@ class Study:
     results in it are not written over."""
     quick: bool = False
     """A small study of a minute: every part runs, no number is to be quoted."""
+    detector: Annotated[str, one_of(DETECTORS)] = DETECTORS.default
+    """What finds the contacts at which windows start; all detectors are scored."""
     early_ms: float = 0.0
     """How much earlier than its label a contact may be, ms: labels from a trigger are late."""
     seed: int = 0
@@ -34,7 +39,7 @@ class Study:
         from firstcontact.learning.jobs import cores
         from firstcontact.study.settings import Settings
 
-        need("study", "matplotlib", "jinja2", "torch", "onnxruntime")
+        need("study", "matplotlib", "jinja2")
         if self.recordings is None:
             need("study", "numba")
         if self.seed < 0 or self.workers < 0 or not 0 <= self.early_ms <= 10:
@@ -42,7 +47,10 @@ class Study:
                 "--seed and --workers must not be negative, and --early-ms lies from 0 to 10"
             )
         settings = Settings(
-            seed=self.seed, workers=self.workers or cores(), early=1e-3 * self.early_ms
+            seed=self.seed,
+            workers=self.workers or cores(),
+            detector=DETECTORS.find(self.detector).name,
+            early=1e-3 * self.early_ms,
         )
         if self.quick:
             settings = settings.quick()

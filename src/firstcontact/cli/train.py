@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from firstcontact.cli.extras import need
+from firstcontact.cli.choices import one_of
 from firstcontact.cli.train_folder import check_replaceable, folder_name
+from firstcontact.contact.registry import DETECTORS
 from firstcontact.core.errors import InputError
+from firstcontact.core.extras import need
+from firstcontact.stiffness.registry import ESTIMATORS
 
 if TYPE_CHECKING:
     from firstcontact.contact import Detector
@@ -33,8 +36,13 @@ class Train:
     """A recording, or a folder of recordings."""
     out: Path
     """Folder for the model and the detector; a training that is in it is replaced whole."""
-    model: Literal["svm", "cnn", "peak", "train_mean"] = "svm"
+    model: Annotated[str, one_of(ESTIMATORS)] = ESTIMATORS.default
     """What learns."""
+    detector: Annotated[str | None, one_of(DETECTORS)] = None
+    """What finds contacts; left out: the usual one where it can learn from these pinches, else one
+    that learns nothing."""
+    detector_only: bool = False
+    """Make the detector and no model: pinches need known contacts and no hardness."""
     task: Literal["regression", "classification"] = "regression"
     """Any Shore A, or one of those learned from."""
     contacts: Literal["auto", "truth", "detected"] = "auto"
@@ -50,11 +58,13 @@ class Train:
 
     def run(self) -> None:
         """Score and calibrate on held-out sessions, then learn from everything and save."""
-        if self.model == "cnn":
-            need("cnn", "torch", "onnx", "onnxruntime")
+        estimator = ESTIMATORS.find(self.model)
+        need(estimator.extra, *estimator.modules)
         self._check()
         names = {ms: folder_name(ms) for ms in sorted(self.window_ms)}
-        if len(names) == 1:
+        if self.detector_only:
+            names = {}
+        elif len(names) == 1:
             names = dict.fromkeys(names, "")
         check_replaceable(self.out, names.values())
         from firstcontact.core.folders import replacing_folder
@@ -83,9 +93,12 @@ class Train:
             )
         digests = pinch_digests(dataset.pinches)
         dataset = self._at_rate(dataset)
+        detector = fit_detector(dataset, self.detector)
+        if self.detector_only:
+            save_detector(detector, making, _learned(detector, dataset))
+            return [f"detector {detector.name}: {self.out}"]
         target, values = _target(dataset, self.data)
         truth = aligned_by_truth(self.contacts, dataset, self.data)
-        detector = fit_detector(dataset)
         contacts = known(dataset) if truth else found_as_live(dataset, detector, self.seed)
         everything = {}
         for ms in folders:
@@ -186,7 +199,7 @@ def _objects(data: Examples) -> dict[str, float]:
 
 
 def _learned(detector: Detector, dataset: Dataset) -> dict[str, Any]:
-    if detector.name == "three_sigma":
+    if not detector.learns:
         return {}
     return {
         "source": dataset.source,

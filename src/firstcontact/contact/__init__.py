@@ -1,9 +1,26 @@
 """Contact detectors, one a file."""
 
-from firstcontact.contact.detector import Detector, Verdicts, detect
-from firstcontact.contact.registry import DETECTORS, make_detector
-from firstcontact.contact.svm import SvmDetector
-from firstcontact.contact.threshold import ThresholdDetector
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from firstcontact.core.lazy import lazily
+
+if TYPE_CHECKING:
+    from firstcontact.contact.detector import Detector, Verdicts, detect
+    from firstcontact.contact.registry import DETECTORS, make_detector, unfitted
+    from firstcontact.contact.svm import SvmDetector
+    from firstcontact.contact.threshold import ThresholdDetector
+else:
+    __getattr__ = lazily(
+        __name__,
+        {
+            "detector": "Detector Verdicts detect",
+            "registry": "DETECTORS make_detector unfitted",
+            "svm": "SvmDetector",
+            "threshold": "ThresholdDetector",
+        },
+    )
 
 __all__ = [
     "DETECTORS",
@@ -13,4 +30,5 @@ __all__ = [
     "Verdicts",
     "detect",
     "make_detector",
+    "unfitted",
 ]

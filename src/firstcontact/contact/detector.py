@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,23 +66,41 @@ class Detector(Protocol):
     """Finds the contacts in a stream of blocks.
 
     The same blocks, split anywhere, give the same contacts: offline is live
-    with the blocks already there.
+    with the blocks already there. Most are a
+    :class:`firstcontact.contact.stream.WindowDetector`, which has everything but the
+    judgement itself.
     """
 
-    @property
-    def name(self) -> str:
-        """Under which it is registered and reported."""
+    #: On the command line, in files and in results.
+    name: ClassVar[str]
+    #: As people read it, and its colour in figures.
+    title: ClassVar[str]
+    colour: ClassVar[str]
+    #: Whether :meth:`fit` learns anything.
+    learns: ClassVar[bool]
+    #: Length of a window, s, and of its new part: one verdict every so often.
+    duration: ClassVar[float]
+    step: ClassVar[float]
 
     @property
-    def duration(self) -> float:
-        """Length of a window, s."""
+    def rate(self) -> float | None:
+        """The sampling rate that it takes, Hz; None where it takes any."""
 
-    @property
-    def step(self) -> float:
-        """New part of a window, s: one verdict every so often."""
+    def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
+        """Learn from pinches whose contacts are known.
 
-    def fit(self, dataset: Dataset) -> Self:
-        """Learn from pinches whose contacts are known."""
+        Parameters
+        ----------
+        dataset
+            The pinches.
+        early
+            A contact may be up to this much earlier than its label, s.
+
+        Raises
+        ------
+        InputError
+            There is too little to learn from.
+        """
 
     def start(self, layout: Layout) -> None:
         """Begin a new closing: forget the stream and release all fingers."""
@@ -97,6 +115,13 @@ class Detector(Protocol):
 
     def update(self, block: Block) -> list[Contact]:
         """Contacts that this block makes known, each finger once per closing."""
+
+    def to_arrays(self) -> dict[str, NDArray[np.float64]]:
+        """Everything that was learned or chosen, to be saved; InputError when nothing was yet."""
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """The inverse of :meth:`to_arrays`; InputError if they do not fit together."""
 
 
 def detect(detector: Detector, pinch: Pinch) -> list[Contact]:

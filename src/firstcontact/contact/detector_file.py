@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Protocol, Self, runtime_checkable
+from typing import Annotated, Any
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from firstcontact.contact.detector import Detector
 from firstcontact.contact.registry import DETECTORS
-from firstcontact.contact.threshold import ThresholdDetector
 from firstcontact.core.errors import InputError
 from firstcontact.core.records import Name
 from firstcontact.core.weights import (
@@ -44,7 +42,7 @@ class DetectorCard:
     rate_hz
         Of the samples it takes; None where it takes any.
     sigmas
-        Height of the threshold, for the detector that has nothing else.
+        Height of the threshold, in the cards of older versions.
     sha256
         Of the weights, None where it has none.
     """
@@ -53,18 +51,6 @@ class DetectorCard:
     rate_hz: Rate | None = None
     sigmas: Annotated[float, msgspec.Meta(gt=0, le=1e6)] | None = None
     sha256: Sha256 | None = None
-
-
-@runtime_checkable
-class Learned(Protocol):
-    """A detector whose knowledge is named arrays, ``rate`` (Hz) among them."""
-
-    def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Everything that was learnt; InputError when nothing was."""
-
-    @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """The inverse of :meth:`to_arrays`; InputError if they do not fit together."""
 
 
 def save_detector(
@@ -89,22 +75,16 @@ def save_detector(
     Raises
     ------
     InputError
-        A detector that has learned nothing yet, or of a kind that has no form
-        on disk.
+        A detector that has learned nothing yet.
     """
-    tree: dict[str, Any] = {"format": FORMAT, "format_version": FORMAT_VERSION}
-    arrays: dict[str, NDArray[np.float64]] = {}
-    if isinstance(detector, ThresholdDetector):
-        # It learns nothing, so any rate is right for it.
-        tree |= {"name": detector.name, "rate_hz": None, "sigmas": detector.sigmas}
-    elif isinstance(detector, Learned):
-        arrays = detector.to_arrays()
-        tree |= {"name": detector.name, "rate_hz": float(arrays["rate"])}
-    else:
-        raise InputError(
-            f"the detector {detector.name!r} cannot be saved: give it to_arrays and from_arrays"
-        )
-    tree["data"] = dict(data or {})
+    arrays = detector.to_arrays()
+    tree = {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "name": detector.name,
+        "rate_hz": detector.rate,
+        "data": dict(data or {}),
+    }
     write_learned(directory / CARD, directory / WEIGHTS, tree, arrays, DetectorCard)
     return directory
 
@@ -133,29 +113,25 @@ def load_detector(path: Path) -> Detector:
         folder = folder.parent
     file = folder / CARD
     card = read_card(file, "detector", FORMAT, FORMAT_VERSION, DetectorCard)
-    kind = DETECTORS.get(card.name)
-    if kind is None:
+    if card.name not in DETECTORS:
         raise InputError(
             f"{file}: no detector is called {card.name!r} "
             f"(there are {', '.join(DETECTORS)}): update firstcontact or train again"
         )
-    if kind is ThresholdDetector:
-        if card.sigmas is None:
-            raise InputError(f"{file}: sigmas is missing: train again")
-        return ThresholdDetector(card.sigmas)
-    if not issubclass(kind, Learned):
-        raise InputError(f"{file}: {card.name} has no form on disk: train again")
-    if card.sha256 is None:
+    kind = DETECTORS[card.name]
+    if card.sha256 is not None:
+        arrays = read_weights(folder / WEIGHTS, card.sha256, CARD)
+    elif kind.learns:
         raise InputError(f"{file}: sha256 is missing: train again")
-    arrays = read_weights(folder / WEIGHTS, card.sha256, CARD)
+    else:  # nothing to keep, or of a version that kept this in the card
+        arrays = {} if card.sigmas is None else {"sigmas": np.array(card.sigmas)}
     try:
         with np.errstate(all="ignore"):  # what overflows here is refused where it decides
             detector = kind.from_arrays(arrays)
     except InputError as error:
         raise InputError(f"{folder / WEIGHTS}: {error}") from None
-    if card.rate_hz != float(arrays["rate"]):
+    if card.rate_hz != detector.rate:
         raise InputError(
-            f"{file}: rate_hz is {card.rate_hz!r} but {WEIGHTS} says "
-            f"{float(arrays['rate']):g}: train again"
+            f"{file}: rate_hz is {card.rate_hz!r} but {WEIGHTS} says {detector.rate!r}: train again"
         )
     return detector

@@ -2,25 +2,41 @@
 
 from __future__ import annotations
 
-from firstcontact.contact.detector import Detector
-from firstcontact.contact.svm import SvmDetector
-from firstcontact.contact.threshold import ThresholdDetector
-from firstcontact.core.errors import InputError
+from typing import TYPE_CHECKING, Any
 
-DETECTORS: dict[str, type[Detector]] = {
-    ThresholdDetector.name: ThresholdDetector,
-    SvmDetector.name: SvmDetector,
-}
+if TYPE_CHECKING:
+    from firstcontact.contact.detector import Detector
+from firstcontact.core.registry import Registry
+
+DETECTORS: Registry[type[Detector]] = Registry(
+    "detector",
+    "firstcontact.detectors",
+    {
+        "three_sigma": "firstcontact.contact.threshold:ThresholdDetector",
+        "svm": "firstcontact.contact.svm:SvmDetector",
+    },
+    default="svm",
+)
 
 
-def make_detector(name: str) -> Detector:
+def make_detector(name: str, **options: Any) -> Detector:
     """A detector that still has to be fitted.
+
+    Parameters
+    ----------
+    name
+        One of :data:`DETECTORS`.
+    options
+        Of its constructor.
 
     Raises
     ------
     InputError
         When there is none of that name.
     """
-    if name not in DETECTORS:
-        raise InputError(f"no detector is called {name!r}: choose one of {', '.join(DETECTORS)}")
-    return DETECTORS[name]()
+    return DETECTORS.find(name)(**options)
+
+
+def unfitted() -> str:
+    """Name of the first detector that learns nothing: it is there where others cannot learn."""
+    return next(name for name, kind in DETECTORS.items() if not kind.learns)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
@@ -16,6 +16,7 @@ from firstcontact.contact.onset import pick_onset
 from firstcontact.core.block import Block
 from firstcontact.core.errors import InputError
 from firstcontact.core.layout import ChannelKind, Finger, Layout, Physical
+from firstcontact.core.palette import SKY
 from firstcontact.core.pinch import Contact, Dataset
 from firstcontact.signal import missing_smoothing, samples_in
 
@@ -69,15 +70,37 @@ class WindowDetector(ABC):
     """
 
     name: ClassVar[str]
+    title: ClassVar[str] = ""
+    colour: ClassVar[str] = SKY
+    learns: ClassVar[bool] = False
     #: 17 ms that were there and 3 ms that are new, as published.
     duration: ClassVar[float] = 0.020
     step: ClassVar[float] = 0.003
     #: Whole periods of 50 Hz hum.
     steady: ClassVar[float] = 0.040
 
-    def fit(self, dataset: Dataset) -> Self:
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if "title" not in vars(cls) and "name" in vars(cls):
+            cls.title = cls.name.replace("_", " ")
+
+    @property
+    def rate(self) -> float | None:
+        """The sampling rate that it takes, Hz; by default any."""
+        return None
+
+    def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
         """Learn from pinches whose contacts are known; by default nothing."""
         return self
+
+    def to_arrays(self) -> dict[str, NDArray[np.float64]]:
+        """Everything that was learned or chosen, to be saved; by default nothing."""
+        return {}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """The inverse of :meth:`to_arrays`: by default one as it is made."""
+        return cls()
 
     @abstractmethod
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:

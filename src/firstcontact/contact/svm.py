@@ -15,6 +15,7 @@ from firstcontact.contact.stream import WindowDetector
 from firstcontact.contact.training import PHASES, Examples, examples, usable
 from firstcontact.core.errors import InputError
 from firstcontact.core.layout import Layout
+from firstcontact.core.palette import BLUE
 from firstcontact.core.pinch import Dataset
 
 #: Bounds on what is trained on, so that training stays below a minute.
@@ -38,22 +39,27 @@ class SvmDetector(WindowDetector):
 
     Parameters
     ----------
-    early
-        The contact may be up to this much earlier than its label, s.
     seed
         Of what is drawn for training.
     """
 
     name: ClassVar[str] = "svm"
+    title: ClassVar[str] = "SVM"
+    colour: ClassVar[str] = BLUE
+    learns: ClassVar[bool] = True
 
-    def __init__(self, early: float = 0.0, seed: int = 0) -> None:
-        self.early = early
+    def __init__(self, seed: int = 0) -> None:
         self.seed = seed
         self._machine: RbfMachine | None = None
         self._threshold = 0.0
         self._rate = 0.0
 
-    def fit(self, dataset: Dataset) -> Self:
+    @property
+    def rate(self) -> float | None:
+        """The sampling rate that it was trained at, Hz; None before."""
+        return self._rate or None
+
+    def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
         """Learn from pinches whose first contact is known, from where each closing starts.
 
         Raises
@@ -65,11 +71,11 @@ class SvmDetector(WindowDetector):
         dataset = closings(dataset)
         rate = dataset.layout.rate if len(dataset) else 0.0
         sizes = self.sizes(rate)
-        able = np.flatnonzero([usable(p, sizes, self.early) for p in dataset.pinches])
+        able = np.flatnonzero([usable(p, sizes, early) for p in dataset.pinches])
         # Evenly spaced, not drawn: every session and object keeps its share.
         spaced = np.linspace(0, max(0, len(able) - 1), min(PINCHES, len(able)))
         subset = dataset.take(able[spaced.round().astype(np.intp)])
-        data = examples(subset, sizes, self.early, self.seed)
+        data = examples(subset, sizes, early, self.seed)
         shown = np.unique(data.pinch[data.positive])
         if len(shown) < 2:
             raise InputError(

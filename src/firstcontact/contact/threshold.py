@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact.stream import WindowDetector
+from firstcontact.core.errors import InputError
+from firstcontact.core.palette import ORANGE
+
+#: No height above this can be meant.
+HIGHEST = 1e6
 
 
 class ThresholdDetector(WindowDetector):
@@ -24,9 +30,23 @@ class ThresholdDetector(WindowDetector):
     """
 
     name: ClassVar[str] = "three_sigma"
+    title: ClassVar[str] = "3σ threshold"
+    colour: ClassVar[str] = ORANGE
 
     def __init__(self, sigmas: float = 3.0) -> None:
         self.sigmas = sigmas
+
+    def to_arrays(self) -> dict[str, NDArray[np.float64]]:
+        """The height."""
+        return {"sigmas": np.array(self.sigmas)}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """The inverse of :meth:`to_arrays`."""
+        sigmas = np.asarray(arrays.get("sigmas", np.nan))
+        if sigmas.shape != () or not 0.0 < sigmas <= HIGHEST:
+            raise InputError("the detector's array 'sigmas' is missing or out of range: train it")
+        return cls(float(sigmas))
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Say which windows hold a crossing in their newest part."""

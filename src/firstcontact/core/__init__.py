@@ -1,12 +1,10 @@
-"""The nouns: small frozen types that every room shares.
-
-Each is imported when it is first asked for, so that ``firstcontact --help`` needs none of them.
-"""
+"""The nouns: small frozen types that every room shares."""
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from firstcontact.core.lazy import lazily
 
 if TYPE_CHECKING:
     from firstcontact.core.block import Block, joined
@@ -23,32 +21,17 @@ if TYPE_CHECKING:
     )
     from firstcontact.core.pinch import Contact, Dataset, Label, Pinch, Role
 else:
-    _WHERE = {
-        "Block": "block",
-        "Calibration": "calibration",
-        "Channel": "layout",
-        "ChannelKind": "layout",
-        "Command": "command",
-        "Contact": "pinch",
-        "Dataset": "pinch",
-        "Finger": "layout",
-        "ForceCurve": "calibration",
-        "InputError": "errors",
-        "Label": "pinch",
-        "Layout": "layout",
-        "Physical": "layout",
-        "PiezoCalibration": "calibration",
-        "Pinch": "pinch",
-        "Role": "pinch",
-        "fingertip_layout": "layout",
-        "joined": "block",
-    }
-
-    def __getattr__(name: str) -> object:
-        if name not in _WHERE:
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        return getattr(import_module(f"{__name__}.{_WHERE[name]}"), name)
-
+    __getattr__ = lazily(
+        __name__,
+        {
+            "block": "Block joined",
+            "calibration": "Calibration ForceCurve PiezoCalibration",
+            "command": "Command",
+            "errors": "InputError",
+            "layout": "Channel ChannelKind Finger Layout Physical fingertip_layout",
+            "pinch": "Contact Dataset Label Pinch Role",
+        },
+    )
 
 __all__ = [
     "Block",

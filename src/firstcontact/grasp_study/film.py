@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.palette import INK
 from firstcontact.grasp.policies.force_feedback import Feedback
 from firstcontact.grasp_study.closing import Order
 from firstcontact.grasp_study.settings import HEADLINE
 from firstcontact.grasp_study.trials import Scene, plant_of, played
 from firstcontact.grasp_study.variants import VARIANTS
 from firstcontact.grasp_study.words import colour, name
-from firstcontact.report.figures.style import INK, STYLE
+from firstcontact.report.figures.style import STYLE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

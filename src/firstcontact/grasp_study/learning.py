@@ -90,12 +90,12 @@ def _train(lesson: _Lesson) -> tuple[float, float]:
     from firstcontact.learning.keeping import learn_to_keep
     from firstcontact.learning.training import examples
     from firstcontact.recording import load_dataset
-    from firstcontact.stiffness import Card, LearnedFrom, Task, save_model
+    from firstcontact.stiffness import ESTIMATORS, Card, LearnedFrom, Task, save_model
 
     dataset: Dataset = load_dataset(lesson.recordings)
     contacts = found_as_live(dataset, fit_detector(dataset), lesson.seed)
     cut = examples(dataset, contacts.contacts, lesson.duration, dataset.shore_a)
-    kept = learn_to_keep(cut, "svm", Task.REGRESSION, lesson.seed, LEVEL)
+    kept = learn_to_keep(cut, ESTIMATORS.default, Task.REGRESSION, lesson.seed, LEVEL)
     card = Card(
         data=LearnedFrom(
             source=dataset.source,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from firstcontact.report.figures.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED
+from firstcontact.core.palette import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED
 
 NAMES = {
     "none": "no modulation",

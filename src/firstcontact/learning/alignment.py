@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from firstcontact.contact import Detector, detect, make_detector
+from firstcontact.contact import DETECTORS, Detector, detect, make_detector, unfitted
 from firstcontact.contact.closing_start import closing_starts, closings, counted, told
 from firstcontact.core import Contact, Dataset, InputError
 from firstcontact.stiffness.folds import inner_folds
@@ -45,14 +45,30 @@ def found(dataset: Dataset, detector: Detector, how: str = "") -> Alignment:
     return Alignment(contacts, f"detected ({detector.name}{how}; {told(counted(starts))})")
 
 
-def fit_detector(dataset: Dataset) -> Detector:
-    """The SVM where it can learn from these pinches, else the threshold, which learns nothing."""
+def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
+    """A detector that learned from these pinches.
+
+    Parameters
+    ----------
+    dataset
+        The pinches.
+    name
+        In the registry; None for the default one where it can learn from these pinches,
+        and else one that learns nothing.
+
+    Raises
+    ------
+    InputError
+        The one named cannot learn from these pinches.
+    """
+    if name is not None:
+        return make_detector(name).fit(dataset)
     if any(p.first is not None for p in dataset.pinches):
         try:
-            return make_detector("svm").fit(dataset)
+            return make_detector(DETECTORS.default).fit(dataset)
         except InputError:
             pass  # too little quiet before the contacts: nothing to learn a steady state from
-    return make_detector("three_sigma").fit(dataset)
+    return make_detector(unfitted()).fit(dataset)
 
 
 def found_as_live(dataset: Dataset, detector: Detector, seed: int) -> Alignment:
@@ -70,7 +86,7 @@ def found_as_live(dataset: Dataset, detector: Detector, seed: int) -> Alignment:
     seed
         Of the folds.
     """
-    if detector.name == "three_sigma":
+    if not detector.learns:
         return found(dataset, detector)
     starts = closing_starts(dataset)
     dataset = closings(dataset, starts)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -145,8 +146,44 @@ def score_detector(
     ----------
     detector
         Fitted, on other pinches.
+    dataset, early, tolerance
+        As :func:`score_verdicts` takes them.
+
+    Raises
+    ------
+    InputError
+        When no pinch has a known first contact.
+    """
+    verdicts = judged(detector, closings(dataset))
+    return score_verdicts(verdicts, dataset, detector.step, early, tolerance)
+
+
+def judged(detector: Detector, heard: Dataset) -> list[Verdicts]:
+    """Verdicts on each pinch from its first sample on, as a stream would have given them."""
+    verdicts = []
+    for pinch in heard.pinches:
+        detector.start(pinch.layout)
+        verdicts.append(detector.judge(Block(pinch.data, pinch.first_sample)))
+    return verdicts
+
+
+def score_verdicts(
+    verdicts: Sequence[Verdicts],
+    dataset: Dataset,
+    step: float,
+    early: float = 0.0,
+    tolerance: float = TOLERANCE,
+) -> DetectionScores:
+    """Compare verdicts with the known first contacts.
+
+    Parameters
+    ----------
+    verdicts
+        Of a detector that did not learn from the pinch, one for each pinch.
     dataset
         The pinches.
+    step
+        New part of the detector's windows, s.
     early
         The contact may be up to this much earlier than its label, s: windows
         that end in this span are left out, and triggers in it are in time.
@@ -163,25 +200,27 @@ def score_detector(
     delays: list[float] = []
     decided = 0
     waited = resampler_lookahead(dataset)
-    known = [(p, p.first) for p in closings(dataset).pinches if p.first is not None]
+    known = [
+        (p, p.first, v)
+        for p, v in zip(dataset.pinches, verdicts, strict=True)
+        if p.first is not None
+    ]
     if not known:
         raise InputError("no pinch has a known first contact: detection cannot be scored")
-    for pinch, truth in known:
+    for pinch, truth, its in known:
         rate = pinch.layout.rate
-        detector.start(pinch.layout)
-        verdicts = detector.judge(Block(pinch.data, pinch.first_sample))
         fingers = pinch.layout.piezo_fingers
         if truth.finger in fingers:
             steps = counts.add(
-                verdicts,
+                its,
                 fingers.index(truth.finger),
                 truth.sample,
                 samples_in(early, rate),
                 samples_in(GUARD, rate),
-                samples_in(detector.step, rate),
+                samples_in(step, rate),
             )
-            counts.seconds += steps * samples_in(detector.step, rate) / rate
-        contacts = latch(verdicts, fingers, set())
+            counts.seconds += steps * samples_in(step, rate) / rate
+        contacts = latch(its, fingers, set())
         became = outcome(next(iter(contacts), None), truth, rate, early, tolerance)
         outcomes[became] += 1
         if contacts and right_and_not_early(contacts[0], truth, rate, early, tolerance):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -13,17 +14,14 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError
 from firstcontact.learning.jobs import Serial
 from firstcontact.learning.metrics import classification_scores, regression_scores
-from firstcontact.learning.splits import FOLDS, Group, Split, by_session
+from firstcontact.learning.splits import Group, Split, by_session
 from firstcontact.learning.training import Examples, Fit, Question, held_out, train
-from firstcontact.stiffness import Interval, Model, Task
-from firstcontact.stiffness.cnn import Cnn
+from firstcontact.stiffness import ESTIMATORS, Interval, Model, Task
 from firstcontact.stiffness.conformal import calibrate, coverage, held_out_bounds, refusal
 from firstcontact.stiffness.folds import inner_folds
 from firstcontact.stiffness.interval import SHORE_A
 from firstcontact.stiffness.spec import Values
 
-#: Folds of a model whose training takes long.
-FEW_FOLDS = {"cnn": 3}
 #: Fewer pinches cannot be learned from and held out, too.
 LEAST = 10
 
@@ -84,11 +82,12 @@ def learn_to_keep(
             f"{len(data)} labelled pinches are too few to learn from and to score: "
             f"record {LEAST} or more"
         )
-    splits, words = _splits(data, FEW_FOLDS.get(model, FOLDS), seed)
+    estimator = ESTIMATORS.find(model)
+    splits, words = _splits(data, estimator.folds, seed)
     question = Question(model, task, data, splits)
-    with _one_thread(model):
-        answers = held_out(Serial(), [question], seed, Cnn.epochs)[0]
-        whole = train(Fit(model, task, data, data.X[:0], seed, Cnn.epochs))
+    with _one_thread(estimator.modules):
+        answers = held_out(Serial(), [question], seed)[0]
+        whole = train(Fit(model, task, data, data.X[:0], seed))
     asked = np.isfinite(answers)
     scores = score(task, data.take(asked), answers[asked], seed)
     interval, calibration = None, _none(data, task, level)
@@ -109,12 +108,12 @@ def learn_to_keep(
 
 
 @contextmanager
-def _one_thread(model: str) -> Iterator[None]:
+def _one_thread(modules: Iterable[str]) -> Iterator[None]:
     """More threads gain nothing here, and lose minutes where other programs want the cores."""
     import threadpoolctl
 
-    if model == "cnn":
-        import torch  # noqa: F401  # only libraries that are there can be told
+    for module in modules:  # only libraries that are there can be told
+        import_module(module)
     with threadpoolctl.threadpool_limits(1):
         yield
 

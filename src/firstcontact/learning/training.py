@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -152,8 +153,6 @@ class Fit:
         Windows to answer for, shape (m, samples, 1).
     seed
         Of the training.
-    epochs
-        Of the CNN.
     options
         Further fields of the estimator.
     """
@@ -163,22 +162,17 @@ class Fit:
     learn: Examples
     ask: Windows
     seed: int
-    epochs: int
-    options: Mapping[str, int] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
 
 
 def train(fit: Fit) -> Model:
     """Train the model of a fit."""
     from firstcontact.stiffness.registry import make_estimator
 
-    estimator = make_estimator(fit.model, fit.task, fit.learn.rate, **_options(fit))
+    estimator = make_estimator(fit.model, fit.task, fit.learn.rate, **fit.options)
     sessions = fit.learn.sessions
     groups = sessions if (sessions != "").all() else None
     return estimator.fit(fit.learn.X, fit.learn.y, groups, seed=fit.seed)
-
-
-def _options(fit: Fit) -> dict[str, int]:
-    return {**fit.options, **({"epochs": fit.epochs} if fit.model == "cnn" else {})}
 
 
 def answer(fit: Fit) -> Values:
@@ -194,10 +188,10 @@ class Question:
     task: Task
     data: Examples
     splits: Sequence[Split]
-    options: Mapping[str, int] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
 
 
-def held_out(runner: Runner, questions: Sequence[Question], seed: int, epochs: int) -> list[Values]:
+def held_out(runner: Runner, questions: Sequence[Question], seed: int) -> list[Values]:
     """Predictions for every pinch by a model that did not learn from it.
 
     Returns
@@ -223,7 +217,6 @@ def held_out(runner: Runner, questions: Sequence[Question], seed: int, epochs: i
                     data.take(split.train),
                     data.X[split.test],
                     seed,
-                    epochs,
                     question.options,
                 )
             )

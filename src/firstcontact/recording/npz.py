@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+import sys
 import tokenize
 import warnings
 import zlib
@@ -94,4 +95,6 @@ def _array(path: Path, name: str, member: IO[bytes], size: int) -> NDArray[Any]:
     if math.prod(shape) * dtype.itemsize != held or any(n < 0 for n in shape):
         raise InputError(f"{path}: {name} declares the shape {shape} and holds {held} bytes of it")
     values: NDArray[Any] = np.frombuffer(member.read(), dtype)
+    if dtype.kind == "U" and values.view(f"{dtype.byteorder}u4").max(initial=0) > sys.maxunicode:
+        raise InputError(f"{path}: {name} holds characters that there are none of: {_REMEDY}")
     return values.reshape(shape, order="F" if fortran else "C")

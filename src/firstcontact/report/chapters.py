@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from typing import Any
 
 from firstcontact.report import texts
 from firstcontact.report.comparison import get
 from firstcontact.report.contact_tables import answer_table, contact_table
-from firstcontact.report.figures.style import NAMES
 from firstcontact.report.findings import Figure, Findings
 from firstcontact.report.tables import (
     Table,
@@ -68,16 +68,16 @@ _PLANS = (
             lambda tree: block_table(tree, "by_session"),
             lambda tree: block_table(tree, "leave_one_shore_out"),
         ],
-        ["confusion-svm", "confusion-cnn", "levels"],
+        ["confusion-*", "levels"],
     ),
     _Plan(
         "objects",
         "Unseen objects",
         texts.objects,
         [object_table, per_object_table],
-        ["boxes-svm", "boxes-cnn"],
+        ["boxes-*"],
     ),
-    _Plan("length", "Window length", texts.nothing, [length_table], ["lengths"]),
+    _Plan("length", "Window length", texts.nothing, [length_table], ["lengths-*"]),
     _Plan("second", "Second contact in the window", texts.nothing, [second_table], ["second"]),
     _Plan(
         "hardness",
@@ -93,8 +93,8 @@ _PLANS = (
 
 def subject_title(findings: Findings) -> str:
     """Name of a subject as it is written; the twin's says so."""
-    name = NAMES.get(findings.name, findings.name)
-    return f"{name} (twin)" if get(findings.tree, "data.source") == "twin" else name
+    twin = get(findings.tree, "data.source") == "twin"
+    return f"{findings.title} (twin)" if twin else findings.title
 
 
 def chapters(shown: Sequence[Findings]) -> list[Chapter]:
@@ -103,8 +103,9 @@ def chapters(shown: Sequence[Findings]) -> list[Chapter]:
     for plan in _PLANS:
         columns = []
         for findings in shown:
+            its = findings.figures.items()
             tables = [t for make in plan.tables if (t := make(findings.tree)) is not None]
-            figures = [findings.figures[k] for k in plan.figures if k in findings.figures]
+            figures = [f for key in plan.figures for k, f in its if fnmatchcase(k, key)]
             if tables or figures:
                 columns.append(Column(subject_title(findings), tables, figures))
         if columns:

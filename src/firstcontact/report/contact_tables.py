@@ -6,17 +6,17 @@ from collections.abc import Mapping
 from typing import Any
 
 from firstcontact.contact.closing_start import told
+from firstcontact.report import names
 from firstcontact.report.accepted import Accepted
 from firstcontact.report.comparison import get, percent
-from firstcontact.report.figures.style import NAMES
 from firstcontact.report.tables import Cell, Row, Table
 
 Tree = Mapping[str, Any]
 
 
 def contact_table(tree: Tree) -> Table | None:
-    """Both detectors, per window and per pinch."""
-    detectors = [k for k in ("three_sigma", "svm") if get(tree, f"contact.{k}")]
+    """All detectors, per window and per pinch."""
+    detectors = names.detectors(tree.get("contact", ()))
     if not detectors:
         return None
     entries = [tree["contact"][name] for name in detectors]
@@ -73,12 +73,12 @@ def contact_table(tree: Tree) -> Table | None:
         row("Pinches: placed too late", "late", "{:,}"),
         row("Pinches: never", "misses", "{:,}"),
     ]
-    return Table(_caption(tree), ["", *(NAMES[d] for d in detectors)], rows)
+    return Table(_caption(tree), ["", *(names.detector(d).title for d in detectors)], rows)
 
 
 def _caption(tree: Tree) -> str:
     folds = tree["contact"].get("folds", {})
-    n = next(tree["contact"][k]["n"] for k in ("three_sigma", "svm") if k in tree["contact"])
+    n = next(tree["contact"][name]["n"] for name in names.detectors(tree["contact"]))
     text = (
         f"Out of fold: {folds.get('n', 1)} folds, whole {folds.get('held_out', 'sessions')} held "
         f"out; {n:,} pinches."
@@ -126,7 +126,7 @@ def answer_table(tree: Tree) -> Table | None:
 def _arithmetic(tree: Tree) -> str:
     """What the estimate itself adds, where it has been timed."""
     times = [
-        f"{NAMES[model]} {1e-3 * entry['p50']:.2f} ms"
+        f"{names.estimator(model).title} {1e-3 * entry['p50']:.2f} ms"
         for model, entry in (get(tree, "inference_us") or {}).items()
     ]
     return f"plus the estimate (p50): {', '.join(times)}" if times else ""

@@ -69,6 +69,11 @@ class Findings:
     figures: dict[str, Figure] = field(default_factory=dict)
     left_out: list[str] = field(default_factory=list)
 
+    @property
+    def title(self) -> str:
+        """Its name as it is written."""
+        return self.name.replace("-", " ").capitalize()
+
     def take(self, result: PartResult) -> None:
         """Merge what a part found."""
         merge(self.tree, result.tree)

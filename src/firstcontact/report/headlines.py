@@ -6,10 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from firstcontact.contact.registry import DETECTORS
+from firstcontact.report import names
 from firstcontact.report.accepted import Accepted
 from firstcontact.report.comparison import get, percent
-from firstcontact.report.figures.style import NAMES
 from firstcontact.report.findings import Findings
+from firstcontact.stiffness.registry import ESTIMATORS
 
 Tree = Mapping[str, Any]
 
@@ -46,19 +48,21 @@ def _lines(
     for findings in shown:
         value = get(findings.tree, path)
         if value is not None:
-            out.append(Line(NAMES.get(findings.name, findings.name), text(value), note(value)))
+            out.append(Line(findings.title, text(value), note(value)))
     return out
 
 
 def _by_model(
     shown: Sequence[Findings], path: str, text: Any, note: Any = lambda value: ""
 ) -> list[Line]:
-    """A line for each subject and model: both models, whichever scored better."""
+    """A line for each subject and model but the floors, whichever scored better."""
     out = []
     for findings in shown:
-        for model in ("svm", "cnn"):
-            for line in _lines([findings], path.format(model), text, note):
-                name = f"{NAMES[model]}, {line.name}" if len(shown) > 1 else NAMES[model]
+        above, _, below = path.partition("{}")
+        for model in names.estimators(get(findings.tree, above.strip(".")) or ()):
+            title = names.estimator(model).title
+            for line in _lines([findings], f"{above}{model}{below}", text, note):
+                name = f"{title}, {line.name}" if len(shown) > 1 else title
                 out.append(Line(name, line.value, line.note))
     return out
 
@@ -76,9 +80,11 @@ def _contact_card(shown: Sequence[Findings]) -> Card:
             said.append(f"median delay{after} {delay:.1f} ms")
         return ", ".join(said)
 
+    by = next((str(b) for f in shown if (b := get(f.tree, "contact.not_found.by"))), "")
+    by = by or DETECTORS.default
     return Card(
-        "First contacts placed, SVM",
-        _lines(shown, "contact.svm", lambda s: percent(s["pinch_success"]), note),
+        f"First contacts placed, {names.detector(by).title}",
+        _lines(shown, f"contact.{by}", lambda s: percent(s["pinch_success"]), note),
         f"of pinches: right finger, contact placed {accepted.placed_fully}, nothing before it",
     )
 
@@ -119,7 +125,7 @@ def _accuracy_card(shown: Sequence[Findings]) -> Card:
     classes = [
         found
         for f in shown
-        for model in ("svm", "cnn")
+        for model in names.estimators(get(f.tree, "blocks") or ())
         if (found := get(f.tree, f"blocks.{model}.by_session.classes"))
     ]
     return Card(
@@ -174,7 +180,7 @@ def _material_card(shown: Sequence[Findings]) -> Card:
         "Class of a material never learned",
         _lines(
             shown,
-            "hardness_order.leave_one_material_out.classification.svm",
+            f"hardness_order.leave_one_material_out.classification.{ESTIMATORS.default}",
             lambda s: percent(s["accuracy"]),
             _accuracy_ends,
         ),
@@ -189,16 +195,24 @@ def _time_card(shown: Sequence[Findings]) -> Card:
             shown,
             "inference_us.{}",
             lambda e: f"{e['p99']:.0f} µs",
-            lambda e: f"{e['speedup']:.1f} × quicker than {e['reference']}",
+            lambda e: (
+                f"{e['speedup']:.1f} × quicker than {e['reference']}" if "speedup" in e else ""
+            ),
         ),
         f"regression, one window at a time, one thread, this machine{_apart(shown)}",
     )
 
 
+def _quicker(entry: Tree) -> str:
+    if "speedup" not in entry:
+        return ""
+    return f"{entry['speedup']:.1f} × quicker than {entry['reference']}"
+
+
 def _apart(shown: Sequence[Findings]) -> str:
     """Calls that another process interrupted, and how busy the machine was."""
-    trees = [get(f.tree, f"inference_us.{model}") for f in shown for model in ("svm", "cnn")]
-    entries = [tree for tree in trees if tree and "load" in tree]
+    trees = [tree for f in shown for tree in (get(f.tree, "inference_us") or {}).values()]
+    entries = [tree for tree in trees if "load" in tree]
     if not entries:
         return ""
     busy = max(float(entry["load"]) for entry in entries)

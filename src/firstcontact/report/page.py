@@ -27,7 +27,7 @@ def render(state: State) -> str:
         state=state,
         twin=twin,
         shared=texts.shared(trees),
-        networks=texts.networks(trees),
+        briefly=texts.briefly(trees) if state.quick else "",
         kind=texts.kind(trees),
         subjects=names,
         cards=cards(shown),

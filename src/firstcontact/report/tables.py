@@ -6,14 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from firstcontact.report import names
 from firstcontact.report.comparison import get, percent
-from firstcontact.report.figures.style import NAMES
 from firstcontact.report.texts import source
-from firstcontact.stiffness.svm import SEARCH_WINDOWS
+from firstcontact.stiffness.registry import ESTIMATORS
 
 Tree = Mapping[str, Any]
-MODELS = ("train_mean", "peak", "svm", "cnn")
-FLOORS = ("train_mean", "peak")
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,14 +73,13 @@ def _accuracy(scores: Tree) -> Cell:
 def block_table(tree: Tree, split: str) -> Table | None:
     """All models in one split of the blocks."""
     rows = []
-    for model in MODELS:
-        scores = get(tree, f"blocks.{model}.{split}")
-        if scores is None:
-            continue
-        rows.append(_block_row(Cell(NAMES[model]), scores, model in FLOORS))
+    models = [m for m in names.estimators(ESTIMATORS, True) if get(tree, f"blocks.{m}.{split}")]
+    for model in models:
+        scores = tree["blocks"][model][split]
+        rows.append(_block_row(Cell(names.estimator(model).title), scores, names.is_floor(model)))
         aligned = get(tree, f"blocks.{model}.strip_aligned.{split}")
         if aligned is not None:
-            name = Cell(NAMES[model], "window starts at the known contact")
+            name = Cell(names.estimator(model).title, "window starts at the known contact")
             rows.append(_block_row(name, aligned, False))
     if not rows:
         return None
@@ -94,15 +91,7 @@ def block_table(tree: Tree, split: str) -> Table | None:
         + (placed if _learned(tree) else ""),
     }
     head = ["", "Accuracy", "RMSE", "MAE", "MSE", "Bias"]
-    if not any(
-        "accuracy"
-        in get(
-            tree,
-            f"blocks.{m}.{split}",
-        )
-        for m in MODELS
-        if get(tree, f"blocks.{m}.{split}")
-    ):
+    if not any("accuracy" in tree["blocks"][model][split] for model in models):
         head.remove("Accuracy")
         rows = [Row([row.cells[0], *row.cells[2:]], row.floor) for row in rows]
     return Table(said[split].strip(), head, rows)
@@ -110,7 +99,7 @@ def block_table(tree: Tree, split: str) -> Table | None:
 
 def _learned(tree: Tree) -> bool:
     """Whether what places the windows is a detector that learned."""
-    return bool(get(tree, "contact.windows_start_at") == "svm")
+    return names.learned(get(tree, "contact.windows_start_at"))
 
 
 def _block_row(name: Cell, scores: Tree, floor: bool) -> Row:
@@ -121,14 +110,12 @@ def _block_row(name: Cell, scores: Tree, floor: bool) -> Row:
 def object_table(tree: Tree) -> Table | None:
     """All models on unseen objects, per pinch, and the objects' means."""
     rows = []
-    for model in MODELS:
-        scores = get(tree, f"objects.{model}")
-        if scores is None:
-            continue
-        rows.append(_object_row(Cell(NAMES[model]), scores, model in FLOORS))
+    for model in names.estimators(tree.get("objects", ()), True):
+        scores = tree["objects"][model]
+        rows.append(_object_row(Cell(names.estimator(model).title), scores, names.is_floor(model)))
         aligned = get(scores, "strip_aligned")
         if aligned is not None:
-            name = Cell(NAMES[model], "window starts at the known contact")
+            name = Cell(names.estimator(model).title, "window starts at the known contact")
             rows.append(_object_row(name, aligned, False))
     head = ["", "RMSE", "MAE", "MSE", "Bias", "RMSE of means"]
     return (
@@ -146,14 +133,14 @@ def _object_row(name: Cell, scores: Tree, floor: bool) -> Row:
 
 
 def per_object_table(tree: Tree) -> Table | None:
-    """Mean, spread and error of each object by the SVM and the CNN."""
-    models = [m for m in ("svm", "cnn") if get(tree, f"objects.{m}.per_object")]
+    """Mean, spread and error of each object by each model but the floors."""
+    models = names.estimators(tree.get("objects", ()))
     if not models:
         return None
     each = {m: tree["objects"][m]["per_object"] for m in models}
-    names = sorted(each[models[0]], key=lambda s: (each[models[0]][s]["true"], s))
+    things = sorted(each[models[0]], key=lambda s: (each[models[0]][s]["true"], s))
     rows = []
-    for name in names:
+    for name in things:
         first = each[models[0]][name]
         cells = [Cell(name.replace("_", " "), f"{first['n']} pinches"), Cell(f"{first['true']:g}")]
         for model in models:
@@ -167,7 +154,7 @@ def per_object_table(tree: Tree) -> Table | None:
         rows.append(Row(cells))
     head = ["", "True"]
     for model in models:
-        head += [f"{NAMES[model]}, mean ± SD", "bias"]
+        head += [f"{names.estimator(model).title}, mean ± SD", "bias"]
     return Table("Each object by itself; Shore A.", head, rows)
 
 
@@ -177,8 +164,9 @@ def length_table(tree: Tree) -> Table | None:
     if not lengths:
         return None
     rows = []
+    (model,) = names.estimators(next(iter(lengths.values())))
     for ms in sorted(lengths, key=float):
-        entry = lengths[ms]["svm"]
+        entry = lengths[ms][model]
         cells = [Cell(f"{ms} ms")]
         for side in ("blocks", "objects"):
             scores = entry.get(side)
@@ -189,12 +177,13 @@ def length_table(tree: Tree) -> Table | None:
             )
         rows.append(Row(cells))
     head = ["Window", "Blocks RMSE", "MAE", "MSE", "Objects RMSE", "MAE", "MSE"]
-    searched = get(tree, "window_length_search.windows")
-    caption = "SVM regression. Blocks by session, objects unseen; Shore A."
-    if searched:
+    caption = (
+        f"{names.estimator(model).title} regression. Blocks by session, objects unseen; Shore A."
+    )
+    if searched := get(tree, "window_length_search.windows"):
         caption += (
-            f" Hyper-parameters are searched on up to {searched} windows here, on up to "
-            f"{SEARCH_WINDOWS} elsewhere, so the row of 15 ms can differ from the number above."
+            f" Hyper-parameters are searched on up to {searched} windows here, on more "
+            "elsewhere, so the row of 15 ms can differ from the number above."
         )
     return Table(caption, head, rows)
 
@@ -215,7 +204,7 @@ def second_table(tree: Tree) -> Table | None:
     rows = [
         Row(
             [
-                Cell(f"{side.capitalize()}, {NAMES[model]}", _WHERE[where]),
+                Cell(f"{side.capitalize()}, {names.estimator(model).title}", _WHERE[where]),
                 *(_error(scores, key) for key in ("rmse", "mae", "mse", "bias")),
                 Cell(f"{scores['n']:,}"),
             ]
@@ -237,7 +226,7 @@ def hardness_table(tree: Tree) -> Table | None:
     for label, small, entry in (
         ("Order, nothing learned", found["score"], found["spectral_centroid"]),
         (
-            "Order, SVM regression of the rank",
+            f"Order, {names.estimator(ESTIMATORS.default).title} regression of the rank",
             "each material predicted without having been learned",
             get(found, "leave_one_material_out.rank_regression") or {},
         ),
@@ -262,19 +251,19 @@ def hardness_table(tree: Tree) -> Table | None:
         rows.append(
             Row(
                 [
-                    Cell(f"Class, {NAMES[model]}", "material left out"),
+                    Cell(f"Class, {names.estimator(model).title}", "material left out"),
                     _accuracy(scores),
                     Cell(chance, f"{scores['n']} pinches"),
                 ],
-                model in FLOORS,
+                names.is_floor(model),
             )
         )
-    if random := get(found, "random_folds.svm"):
+    for model, random in (get(found, "random_folds") or {}).items():
         rows.append(
             Row(
                 [
                     Cell(
-                        "Class, SVM",
+                        f"Class, {names.estimator(model).title}",
                         "random folds: the same materials on both sides, so it says little",
                     ),
                     _accuracy(random),
@@ -294,9 +283,9 @@ def hardness_table(tree: Tree) -> Table | None:
 
 def timed(found: Tree) -> list[tuple[str, Tree]]:
     """Every model that was timed and its entry, regression first."""
-    out = [(NAMES[m], e) for m, e in found.items()]
+    out = [(names.estimator(m).title, e) for m, e in found.items()]
     classifiers = ((m, e.get("classification")) for m, e in found.items())
-    return out + [(f"{NAMES[m]}, classification", e) for m, e in classifiers if e]
+    return out + [(f"{names.estimator(m).title}, classification", e) for m, e in classifiers if e]
 
 
 def _vectors(entry: Tree) -> str:
@@ -310,6 +299,14 @@ def _preempted(entry: Tree) -> str:
 
 def _with_preempted(entry: Tree) -> str:
     return f"{entry['p99_with_preempted']:.0f} µs with all" if entry["preempted"] else ""
+
+
+def _beside(entry: Tree) -> list[Cell]:
+    """The training library, and how much quicker the model is."""
+    if "reference" not in entry:
+        return [Cell("–"), Cell("–")]
+    reference = Cell(f"{entry['reference_p50']:.0f} µs", str(entry["reference"]))
+    return [reference, Cell(f"{entry['speedup']:.1f} ×")]
 
 
 def _load(found: Tree) -> str:
@@ -334,8 +331,7 @@ def inference_table(tree: Tree) -> Table | None:
                 ),
                 Cell(f"{entry['p50']:.1f} µs"),
                 Cell(f"{entry['p99']:.1f} µs", _with_preempted(entry)),
-                Cell(f"{entry['reference_p50']:.0f} µs", str(entry["reference"])),
-                Cell(f"{entry['speedup']:.1f} ×"),
+                *_beside(entry),
             ]
         )
         for name, entry in timed(found)

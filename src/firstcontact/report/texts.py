@@ -5,21 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from firstcontact.contact.registry import DETECTORS
+from firstcontact.report import names
 from firstcontact.report.accepted import Accepted
 from firstcontact.report.comparison import get
+from firstcontact.stiffness.registry import ESTIMATORS
 
 Tree = Mapping[str, Any]
 Trees = Sequence[Tree]
-
-#: Where windows start, by ``contact.windows_start_at``.
-_STARTS = {
-    "svm": "Every pinch is judged by an SVM detector that did not learn from it, and the windows "
-    "that stiffness is read from start where that detector says.",
-    "three_sigma": "No SVM detector could be trained: the windows that stiffness is read from "
-    "start where the 3σ threshold fires, which learns nothing.",
-    "known": "No SVM detector could be trained: the windows that stiffness is read from start at "
-    "the known contacts.",
-}
 
 
 def starts_at(trees: Trees) -> list[str]:
@@ -28,9 +21,23 @@ def starts_at(trees: Trees) -> list[str]:
     return list(dict.fromkeys(str(way) for way in found if way is not None))
 
 
+def _start(way: str) -> str:
+    """Where windows start, in words."""
+    read = "the windows that stiffness is read from start"
+    title = names.detector(way).title
+    if names.learned(way):
+        return (
+            f"Every pinch is judged by an {title} detector that did not learn from it, and {read} "
+            "where that detector says."
+        )
+    if way in DETECTORS:
+        return f"{read.capitalize()} where the {title} fires, which learns nothing."
+    return f"No detector that learns could be trained: {read} at the known contacts."
+
+
 def detector_learned(trees: Trees) -> bool:
     """Whether what places the windows has learned from pinches."""
-    return "svm" in starts_at(trees)
+    return any(names.learned(way) for way in starts_at(trees))
 
 
 #: Where data come from, by ``data.source``: on the badge, and in the table.
@@ -62,8 +69,8 @@ def data(trees: Trees) -> str:
 
 def contact(trees: Trees) -> str:
     """Of contact detection."""
-    said = ["20 ms windows, 3 ms of them new.", *(_STARTS[way] for way in starts_at(trees))]
-    if any(get(tree, f"contact.{d}") for tree in trees for d in ("three_sigma", "svm")):
+    said = ["20 ms windows, 3 ms of them new.", *map(_start, starts_at(trees))]
+    if any(names.detectors(tree.get("contact", ())) for tree in trees):
         said.append(
             "Where a contact is placed and when that is decided are two things, because a "
             "detector looks back from its trigger: both are scored."
@@ -86,7 +93,12 @@ def blocks(trees: Trees) -> str:
 
 def objects(trees: Trees) -> str:
     """Of unseen objects, with how many there are."""
-    counts = [get(tree, "objects.svm.over_objects.n") for tree in trees]
+    counts = [
+        scores["over_objects"]["n"]
+        for tree in trees
+        for name, scores in tree.get("objects", {}).items()
+        if name in ESTIMATORS
+    ]
     known = list(dict.fromkeys(str(n) for n in counts if n is not None))
     many = f" ({' and '.join(known)} here)" if known else ""
     return (
@@ -127,7 +139,7 @@ def shared(trees: Trees) -> str:
             "specimens."
         )
     if detector_learned(trees) and any(
-        get(tree, "blocks.svm.leave_one_shore_out")
+        any("leave_one_shore_out" in scores for scores in tree.get("blocks", {}).values())
         or get(tree, "hardness_order.leave_one_material_out")
         for tree in trees
     ):
@@ -138,6 +150,12 @@ def shared(trees: Trees) -> str:
     return " ".join(said)
 
 
-def networks(trees: Trees) -> bool:
-    """Whether a network was trained."""
-    return any(get(tree, path) for tree in trees for path in ("blocks.cnn", "objects.cnn"))
+def briefly(trees: Trees) -> str:
+    """How estimators learned quickly, for a quick study."""
+    found = {name for tree in trees for name in (*tree.get("blocks", ()), *tree.get("objects", ()))}
+    said = [
+        f"{entry.title} ({', '.join(f'{key} {value}' for key, value in entry.quick.items())})"
+        for name, entry in ESTIMATORS.items()
+        if name in found and entry.quick
+    ]
+    return f" Briefly trained: {', '.join(said)}." if said else ""

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
-from firstcontact.stiffness.estimator import training_spec
+from firstcontact.core.palette import GREEN, GREY
+from firstcontact.stiffness.estimator import Estimator, training_spec
 from firstcontact.stiffness.model import Model
 from firstcontact.stiffness.spec import Arrays, Spec, Task, Values, Windows
 
@@ -58,12 +59,14 @@ class ConstantModel(Model):
 
 
 @dataclass(frozen=True)
-class TrainMean:
+class TrainMean(Estimator):
     """The mean of the training targets, or the most frequent class."""
 
-    task: Task
-    rate: float
-    name: str = "train_mean"
+    name: ClassVar[str] = "train_mean"
+    title: ClassVar[str] = "Train mean"
+    colour: ClassVar[str] = GREY
+    model: ClassVar[type[Model]] = ConstantModel
+    baseline: ClassVar[bool] = True
 
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
@@ -133,12 +136,14 @@ class PeakModel(Model):
 
 
 @dataclass(frozen=True)
-class Peak:
+class Peak(Estimator):
     """What the peak amplitude alone can tell."""
 
-    task: Task
-    rate: float
-    name: str = "peak"
+    name: ClassVar[str] = "peak"
+    title: ClassVar[str] = "Peak amplitude"
+    colour: ClassVar[str] = GREEN
+    model: ClassVar[type[Model]] = PeakModel
+    baseline: ClassVar[bool] = True
 
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.core.palette import RED
 from firstcontact.stiffness.cnn_model import CnnModel, compress
-from firstcontact.stiffness.estimator import training_spec
+from firstcontact.stiffness.estimator import Estimator, Reference, training_spec
+from firstcontact.stiffness.model import Model
 from firstcontact.stiffness.spec import Task, Values, Windows
 
 if TYPE_CHECKING:
@@ -28,17 +32,24 @@ SMALLEST = 8
 
 
 @dataclass(frozen=True)
-class Cnn:
+class Cnn(Estimator):
     """EfficientNetV2 for one dimension: Adam, MSE loss, the rate halved every 5 epochs.
 
     For classification the loss is the MSE against one-hot targets. Nothing is
     augmented and nothing is searched, so ``groups`` has no use here.
     """
 
-    task: Task
-    rate: float
+    name: ClassVar[str] = "cnn"
+    title: ClassVar[str] = "CNN"
+    colour: ClassVar[str] = RED
+    model: ClassVar[type[Model]] = CnnModel
+    slow: ClassVar[bool] = True
+    folds: ClassVar[int] = 3
+    modules: ClassVar[tuple[str, ...]] = ("torch", *CnnModel.modules)
+    extra: ClassVar[str] = CnnModel.extra
+    quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"epochs": 8})
+
     epochs: int = 40
-    name: str = "cnn"
 
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
@@ -56,6 +67,22 @@ class Cnn:
         network = _train(compress(X, scale), wanted.astype(np.float32), self.epochs, seed)
         training = np.array([self.epochs, _batch(len(X))], dtype=np.float64)
         return CnnModel(spec, scale, target, training, network.weights())
+
+    def reference(self, model: CnnModel, X: Windows, y: Values) -> Reference:
+        """Eager PyTorch, with fresh weights, which change no time."""
+        import torch
+
+        from firstcontact.stiffness.efficientnet import EfficientNet
+
+        network = EfficientNet(model.spec.channels, len(model.spec.classes) or 1).eval()
+        network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+
+        def predict(window: torch.Tensor) -> object:
+            with torch.inference_mode():
+                return network(window)
+
+        compressed = compress(X, model.to_arrays()["scale"])
+        return Reference("eager PyTorch", predict, [as_input(w[None]) for w in compressed])
 
 
 def _batch(n: int) -> int:

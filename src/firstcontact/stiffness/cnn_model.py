@@ -60,6 +60,8 @@ class CnnModel(Model):
     """
 
     kind: ClassVar[str] = "cnn"
+    modules: ClassVar[tuple[str, ...]] = ("onnx", "onnxruntime")
+    extra: ClassVar[str] = "cnn"
 
     def __init__(
         self,

@@ -1,36 +1,63 @@
-"""What learns: the protocol of estimators, and what all of them check first."""
+"""What learns: what an estimator is, and what all of them check first."""
 
 from __future__ import annotations
 
-from typing import Any, Protocol, runtime_checkable
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
+from firstcontact.core.palette import SKY
 from firstcontact.stiffness.model import Model
 from firstcontact.stiffness.spec import Spec, Task, Values, Windows
 
 
-@runtime_checkable
-class Estimator(Protocol):
-    """Learns a model from windows. Made for one task and one sampling rate."""
+@dataclass(frozen=True)
+class Estimator(ABC):
+    """Learns a model from windows.
 
-    @property
-    def name(self) -> str:
-        """Name in the registry, in results and on the command line."""
-        ...
+    A new one is a subclass in a file of its own, with these class attributes, and a line
+    in :mod:`firstcontact.stiffness.registry`; commands, studies, figures and reports read
+    the rest from here.
 
-    @property
-    def task(self) -> Task:
-        """What it learns."""
-        ...
+    Parameters
+    ----------
+    task
+        What it learns.
+    rate
+        Sampling rate of the windows, Hz.
+    """
 
-    @property
-    def rate(self) -> float:
-        """Sampling rate of the windows, Hz."""
-        ...
+    #: On the command line, in files and in results.
+    name: ClassVar[str]
+    #: As people read it, and its colour in figures.
+    title: ClassVar[str]
+    colour: ClassVar[str] = SKY
+    #: What its models are.
+    model: ClassVar[type[Model]]
+    #: What it can learn.
+    tasks: ClassVar[tuple[Task, ...]] = tuple(Task)
+    #: Whether it is a floor to stand on rather than something to be used.
+    baseline: ClassVar[bool] = False
+    #: Whether training takes long: a report is to be readable before.
+    slow: ClassVar[bool] = False
+    #: Folds on which the interval of a model to keep is calibrated.
+    folds: ClassVar[int] = 5
+    #: Modules that training needs and the base install lacks, and the extra that brings them.
+    modules: ClassVar[tuple[str, ...]] = ()
+    extra: ClassVar[str] = ""
+    #: Fields with which it learns quickly, for small studies and for many trainings.
+    quick: ClassVar[Mapping[str, Any]] = MappingProxyType({})
 
+    task: Task
+    rate: float
+
+    @abstractmethod
     def fit(
         self,
         X: Windows,
@@ -58,7 +85,37 @@ class Estimator(Protocol):
         InputError
             Windows that no model would take, or targets that do not fit them.
         """
-        ...
+
+    def reference(self, model: Any, X: Windows, y: Values) -> Reference | None:
+        """The training library's own way to answer, for the clock; by default there is none.
+
+        Parameters
+        ----------
+        model
+            One of its models.
+        X, y
+            What it was trained on.
+        """
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """Another program that answers the same question about one window.
+
+    Parameters
+    ----------
+    name
+        Of the program.
+    call
+        ``call(inputs[i])`` does the work.
+    inputs
+        Ready made, one a window.
+    """
+
+    name: str
+    call: Callable[[Any], object]
+    inputs: Sequence[Any]
 
 
 def training_spec(

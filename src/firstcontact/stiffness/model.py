@@ -26,6 +26,9 @@ class Model(ABC):
 
     #: Name of the runtime in model files.
     kind: ClassVar[str]
+    #: Modules that it needs and the base install lacks, and the extra that brings them.
+    modules: ClassVar[tuple[str, ...]] = ()
+    extra: ClassVar[str] = ""
     #: What it takes and answers.
     spec: Spec
     #: Mean and scale that make answers of the outputs of a regression.

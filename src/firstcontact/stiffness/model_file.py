@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from firstcontact.core import InputError
+from firstcontact.core.extras import need
 from firstcontact.core.files import read_regular, replacing
 from firstcontact.core.folders import left_behind
 from firstcontact.core.weights import (
@@ -115,21 +116,23 @@ def load_model(path: Path) -> Model:
         whose numbers do not fit together; a detector beside it that is of
         another training.
     """
-    from firstcontact.stiffness.registry import MODELS
+    from firstcontact.stiffness.registry import model_kind
 
     directory = _folder(path)
     card = read_card(directory)
     spec = _spec(directory / CARD, card)
-    if card.kind not in MODELS:
+    try:
+        kind = model_kind(card.kind)
+    except InputError as error:
         raise InputError(
-            f"{directory / CARD}: no model is of kind {card.kind!r} "
-            f"(there are {', '.join(MODELS)}): update firstcontact or train again"
-        )
+            f"{directory / CARD}: {error}: update firstcontact or train again"
+        ) from None
+    need(kind.extra, *kind.modules)
     _check_detector(directory, card)
     arrays = read_weights(directory / WEIGHTS, card.sha256, CARD)
     try:
         with np.errstate(all="ignore"):  # what overflows here is refused where it is asked for
-            return MODELS[card.kind].from_arrays(spec, arrays)
+            return kind.from_arrays(spec, arrays)
     except KeyError as error:
         raise InputError(
             f"{directory / WEIGHTS}: the array {error} is missing: train again"

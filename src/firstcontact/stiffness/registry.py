@@ -1,32 +1,42 @@
-"""All estimators and the runtimes of their models by name.
-
-A new estimator is one file and one line in each table.
-"""
+"""All estimators by name; a new one is one file and one line here."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from firstcontact.core import InputError
-from firstcontact.stiffness.baselines import ConstantModel, Peak, PeakModel, TrainMean
-from firstcontact.stiffness.cnn import Cnn
-from firstcontact.stiffness.cnn_model import CnnModel
-from firstcontact.stiffness.estimator import Estimator
-from firstcontact.stiffness.model import Model
-from firstcontact.stiffness.spec import Task
-from firstcontact.stiffness.svm import Svm
-from firstcontact.stiffness.svm_model import SvmModel
+from firstcontact.core.registry import Registry
 
-ESTIMATORS: dict[str, type[Any]] = {
-    TrainMean.name: TrainMean,
-    Peak.name: Peak,
-    Svm.name: Svm,
-    Cnn.name: Cnn,
-}
+if TYPE_CHECKING:
+    from firstcontact.stiffness.estimator import Estimator
+    from firstcontact.stiffness.model import Model
+    from firstcontact.stiffness.spec import Task
 
-MODELS: dict[str, type[Model]] = {
-    model.kind: model for model in (ConstantModel, PeakModel, SvmModel, CnnModel)
-}
+ESTIMATORS: Registry[type[Estimator]] = Registry(
+    "estimator",
+    "firstcontact.estimators",
+    {
+        "train_mean": "firstcontact.stiffness.baselines:TrainMean",
+        "peak": "firstcontact.stiffness.baselines:Peak",
+        "svm": "firstcontact.stiffness.svm:Svm",
+        "cnn": "firstcontact.stiffness.cnn:Cnn",
+    },
+    default="svm",
+)
+
+
+def model_kind(kind: str) -> type[Model]:
+    """What a model of this kind, as its card says, is read with.
+
+    Raises
+    ------
+    InputError
+        No estimator that is registered makes any.
+    """
+    kinds = {entry.model.kind: entry.model for entry in ESTIMATORS.values()}
+    if kind not in kinds:
+        raise InputError(f"no model is of kind {kind!r} (there are {', '.join(kinds)})")
+    return kinds[kind]
 
 
 def make_estimator(name: str, task: Task, rate: float, **options: Any) -> Estimator:
@@ -39,14 +49,14 @@ def make_estimator(name: str, task: Task, rate: float, **options: Any) -> Estima
     task, rate
         What it is to learn, and the sampling rate of its windows in Hz.
     options
-        Further fields of the estimator, such as ``epochs`` of the CNN.
+        Further fields of the estimator, such as its ``quick`` ones.
 
     Raises
     ------
     InputError
-        When there is none of that name.
+        When there is none of that name, or it does not learn that.
     """
-    if name not in ESTIMATORS:
-        raise InputError(f"no estimator is called {name!r}: choose one of {', '.join(ESTIMATORS)}")
-    estimator: Estimator = ESTIMATORS[name](task, rate, **options)
-    return estimator
+    entry = ESTIMATORS.find(name)
+    if task not in entry.tasks:
+        raise InputError(f"{name} does not learn {task}: choose {' or '.join(entry.tasks)}")
+    return entry(task, rate, **options)

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations, product
-from typing import Any
+from types import MappingProxyType
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.stiffness.estimator import training_spec
+from firstcontact.core.palette import BLUE
+from firstcontact.stiffness.estimator import Estimator, Reference, training_spec
 from firstcontact.stiffness.folds import inner_folds
+from firstcontact.stiffness.model import Model
 from firstcontact.stiffness.spec import Spec, Task, Values, Windows
 from firstcontact.stiffness.svm_model import SvmModel, shape_and_level
 
@@ -27,7 +31,7 @@ TOLERANCE = 1.02
 
 
 @dataclass(frozen=True)
-class Svm:
+class Svm(Estimator):
     """SVC (one against one) or SVR on the shape and the level of a window.
 
     Parameters
@@ -38,10 +42,13 @@ class Svm:
         The search learns from at most this many windows; the answer is refitted on all.
     """
 
-    task: Task
-    rate: float
+    name: ClassVar[str] = "svm"
+    title: ClassVar[str] = "SVM"
+    colour: ClassVar[str] = BLUE
+    model: ClassVar[type[Model]] = SvmModel
+    quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"search_windows": 400})
+
     search_windows: int = SEARCH_WINDOWS
-    name: str = "svm"
 
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
@@ -55,6 +62,15 @@ class Svm:
         parameters = search(self.task, inputs, scaled, groups, seed, self.search_windows)
         machine = machine_of(self.task, parameters).fit(inputs, scaled)
         return _model(spec, level, machine, target, np.array(parameters))
+
+    def reference(self, model: SvmModel, X: Windows, y: Values) -> Reference:
+        """scikit-learn's machine, fitted again with the same parameters."""
+        arrays = model.to_arrays()
+        mean, deviation = arrays["target"]
+        inputs = shape_and_level(X, arrays["level"])
+        c, gamma, epsilon = (float(p) for p in arrays["parameters"])
+        machine = machine_of(self.task, (c, gamma, epsilon)).fit(inputs, (y - mean) / deviation)
+        return Reference("scikit-learn predict", machine.predict, list(inputs[:, None, :]))
 
 
 def _level(X: Windows) -> NDArray[np.float64]:

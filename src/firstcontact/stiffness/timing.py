@@ -12,13 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
-from firstcontact.stiffness.cnn import as_input
-from firstcontact.stiffness.cnn_model import CnnModel, compress
+from firstcontact.stiffness.estimator import Reference
 from firstcontact.stiffness.model import Model
-from firstcontact.stiffness.spec import Values, Windows
-from firstcontact.stiffness.svm import machine_of
-from firstcontact.stiffness.svm_model import SvmModel, shape_and_level
+from firstcontact.stiffness.spec import Windows
 
 #: Calls before the clock counts: caches and parts that are built late.
 WARM_UP = 200
@@ -80,61 +76,19 @@ def load() -> float:
     return os.getloadavg()[0]
 
 
-def reference(model: Model, X: Windows, y: Values) -> tuple[str, Call, Sequence[Any]]:
-    """The training library's own answer to one window, its inputs ready made.
-
-    Parameters
-    ----------
-    model
-        An SVM or CNN.
-    X, y
-        What it was trained on: scikit-learn's machine is fitted again with the
-        same parameters. PyTorch's network has fresh weights, which change no time.
-
-    Returns
-    -------
-    name, call, inputs
-        ``call(inputs[i])`` does the work.
-
-    Raises
-    ------
-    InputError
-        For a model that no library trained.
-    """
-    if isinstance(model, SvmModel):
-        arrays = model.to_arrays()
-        mean, deviation = arrays["target"]
-        inputs = shape_and_level(X, arrays["level"])
-        c, gamma, epsilon = (float(p) for p in arrays["parameters"])
-        machine = machine_of(model.spec.task, (c, gamma, epsilon))
-        machine.fit(inputs, (y - mean) / deviation)
-        return "scikit-learn predict", machine.predict, list(inputs[:, None, :])
-    if isinstance(model, CnnModel):
-        import torch
-
-        from firstcontact.stiffness.efficientnet import EfficientNet
-
-        network = EfficientNet(model.spec.channels, len(model.spec.classes) or 1).eval()
-        network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
-
-        def predict(window: torch.Tensor) -> object:
-            with torch.inference_mode():
-                return network(window)
-
-        compressed = compress(X, model.to_arrays()["scale"])
-        return "eager PyTorch", predict, [as_input(window[None]) for window in compressed]
-    raise InputError(f"a {model.kind} model has no training library to be timed against")
-
-
-def time_inference(model: Model, X: Windows, y: Values, calls: int = 10_000) -> dict[str, Any]:
+def time_inference(
+    model: Model, X: Windows, reference: Reference | None, calls: int = 10_000
+) -> dict[str, Any]:
     """Single-window inference on one thread, beside the training library in the same run.
 
     Parameters
     ----------
     model
-        An SVM or CNN, trained on ``X`` and ``y``.
-    X, y
-        Its training windows (n, samples, channels) and targets (n,).
+        Trained.
+    X
+        Windows (n, samples, channels) to ask about in turn.
+    reference
+        What to compare with, if there is anything.
     calls
         Single calls to time.
 
@@ -144,25 +98,28 @@ def time_inference(model: Model, X: Windows, y: Values, calls: int = 10_000) -> 
         ``p50`` and ``p99``, µs, of the calls that no other process interrupted;
         ``calls``, all of them; ``preempted``, how many were interrupted;
         ``p99_with_preempted``, of all calls; ``load`` and ``cores``: of the machine
-        when it began; the same of the ``reference``; ``speedup``, the ratio of the
-        medians.
+        when it began; the same of the ``reference``, and ``speedup``, the ratio of the
+        medians, where there is one.
     """
     import threadpoolctl
 
-    name, call, inputs = reference(model, X, y)
     busy = load()
     with threadpoolctl.threadpool_limits(1):
         own = timed(model.predict_one, X, calls)
-        theirs = timed(call, inputs, max(1, calls // REFERENCE_SHARE))
-    return {
-        "p50": float(np.percentile(own.own, 50)),
-        "p99": float(np.percentile(own.own, 99)),
-        "p99_with_preempted": float(np.percentile(own.microseconds, 99)),
-        "calls": calls,
-        "preempted": int(own.preempted.sum()),
-        "load": busy,
-        "cores": os.cpu_count() or 1,
-        "reference": name,
+        found = {
+            "p50": float(np.percentile(own.own, 50)),
+            "p99": float(np.percentile(own.own, 99)),
+            "p99_with_preempted": float(np.percentile(own.microseconds, 99)),
+            "calls": calls,
+            "preempted": int(own.preempted.sum()),
+            "load": busy,
+            "cores": os.cpu_count() or 1,
+        }
+        if reference is None:
+            return found
+        theirs = timed(reference.call, reference.inputs, max(1, calls // REFERENCE_SHARE))
+    return found | {
+        "reference": reference.name,
         "reference_p50": float(np.percentile(theirs.own, 50)),
         "reference_p99": float(np.percentile(theirs.own, 99)),
         "reference_calls": len(theirs.microseconds),

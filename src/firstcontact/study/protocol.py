@@ -11,10 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from firstcontact.core import Dataset, InputError
+from firstcontact.core.extras import absent
 from firstcontact.core.files import write_json, write_text
 from firstcontact.learning.jobs import Runner
 from firstcontact.report.findings import Findings, PartResult
 from firstcontact.report.state import State
+from firstcontact.stiffness.registry import ESTIMATORS
 from firstcontact.study.parts.answer_time import answer_time
 from firstcontact.study.parts.blocks import blocks
 from firstcontact.study.parts.contacts import contacts
@@ -27,11 +29,6 @@ from firstcontact.study.parts.waveforms import waveforms
 from firstcontact.study.parts.window_length import window_length
 from firstcontact.study.settings import Settings
 from firstcontact.study.subject import Subject
-
-#: Trained quickly, so they come first and the report is readable early.
-FAST = ("train_mean", "peak", "svm")
-#: The rest.
-SLOW = ("cnn",)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,6 +68,10 @@ def plan(
         Where trainings run.
     """
     subjects: dict[str, Subject] = {}
+    able = [name for name, entry in ESTIMATORS.items() if not absent(entry.modules)]
+    fast = [name for name in able if not ESTIMATORS[name].slow]
+    slow = [name for name in able if ESTIMATORS[name].slow]
+    titles = {True: _titles(slow), False: _titles(fast)}
 
     def step(name: str, title: str, part: Callable[[Subject], PartResult]) -> Step:
         return Step(name, title, lambda: part(subjects[name]))
@@ -87,19 +88,26 @@ def plan(
             step(name, "contact detection", lambda s: contacts(s, settings, runner)),
             step(name, "time to an answer", lambda s: answer_time(s, settings)),
             step(name, "waveforms", waveforms),
-            step(name, "blocks, SVM and baselines", lambda s: blocks(s, settings, runner, FAST)),
-            step(name, "objects, SVM and baselines", lambda s: objects(s, settings, runner, FAST)),
+            step(name, f"blocks: {titles[False]}", lambda s: blocks(s, settings, runner, fast)),
+            step(name, f"objects: {titles[False]}", lambda s: objects(s, settings, runner, fast)),
             step(name, "hardness order", lambda s: _hardness(s, settings, runner)),
         ]
     for name, _ in sources:
         steps += [
             step(name, "window length", lambda s: window_length(s, settings, runner)),
-            step(name, "objects, CNN", lambda s: objects(s, settings, runner, SLOW)),
-            step(name, "blocks, CNN", lambda s: blocks(s, settings, runner, SLOW)),
+            step(name, f"objects: {titles[True]}", lambda s: objects(s, settings, runner, slow)),
+            step(name, f"blocks: {titles[True]}", lambda s: blocks(s, settings, runner, slow)),
             step(name, "second contact", lambda s: second_contact(s, settings)),
             step(name, "inference time", lambda s: inference(s, settings, runner)),
         ]
     return steps
+
+
+def _titles(estimators: Sequence[str]) -> str:
+    """Of what is used, and of floors only that there are some."""
+    kinds = [ESTIMATORS[name] for name in estimators]
+    floors = ["baselines"] if any(kind.baseline for kind in kinds) else []
+    return ", ".join([kind.title for kind in kinds if not kind.baseline] + floors)
 
 
 def _hardness(subject: Subject, settings: Settings, runner: Runner) -> PartResult:

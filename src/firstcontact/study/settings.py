@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
+
+from firstcontact.contact.registry import DETECTORS
+from firstcontact.stiffness.registry import ESTIMATORS
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,10 +22,12 @@ class Settings:
         Window lengths to compare, s.
     folds
         Folds of a split by session.
-    epochs
-        Epochs of the CNN.
+    brief
+        Whether estimators learn quickly rather than well.
     calls
         Single-window predictions that are timed.
+    detector
+        Name of the contact detector that says where windows start.
     early
         How much earlier than its label a contact may be, s: labels that come
         from a trigger are late.
@@ -34,8 +41,9 @@ class Settings:
     object_pinches: int = 50
     durations: tuple[float, ...] = (0.002, 0.003, 0.005, 0.008, 0.010, 0.015)
     folds: int = 5
-    epochs: int = 40
+    brief: bool = False
     calls: int = 10_000
+    detector: str = DETECTORS.default
     early: float = 0.0
     seed: int = 0
     workers: int = 2
@@ -48,6 +56,10 @@ class Settings:
             object_pinches=10,
             durations=(0.003, 0.008, 0.015),
             folds=3,
-            epochs=8,
+            brief=True,
             calls=2_000,
         )
+
+    def options(self, estimator: str) -> Mapping[str, Any]:
+        """Fields with which an estimator learns here."""
+        return ESTIMATORS[estimator].quick if self.brief else {}

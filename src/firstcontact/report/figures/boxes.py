@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
+from firstcontact.core.palette import INK
 from firstcontact.learning.training import Examples, Values
 from firstcontact.recording.figure_text import shown
-from firstcontact.report.figures.style import INK, MODEL_COLOURS, NAMES, canvas, uri
+from firstcontact.report import names
+from firstcontact.report.figures.style import canvas, uri
 from firstcontact.report.findings import Figure
 
 
 def boxes_figure(model: str, data: Examples, predicted: Values) -> Figure:
     """One box an object, with its true Shore A as a bar behind it."""
     asked = np.isfinite(predicted)
-    names = np.where(data.specimens == "", data.objects, data.specimens)[asked]
+    things = np.where(data.specimens == "", data.objects, data.specimens)[asked]
     truth, answers = data.y[asked], predicted[asked]
-    order = sorted(set(names.tolist()), key=lambda s: (float(truth[names == s].mean()), s))
+    order = sorted(set(things.tolist()), key=lambda s: (float(truth[things == s].mean()), s))
     with canvas(size=(6.2, 4.0)) as (figure, axes):
         ax = axes[0, 0]
-        true = [float(truth[names == s].mean()) for s in order]
+        true = [float(truth[things == s].mean()) for s in order]
         for i, value in enumerate(true):
             ax.plot(
                 [i - 0.42, i + 0.42],
@@ -30,15 +32,15 @@ def boxes_figure(model: str, data: Examples, predicted: Values) -> Figure:
                 zorder=2,
             )
         ax.boxplot(
-            [answers[names == s] for s in order],
+            [answers[things == s] for s in order],
             positions=range(len(order)),
             widths=0.55,
             patch_artist=True,
-            boxprops={"facecolor": MODEL_COLOURS[model], "alpha": 0.45, "lw": 0.8},
-            medianprops={"color": MODEL_COLOURS[model], "lw": 1.8},
-            whiskerprops={"color": MODEL_COLOURS[model], "lw": 0.9},
-            capprops={"color": MODEL_COLOURS[model], "lw": 0.9},
-            flierprops={"marker": ".", "ms": 3, "mec": MODEL_COLOURS[model], "alpha": 0.6},
+            boxprops={"facecolor": names.estimator(model).colour, "alpha": 0.45, "lw": 0.8},
+            medianprops={"color": names.estimator(model).colour, "lw": 1.8},
+            whiskerprops={"color": names.estimator(model).colour, "lw": 0.9},
+            capprops={"color": names.estimator(model).colour, "lw": 0.9},
+            flierprops={"marker": ".", "ms": 3, "mec": names.estimator(model).colour, "alpha": 0.6},
         )
         written = [shown(s.replace("_", " ")) for s in order]
         labels = [f"{name}\n({v:g})" for name, v in zip(written, true, strict=True)]
@@ -53,7 +55,7 @@ def boxes_figure(model: str, data: Examples, predicted: Values) -> Figure:
         image = uri(figure)
     return Figure(
         f"boxes-{model}",
-        f"Unseen objects, {NAMES[model]}",
+        f"Unseen objects, {names.estimator(model).title}",
         "Estimates for each object (box: middle half, whiskers: 1.5 times that) by a model that "
         "has never seen it; thick bars are the true values.",
         image,

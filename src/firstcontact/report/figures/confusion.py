@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from firstcontact.report.figures.style import INK, NAMES, canvas, uri
+from firstcontact.core.palette import INK
+from firstcontact.report import names
+from firstcontact.report.figures.style import canvas, uri
 from firstcontact.report.findings import Figure
 
 
@@ -47,7 +49,7 @@ def confusion_figure(
         image = uri(figure)
     return Figure(
         f"confusion-{model}",
-        f"Confusion, {NAMES[model]}, {NAMES.get(split, split)}",
+        f"Confusion, {names.estimator(model).title}, {names.SPLITS.get(split, split)}",
         f"{scores['n']:,} pinches, each predicted by a model that did not learn from "
         + ("its session." if split == "by_session" else "it."),
         image,

@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Dataset
+from firstcontact.core.palette import INK
 from firstcontact.learning.detection import resampler_lookahead
-from firstcontact.report.figures.style import BLUE, INK, NAMES, ORANGE, canvas, uri
+from firstcontact.report import names
+from firstcontact.report.figures.style import canvas, uri
 from firstcontact.report.findings import Figure
 
 #: Triggers further from the contact than this, ms, are counted at the edges.
@@ -28,7 +30,6 @@ def delay_figure(
     counted = f" The resampler's look-ahead of {waited:.1f} ms is counted." if waited else ""
     known = "label" if early else "known contact"
     rate = dataset.layout.rate
-    colours = {"three_sigma": ORANGE, "svm": BLUE}
     with canvas(len(delays), 1, (6.2, 1.2 + 1.4 * len(delays)), sharex=True) as (figure, axes):
         for ax, (name, values) in zip(axes[:, 0], delays.items(), strict=True):
             found = values[np.isfinite(values)] + waited
@@ -36,11 +37,11 @@ def delay_figure(
             width = 1e3 * max(1, round(0.0005 * rate)) / rate
             reach = np.ceil(EDGE / width - 0.5) + 0.5
             bins = width * np.arange(-reach, reach + 1)
-            ax.hist(np.clip(found, bins[0], bins[-1]), bins=bins, color=colours.get(name, BLUE))
+            ax.hist(np.clip(found, bins[0], bins[-1]), bins=bins, color=names.detector(name).colour)
             ax.axvline(0, color=INK, lw=1, ls="--")
             before = int((found < -EDGE).sum())
             missed = int(sum(p.first is not None for p in dataset.pinches) - len(found))
-            ax.set_title(NAMES.get(name, name))
+            ax.set_title(names.detector(name).title)
             ax.text(
                 0.05,
                 0.93,

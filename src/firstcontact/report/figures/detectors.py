@@ -9,17 +9,9 @@ import numpy as np
 from firstcontact.contact.detector import Verdicts
 from firstcontact.contact.stream import WindowDetector
 from firstcontact.core import Pinch
-from firstcontact.report.figures.style import (
-    BLUE,
-    GREY,
-    INK,
-    NAMES,
-    ORANGE,
-    RED,
-    canvas,
-    piezo_axis,
-    uri,
-)
+from firstcontact.core.palette import GREY, INK, ORANGE, RED
+from firstcontact.report import names
+from firstcontact.report.figures.style import canvas, piezo_axis, uri
 from firstcontact.report.findings import Figure
 
 
@@ -48,7 +40,6 @@ def detectors_figure(
     if not len(steady) or np.ptp(steady) == 0.0:
         steady = values  # nothing to measure: the picture is drawn all the same
     mean, sigma = float(steady.mean()), float(steady.std()) or 1.0
-    colours = {"three_sigma": ORANGE, "svm": BLUE}
     with canvas(2, 1, (6.2, 4.2), sharex=True, gridspec_kw={"height_ratios": [3, 1]}) as (
         figure,
         axes,
@@ -83,9 +74,9 @@ def detectors_figure(
                 ends[inside & fired],
                 np.full((inside & fired).sum(), row),
                 s=22,
-                color=colours.get(name, BLUE),
+                color=names.detector(name).colour,
             )
-        low.set_yticks(range(len(verdicts)), [NAMES.get(n, n) for n in verdicts])
+        low.set_yticks(range(len(verdicts)), [names.detector(n).title for n in verdicts])
         low.set_ylim(len(verdicts) - 0.4, -0.6)
         low.grid(axis="y", visible=False)
         low.set_xlabel(f"Time after the {'label' if early else 'known contact'} (ms)")

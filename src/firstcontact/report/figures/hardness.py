@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from firstcontact.core.palette import BLUE, GREY, INK, RED
 from firstcontact.learning.training import Examples, Values
 from firstcontact.recording.figure_text import shown
-from firstcontact.report.figures.style import BLUE, GREY, INK, RED, canvas, shades, uri
+from firstcontact.report.figures.style import canvas, shades, uri
 from firstcontact.report.findings import Figure
 
 

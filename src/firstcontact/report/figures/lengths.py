@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from firstcontact.report.figures.style import BLUE, RED, canvas, uri
+from firstcontact.core.palette import BLUE, RED
+from firstcontact.report import names
+from firstcontact.report.figures.style import canvas, uri
 from firstcontact.report.findings import Figure
 
 
-def lengths_figure(tree: Mapping[str, Any]) -> Figure:
-    """RMSE with intervals against window length (ms), blocks and objects."""
+def lengths_figure(model: str, tree: Mapping[str, Any]) -> Figure:
+    """RMSE of a model with intervals against window length (ms), blocks and objects."""
+    title = names.estimator(model).title
     with canvas() as (figure, axes):
         ax = axes[0, 0]
         for side, colour, name in (
@@ -18,9 +21,9 @@ def lengths_figure(tree: Mapping[str, Any]) -> Figure:
             ("objects", RED, "unseen objects"),
         ):
             points = [
-                (float(ms), entry["svm"][side])
+                (float(ms), entry[model][side])
                 for ms, entry in tree.items()
-                if side in entry.get("svm", {})
+                if side in entry.get(model, {})
             ]
             if not points:
                 continue
@@ -39,13 +42,16 @@ def lengths_figure(tree: Mapping[str, Any]) -> Figure:
                     lw=0,
                 )
         ax.set_xticks([float(ms) for ms in tree])
-        ax.set(xlabel="Window after contact (ms)", ylabel="RMSE (Shore A), SVM", ylim=(0, None))
+        ax.set(
+            xlabel="Window after contact (ms)", ylabel=f"RMSE (Shore A), {title}", ylim=(0, None)
+        )
         ax.set_xlim(0, None)
         ax.legend(loc="best")
         image = uri(figure)
     return Figure(
-        "lengths",
-        "Error against window length",
-        "SVM regression; bands are 95 % bootstrap intervals (sessions or objects drawn whole).",
+        f"lengths-{model}",
+        f"Error against window length, {title}",
+        f"{title} regression; bands are 95 % bootstrap intervals (sessions or objects drawn "
+        "whole).",
         image,
     )

@@ -6,8 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from firstcontact.core.palette import INK
 from firstcontact.learning.training import Examples, Values
-from firstcontact.report.figures.style import INK, MODEL_COLOURS, NAMES, canvas, uri
+from firstcontact.report import names
+from firstcontact.report.figures.style import canvas, uri
 from firstcontact.report.findings import Figure
 
 
@@ -26,6 +28,7 @@ def leave_one_out_figure(drawn: Mapping[str, tuple[Examples, Values]]) -> Figure
             label="true value",
         )
         for number, (model, (data, predicted)) in enumerate(drawn.items()):
+            look = names.estimator(model)
             shift = (number - (len(drawn) - 1) / 2) * 0.32 * gap
             for level in levels:
                 ax.boxplot(
@@ -34,19 +37,26 @@ def leave_one_out_figure(drawn: Mapping[str, tuple[Examples, Values]]) -> Figure
                     widths=0.26 * gap,
                     patch_artist=True,
                     manage_ticks=False,
-                    boxprops={"facecolor": MODEL_COLOURS[model], "alpha": 0.45, "lw": 0.8},
-                    medianprops={"color": MODEL_COLOURS[model], "lw": 1.8},
-                    whiskerprops={"color": MODEL_COLOURS[model], "lw": 0.9},
-                    capprops={"color": MODEL_COLOURS[model], "lw": 0.9},
+                    boxprops={"facecolor": look.colour, "alpha": 0.45, "lw": 0.8},
+                    medianprops={"color": look.colour, "lw": 1.8},
+                    whiskerprops={"color": look.colour, "lw": 0.9},
+                    capprops={"color": look.colour, "lw": 0.9},
                     flierprops={
                         "marker": ".",
                         "ms": 2,
-                        "mec": MODEL_COLOURS[model],
+                        "mec": look.colour,
                         "alpha": 0.3,
                         "rasterized": True,
                     },
                 )
-            ax.plot([], [], color=MODEL_COLOURS[model], lw=6, alpha=0.45, label=NAMES[model])
+            ax.plot(
+                [],
+                [],
+                color=look.colour,
+                lw=6,
+                alpha=0.45,
+                label=look.title,
+            )
         ax.set_xticks(levels, [f"{level:g}" for level in levels])
         ax.set(xlabel="True Shore A, left out of training", ylabel="Estimated Shore A")
         ax.legend(loc="upper left")

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.core.palette import BLUE, GREY, INK, RED
 from firstcontact.learning.training import DURATION
 from firstcontact.report import published
-from firstcontact.report.figures.style import BLUE, GREY, INK, RED, canvas, uri
+from firstcontact.report.figures.style import canvas, uri
 from firstcontact.report.findings import Figure
 
 

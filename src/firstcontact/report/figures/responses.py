@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.core.palette import INK
 from firstcontact.learning.training import Examples
-from firstcontact.report.figures.style import INK, canvas, shades, uri
+from firstcontact.report.figures.style import canvas, shades, uri
 from firstcontact.report.findings import Figure
 
 

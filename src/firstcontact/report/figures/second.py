@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from firstcontact.report.figures.style import GREY, INK, MODEL_COLOURS, NAMES, canvas, uri
+from firstcontact.core.palette import GREY, INK
+from firstcontact.report import names
+from firstcontact.report.figures.style import canvas, uri
 from firstcontact.report.findings import Figure
 
 
@@ -23,7 +25,7 @@ def second_figure(tree: Mapping[str, Any]) -> Figure:
             ax.barh(
                 row,
                 scores["rmse"],
-                color=MODEL_COLOURS[model],
+                color=names.estimator(model).colour,
                 alpha={"with": 0.85, "without": 0.4}.get(where, 0.12),
                 height=0.7,
             )
@@ -41,7 +43,7 @@ def second_figure(tree: Mapping[str, Any]) -> Figure:
             )
         ax.set_yticks(
             range(len(bars)),
-            [f"{side}, {NAMES[model]}, {where}" for model, side, where, _ in bars],
+            [f"{side}, {names.estimator(model).title}, {where}" for model, side, where, _ in bars],
             fontsize=8.5,
         )
         ax.invert_yaxis()

@@ -13,30 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.layout import ChannelKind, Layout
+from firstcontact.core.palette import INK
 from firstcontact.recording.figure_text import PLAIN, shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
-
-# Okabe and Ito (2008), https://jfly.uni-koeln.de/color/
-BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
-PURPLE, SKY, GREY, INK = "#CC79A7", "#56B4E9", "#8A94A0", "#1F2933"
-#: Colour of each model, the same in every figure.
-MODEL_COLOURS = {"svm": BLUE, "cnn": RED, "peak": GREEN, "train_mean": GREY}
-#: As models and detectors are written for readers.
-NAMES = {
-    "svm": "SVM",
-    "cnn": "CNN",
-    "peak": "Peak amplitude",
-    "train_mean": "Train mean",
-    "three_sigma": "3σ threshold",
-    "paper-rig": "Paper rig",
-    "everyday": "Everyday",
-    "recordings": "Recordings",
-    "random_90_10": "random 90/10",
-    "by_session": "by session",
-    "leave_one_shore_out": "level left out",
-}
 
 STYLE: Any = {
     **PLAIN,

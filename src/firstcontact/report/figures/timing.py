@@ -6,7 +6,8 @@ import numpy as np
 
 from firstcontact.core import Finger, Pinch
 from firstcontact.core.layout import ChannelKind
-from firstcontact.report.figures.style import BLUE, INK, ORANGE, canvas, piezo_axis, uri
+from firstcontact.core.palette import BLUE, INK, ORANGE
+from firstcontact.report.figures.style import canvas, piezo_axis, uri
 from firstcontact.report.findings import Figure
 
 COLOURS = {Finger.INDEX: BLUE, Finger.THUMB: ORANGE}

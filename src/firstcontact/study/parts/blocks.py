@@ -18,10 +18,11 @@ from firstcontact.learning.splits import (
     random_90_10,
 )
 from firstcontact.learning.training import DURATION, Examples, Question, Values, held_out
+from firstcontact.report import names
 from firstcontact.report.figures.confusion import confusion_figure
 from firstcontact.report.figures.levels import leave_one_out_figure
 from firstcontact.report.findings import Figure, PartResult
-from firstcontact.stiffness import Task
+from firstcontact.stiffness import ESTIMATORS, Task
 from firstcontact.study.settings import Settings
 from firstcontact.study.subject import Subject
 
@@ -36,7 +37,7 @@ def blocks(
 ) -> PartResult:
     """Score these models in the random split, by session, and with a level left out.
 
-    The SVM is scored at the strip-aligned contact as well, where that is known.
+    The default estimator is scored at the strip-aligned contact as well, where that is known.
     """
     if len(subject.levels) < 2:
         return PartResult(
@@ -47,9 +48,10 @@ def blocks(
         )
     data = _learnable(subject, subject.windows(DURATION))
     splits, left_out = _splits(data, settings)
-    questions, places = _questions(data, splits, models)
+    questions, places = _questions(data, splits, models, settings)
     aligned = _learnable(subject, subject.windows(DURATION, subject.truth))
-    strip = bool(subject.found) and "svm" in models and len(aligned) > 0
+    reference = ESTIMATORS.default
+    strip = bool(subject.found) and reference in models and len(aligned) > 0
     if strip:
         # Leaving a level out is about levels, not about alignment: the two pinch splits do.
         strip_splits = {
@@ -57,13 +59,13 @@ def blocks(
             for place, folds in _splits(aligned, settings)[0].items()
             if place[0] != LEVEL
         }
-        more, more_places = _questions(aligned, strip_splits, ["svm"])
+        more, more_places = _questions(aligned, strip_splits, [reference], settings)
         questions += more
         places += [("strip", split, task) for _, split, task in more_places]
-    answers = held_out(runner, questions, settings.seed, settings.epochs)
+    answers = held_out(runner, questions, settings.seed)
     tree: dict[str, Any] = {}
     for (model, split, task), question, predicted in zip(places, questions, answers, strict=True):
-        home = tree.setdefault("svm" if model == "strip" else model, {})
+        home = tree.setdefault(reference if model == "strip" else model, {})
         if model == "strip":
             home = home.setdefault("strip_aligned", {})
         scores = _scores(question.data, predicted, task, settings.seed)
@@ -126,13 +128,14 @@ def _one_session(levels: Values, data: Examples) -> str:
 
 
 def _questions(
-    data: Examples, splits: Splits, models: Sequence[str]
+    data: Examples, splits: Splits, models: Sequence[str], settings: Settings
 ) -> tuple[list[Question], list[tuple[str, str, Task]]]:
     questions, places = [], []
     for (name, task), folds in splits.items():
         for model in models:
-            questions.append(Question(model, task, data, folds))
-            places.append((model, name, task))
+            if task in ESTIMATORS[model].tasks:
+                questions.append(Question(model, task, data, folds, settings.options(model)))
+                places.append((model, name, task))
     return questions, places
 
 
@@ -160,12 +163,12 @@ def _figures(subject: Subject, tree: dict[str, Any]) -> list[Figure]:
     split = SESSION if told else RANDOM
     figures = [
         confusion_figure(model, split, tree[model][split])
-        for model in ("svm", "cnn")
+        for model in names.estimators(tree)
         if "confusion" in tree.get(model, {}).get(split, {})
     ]
     drawn = {
         model: subject.predictions[model, LEVEL]
-        for model in ("svm", "cnn")
+        for model in names.estimators(ESTIMATORS)
         if (model, LEVEL) in subject.predictions
     }
     if drawn:

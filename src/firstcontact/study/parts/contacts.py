@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.contact import DETECTORS, make_detector, unfitted
 from firstcontact.contact.closing_start import closing_starts, closings, counted
-from firstcontact.contact.detector import Detector, Verdicts, latch
-from firstcontact.contact.registry import make_detector
-from firstcontact.contact.svm import SvmDetector
-from firstcontact.core import Block, Contact, Dataset, InputError, Layout
+from firstcontact.contact.detector import Verdicts, latch
+from firstcontact.core import Contact, Dataset, InputError
 from firstcontact.core.layout import ChannelKind
-from firstcontact.learning.detection import score_detector
+from firstcontact.learning.detection import judged, score_verdicts
 from firstcontact.learning.jobs import Runner
 from firstcontact.learning.splits import Group, Split, by_session, random_folds
 from firstcontact.report.figures.delays import delay_figure
@@ -24,9 +23,7 @@ from firstcontact.report.findings import Figure, PartResult
 from firstcontact.study.settings import Settings
 from firstcontact.study.subject import Subject
 
-#: The paper's two, in the order of the report; windows start where the last one says.
-NAMES = ("three_sigma", "svm")
-#: Where windows start when the SVM cannot be trained but labels know the contacts.
+#: Where windows start when the detector asked for cannot be trained but labels know the contacts.
 KNOWN = "known"
 #: Folds: a detector needs fewer than an estimator, and takes longer to train.
 FOLDS = 3
@@ -52,94 +49,61 @@ class Judging:
     early: float
 
 
-class Replayed:
-    """A detector that repeats the verdicts it is given, one pinch at each start.
-
-    Scores over folds are scores of one dataset, so they are made in one go:
-    this is the detector of all folds together.
-    """
-
-    def __init__(self, like: Detector, verdicts: Sequence[Verdicts]) -> None:
-        self.name, self.duration, self.step = like.name, like.duration, like.step
-        self._verdicts = iter(verdicts)
-
-    def fit(self, dataset: Dataset) -> Replayed:
-        """Nothing to learn."""
-        return self
-
-    def start(self, layout: Layout) -> None:
-        """Move on to the next pinch."""
-        self._now = next(self._verdicts)
-        self._fingers = layout.piezo_fingers
-
-    def judge(self, block: Block) -> Verdicts:
-        """What was said of this pinch."""
-        return self._now
-
-    def update(self, block: Block) -> list[Contact]:
-        """The contacts in what was said of this pinch."""
-        return latch(self._now, self._fingers, set())
-
-
 def contacts(subject: Subject, settings: Settings, runner: Runner) -> PartResult:
-    """Find all first contacts out of fold, and score both detectors against the truth.
+    """Find all first contacts out of fold, and score every detector against the truth.
 
-    Sets ``subject.found``. Detectors hear each pinch from where its closing starts.
-    Where the SVM cannot be trained, windows start at the contacts that the labels
-    know or, if it finds more than those, at those of the threshold, which needs no
-    training.
+    Sets ``subject.found``, by the detector of the settings. Detectors hear each pinch from
+    where its closing starts. Where that detector cannot be trained, windows start at the
+    contacts that the labels know or, if it finds more than those, at those of one that
+    needs no training.
     """
     starts = closing_starts(subject.dataset)
     dataset = closings(subject.dataset, starts)
     known = np.array([p.first is not None for p in dataset.pinches])
-    left_out = []
     splits = detection_splits(dataset, settings.seed)
-    why = ""
-    try:
-        verdicts = _judge(dataset, splits, NAMES, settings.early, runner)
-        start = NAMES[-1]
-    except InputError as error:
+    verdicts, failed = _judge(dataset, splits, settings.early, runner)
+    if not any(DETECTORS[name].learns for name in verdicts):
         everyone = np.arange(len(dataset))
         splits = [Split("all", everyone[:0], everyone)]
-        verdicts = _judge(dataset, splits, NAMES[:1], settings.early, runner)
-        start = NAMES[0]
-        why = str(error)
-    names = tuple(verdicts)
+        verdicts, _ = _judge(dataset, splits, settings.early, runner)
     fingers = dataset.layout.piezo_fingers
-    found = tuple(next(iter(latch(v, fingers, set())), None) for v in verdicts[names[-1]])
+    start = settings.detector if settings.detector in verdicts else unfitted()
+    found = tuple(next(iter(latch(v, fingers, set())), None) for v in verdicts[start])
     missing = sum(contact is None for contact in found)
-    if start == NAMES[-1]:
+    not_found = {"by": start, "pinches": missing, "of": len(dataset)}
+    left_out = []
+    if start == settings.detector:
         subject.found = found
-    elif known.sum() >= len(dataset) - missing:
-        start = KNOWN
-        left_out.append(f"SVM contact detector: {why}; windows start at the known contacts.")
     else:
-        subject.found = found
-        left_out.append(f"SVM contact detector: {why}; windows start where the 3σ threshold fires.")
+        title = DETECTORS[start].title
+        where = f"where the {title} fires"
+        if known.sum() >= len(dataset) - missing:
+            start, where = KNOWN, "at the known contacts"
+        else:
+            subject.found = found
+        failed[settings.detector] += f"; windows start {where}"
+    left_out += [f"{DETECTORS[n].title} contact detector: {why}." for n, why in failed.items()]
     tree: dict[str, Any] = {"windows_start_at": start, "steady_state": counted(starts)}
     figures: list[Figure] = []
     if known.any():
-        for name in names:
-            given = [v for v, k in zip(verdicts[name], known, strict=True) if k]
-            scores = score_detector(
-                Replayed(make_detector(name), given), dataset.take(known), settings.early
-            )
-            tree[name] = scores.to_json()
+        for name, given in verdicts.items():
+            step = DETECTORS[name].step
+            tree[name] = score_verdicts(given, dataset, step, settings.early).to_json()
         tree["folds"] = _told(splits)
         tree["early_ms"] = 1e3 * settings.early
         example = _example(dataset, found)
         figures.append(
             detectors_figure(
                 subject.dataset.pinches[example],
-                {name: verdicts[name][example] for name in names},
+                {name: given[example] for name, given in verdicts.items()},
                 starts[example].sample,
                 settings.early,
             )
         )
-        figures.append(delay_figure(dataset, _firsts(dataset, verdicts, names), settings.early))
+        figures.append(delay_figure(dataset, _firsts(dataset, verdicts), settings.early))
     else:
         left_out.append("Scores of contact detection: no pinch has a known first contact.")
-    tree["not_found"] = {"by": names[-1], "pinches": missing, "of": len(dataset)}
+    tree["not_found"] = not_found
     return PartResult({"contact": tree}, figures, left_out)
 
 
@@ -160,37 +124,45 @@ def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
     return [replace(f, train=f.train[~dataset.test[f.train]]) for f in folds]
 
 
-def judge(job: Judging) -> list[Verdicts]:
-    """Fit where there is something to learn, and judge every pinch that is asked about."""
-    detector: Detector = (
-        SvmDetector(early=job.early) if job.name == "svm" else make_detector(job.name)
-    )
-    if job.name == "svm":
-        detector = detector.fit(job.learn)
-    out = []
-    for pinch in job.ask.pinches:
-        detector.start(pinch.layout)
-        out.append(detector.judge(Block(pinch.data, pinch.first_sample)))
-    return out
+def judge(job: Judging) -> list[Verdicts] | str:
+    """Fit where there is something to learn, and judge every pinch that is asked about.
+
+    Answers with a sentence where it cannot learn from these pinches.
+    """
+    detector = make_detector(job.name)
+    if detector.learns:
+        try:
+            detector = detector.fit(job.learn, job.early)
+        except InputError as error:
+            return str(error)
+    return judged(detector, job.ask)
 
 
 def _judge(
-    dataset: Dataset, splits: Sequence[Split], names: Sequence[str], early: float, runner: Runner
-) -> dict[str, list[Verdicts]]:
-    if not splits:
-        raise InputError("it takes two pinches or more to train it on some and judge it by others")
+    dataset: Dataset, splits: Sequence[Split], early: float, runner: Runner
+) -> tuple[dict[str, list[Verdicts]], dict[str, str]]:
+    """Verdicts of every detector, and why some have none."""
     slim = _piezo_only(dataset)
     jobs, places = [], []
+    failed: dict[str, str] = {}
+    for name, kind in DETECTORS.items():
+        if kind.learns and not (splits and len(splits[0].train)):
+            failed[name] = "it takes two pinches or more to train it on some and judge it by others"
     for split in splits:
         if len(split.train):
             split.check(dataset.sessions, dataset.specimens)
-        for name in names:
-            jobs.append(Judging(name, slim.take(split.train), slim.take(split.test), early))
-            places.append((name, split.test))
-    out: dict[str, dict[int, Verdicts]] = {name: {} for name in names}
+        for name in DETECTORS:
+            if name not in failed:
+                jobs.append(Judging(name, slim.take(split.train), slim.take(split.test), early))
+                places.append((name, split.test))
+    out: dict[str, dict[int, Verdicts]] = {name: {} for name in DETECTORS}
     for (name, asked), answers in zip(places, runner.map(judge, jobs), strict=True):
-        out[name].update(zip(asked.tolist(), answers, strict=True))
-    return {name: [found[i] for i in range(len(dataset))] for name, found in out.items()}
+        if isinstance(answers, str):
+            failed.setdefault(name, answers)
+        else:
+            out[name].update(zip(asked.tolist(), answers, strict=True))
+    whole = {name: found for name, found in out.items() if splits and name not in failed}
+    return {n: [found[i] for i in range(len(dataset))] for n, found in whole.items()}, failed
 
 
 def _piezo_only(dataset: Dataset) -> Dataset:
@@ -213,13 +185,13 @@ def _told(splits: Sequence[Split]) -> dict[str, Any]:
 
 
 def _firsts(
-    dataset: Dataset, verdicts: dict[str, list[Verdicts]], names: Sequence[str]
+    dataset: Dataset, verdicts: Mapping[str, Sequence[Verdicts]]
 ) -> dict[str, NDArray[np.float64]]:
     """Decision of the first trigger after the truth, ms; NaN where unknown or missed."""
     out = {}
-    for name in names:
+    for name, given in verdicts.items():
         delays = np.full(len(dataset), np.nan)
-        for i, (pinch, verdict) in enumerate(zip(dataset.pinches, verdicts[name], strict=True)):
+        for i, (pinch, verdict) in enumerate(zip(dataset.pinches, given, strict=True)):
             found = latch(verdict, pinch.layout.piezo_fingers, set())
             if found and pinch.first is not None:
                 delays[i] = 1e3 * (found[0].decided - pinch.first.sample) / pinch.layout.rate

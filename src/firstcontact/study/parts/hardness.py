@@ -20,9 +20,10 @@ from firstcontact.learning.splits import (
     random_folds,
 )
 from firstcontact.learning.training import DURATION, Examples, Question, held_out
+from firstcontact.report import names
 from firstcontact.report.figures.hardness import hardness_figure, materials_figure
 from firstcontact.report.findings import PartResult
-from firstcontact.stiffness import Task
+from firstcontact.stiffness import ESTIMATORS, Task
 from firstcontact.study.settings import Settings
 from firstcontact.study.subject import Subject
 
@@ -32,8 +33,6 @@ from firstcontact.study.subject import Subject
 SCORE = "spectral centroid of the first 15 ms after contact, Hz"
 #: A whole material left out, and random folds with every material on both sides.
 HELD, MIXED = "leave_one_material_out", "random_folds"
-#: What is asked for the class, floors last.
-CLASSIFIERS = ("svm", "peak", "train_mean")
 
 
 def spectral_centroid(X: np.ndarray[Any, np.dtype[np.float32]], rate: float) -> Values:
@@ -75,11 +74,11 @@ def hardness(subject: Subject, settings: Settings, runner: Runner) -> PartResult
         )
     centroid = spectral_centroid(data.X, data.rate)
     seed = settings.seed
-    questions, left_out = _questions(data, seed)
+    questions, left_out = _questions(data, settings)
     predicted = dict(
         zip(
             questions,
-            held_out(runner, list(questions.values()), seed, settings.epochs),
+            held_out(runner, list(questions.values()), seed),
             strict=True,
         )
     )
@@ -93,7 +92,7 @@ def hardness(subject: Subject, settings: Settings, runner: Runner) -> PartResult
     def classes(place: str) -> dict[str, dict[str, Any]]:
         return {
             model: classification_scores(data.y, predicted[place, model], data.objects, seed)
-            for model in CLASSIFIERS
+            for model in _classifiers()
             if (place, model) in predicted
         }
 
@@ -115,15 +114,19 @@ def hardness(subject: Subject, settings: Settings, runner: Runner) -> PartResult
     mixed = classes(MIXED)
     tree.update({place: part for place, part in ((HELD, held), (MIXED, mixed)) if part})
     figures = [hardness_figure(data, centroid)]
-    if found and mixed:
-        figures.append(materials_figure(found["svm"], mixed["svm"], chance))
+    for model in names.estimators(mixed):
+        if model in found:
+            figures.append(materials_figure(found[model], mixed[model], chance))
     return PartResult({"hardness_order": tree}, figures, left_out)
 
 
-def _questions(data: Examples, seed: int) -> tuple[dict[tuple[str, str], Question], list[str]]:
+def _questions(
+    data: Examples, settings: Settings
+) -> tuple[dict[tuple[str, str], Question], list[str]]:
     """What these windows permit, and why not the rest."""
     out: dict[tuple[str, str], Question] = {}
     left_out = []
+    reference = ESTIMATORS.default
     held = leave_one_out(data.objects)
     if learns_one_value(held, data.y):
         left_out.append(
@@ -131,7 +134,9 @@ def _questions(data: Examples, seed: int) -> tuple[dict[tuple[str, str], Questio
             "is left to learn from."
         )
     else:
-        out[HELD, "rank"] = Question("svm", Task.REGRESSION, data, held)
+        out[HELD, "rank"] = Question(
+            reference, Task.REGRESSION, data, held, settings.options(reference)
+        )
     unknown = never_learned(held, data.y)
     if len(unknown):
         left_out.append(
@@ -140,14 +145,23 @@ def _questions(data: Examples, seed: int) -> tuple[dict[tuple[str, str], Questio
             "have learned them without it."
         )
     elif not learns_one_value(held, data.y):
-        for model in CLASSIFIERS:
-            out[HELD, model] = Question(model, Task.CLASSIFICATION, data, held)
+        for model in _classifiers():
+            out[HELD, model] = Question(
+                model, Task.CLASSIFICATION, data, held, settings.options(model)
+            )
     if np.unique(data.y, return_counts=True)[1].min() < 2:
         left_out.append("Hardness class in random folds: a rank has a single pinch.")
     else:
-        folds = random_folds(data.y, seed)
-        out[MIXED, "svm"] = Question("svm", Task.CLASSIFICATION, data, folds)
+        folds = random_folds(data.y, settings.seed)
+        options = settings.options(reference)
+        out[MIXED, reference] = Question(reference, Task.CLASSIFICATION, data, folds, options)
     return out, left_out
+
+
+def _classifiers() -> list[str]:
+    """What is asked for the class, floors last: all that learns it quickly."""
+    able = [n for n, e in ESTIMATORS.items() if Task.CLASSIFICATION in e.tasks and not e.slow]
+    return sorted(able, key=names.is_floor)
 
 
 def _chance(data: Examples) -> float:

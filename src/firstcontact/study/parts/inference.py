@@ -10,13 +10,10 @@ import numpy as np
 from firstcontact.learning.jobs import Runner
 from firstcontact.learning.training import DURATION, Fit, train
 from firstcontact.report.findings import PartResult
-from firstcontact.stiffness import Task
+from firstcontact.stiffness import ESTIMATORS, Task, make_estimator
 from firstcontact.stiffness.timing import time_inference
 from firstcontact.study.settings import Settings
 from firstcontact.study.subject import Subject
-
-#: Epochs of the network that is timed: its arithmetic does not depend on them.
-TIMED_EPOCHS = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,19 +39,20 @@ def inference(subject: Subject, settings: Settings, runner: Runner) -> PartResul
             ]
         )
     tree: dict[str, Any] = {}
-    for model, task in (
-        ("svm", Task.REGRESSION),
-        # One machine a pair of classes. The network only has a few more outputs.
-        ("svm", Task.CLASSIFICATION),
-        ("cnn", Task.REGRESSION),
-    ):
-        fit = Fit(model, task, blocks, blocks.X, settings.seed, TIMED_EPOCHS)
-        # One job at a time: what is timed has the machine to itself.
-        found = runner.map(measure, [Timing(fit, settings.calls)])[0]
-        if task is Task.REGRESSION:
-            tree[model] = found
-        else:
-            tree[model][task.value] = found
+    for model, entry in ESTIMATORS.items():
+        if entry.baseline:
+            continue
+        for task in entry.tasks:
+            # A slow one's arithmetic differs by a few outputs only: once is enough.
+            if tree.get(model) and entry.slow:
+                continue
+            fit = Fit(model, task, blocks, blocks.X, settings.seed, entry.quick)
+            # One job at a time: what is timed has the machine to itself.
+            found = runner.map(measure, [Timing(fit, settings.calls)])[0]
+            if task is Task.REGRESSION:
+                tree[model] = found
+            else:
+                tree.setdefault(model, {})[task.value] = found
     return PartResult({"inference_us": tree})
 
 
@@ -67,7 +65,9 @@ def measure(job: Timing) -> dict[str, Any]:
         As :func:`firstcontact.stiffness.timing.time_inference`, and
         ``support_vectors`` where the model has some.
     """
-    model = train(job.fit)
-    found = time_inference(model, job.fit.learn.X, job.fit.learn.y, job.calls)
+    fit, learn = job.fit, job.fit.learn
+    model = train(fit)
+    estimator = make_estimator(fit.model, fit.task, learn.rate)
+    found = time_inference(model, learn.X, estimator.reference(model, learn.X, learn.y), job.calls)
     counts = {k: v for k, v in model.notes.items() if k == "support_vectors"}
     return {**found, **counts}

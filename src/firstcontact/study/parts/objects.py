@@ -12,9 +12,10 @@ from firstcontact.learning.jobs import Runner
 from firstcontact.learning.metrics import over_objects, per_object, regression_scores
 from firstcontact.learning.splits import Group, Split, learns_one_value, unseen_objects
 from firstcontact.learning.training import DURATION, Examples, Question, Values, held_out
+from firstcontact.report import names
 from firstcontact.report.figures.boxes import boxes_figure
 from firstcontact.report.findings import PartResult
-from firstcontact.stiffness import Task
+from firstcontact.stiffness import ESTIMATORS, Task
 from firstcontact.study.settings import Settings
 from firstcontact.study.subject import Subject
 
@@ -38,26 +39,28 @@ def objects(
                 "Shore A levels to learn from."
             ]
         )
-    questions = [Question(model, Task.REGRESSION, data, splits) for model in models]
-    names = [*models]
+    reference = ESTIMATORS.default
+    questions = [
+        Question(model, Task.REGRESSION, data, splits, settings.options(model)) for model in models
+    ]
+    asked = [*models]
     aligned = subject.windows(DURATION, subject.truth)
     aligned_splits = object_splits(subject, aligned)
-    if subject.found and "svm" in models and aligned_splits:
-        questions.append(Question("svm", Task.REGRESSION, aligned, aligned_splits))
-        names.append("strip")
-    answers = held_out(runner, questions, settings.seed, settings.epochs)
+    if subject.found and reference in models and aligned_splits:
+        options = settings.options(reference)
+        questions.append(Question(reference, Task.REGRESSION, aligned, aligned_splits, options))
+        asked.append("strip")
+    answers = held_out(runner, questions, settings.seed)
     tree: dict[str, Any] = {}
-    for name, question, predicted in zip(names, questions, answers, strict=True):
+    for name, question, predicted in zip(asked, questions, answers, strict=True):
         scores = object_scores(question.data, predicted, settings.seed)
         if name == "strip":
-            tree["svm"]["strip_aligned"] = scores
+            tree[reference]["strip_aligned"] = scores
             continue
         tree[name] = scores
         subject.predictions[name, UNSEEN] = (question.data, predicted)
     figures = [
-        boxes_figure(name, *subject.predictions[name, UNSEEN])
-        for name in models
-        if name in ("svm", "cnn")
+        boxes_figure(name, *subject.predictions[name, UNSEEN]) for name in names.estimators(models)
     ]
     known = np.isfinite(subject.dataset.shore_a)
     tree["windows"] = {
@@ -83,9 +86,9 @@ def object_scores(data: Examples, predicted: Values, seed: int) -> dict[str, Any
     """Scores per pinch (objects resampled whole) and per object."""
     asked = np.isfinite(predicted)
     its, answers = data.take(asked), predicted[asked]
-    names = np.where(its.specimens == "", its.objects, its.specimens)
-    scores = regression_scores(its.y, answers, names, seed)
-    each = per_object(its.y, answers, names, its.objects)
+    things = np.where(its.specimens == "", its.objects, its.specimens)
+    scores = regression_scores(its.y, answers, things, seed)
+    each = per_object(its.y, answers, things, its.objects)
     return {**scores, "per_object": each, "over_objects": over_objects(each)}
 
 

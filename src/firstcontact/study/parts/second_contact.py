@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from firstcontact.learning.detection import outcome
 from firstcontact.learning.metrics import regression_scores
 from firstcontact.learning.training import DURATION, Values
+from firstcontact.report import names
 from firstcontact.report.figures.second import second_figure
 from firstcontact.report.findings import PartResult
 from firstcontact.signal import Conditioner, samples_in
@@ -32,7 +33,7 @@ def second_contact(subject: Subject, settings: Settings) -> PartResult:
     tree: dict[str, Any] = {}
     for (model, split), (data, predicted) in subject.predictions.items():
         side = {SESSION: "blocks", UNSEEN: "objects"}.get(split)
-        if side is None or model not in ("svm", "cnn"):
+        if side is None or names.is_floor(model):
             continue
         after = room[data.which]
         asked = np.isfinite(predicted) & np.isfinite(after)

@@ -12,21 +12,22 @@ from firstcontact.learning.splits import by_session, learns_one_value
 from firstcontact.learning.training import Question, held_out
 from firstcontact.report.figures.lengths import lengths_figure
 from firstcontact.report.findings import PartResult
-from firstcontact.stiffness import Task
+from firstcontact.stiffness import ESTIMATORS, Task
 from firstcontact.study.parts.objects import object_scores, object_splits
 from firstcontact.study.settings import Settings
 from firstcontact.study.subject import Subject
 
 KEPT = ("rmse", "mae", "mse", "bias", "n", "intervals")
-#: Windows that each search learns from: half of those elsewhere, as there is a
-#: search for every length and fold. All lengths are searched alike.
-SEARCH_WINDOWS = 400
 
 
 def window_length(subject: Subject, settings: Settings, runner: Runner) -> PartResult:
-    """SVM regression error against the length of the window, blocks and objects."""
+    """Error of the default estimator against the length of the window, blocks and objects.
+
+    It learns quickly: there is a training for every length and fold. All lengths are alike.
+    """
     questions, places = [], []
-    options = {"search_windows": SEARCH_WINDOWS}
+    model = ESTIMATORS.default
+    options = ESTIMATORS[model].quick
     for duration in settings.durations:
         data = subject.windows(duration)
         blocks = data.take(~data.test)
@@ -35,11 +36,11 @@ def window_length(subject: Subject, settings: Settings, runner: Runner) -> PartR
         folds = by_session(blocks.sessions, blocks.y, settings.seed, settings.folds)
         if learns_one_value(folds, blocks.y):
             continue
-        questions.append(Question("svm", Task.REGRESSION, blocks, folds, options))
+        questions.append(Question(model, Task.REGRESSION, blocks, folds, options))
         places.append((duration, "blocks"))
         split = object_splits(subject, data)
         if split:
-            questions.append(Question("svm", Task.REGRESSION, data, split, options))
+            questions.append(Question(model, Task.REGRESSION, data, split, options))
             places.append((duration, "objects"))
     done = {duration for duration, _ in places}
     missing = [f"{1e3 * d:g}" for d in settings.durations if d not in done]
@@ -52,7 +53,7 @@ def window_length(subject: Subject, settings: Settings, runner: Runner) -> PartR
         )
     if not done:
         return PartResult(left_out=left_out)
-    answers = held_out(runner, questions, settings.seed, settings.epochs)
+    answers = held_out(runner, questions, settings.seed)
     tree: dict[str, Any] = {}
     for (duration, side), question, predicted in zip(places, questions, answers, strict=True):
         data, asked = question.data, np.isfinite(predicted)
@@ -63,7 +64,9 @@ def window_length(subject: Subject, settings: Settings, runner: Runner) -> PartR
                 data.y[asked], predicted[asked], data.clusters[asked], settings.seed
             )
         )
-        entry = tree.setdefault(f"{1e3 * duration:g}", {}).setdefault("svm", {})
+        entry = tree.setdefault(f"{1e3 * duration:g}", {}).setdefault(model, {})
         entry[side] = {key: scores[key] for key in KEPT}
-    found = {"window_length_ms": tree, "window_length_search": {"windows": SEARCH_WINDOWS}}
-    return PartResult(found, [lengths_figure(tree)], left_out)
+    found: dict[str, Any] = {"window_length_ms": tree}
+    if "search_windows" in options:
+        found["window_length_search"] = {"windows": options["search_windows"]}
+    return PartResult(found, [lengths_figure(model, tree)], left_out)

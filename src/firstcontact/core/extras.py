@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from importlib.util import find_spec
 
 from firstcontact.core.errors import InputError
+
+
+def absent(modules: Iterable[str]) -> list[str]:
+    """Those of these modules that are not installed."""
+    return [m for m in modules if find_spec(m) is None]
 
 
 def need(extra: str, *modules: str) -> None:
@@ -15,7 +21,7 @@ def need(extra: str, *modules: str) -> None:
     InputError
         Names the extra to install.
     """
-    missing = [m for m in modules if find_spec(m) is None]
+    missing = absent(modules)
     if missing:
         raise InputError(
             f"this needs {', '.join(missing)}, which the base install leaves out: "

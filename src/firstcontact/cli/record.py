@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 #: Rest that is measured where no calibration is given, and the wait for it, s.
 REST = 1.0
 PATIENCE = 30.0
+#: Nobody goes through a plan more often in one go.
+MOST_SESSIONS = 1000
 
 
 @dataclass(frozen=True)
@@ -96,9 +98,10 @@ class Record:
         check_text(self.session)
         if self.sessions == 1 and self.session:
             return [self.session]
-        if self.sessions < 1 or not self.session.isdecimal():
+        if not 1 <= self.sessions <= MOST_SESSIONS or not self.session.isdecimal():
             raise InputError(
-                "--sessions must be 1 or more, and --session the number of the first of them"
+                f"--sessions must be from 1 to {MOST_SESSIONS}, and --session the number of the "
+                "first of them"
             )
         return [str(int(self.session) + k) for k in range(self.sessions)]
 

@@ -19,6 +19,8 @@ from firstcontact.recording.table import read_rows
 
 #: A curve of three parameters is not fitted to fewer different weights.
 LEAST = 4
+#: No weight on a fingertip is heavier, N.
+HEAVIEST = 1000.0
 COLUMNS = ("finger", "newtons", "volts")
 
 
@@ -81,8 +83,8 @@ def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> F
             f"{who} are {len({w.newtons for w in points})} different ones and the curve needs "
             f"{LEAST} or more: add some"
         )
-    if not (np.isfinite(force).all() and force[0] >= 0):
-        raise InputError(f"{who} must be forces in newtons from 0 on")
+    if not (force >= 0).all() or not (force <= HEAVIEST).all():
+        raise InputError(f"{who} must be forces in newtons from 0 to {HEAVIEST:g}")
     if not ((volts > 0) & (volts < ADC_VOLTS)).all():
         raise InputError(f"{who}: volts must lie between 0 and {ADC_VOLTS:g}: check the wiring")
     levels = [(f, volts[force == f].mean()) for f in np.unique(force)]

@@ -60,7 +60,7 @@ def weighed(newtons, read):
         (weighed([0, 1, 2, 1e200], [0.2, 0.5, 1.0, 1.5]), "from 0 to 1000"),
         (weighed([1, 1, 1, 1, 2], [0.5, 0.5, 0.6, 0.5, 1.0]), "are 2 different ones"),
         (weighed([0, 1, 2, 3], [0.3, 1.0, 0.9, 1.5]), "2 N gives 0.900 V and 1 N gives 1.000 V"),
-        (weighed([-1, 1, 2, 3], [0.3, 1.0, 1.2, 1.5]), "from 0 on"),
+        (weighed([-1, 1, 2, 3], [0.3, 1.0, 1.2, 1.5]), "from 0 to"),
         (weighed([0, 1, 2, 3], [0.3, 1.0, 1.2, 3.3]), "between 0 and 3.3"),
         (weighed([0, 1, 2, 3], [0.0, 1.0, 1.2, 1.5]), "between 0 and 3.3"),
     ],

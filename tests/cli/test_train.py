@@ -14,6 +14,7 @@ from trainings import LAYOUT, card_of, recordings, resampled, run, touch
 from firstcontact.contact import SvmDetector, detect
 from firstcontact.contact.detector_file import load_detector
 from firstcontact.core import Dataset, InputError, Label, Role
+from firstcontact.core.jobs import Serial
 from firstcontact.learning.alignment import fit_detector, found_as_live
 from firstcontact.recording import Header, load_dataset, write_dataset
 from firstcontact.stiffness import load_interval, load_model, model_folders
@@ -197,7 +198,7 @@ def test_contacts_are_found_by_a_detector_that_had_not_learned_from_the_session(
     dataset = load_dataset(data)
     dataset = dataset.take(~dataset.test)
     detector = fit_detector(dataset)
-    contacts = found_as_live(dataset, detector, seed=0).contacts
+    contacts = found_as_live(dataset, detector, seed=0, runner=Serial()).contacts
     folds = list(inner_folds(np.zeros(60), dataset.sessions, 0, k=3))
     assert sorted(np.concatenate([ask for _, ask in folds])) == list(range(60))
     for learn, ask in folds:

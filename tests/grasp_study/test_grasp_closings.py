@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
+from firstcontact.core.jobs import Serial, parallel
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.grasp.policies.force_feedback import Feedback
-from firstcontact.grasp_study.learning import learn
+from firstcontact.grasp_study.learning import Models, learn, loaded
 from firstcontact.grasp_study.search import search
 from firstcontact.grasp_study.settings import KINDS, Settings
 from firstcontact.grasp_study.trials import Row, Scene, Trial, plant_of, played, run_trial
 from firstcontact.grasp_study.variants import VARIANTS, Variant
-from firstcontact.learning.jobs import Serial, parallel
 
 SMALL = Settings(
     sessions=2,
@@ -31,13 +29,13 @@ BY_KEY = {v.key: v for v in VARIANTS}
 
 
 @pytest.fixture(scope="module")
-def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return learn(SMALL, tmp_path_factory.mktemp("grasp"), Serial()).folder
+def models(tmp_path_factory: pytest.TempPathFactory) -> Models:
+    return loaded(learn(SMALL, tmp_path_factory.mktemp("grasp"), Serial()).folder)
 
 
-def closings(models: Path, session: int = 0, latency: float = 0.020) -> dict[str, Row]:
-    trial = Trial(Scene("block 20", session), VARIANTS, (latency,), TUNED, models)
-    return {row.variant: row for row in run_trial(trial)}
+def closings(models: Models, session: int = 0, latency: float = 0.020) -> dict[str, Row]:
+    trial = Trial(Scene("block 20", session), VARIANTS, (latency,), TUNED)
+    return {row.variant: row for row in run_trial(trial, models)}
 
 
 def test_every_policy_closes_on_the_same_pinch() -> None:
@@ -59,13 +57,13 @@ def test_scenes_differ_in_chance_and_none_was_learned_from() -> None:
     assert len({plant.advance(500).tobytes() for plant in plants}) == len(scenes)
 
 
-def test_at_the_first_contact_they_still_share_their_past(models: Path) -> None:
+def test_at_the_first_contact_they_still_share_their_past(models: Models) -> None:
     rows = closings(models)
     assert len({row.touched for row in rows.values()}) == 1
     assert all(row.offset is not None for row in rows.values())
 
 
-def test_the_estimate_comes_and_the_hand_is_told_after_the_contact(models: Path) -> None:
+def test_the_estimate_comes_and_the_hand_is_told_after_the_contact(models: Models) -> None:
     scene = Scene("block 60", 1)
     plant = plant_of(scene, BY_KEY["early_exit"], 0.020)
     told = played(plant, scene, BY_KEY["early_exit"], TUNED, models)
@@ -80,22 +78,20 @@ def test_the_estimate_comes_and_the_hand_is_told_after_the_contact(models: Path)
     assert told.counts.misses + told.counts.estimates >= 1
 
 
-def test_gentle_at_touch_presses_less_than_no_modulation(models: Path) -> None:
+def test_gentle_at_touch_presses_less_than_no_modulation(models: Models) -> None:
     rows = closings(models)
     for variant in ("touch", "first_contact", "early_exit", "oracle"):
         assert rows[variant].peak < rows["none"].peak
         assert not rows[variant].dropped
 
 
-def test_same_seed_same_rows_on_one_worker_and_two(models: Path) -> None:
+def test_same_seed_same_rows_on_one_worker_and_two(models: Models) -> None:
     trials = [
-        Trial(Scene(kind, s), VARIANTS, (0.020,), TUNED, models)
-        for s in range(2)
-        for kind in SMALL.kinds
+        Trial(Scene(kind, s), VARIANTS, (0.020,), TUNED) for s in range(2) for kind in SMALL.kinds
     ]
-    alone = Serial().map(run_trial, trials)
+    alone = Serial().map(run_trial, trials, models)
     with parallel(2) as runner:
-        assert runner.map(run_trial, trials) == alone
+        assert runner.map(run_trial, trials, models) == alone
 
 
 def test_the_search_finds_what_holds_and_asks_other_pinches_than_the_report() -> None:

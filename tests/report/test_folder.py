@@ -12,9 +12,9 @@ import pytest
 
 from firstcontact.core import InputError
 from firstcontact.core.files import write_json
+from firstcontact.core.jobs import Serial
 from firstcontact.grasp_study.learning import learn
 from firstcontact.grasp_study.settings import Settings
-from firstcontact.learning.jobs import Serial
 from firstcontact.report.folder import MARK, fresh, sole_use
 
 ASKED = {"verb": "study", "recordings": None, "seed": 0, "durations": (0.003, 0.015)}

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Contact, Dataset, InputError, Label, Pinch, Role
-from firstcontact.learning.jobs import Serial
+from firstcontact.core.jobs import Serial
 from firstcontact.learning.training import DURATION, distinct_specimens
 from firstcontact.recording.labels import make_labels
 from firstcontact.report.findings import Findings, PartResult
@@ -254,7 +254,7 @@ def test_no_window_at_all(make_shore: Callable[..., Dataset], ranks: Dataset) ->
         blocks(subject, SMALL, Serial(), MODELS),
         objects(subject, SMALL, Serial(), MODELS),
         window_length(subject, SMALL, Serial()),
-        inference(subject, SMALL, Serial()),
+        inference(subject, SMALL),
         waveforms(subject),
         hardness(Subject("x", cut(ranks, 0, 510)), SMALL, Serial()),
     ):

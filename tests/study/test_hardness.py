@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Dataset
-from firstcontact.learning.jobs import Serial
+from firstcontact.core.jobs import Serial
 from firstcontact.study.parts.hardness import hardness, spectral_centroid
 from firstcontact.study.settings import Settings
 from firstcontact.study.subject import Subject

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Dataset
-from firstcontact.learning.jobs import Serial
+from firstcontact.core.jobs import Serial
 from firstcontact.report.findings import Findings, PartResult
 from firstcontact.report.state import State
 from firstcontact.study import protocol

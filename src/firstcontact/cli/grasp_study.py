@@ -27,7 +27,7 @@ class GraspStudy:
 
     def run(self) -> None:
         """Run the study with its progress on stderr."""
-        from firstcontact.learning.jobs import cores
+        from firstcontact.core.jobs import cores
 
         need("study", "matplotlib", "jinja2", "numba")
         if self.seed < 0 or self.workers < 0:

@@ -36,7 +36,7 @@ class Study:
 
     def run(self) -> None:
         """Run the study with its progress on stderr."""
-        from firstcontact.learning.jobs import cores
+        from firstcontact.core.jobs import cores
         from firstcontact.study.settings import Settings
 
         need("study", "matplotlib", "jinja2")

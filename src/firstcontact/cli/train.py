@@ -19,6 +19,7 @@ from firstcontact.stiffness.registry import ESTIMATORS
 if TYPE_CHECKING:
     from firstcontact.contact import Detector
     from firstcontact.core import Dataset
+    from firstcontact.core.jobs import Runner
     from firstcontact.learning.alignment import Alignment
     from firstcontact.learning.keeping import Kept
     from firstcontact.learning.training import Examples
@@ -55,6 +56,8 @@ class Train:
     """Of the folds, the search and the training."""
     rate: float | None = None
     """Hz to resample the pinches to first, for use at that rate; left out: as they were recorded"""
+    workers: int = 1
+    """Processes; 0 takes all cores."""
 
     def run(self) -> None:
         """Score and calibrate on held-out sessions, then learn from everything and save."""
@@ -68,13 +71,14 @@ class Train:
             names = dict.fromkeys(names, "")
         check_replaceable(self.out, names.values())
         from firstcontact.core.folders import replacing_folder
+        from firstcontact.core.jobs import cores, parallel
 
-        with replacing_folder(self.out) as making:
-            lines = self._learn({ms: making / name for ms, name in names.items()}, making)
+        with replacing_folder(self.out) as making, parallel(self.workers or cores()) as runner:
+            lines = self._learn({ms: making / name for ms, name in names.items()}, making, runner)
         for line in lines:
             print(line)
 
-    def _learn(self, folders: Mapping[float, Path], making: Path) -> list[str]:
+    def _learn(self, folders: Mapping[float, Path], making: Path, runner: Runner) -> list[str]:
         """Learn everything into a folder that is made; what to say when it is in its place."""
         from firstcontact.cli.losses import warn_of
         from firstcontact.contact.detector_file import save_detector, vouched
@@ -99,7 +103,7 @@ class Train:
             return [f"detector {detector.name}: {self.out}"]
         target, values = _target(dataset, self.data)
         truth = aligned_by_truth(self.contacts, dataset, self.data)
-        contacts = known(dataset) if truth else found_as_live(dataset, detector, self.seed)
+        contacts = known(dataset) if truth else found_as_live(dataset, detector, self.seed, runner)
         everything = {}
         for ms in folders:
             cut = examples(dataset, contacts.contacts, 1e-3 * ms, values)
@@ -114,7 +118,13 @@ class Train:
         for ms, folder in folders.items():
             data = everything[ms]
             kept = learn_to_keep(
-                data, self.model, Task(self.task), self.seed, self.level, target == "shore_a"
+                data,
+                self.model,
+                Task(self.task),
+                self.seed,
+                self.level,
+                runner,
+                target == "shore_a",
             )
             learned_from = self._learned_from(data, dataset, contacts, target)
             _save(kept, folder, learned_from, digests[data.which], vouched(making))
@@ -139,6 +149,8 @@ class Train:
                 "--window-ms must lie between 1 and 1000, each length once, and --seed between 0 "
                 "and 4294967295"
             )
+        if self.workers < 0:
+            raise InputError("--workers must not be negative")
         if not 0.5 <= self.level <= 0.99:
             raise InputError("--level must lie between 0.5 and 0.99")
         if self.rate is not None:

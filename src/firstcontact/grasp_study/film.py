@@ -14,6 +14,7 @@ from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.palette import INK
 from firstcontact.grasp.policies.force_feedback import Feedback
 from firstcontact.grasp_study.closing import Order
+from firstcontact.grasp_study.learning import Models
 from firstcontact.grasp_study.settings import HEADLINE
 from firstcontact.grasp_study.trials import Scene, plant_of, played
 from firstcontact.grasp_study.variants import VARIANTS
@@ -45,7 +46,7 @@ class Take:
 
 
 def film(
-    path: Path, sessions: int, seed: int, tuned: Mapping[str, Feedback], models: Path,
+    path: Path, sessions: int, seed: int, tuned: Mapping[str, Feedback], models: Models,
     pictures: int = PICTURES,
 ) -> Scene:  # fmt: skip
     """Write an animated GIF of no modulation beside early exit.
@@ -106,7 +107,7 @@ def film(
     return scene
 
 
-def take(scene: Scene, key: str, tuned: Mapping[str, Feedback], models: Path) -> Take:
+def take(scene: Scene, key: str, tuned: Mapping[str, Feedback], models: Models) -> Take:
     """Close on a scene with the variant of that name, at the headline's latency."""
     variant = next(v for v in VARIANTS if v.key == key)
     plant = plant_of(scene, variant, HEADLINE)

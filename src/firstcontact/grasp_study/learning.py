@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import shutil
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from firstcontact.contact import Detector
 from firstcontact.core import Dataset, InputError
+from firstcontact.core.jobs import Runner, Serial
 from firstcontact.grasp_study.settings import Settings
-from firstcontact.learning.jobs import Runner
 from firstcontact.live.pipeline import Answerer
 from firstcontact.report.folder import MARK, fresh
+
+if TYPE_CHECKING:
+    from firstcontact.learning.alignment import Alignment
+    from firstcontact.learning.keeping import Kept
+    from firstcontact.learning.training import Examples
 
 #: The sessions learned from are named by the twin: "blocks-01" and on. Those closed in are not.
 CONDITION = "paper-rig"
@@ -29,12 +34,11 @@ class Learned:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Lesson:
-    recordings: Path
-    folder: Path
-    duration: float
-    seed: int
-    detector: str
+class Models:
+    """What the study's hand hears and estimates with."""
+
+    detector: Detector
+    answerers: tuple[Answerer, ...]
 
 
 def learn(settings: Settings, out: Path, runner: Runner) -> Learned:
@@ -55,8 +59,9 @@ def learn(settings: Settings, out: Path, runner: Runner) -> Learned:
         Recordings or models are there that no study made.
     """
     from firstcontact.contact.detector_file import save_detector, vouched
-    from firstcontact.learning.alignment import fit_detector
+    from firstcontact.learning.alignment import fit_detector, found_as_live
     from firstcontact.recording import load_dataset
+    from firstcontact.stiffness import Card, LearnedFrom, save_model
     from firstcontact.twin.simulate import simulate
 
     models = out / "models"
@@ -70,57 +75,50 @@ def learn(settings: Settings, out: Path, runner: Runner) -> Learned:
         recordings / "pinches", CONDITION, settings.training, 0, settings.seed, settings.workers
     )
     dataset = load_dataset(recordings)
-    save_detector(fit_detector(dataset), models, {"source": dataset.source})
-    lessons = [
-        _Lesson(recordings, models / f"{1e3 * d:04.1f}ms", d, settings.seed, vouched(models))
-        for d in settings.windows
-    ]
-    scores = runner.map(_train, lessons)
-    names = [f"{1e3 * d:g}" for d in settings.windows]
-    return Learned(
-        models,
-        {name: rmse for name, (rmse, _) in zip(names, scores, strict=True)},
-        {name: width for name, (_, width) in zip(names, scores, strict=True)},
-    )
+    detector = fit_detector(dataset)
+    save_detector(detector, models, {"source": dataset.source})
+    contacts = found_as_live(dataset, detector, settings.seed, runner)
+    learned = runner.map(_learned, settings.windows, dataset, contacts, settings.seed)
+    rmse, width = {}, {}
+    for duration, (cut, kept) in zip(settings.windows, learned, strict=True):
+        card = Card(
+            data=LearnedFrom(
+                source=dataset.source,
+                pinches=len(cut),
+                sessions=tuple(sorted({str(s) for s in cut.sessions})),
+                contacts=contacts.how,
+                seed=settings.seed,
+            ),
+            split=kept.split,
+            scores=kept.scores,
+            interval=kept.interval,
+            calibration=kept.calibration,
+            detector=vouched(models),
+        )
+        save_model(kept.model, models / f"{1e3 * duration:04.1f}ms", card)
+        held_out = kept.calibration.get("held_out") or {}
+        rmse[f"{1e3 * duration:g}"] = float(kept.scores["rmse"])
+        width[f"{1e3 * duration:g}"] = float(held_out.get("mean_width", 0.0))
+    return Learned(models, rmse, width)
 
 
-def _train(lesson: _Lesson) -> tuple[float, float]:
-    """One model, saved; its error on sessions held out and its intervals' mean width, Shore A."""
-    from firstcontact.learning.alignment import fit_detector, found_as_live
+def _learned(
+    duration: float, dataset: Dataset, contacts: Alignment, seed: int
+) -> tuple[Examples, Kept]:
+    """A model for one length of window, and the windows that it learned from."""
     from firstcontact.learning.keeping import learn_to_keep
     from firstcontact.learning.training import examples
-    from firstcontact.recording import load_dataset
-    from firstcontact.stiffness import ESTIMATORS, Card, LearnedFrom, Task, save_model
+    from firstcontact.stiffness import ESTIMATORS, Task
 
-    dataset: Dataset = load_dataset(lesson.recordings)
-    contacts = found_as_live(dataset, fit_detector(dataset), lesson.seed)
-    cut = examples(dataset, contacts.contacts, lesson.duration, dataset.shore_a)
-    kept = learn_to_keep(cut, ESTIMATORS.default, Task.REGRESSION, lesson.seed, LEVEL)
-    card = Card(
-        data=LearnedFrom(
-            source=dataset.source,
-            pinches=len(cut),
-            sessions=tuple(sorted({str(s) for s in cut.sessions})),
-            contacts=contacts.how,
-            seed=lesson.seed,
-        ),
-        split=kept.split,
-        scores=kept.scores,
-        interval=kept.interval,
-        calibration=kept.calibration,
-        detector=lesson.detector,
-    )
-    save_model(kept.model, lesson.folder, card)
-    held_out = kept.calibration.get("held_out") or {}
-    return float(kept.scores["rmse"]), float(held_out.get("mean_width", 0.0))
+    cut = examples(dataset, contacts.contacts, duration, dataset.shore_a)
+    return cut, learn_to_keep(cut, ESTIMATORS.default, Task.REGRESSION, seed, LEVEL, Serial())
 
 
-@lru_cache(maxsize=1)
-def loaded(folder: Path) -> tuple[Detector, tuple[Answerer, ...]]:
-    """What was learned, once a process."""
+def loaded(folder: Path) -> Models:
+    """What was learned and saved."""
     from firstcontact.contact.detector_file import load_detector
     from firstcontact.stiffness import load_interval, load_model
     from firstcontact.stiffness.model_file import model_folders
 
     answerers = tuple(Answerer(load_model(f), load_interval(f)) for f in model_folders(folder))
-    return load_detector(folder), answerers
+    return Models(load_detector(folder), answerers)

@@ -11,16 +11,16 @@ from pathlib import Path
 from typing import Any
 
 from firstcontact.core.files import write_json, write_text
+from firstcontact.core.jobs import Runner, parallel
 from firstcontact.grasp.grip import Grip
 from firstcontact.grasp_study.film import PICTURES, film
-from firstcontact.grasp_study.learning import learn
+from firstcontact.grasp_study.learning import Models, learn, loaded
 from firstcontact.grasp_study.numbers import headline, objects_tree, policies_tree
 from firstcontact.grasp_study.report import render
 from firstcontact.grasp_study.search import Found, search
 from firstcontact.grasp_study.settings import Settings
 from firstcontact.grasp_study.trials import Row, Scene, Trial, run_trial
 from firstcontact.grasp_study.variants import VARIANTS
-from firstcontact.learning.jobs import Runner, parallel
 from firstcontact.report.folder import sole_use
 from firstcontact.report.state import versions
 
@@ -80,12 +80,13 @@ def _run(settings: Settings, out: Path, quick: bool, command: str, asked: dict[s
             stage("search for force feedback")
             found = search(settings, runner)
             stage("closings")
-            rows = close_all(settings, found, learned.folder, runner)
+            models = loaded(learned.folder)
+            rows = close_all(settings, found, models, runner)
             stage("film")
             tuned = {key: f.settings for key, f in found.items()}
             pictures = PICTURES // 3 if quick else PICTURES
             shown = film(
-                out / "film.gif", settings.sessions, settings.seed, tuned, learned.folder, pictures
+                out / "film.gif", settings.sessions, settings.seed, tuned, models, pictures
             )
     results: dict[str, Any] = {
         "study": {
@@ -124,16 +125,16 @@ def _run(settings: Settings, out: Path, quick: bool, command: str, asked: dict[s
 
 
 def close_all(
-    settings: Settings, found: dict[str, Found], models: Path, runner: Runner
+    settings: Settings, found: dict[str, Found], models: Models, runner: Runner
 ) -> list[Row]:
     """Every policy on every pinch at every latency: same pinch, same chance."""
     tuned = {key: f.settings for key, f in found.items()}
     trials = [
-        Trial(Scene(k, s, seed=settings.seed), VARIANTS, settings.latencies, tuned, models)
+        Trial(Scene(k, s, seed=settings.seed), VARIANTS, settings.latencies, tuned)
         for s in range(settings.sessions)
         for k in settings.kinds
     ]
-    return [row for rows in runner.map(run_trial, trials) for row in rows]
+    return [row for rows in runner.map(run_trial, trials, models) for row in rows]
 
 
 def numbers(rows: Sequence[Row], seed: int) -> dict[str, Any]:

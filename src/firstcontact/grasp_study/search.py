@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from firstcontact.core.jobs import Runner
 from firstcontact.grasp.policies.force_feedback import Feedback
 from firstcontact.grasp_study.settings import HEADLINE, KINDS, SOFT, Settings
 from firstcontact.grasp_study.trials import Row, Scene, Trial, run_trial
 from firstcontact.grasp_study.variants import FAST, FEEDBACK, SLOW, VARIANTS, Variant
-from firstcontact.learning.jobs import Runner
 
 #: What is tried, each with each.
 THRESHOLDS = (0.02, 0.05, 0.15)
@@ -97,7 +97,7 @@ def _coarse() -> list[Feedback]:
 def _run(one: _Try) -> list[Row]:
     rows = []
     for scene in one.scenes:
-        trial = Trial(scene, (one.variant,), (HEADLINE,), {one.variant.key: one.settings}, None)
+        trial = Trial(scene, (one.variant,), (HEADLINE,), {one.variant.key: one.settings})
         rows += run_trial(trial)
     return rows
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 from firstcontact.grasp.grip import Grip
 from firstcontact.grasp.policies.first_contact import FirstContact
@@ -13,7 +12,7 @@ from firstcontact.grasp.policies.none import NoModulation
 from firstcontact.grasp.policies.oracle import Oracle
 from firstcontact.grasp.policies.touch import Touch
 from firstcontact.grasp_study.closing import LAYOUT, Told, close
-from firstcontact.grasp_study.learning import CONDITION, loaded
+from firstcontact.grasp_study.learning import CONDITION, Models
 from firstcontact.grasp_study.settings import KINDS
 from firstcontact.grasp_study.variants import Variant
 from firstcontact.live.pipeline import Pipeline
@@ -85,7 +84,7 @@ def played(
     scene: Scene,
     variant: Variant,
     tuned: Mapping[str, Feedback],
-    models: Path | None,
+    models: Models | None,
 ) -> Told:
     """Close on the scene, with the variant's policy."""
     # The approach is as it was drawn; the policy is told so.
@@ -96,9 +95,8 @@ def played(
     feels = not isinstance(policy, (NoModulation, Touch, FirstContact, Oracle))
     if deaf or models is None:
         return close(plant, policy, feels=feels)
-    detector, answerers = loaded(models)
-    wanted = answerers if policy.deadline is not None else ()
-    pipeline = Pipeline(LAYOUT, detector, wanted, clock=lambda: 0.0)
+    wanted = models.answerers if policy.deadline is not None else ()
+    pipeline = Pipeline(LAYOUT, models.detector, wanted, clock=lambda: 0.0)
     return close(plant, policy, pipeline, len(wanted), feels)
 
 
@@ -110,20 +108,21 @@ class Trial:
     variants: tuple[Variant, ...]
     latencies: tuple[float, ...]
     tuned: Mapping[str, Feedback]
-    models: Path | None
 
 
-def run_trial(trial: Trial) -> list[Row]:
+def run_trial(trial: Trial, models: Models | None = None) -> list[Row]:
     """One row for each latency and variant, in this order."""
     return [
-        _row(trial, variant, latency) for latency in trial.latencies for variant in trial.variants
+        _row(trial, models, variant, latency)
+        for latency in trial.latencies
+        for variant in trial.variants
     ]
 
 
-def _row(trial: Trial, variant: Variant, latency: float) -> Row:
+def _row(trial: Trial, models: Models | None, variant: Variant, latency: float) -> Row:
     scene = trial.scene
     plant = plant_of(scene, variant, latency)
-    told = played(plant, scene, variant, trial.tuned, trial.models)
+    told = played(plant, scene, variant, trial.tuned, models)
     outcome = plant.outcome
     both = outcome.first_contact is not None and outcome.second_contact is not None
     last = told.estimates[-1].value if told.estimates else None

@@ -6,11 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firstcontact.contact import DETECTORS, Detector, detect, make_detector, unfitted
 from firstcontact.contact.closing_start import closing_starts, closings, counted, told
 from firstcontact.core import Contact, Dataset, InputError
+from firstcontact.core.jobs import Runner
 from firstcontact.stiffness.folds import inner_folds
+
+Places = NDArray[np.intp]
 
 #: Detectors that find the contacts of pinches they did not learn from.
 FOLDS = 3
@@ -71,7 +75,7 @@ def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
     return make_detector(unfitted()).fit(dataset)
 
 
-def found_as_live(dataset: Dataset, detector: Detector, seed: int) -> Alignment:
+def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runner) -> Alignment:
     """Contacts as they will be found live: by a detector that has not learned from the pinch.
 
     Sessions stay whole. What learned from a pinch places its contact better than
@@ -85,6 +89,8 @@ def found_as_live(dataset: Dataset, detector: Detector, seed: int) -> Alignment:
         What :func:`fit_detector` made of them.
     seed
         Of the folds.
+    runner
+        Does the folds.
     """
     if not detector.learns:
         return found(dataset, detector)
@@ -92,10 +98,20 @@ def found_as_live(dataset: Dataset, detector: Detector, seed: int) -> Alignment:
     dataset = closings(dataset, starts)
     sessions = dataset.sessions if "" not in dataset.sessions else None
     contacts: list[Contact | None] = [None] * len(dataset)
-    for learn, ask in inner_folds(np.zeros(len(dataset)), sessions, seed, FOLDS):
-        other = make_detector(detector.name).fit(dataset.take(learn))
-        for place, contact in zip(ask, found(dataset.take(ask), other).contacts, strict=True):
+    folds = list(inner_folds(np.zeros(len(dataset)), sessions, seed, FOLDS))
+    answers = runner.map(_found_apart, folds, dataset, detector.name)
+    for (_, ask), answered in zip(folds, answers, strict=True):
+        for place, contact in zip(ask, answered, strict=True):
             contacts[place] = contact
     apart = "pinches" if sessions is None or len(np.unique(sessions)) < 2 else "sessions"
     how = f"detected ({detector.name} that learned from other {apart}; {told(counted(starts))})"
     return Alignment(contacts, how)
+
+
+def _found_apart(
+    fold: tuple[Places, Places], dataset: Dataset, detector: str
+) -> Sequence[Contact | None]:
+    """Contacts of the second pinches by a detector that learned from the first."""
+    learn, ask = fold
+    other = make_detector(detector).fit(dataset.take(learn))
+    return found(dataset.take(ask), other).contacts

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
-from firstcontact.learning.jobs import Serial
+from firstcontact.core.jobs import Runner
 from firstcontact.learning.metrics import classification_scores, regression_scores
 from firstcontact.learning.splits import Group, Split, by_session
 from firstcontact.learning.training import Examples, Fit, Question, held_out, train
@@ -53,7 +51,13 @@ class Kept:
 
 
 def learn_to_keep(
-    data: Examples, model: str, task: Task, seed: int, level: float, shore: bool = True
+    data: Examples,
+    model: str,
+    task: Task,
+    seed: int,
+    level: float,
+    runner: Runner,
+    shore: bool = True,
 ) -> Kept:
     """Train, score and calibrate.
 
@@ -69,6 +73,8 @@ def learn_to_keep(
         Of the folds, the search and the training.
     level
         Of the interval around the answers of a regression.
+    runner
+        Does the trainings.
     shore
         Whether the target is on the Shore A scale, which has ends.
 
@@ -85,9 +91,8 @@ def learn_to_keep(
     estimator = ESTIMATORS.find(model)
     splits, words = _splits(data, estimator.folds, seed)
     question = Question(model, task, data, splits)
-    with _one_thread(estimator.modules):
-        answers = held_out(Serial(), [question], seed)[0]
-        whole = train(Fit(model, task, data, data.X[:0], seed))
+    answers = held_out(runner, [question], seed)[0]
+    [whole] = runner.map(train, [Fit(model, task, data, data.X[:0], seed)])
     asked = np.isfinite(answers)
     scores = score(task, data.take(asked), answers[asked], seed)
     interval, calibration = None, _none(data, task, level)
@@ -105,17 +110,6 @@ def learn_to_keep(
             "held_out": coverage(tested, answers, data.y),
         }
     return Kept(whole, scores, words, interval, calibration)
-
-
-@contextmanager
-def _one_thread(modules: Iterable[str]) -> Iterator[None]:
-    """More threads gain nothing here, and lose minutes where other programs want the cores."""
-    import threadpoolctl
-
-    for module in modules:  # only libraries that are there can be told
-        import_module(module)
-    with threadpoolctl.threadpool_limits(1):
-        yield
 
 
 def _none(data: Examples, task: Task, level: float) -> dict[str, Any]:

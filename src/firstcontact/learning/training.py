@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Contact, Dataset, Label
-from firstcontact.learning.jobs import Runner
+from firstcontact.core.jobs import Runner
 from firstcontact.learning.splits import Split
 from firstcontact.signal import contact_windows
 from firstcontact.stiffness import Model, Task
@@ -205,24 +205,21 @@ def held_out(runner: Runner, questions: Sequence[Question], seed: int) -> list[V
     ValueError
         A split that mixes what it does not say it mixes.
     """
-    fits, places = [], []
+    folds = []
     for number, question in enumerate(questions):
-        data = question.data
-        for split in question.splits:
-            split.check(data.sessions, data.specimens)
-            fits.append(
-                Fit(
-                    question.model,
-                    question.task,
-                    data.take(split.train),
-                    data.X[split.test],
-                    seed,
-                    question.options,
-                )
-            )
-            places.append((number, split))
-    answers = runner.map(answer, fits)
+        for place, split in enumerate(question.splits):
+            split.check(question.data.sessions, question.data.specimens)
+            folds.append((number, place))
+    answers = runner.map(_held_out, folds, questions, seed)
     out = [np.full(len(q.data), np.nan) for q in questions]
-    for (number, split), predicted in zip(places, answers, strict=True):
-        out[number][split.test] = predicted
+    for (number, place), predicted in zip(folds, answers, strict=True):
+        out[number][questions[number].splits[place].test] = predicted
     return out
+
+
+def _held_out(fold: tuple[int, int], questions: Sequence[Question], seed: int) -> Values:
+    """Answers for the test side of one split of one question."""
+    question = questions[fold[0]]
+    data, split = question.data, question.splits[fold[1]]
+    learn, ask = data.take(split.train), data.X[split.test]
+    return answer(Fit(question.model, question.task, learn, ask, seed, question.options))

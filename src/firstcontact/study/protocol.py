@@ -13,7 +13,7 @@ import numpy as np
 from firstcontact.core import Dataset, InputError
 from firstcontact.core.extras import absent
 from firstcontact.core.files import write_json, write_text
-from firstcontact.learning.jobs import Runner
+from firstcontact.core.jobs import Runner
 from firstcontact.report.findings import Findings, PartResult
 from firstcontact.report.state import State
 from firstcontact.stiffness.registry import ESTIMATORS
@@ -98,7 +98,7 @@ def plan(
             step(name, f"objects: {titles[True]}", lambda s: objects(s, settings, runner, slow)),
             step(name, f"blocks: {titles[True]}", lambda s: blocks(s, settings, runner, slow)),
             step(name, "second contact", lambda s: second_contact(s, settings)),
-            step(name, "inference time", lambda s: inference(s, settings, runner)),
+            step(name, "inference time", lambda s: inference(s, settings)),
         ]
     return steps
 

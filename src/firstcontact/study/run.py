@@ -10,7 +10,7 @@ from typing import Any
 
 from firstcontact.core import Dataset
 from firstcontact.core.files import resolved
-from firstcontact.learning.jobs import parallel
+from firstcontact.core.jobs import parallel
 from firstcontact.report.findings import Findings
 from firstcontact.report.folder import sole_use
 from firstcontact.report.state import State

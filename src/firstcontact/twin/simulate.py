@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from itertools import chain, islice
 from pathlib import Path
 
 from firstcontact.core.errors import InputError
 from firstcontact.core.files import replacing
+from firstcontact.core.jobs import cores, parallel
 from firstcontact.core.layout import FINGERTIP_RATE, fingertip_layout
 from firstcontact.core.pinch import Pinch
 from firstcontact.core.temporary import sweep
@@ -22,7 +24,7 @@ from firstcontact.twin.plan import PlannedPinch, PlannedSession, plan_sessions
 BETWEEN = round(FINGERTIP_RATE)
 #: Most pinches of one specimen: as many as may be recorded of one.
 MOST_PINCHES = 1_000_000
-#: Pinches per task handed to a worker.
+#: Pinches of a job.
 _BATCH = 8
 
 
@@ -48,7 +50,8 @@ def simulate(
     seed
         Same seed, same bytes, whatever the workers.
     workers
-        Threads; all cores by default. The mechanics runs outside the GIL.
+        Threads of this machine; all cores by default. The mechanics runs outside the GIL. Inside a
+        ``joblib.parallel_config`` that names a backend, pinches are made there.
     progress
         Called with the number of pinches just finished.
 
@@ -81,44 +84,65 @@ def simulate(
         raise InputError(
             f"{directory} cannot be made: {error.strerror}; choose another --out"
         ) from error
+    sessions = plan_sessions(c, pinches_per_block, pinches_per_object, seed)
+    batches = [
+        _Batch(session.name, start, session.pinches[start : start + _BATCH])
+        for session in sessions
+        for start in range(0, len(session.pinches), _BATCH)
+    ]
     paths = []
-    with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
-        try:
-            for session in plan_sessions(c, pinches_per_block, pinches_per_object, seed):
-                path = directory / f"{session.name}.mcap"
+    with (
+        parallel(workers or cores(), prefer="threads") as runner,
+        closing(runner.stream(_made, batches, c, seed)) as made,
+    ):
+        pinches = chain.from_iterable(made)
+        for session in sessions:
+            path = directory / f"{session.name}.mcap"
+            its = islice(pinches, len(session.pinches))
+            try:
                 with replacing(path) as temporary:
-                    _write(temporary, session, c, seed, pool, progress)
-                paths.append(path)
-        except BaseException as error:
-            pool.shutdown(wait=False, cancel_futures=True)
-            # The writer speaks of its own file and of what stays in it; of this one nothing stays.
-            if isinstance(error, InputError) and isinstance(error.__cause__, OSError):
-                raise InputError(
-                    f"{path} cannot be written ({error.__cause__.strerror}): make room on its "
-                    "disk, and simulate into another --out"
-                ) from error
-            raise
+                    _write(temporary, session, c, seed, its, progress)
+            except InputError as error:
+                # The writer speaks of its own file and of what stays in it; of this one nothing
+                # stays.
+                if isinstance(error.__cause__, OSError):
+                    raise InputError(
+                        f"{path} cannot be written ({error.__cause__.strerror}): make room on its "
+                        "disk, and simulate into another --out"
+                    ) from error
+                raise
+            paths.append(path)
     return paths
 
 
-def pinches_of(
-    session: PlannedSession, condition: Condition, seed: int, pool: ThreadPoolExecutor
-) -> Iterator[Pinch]:
-    """The pinches of a session in their order, made by ``pool``."""
+@dataclass(frozen=True, slots=True)
+class _Batch:
+    """Pinches of one session that lie side by side: a job.
+
+    Parameters
+    ----------
+    session
+        Its name.
+    first
+        Place of the first pinch in it.
+    pinches
+        What is pinched.
+    """
+
+    session: str
+    first: int
+    pinches: Sequence[PlannedPinch]
+
+
+def _made(batch: _Batch, condition: Condition, seed: int) -> list[Pinch]:
+    """The pinches of a batch: each depends on the seed and its names alone."""
     step = round(DURATION * FINGERTIP_RATE) + BETWEEN
-
-    def one(place: int, planned: PlannedPinch) -> Pinch:
-        kind = planned.specimen
+    out = []
+    for place, planned in enumerate(batch.pinches, start=batch.first):
         key = planned.label.specimen + f" {planned.number}"
-        draw = draw_pinch(seed, condition, session.name, kind, key)
-        return simulate_pinch(draw, planned.label, place * step)
-
-    def batch(start: int) -> list[Pinch]:
-        stop = min(start + _BATCH, len(session.pinches))
-        return [one(i, session.pinches[i]) for i in range(start, stop)]
-
-    for pinches in pool.map(batch, range(0, len(session.pinches), _BATCH)):
-        yield from pinches
+        draw = draw_pinch(seed, condition, batch.session, planned.specimen, key)
+        out.append(simulate_pinch(draw, planned.label, place * step))
+    return out
 
 
 def _write(
@@ -126,7 +150,7 @@ def _write(
     session: PlannedSession,
     condition: Condition,
     seed: int,
-    pool: ThreadPoolExecutor,
+    pinches: Iterable[Pinch],
     progress: Callable[[int], object],
 ) -> None:
     header = Header(
@@ -139,6 +163,6 @@ def _write(
         notes=f"pinch twin, condition {condition.name}, seed {seed}",
     )
     with RecordingWriter(path, header) as writer:
-        for pinch in pinches_of(session, condition, seed, pool):
+        for pinch in pinches:
             writer.pinch(pinch)
             progress(1)

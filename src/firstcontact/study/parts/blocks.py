@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from firstcontact.learning.jobs import Runner
+from firstcontact.core.jobs import Runner
 from firstcontact.learning.metrics import classification_scores, regression_scores
 from firstcontact.learning.splits import (
     Split,

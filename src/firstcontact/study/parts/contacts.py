@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,9 +13,9 @@ from firstcontact.contact import DETECTORS, make_detector, unfitted
 from firstcontact.contact.closing_start import closing_starts, closings, counted
 from firstcontact.contact.detector import Verdicts, latch
 from firstcontact.core import Contact, Dataset, InputError
+from firstcontact.core.jobs import Runner
 from firstcontact.core.layout import ChannelKind
 from firstcontact.learning.detection import judged, score_verdicts
-from firstcontact.learning.jobs import Runner
 from firstcontact.learning.splits import Group, Split, by_session, random_folds
 from firstcontact.report.figures.delays import delay_figure
 from firstcontact.report.figures.detectors import detectors_figure
@@ -29,24 +29,6 @@ KNOWN = "known"
 FOLDS = 3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Judging:
-    """Detectors to fit on some pinches and to hear about others.
-
-    Parameters
-    ----------
-    name
-        Of the detector.
-    learn, ask
-        Pinches from where their closings start; only piezo channels are needed.
-    early
-        How much earlier than its label a contact may be, s.
-    """
-
-    name: str
-    learn: Dataset
-    ask: Dataset
-    early: float
 
 
 def contacts(subject: Subject, settings: Settings, runner: Runner) -> PartResult:
@@ -124,26 +106,38 @@ def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
     return [replace(f, train=f.train[~dataset.test[f.train]]) for f in folds]
 
 
-def judge(job: Judging) -> list[Verdicts] | str:
-    """Fit where there is something to learn, and judge every pinch that is asked about.
+def judge(
+    job: tuple[str, int], dataset: Dataset, splits: Sequence[Split], early: float
+) -> list[Verdicts] | str:
+    """Fit a detector where there is something to learn, and judge a split's other pinches.
 
     Answers with a sentence where it cannot learn from these pinches.
+
+    Parameters
+    ----------
+    job
+        Name of the detector, and which of the splits.
+    dataset
+        Pinches from where their closings start; only piezo channels are needed.
+    splits
+        What to learn from and what to judge.
+    early
+        How much earlier than its label a contact may be, s.
     """
-    detector = make_detector(job.name)
+    name, split = job[0], splits[job[1]]
+    detector = make_detector(name)
     if detector.learns:
         try:
-            detector = detector.fit(job.learn, job.early)
+            detector = detector.fit(dataset.take(split.train), early)
         except InputError as error:
             return str(error)
-    return judged(detector, job.ask)
+    return judged(detector, dataset.take(split.test))
 
 
 def _judge(
     dataset: Dataset, splits: Sequence[Split], early: float, runner: Runner
 ) -> tuple[dict[str, list[Verdicts]], dict[str, str]]:
     """Verdicts of every detector, and why some have none."""
-    slim = _piezo_only(dataset)
-    jobs, places = [], []
     failed: dict[str, str] = {}
     for name, kind in DETECTORS.items():
         if kind.learns and not (splits and len(splits[0].train)):
@@ -151,16 +145,15 @@ def _judge(
     for split in splits:
         if len(split.train):
             split.check(dataset.sessions, dataset.specimens)
-        for name in DETECTORS:
-            if name not in failed:
-                jobs.append(Judging(name, slim.take(split.train), slim.take(split.test), early))
-                places.append((name, split.test))
+    names = [name for name in DETECTORS if name not in failed]
+    jobs = [(name, place) for place in range(len(splits)) for name in names]
+    answered = runner.map(judge, jobs, _piezo_only(dataset), splits, early)
     out: dict[str, dict[int, Verdicts]] = {name: {} for name in DETECTORS}
-    for (name, asked), answers in zip(places, runner.map(judge, jobs), strict=True):
+    for (name, place), answers in zip(jobs, answered, strict=True):
         if isinstance(answers, str):
             failed.setdefault(name, answers)
         else:
-            out[name].update(zip(asked.tolist(), answers, strict=True))
+            out[name].update(zip(splits[place].test.tolist(), answers, strict=True))
     whole = {name: found for name, found in out.items() if splits and name not in failed}
     return {n: [found[i] for i in range(len(dataset))] for n, found in whole.items()}, failed
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from firstcontact.learning.jobs import Runner
+from firstcontact.core.jobs import Runner
 from firstcontact.learning.metrics import (
     Values,
     classification_scores,

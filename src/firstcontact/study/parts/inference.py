@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from firstcontact.learning.jobs import Runner
+from firstcontact.core.jobs import one_thread
 from firstcontact.learning.training import DURATION, Fit, train
 from firstcontact.report.findings import PartResult
 from firstcontact.stiffness import ESTIMATORS, Task, make_estimator
@@ -16,15 +15,7 @@ from firstcontact.study.settings import Settings
 from firstcontact.study.subject import Subject
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Timing:
-    """One model to train and time: what it learns, and how many calls."""
-
-    fit: Fit
-    calls: int
-
-
-def inference(subject: Subject, settings: Settings, runner: Runner) -> PartResult:
+def inference(subject: Subject, settings: Settings) -> PartResult:
     """p50 and p99 of single-window inference, beside the training library's own predict.
 
     Models learn from all blocks, as they would for use: a support vector
@@ -47,8 +38,10 @@ def inference(subject: Subject, settings: Settings, runner: Runner) -> PartResul
             if tree.get(model) and entry.slow:
                 continue
             fit = Fit(model, task, blocks, blocks.X, settings.seed, entry.quick)
-            # One job at a time: what is timed has the machine to itself.
-            found = runner.map(measure, [Timing(fit, settings.calls)])[0]
+            # Here and nowhere else: the results say which machine, and it is to have nothing else
+            # to do.
+            with one_thread():
+                found = measure(fit, settings.calls)
             if task is Task.REGRESSION:
                 tree[model] = found
             else:
@@ -56,7 +49,7 @@ def inference(subject: Subject, settings: Settings, runner: Runner) -> PartResul
     return PartResult({"inference_us": tree})
 
 
-def measure(job: Timing) -> dict[str, Any]:
+def measure(fit: Fit, calls: int) -> dict[str, Any]:
     """Train, then time the model and its reference on the same windows.
 
     Returns
@@ -65,9 +58,8 @@ def measure(job: Timing) -> dict[str, Any]:
         As :func:`firstcontact.stiffness.timing.time_inference`, and
         ``support_vectors`` where the model has some.
     """
-    fit, learn = job.fit, job.fit.learn
-    model = train(fit)
+    model, learn = train(fit), fit.learn
     estimator = make_estimator(fit.model, fit.task, learn.rate)
-    found = time_inference(model, learn.X, estimator.reference(model, learn.X, learn.y), job.calls)
+    found = time_inference(model, learn.X, estimator.reference(model, learn.X, learn.y), calls)
     counts = {k: v for k, v in model.notes.items() if k == "support_vectors"}
     return {**found, **counts}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from firstcontact.core import Dataset
-from firstcontact.learning.jobs import Runner
+from firstcontact.core.jobs import Runner
 from firstcontact.learning.metrics import over_objects, per_object, regression_scores
 from firstcontact.learning.splits import Group, Split, learns_one_value, unseen_objects
 from firstcontact.learning.training import DURATION, Examples, Question, Values, held_out

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from firstcontact.learning.jobs import Runner
+from firstcontact.core.jobs import Runner
 from firstcontact.learning.metrics import regression_scores
 from firstcontact.learning.splits import by_session, learns_one_value
 from firstcontact.learning.training import Question, held_out

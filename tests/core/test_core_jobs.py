@@ -8,9 +8,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import joblib
+import numpy as np
 import pytest
+import threadpoolctl
+from numpy.typing import NDArray
 
-from firstcontact.learning.jobs import Serial, parallel
+from firstcontact.core.jobs import Serial, parallel
 from processes import children, command_line, gone, stop
 
 
@@ -22,6 +26,56 @@ def test_results_come_in_order_and_workers_end() -> None:
     assert ticks[:3] == [(1, 3), (2, 3), (3, 3)]
     assert os.getpid() not in pids
     assert not any(_alive(pid) for pid in pids)
+
+
+def test_what_is_shared_goes_to_every_job_wherever_it_runs() -> None:
+    shared = np.arange(1_000_000, dtype=np.float32)  # larger than what joblib maps
+    expected = [float(shared[n]) for n in range(4)]
+    assert Serial().map(_picked, range(4), shared, "of") == expected
+    with parallel(2) as runner:
+        assert runner.map(_picked, range(4), shared, "of") == expected
+    with parallel(2, prefer="threads") as runner:
+        assert runner.map(_picked, range(4), shared, "of") == expected
+    with joblib.parallel_config("threading"), parallel(2) as runner:
+        assert runner.map(_picked, range(4), shared, "of") == expected
+
+
+def _picked(place: int, shared: NDArray[np.float32], word: str) -> float:
+    assert word == "of"
+    return float(shared[place])
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_jobs_have_one_thread_each(workers: int) -> None:
+    before = dict(os.environ)
+    with parallel(workers) as runner:
+        assert runner.map(_threads, range(2)) == [{1}, {1}]
+    assert dict(os.environ) == before
+
+
+def _threads(_: int) -> set[int]:
+    np.linalg.inv(np.eye(3))
+    return {library["num_threads"] for library in threadpoolctl.threadpool_info()}
+
+
+def test_results_that_nobody_wants_any_more_end_the_stream_quietly() -> None:
+    with parallel(2) as runner:
+        stream = runner.stream(_pause, [False, True, True, True])
+        assert next(stream) is False
+        stream.close()
+        assert runner.map(abs, [-2]) == [2]
+
+
+def _pause(still: bool) -> bool:
+    if still:
+        signal.pause()
+    return still
+
+
+def test_the_backend_of_a_configuration_is_where_jobs_go() -> None:
+    """As its users expect of anything that is built on joblib."""
+    with joblib.parallel_config("threading"), parallel(2) as runner:
+        assert set(runner.map(_pid, range(4))) == {os.getpid()}
 
 
 def _pid(_: int) -> int:
@@ -41,9 +95,16 @@ def test_an_error_in_a_worker_ends_the_map() -> None:
         runner.map((1.0).__truediv__, [1.0, 0.0])
 
 
+def test_after_an_error_in_a_worker_another_map_works() -> None:
+    with parallel(2) as runner:
+        with pytest.raises(ZeroDivisionError):
+            runner.map((1.0).__truediv__, [1.0, 0.0, 1.0])
+        assert runner.map((1.0).__truediv__, [1.0, 0.5]) == [1.0, 2.0]
+
+
 PARENT = """
 import sys
-from firstcontact.learning.jobs import parallel
+from firstcontact.core.jobs import parallel
 
 def job(number, folder):
     # The first two begin together, so in two workers; the others keep Python's lock, and would

@@ -57,6 +57,10 @@ ELSEWHERE = {
     "apt install --no-install-recommends qemu-system-arm": ".ci/run, where it is missing",
     "pip install .": "tests/cli/test_install.py",
     "pip install '.[study,live]'": "make test, in editable form",
+    "pip install '.[study,cluster]'": "make test, in editable form",
+    "dask scheduler --host 10.0.0.1 --port 8786": "tests/dask_cluster.py",
+    "dask worker tcp://10.0.0.1:8786 --nworkers auto --nthreads 1": "tests/dask_cluster.py",
+    "firstcontact study --cluster tcp://10.0.0.1:8786": "tests/cli/test_cluster.py",
     "make live": "tests/cli/test_live.py runs its command",
 }
 MARKS = {"", "slow", "data", "elsewhere"}

@@ -7,6 +7,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from firstcontact.cli.cluster import where
 from firstcontact.core.errors import InputError
 from firstcontact.core.extras import need
 
@@ -24,6 +25,8 @@ class GraspStudy:
     """Of the twin, the trainings and the intervals."""
     workers: int = 0
     """Processes; 0 takes all cores."""
+    cluster: str | None = None
+    """A Dask cluster that does the work instead of this machine: tcp://HOST:PORT."""
 
     def run(self) -> None:
         """Run the study with its progress on stderr."""
@@ -39,4 +42,6 @@ class GraspStudy:
         if self.quick:
             settings = settings.quick()
         command = shlex.join(["firstcontact", *sys.argv[1:]])
-        print(run_grasp_study(settings, self.out, self.quick, command))
+        with where(self.cluster):
+            report = run_grasp_study(settings, self.out, self.quick, command)
+        print(report)

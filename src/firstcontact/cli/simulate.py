@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from firstcontact.cli.cluster import where
 from firstcontact.core.extras import need
 
 
@@ -25,6 +26,8 @@ class Simulate:
     """Same seed, same bytes."""
     workers: int | None = None
     """Threads; all cores by default. Does not change a byte."""
+    cluster: str | None = None
+    """A Dask cluster that does the work instead of this machine: tcp://HOST:PORT."""
 
     def run(self) -> None:
         """Simulate with a progress bar."""
@@ -34,7 +37,10 @@ class Simulate:
         from firstcontact.twin.simulate import simulate
 
         total = 5 * self.pinches_per_block + 8 * self.pinches_per_object
-        with tqdm(total=total, unit="pinch", desc=self.condition) as bar:
+        with (
+            where(self.cluster),
+            tqdm(total=total, unit="pinch", desc=self.condition) as bar,
+        ):
             paths = simulate(
                 self.out,
                 self.condition,

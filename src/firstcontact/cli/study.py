@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated
 
 from firstcontact.cli.choices import one_of
+from firstcontact.cli.cluster import where
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.core.errors import InputError
 from firstcontact.core.extras import need
@@ -33,6 +34,8 @@ class Study:
     """Of the twin, the splits, the trainings and the intervals."""
     workers: int = 0
     """Processes; 0 takes all cores."""
+    cluster: str | None = None
+    """A Dask cluster that does the work instead of this machine: tcp://HOST:PORT."""
 
     def run(self) -> None:
         """Run the study with its progress on stderr."""
@@ -57,5 +60,6 @@ class Study:
         from firstcontact.study.run import run_study
 
         command = shlex.join(["firstcontact", *sys.argv[1:]])
-        report = run_study(settings, self.out, self.recordings, self.quick, command)
+        with where(self.cluster):
+            report = run_study(settings, self.out, self.recordings, self.quick, command)
         print(report)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from firstcontact.cli.choices import one_of
+from firstcontact.cli.cluster import where
 from firstcontact.cli.train_folder import check_replaceable, folder_name
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.core.errors import InputError
@@ -58,6 +59,8 @@ class Train:
     """Hz to resample the pinches to first, for use at that rate; left out: as they were recorded"""
     workers: int = 1
     """Processes; 0 takes all cores."""
+    cluster: str | None = None
+    """A Dask cluster that does the work instead of this machine: tcp://HOST:PORT."""
 
     def run(self) -> None:
         """Score and calibrate on held-out sessions, then learn from everything and save."""
@@ -73,7 +76,11 @@ class Train:
         from firstcontact.core.folders import replacing_folder
         from firstcontact.core.jobs import cores, parallel
 
-        with replacing_folder(self.out) as making, parallel(self.workers or cores()) as runner:
+        with (
+            where(self.cluster),
+            replacing_folder(self.out) as making,
+            parallel(self.workers or cores()) as runner,
+        ):
             lines = self._learn({ms: making / name for ms, name in names.items()}, making, runner)
         for line in lines:
             print(line)

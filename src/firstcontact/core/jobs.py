@@ -141,12 +141,13 @@ def parallel(
     if workers == 1 and (processes or together):
         yield Serial(tick)
         return
-    with (
-        _processes() if processes else joblib.parallel_config() as config,
-        joblib.Parallel(
-            workers, prefer=prefer, return_as="generator", pre_dispatch="all", batch_size=1
-        ) as pool,
-    ):
+    # Loky may stumble over its queue where it is ended with more jobs in it than it handed out.
+    ahead = "2 * n_jobs" if processes else "all"
+    with _processes() if processes else joblib.parallel_config() as config:
+        pool = joblib.Parallel(
+            workers, prefer=prefer, return_as="generator", pre_dispatch=ahead, batch_size=1
+        )
+    with pool:
         try:
             yield Pool(pool, tick, together)
         finally:

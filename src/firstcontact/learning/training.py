@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -210,7 +210,9 @@ def held_out(runner: Runner, questions: Sequence[Question], seed: int) -> list[V
         for place, split in enumerate(question.splits):
             split.check(question.data.sessions, question.data.specimens)
             folds.append((number, place))
-    answers = runner.map(_held_out, folds, questions, seed)
+    # Views of mappings, as registries have them, do not travel.
+    plain = [replace(question, options=dict(question.options)) for question in questions]
+    answers = runner.map(_held_out, folds, plain, seed)
     out = [np.full(len(q.data), np.nan) for q in questions]
     for (number, place), predicted in zip(folds, answers, strict=True):
         out[number][questions[number].splits[place].test] = predicted

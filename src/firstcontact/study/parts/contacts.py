@@ -29,8 +29,6 @@ KNOWN = "known"
 FOLDS = 3
 
 
-
-
 def contacts(subject: Subject, settings: Settings, runner: Runner) -> PartResult:
     """Find all first contacts out of fold, and score every detector against the truth.
 

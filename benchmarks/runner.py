@@ -1,0 +1,96 @@
+"""The same work by one worker and by two: of this machine itself, and of a Dask cluster on it.
+
+Workers are started, and have the compiled step, before any clock starts. What is asked: pinches of
+the twin, and support vector regressions that each learn from most of them and answer for the rest.
+Run with nothing else on the machine: ``OMP_NUM_THREADS=1 python benchmarks/runner.py``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from distributed import LocalCluster
+
+from firstcontact.core import Dataset
+from firstcontact.core.cluster import on_cluster
+from firstcontact.core.jobs import Runner, parallel
+from firstcontact.learning.splits import by_session
+from firstcontact.learning.training import DURATION, Examples, Question, examples, held_out
+from firstcontact.recording import load_dataset
+from firstcontact.stiffness import Task
+from firstcontact.twin.simulate import simulate
+
+
+@contextmanager
+def here(workers: int) -> Iterator[None]:
+    """No cluster: processes of this machine for the regressions, its threads for the pinches."""
+    yield
+
+
+@contextmanager
+def cluster(workers: int) -> Iterator[None]:
+    """A Dask cluster on this machine."""
+    with (
+        LocalCluster(
+            n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None
+        ) as found,
+        on_cluster(found.scheduler_address),
+    ):
+        yield
+
+
+def regressions(data: Examples, runner: Runner) -> float:
+    """Seconds for all folds."""
+    question = Question("svm", Task.REGRESSION, data, by_session(data.sessions, data.y, 0, 10))
+    begin = time.perf_counter()
+    held_out(runner, [question], 0)
+    return time.perf_counter() - begin
+
+
+def pinches(each: int, workers: int) -> float:
+    """Seconds for a set."""
+    with tempfile.TemporaryDirectory() as folder:
+        begin = time.perf_counter()
+        simulate(
+            Path(folder, "pinches"), pinches_per_block=each, pinches_per_object=0, workers=workers
+        )
+        return time.perf_counter() - begin
+
+
+def learned(dataset: Dataset) -> Examples:
+    """Windows of the pinches at their known contacts."""
+    return examples(dataset, [p.first for p in dataset.pinches], DURATION, dataset.shore_a)
+
+
+def main() -> None:
+    """Print what was measured."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--pinches", type=int, default=100, help="per block")
+    asked = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        simulate(Path(folder, "twin"), pinches_per_block=asked.pinches, pinches_per_object=0)
+        data = learned(load_dataset(Path(folder, "twin")))
+    for where, name in ((here, "this machine"), (cluster, "cluster")):
+        spent = {}
+        for workers in (1, 2):
+            with where(workers):
+                with parallel(workers) as runner:
+                    regressions(data.take(np.arange(0, len(data), 5)), runner)
+                    folds = min(regressions(data, runner) for _ in range(3))
+                pinches(4, workers)
+                spent[workers] = np.array(
+                    [folds, min(pinches(asked.pinches, workers) for _ in range(3))]
+                )
+        for k, work in enumerate(("regressions", "pinches")):
+            one, two = spent[1][k], spent[2][k]
+            print(f"{name}, {work}: 1 worker {one:.2f} s, 2 workers {two:.2f} s: {one / two:.2f}")
+
+
+if __name__ == "__main__":
+    main()

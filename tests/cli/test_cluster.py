@@ -1,0 +1,82 @@
+"""Verbs on a cluster: the same files, a worker that is killed, an interrupt, a bad address."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from distributed import Client
+from trainings import recordings
+
+from dask_cluster import cluster
+from firstcontact.cli.main import main
+from firstcontact.cli.train import Train
+from firstcontact.core.cluster import on_cluster
+from firstcontact.twin.simulate import simulate
+from processes import children, until
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def test_a_set_is_the_same_to_the_byte_though_a_worker_is_killed(tmp_path: Path) -> None:
+    simulate(tmp_path / "here", "everyday", 20, 2, 3)
+    made = 0
+
+    with cluster(tmp_path, 2) as two:
+
+        def progress(done: int) -> None:
+            nonlocal made
+            made += done
+            if made == 10:
+                two.workers[0].kill()
+                two.workers[0].wait()
+
+        with on_cluster(two.address):
+            simulate(tmp_path / "there", "everyday", 20, 2, 3, progress=progress)
+        assert two.workers[1].poll() is None
+    assert contents(tmp_path / "there") == contents(tmp_path / "here")
+
+
+def test_an_interrupt_leaves_neither_processes_nor_work_behind(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with cluster(tmp_path, 1) as one:
+        command = ["simulate", "--out", str(out), "--cluster", one.address]
+        process = subprocess.Popen(
+            [sys.executable, "-m", "firstcontact.cli.main", *command],
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        until(lambda: list(out.glob("*.mcap")))
+        assert not children(process.pid)
+        process.send_signal(signal.SIGINT)
+        assert process.communicate()[1].splitlines()[-1] == "firstcontact: interrupted"
+        assert process.returncode == 128 + signal.SIGINT
+        with Client(one.address) as client:
+            until(lambda: not any(client.processing().values()))
+            assert one.workers[0].poll() is None
+    assert all(p.suffix == ".mcap" for p in out.iterdir())
+
+
+def test_a_model_learned_there_is_the_same(tmp_path: Path) -> None:
+    data = recordings(tmp_path / "data")
+    where: list[dict[str, Any]] = []
+    with cluster(tmp_path, 1) as one:
+        for name, address in (("here", None), ("there", one.address)):
+            Train(data, tmp_path / name, contacts="detected", cluster=address).run()
+            where.append(contents(tmp_path / name))
+    assert where[0] == where[1]
+
+
+@pytest.mark.parametrize("verb", [["simulate"], ["study", "--quick"], ["grasp-study", "--quick"]])
+def test_a_bad_address_is_one_sentence_and_nothing_is_written(
+    verb: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*verb, "--out", str(tmp_path / "out"), "--cluster", "tcp://nowhere"]) == 2
+    assert capsys.readouterr().err.startswith("firstcontact: --cluster tcp://nowhere: no scheduler")
+    assert not list(tmp_path.iterdir())

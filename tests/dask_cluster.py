@@ -1,0 +1,61 @@
+"""A Dask cluster on this machine, whose workers tests may kill."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from processes import until
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Where it is, and its processes."""
+
+    address: str
+    scheduler: subprocess.Popen[bytes]
+    workers: tuple[subprocess.Popen[bytes], ...]
+
+
+@contextmanager
+def cluster(folder: Path, workers: int, first_on_path: Path | None = None) -> Iterator[Cluster]:
+    """A scheduler and workers of one thread each, ended afterwards.
+
+    Parameters
+    ----------
+    folder
+        For what they write; empty.
+    workers
+        How many.
+    first_on_path
+        Packages that the workers find before all others.
+    """
+    paths = [str(first_on_path or folder), *sys.path]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
+    said = folder / "scheduler.json"
+
+    def started(*words: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", "dask", *words, "--no-dashboard"]
+        process = subprocess.Popen(
+            command, cwd=folder, env=environment, stdout=subprocess.DEVNULL, stderr=log
+        )
+        stack.callback(process.wait)
+        stack.callback(process.kill)
+        return process
+
+    with ExitStack() as stack, (folder / "log").open("wb") as log:
+        where = ("--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(said))
+        scheduler = started("scheduler", *where)
+        until(said.is_file)
+        address = json.loads(said.read_text(encoding="utf-8"))["address"]
+        worker = ("worker", address, "--host", "127.0.0.1", "--nthreads", "1", "--no-nanny")
+        processes = tuple(started(*worker) for _ in range(workers))
+        # Each says so when it is registered.
+        until(lambda: (folder / "log").read_bytes().count(b"Registered to:") >= workers)
+        yield Cluster(address, scheduler, processes)

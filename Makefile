@@ -97,8 +97,8 @@ live: $(VENV)/.live ## the live page, with the simulated hand: opens on http://1
 # --- checks ------------------------------------------------------------------------------------
 
 .PHONY: test test-slow fuzz lint format types layers docs bench
-test: $(VENV)/.dev ## the tests
-	$(BIN)/python -m pytest
+test: $(VENV)/.dev ## the tests, side by side on all cores
+	$(BIN)/python -m pytest --numprocesses auto --dist worksteal
 
 test-slow: $(VENV)/.dev ## the long tests: paper size, soak, installed wheel, slow commands in the docs
 	$(BIN)/python -m pytest -m slow --timeout 3600

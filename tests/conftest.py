@@ -3,6 +3,12 @@
 from __future__ import annotations
 
 import os
+
+# Tests run side by side, one a core: threads of theirs only wait for one another. Libraries look
+# when they are imported, processes that a test starts inherit it.
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
+
 import signal
 from collections.abc import Callable
 from pathlib import Path

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from closings import closings
 
 from firstcontact.contact import DETECTORS, make_detector
+from firstcontact.testing.closings import closings
 
 
 @pytest.fixture(scope="session")

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closings import closings as toy_closings
 from hand_stream import CALIBRATION, FLOOR, LAYOUT, Closing, hand_stream
 from hypothesis import given
 from hypothesis import strategies as st
@@ -37,6 +36,7 @@ from firstcontact.core import (
 )
 from firstcontact.core.layout import Channel, ChannelKind
 from firstcontact.signal import resample_dataset, samples_in
+from firstcontact.testing.closings import closings as toy_closings
 
 DATA, CLOSINGS = hand_stream(3)
 STEP = samples_in(0.003, LAYOUT.rate)

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from closings import closings
 from numpy.typing import NDArray
 from safetensors.numpy import load_file, save
 
@@ -19,6 +18,7 @@ from firstcontact.contact import DETECTORS, Detector, SvmDetector, ThresholdDete
 from firstcontact.contact.detector_file import CARD, WEIGHTS, load_detector, save_detector
 from firstcontact.contact.stream import WindowDetector
 from firstcontact.core import InputError
+from firstcontact.testing.closings import closings
 
 FRESH = closings(8, seed=7).pinches
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closings import LAYOUT, closing, closings
 
 from firstcontact.contact import SvmDetector, detect, make_detector
 from firstcontact.contact.rbf import WIDTH, RbfMachine
 from firstcontact.core import Dataset, InputError, Pinch
+from firstcontact.testing.closings import LAYOUT, closing, closings
 
 
 def test_learns_to_tell_contacts_from_clicks(fitted):

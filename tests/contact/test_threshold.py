@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from closings import LAYOUT
 
 from firstcontact.contact import ThresholdDetector
 from firstcontact.core import Block
+from firstcontact.testing.closings import LAYOUT
 
 STEADY, STEP = 197, 15
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from toy_windows import RATE
 
 from firstcontact.stiffness import Task
 from firstcontact.stiffness.baselines import Peak, TrainMean
+from firstcontact.testing.windows import RATE
 
 
 def windows(peaks: np.ndarray) -> np.ndarray:

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from toy_windows import RATE, toy_windows
 
 from firstcontact.core import InputError
 from firstcontact.stiffness import Card, Task, graph, save_model
 from firstcontact.stiffness.cnn import Cnn, as_input
 from firstcontact.stiffness.efficientnet import EfficientNet
+from firstcontact.testing.windows import RATE, toy_windows
 
 
 @pytest.mark.parametrize(("samples", "channels", "outputs"), [(74, 1, 1), (10, 2, 5), (241, 1, 3)])

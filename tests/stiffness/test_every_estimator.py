@@ -1,170 +1,107 @@
-"""Every registered estimator keeps the promises of the protocol. New ones are found by name."""
+"""Every registered estimator keeps the promises; a new one is tested by registering it."""
 
 from __future__ import annotations
 
-from functools import cache
-from pathlib import Path
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import pytest
-from toy_windows import RATE, toy_windows
+from numpy.typing import NDArray
 
 from firstcontact.core import InputError
-from firstcontact.stiffness import (
-    ESTIMATORS,
-    Card,
-    Estimator,
-    LearnedFrom,
-    Model,
-    Task,
-    load_model,
-    make_estimator,
-    save_model,
-)
+from firstcontact.stiffness import ESTIMATORS, Estimator, Model, Spec, Task, make_estimator
+from firstcontact.stiffness.estimator import training_spec
 from firstcontact.stiffness.registry import model_kind
+from firstcontact.testing import check_estimator
+from firstcontact.testing.windows import RATE, toy_windows
 
-pytestmark = [
-    pytest.mark.parametrize("name", ESTIMATORS),
-    pytest.mark.parametrize("task", Task),
-]
-CARD = Card(data=LearnedFrom(source="synthetic", pinches=180, sessions=("0",)))
+EACH = [(name, task) for name, kind in ESTIMATORS.items() for task in kind.tasks]
 
 
-def made(name: str, task: Task) -> Estimator:
-    return make_estimator(name, task, RATE, **ESTIMATORS[name].quick)
+@pytest.mark.parametrize(("name", "task"), EACH)
+def test_it_keeps_the_promises(name: str, task: Task) -> None:
+    check_estimator(ESTIMATORS[name], task)
+    assert model_kind(ESTIMATORS[name].model.kind) is ESTIMATORS[name].model
 
 
-@cache
-def fitted(name: str, task: Task) -> Model:
-    return made(name, task).fit(*toy_windows(), seed=3)
-
-
-def test_it_is_an_estimator(name: str, task: Task) -> None:
-    estimator = made(name, task)
-    assert isinstance(estimator, Estimator)
-    assert (estimator.name, estimator.task, estimator.rate) == (name, task, RATE)
-    assert model_kind(fitted(name, task).kind) is type(fitted(name, task))
-
-
-def test_predictions_are_one_number_a_window(name: str, task: Task) -> None:
-    model, (X, y, _) = fitted(name, task), toy_windows(40, seed=1)
-    predicted = model.predict(X)
-    assert predicted.shape == (40,)
-    assert predicted.dtype == np.float64
-    assert np.isfinite(predicted).all()
-    assert model.predict(X[:0]).shape == (0,)
-    assert model.spec.samples == X.shape[1]
-    assert model.spec.duration == pytest.approx(0.015, rel=1e-3)
-    if task is Task.CLASSIFICATION:
-        assert set(predicted) <= set(model.spec.classes) == set(y)
-
-
-def test_one_window_is_answered_like_many(name: str, task: Task) -> None:
-    model, (X, _, _) = fitted(name, task), toy_windows(40, seed=1)
-    one = [model.predict_one(window) for window in X]
-    assert all(type(answer) is float for answer in one)
-    # Kernel sums in float32, in another order: a few thousandths of a Shore.
-    np.testing.assert_allclose(model.predict(X), one, atol=0.02)
-
-
-def test_no_window_changes_another_ones_answer(name: str, task: Task) -> None:
-    model, (X, _, _) = fitted(name, task), toy_windows(40, seed=1)
-    np.testing.assert_allclose(model.predict(X)[::-1], model.predict(X[::-1]), atol=0.02)
-
-
-def test_same_seed_same_model(name: str, task: Task) -> None:
-    again = made(name, task).fit(*toy_windows(), seed=3).to_arrays()
-    for key, array in fitted(name, task).to_arrays().items():
-        np.testing.assert_array_equal(array, again[key], err_msg=key)
-
-
-def test_training_leaves_its_input_alone(name: str, task: Task) -> None:
-    X, y, groups = toy_windows(60)
-    before = X.copy(), y.copy(), groups.copy()
-    made(name, task).fit(X, y, groups).predict(X)
-    for array, copy in zip((X, y, groups), before, strict=True):
-        np.testing.assert_array_equal(array, copy)
-
-
-def test_a_saved_model_answers_the_same(name: str, task: Task, tmp_path: Path) -> None:
-    model, (X, _, _) = fitted(name, task), toy_windows(40, seed=1)
-    loaded = load_model(save_model(model, tmp_path / "mödel", CARD))
-    assert loaded.spec == model.spec
-    assert dict(loaded.notes) == dict(model.notes)
-    np.testing.assert_array_equal(loaded.predict(X), model.predict(X))
-    assert loaded.predict_one(X[0]) == model.predict_one(X[0])
-
-
-@pytest.mark.parametrize("shape", [(73, 1), (75, 1), (74, 2), (74,), (0, 1)])
-def test_another_shape_is_refused(name: str, task: Task, shape: tuple[int, ...]) -> None:
-    window = np.ones(shape, dtype=np.float32)
-    with pytest.raises(InputError, match="takes windows of"):
-        fitted(name, task).predict_one(window)
-    with pytest.raises(InputError, match="takes windows of"):
-        fitted(name, task).predict(window[None])
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_a_window_that_is_not_finite_is_refused(name: str, task: Task, value: float) -> None:
-    X = toy_windows(5)[0]
-    X[3, 7, 0] = value
-    with pytest.raises(InputError, match="not finite"):
-        fitted(name, task).predict_one(X[3])
-    with pytest.raises(InputError, match="window 3"):
-        fitted(name, task).predict(X)
-    with pytest.raises(InputError, match="window 3"):
-        made(name, task).fit(X, np.arange(5.0))
-
-
-@pytest.mark.parametrize("level", [0.0, 1.65])
-def test_a_flat_window_is_refused(name: str, task: Task, level: float) -> None:
-    X = toy_windows(5)[0]
-    X[2] = level
-    with pytest.raises(InputError, match="constant"):
-        fitted(name, task).predict_one(X[2])
-    with pytest.raises(InputError, match="window 2"):
-        fitted(name, task).predict(X)
-
-
-def test_another_rate_is_refused(name: str, task: Task) -> None:
-    fitted(name, task).spec.require_rate(RATE * 1.001)
-    for rate in (16000.0, RATE / 2, np.nan):
-        with pytest.raises(InputError, match="firstcontact train --rate"):
-            fitted(name, task).spec.require_rate(rate)
-
-
-def test_targets_that_do_not_fit_are_refused(name: str, task: Task) -> None:
-    X, y, groups = toy_windows(20)
-    with pytest.raises(InputError, match="as many"):
-        made(name, task).fit(X, y[:-1])
-    with pytest.raises(InputError, match="as many"):
-        made(name, task).fit(X, y, groups[:-1])
-    with pytest.raises(InputError, match="no target"):
-        made(name, task).fit(X, np.where(np.arange(20) == 4, np.nan, y))
-    with pytest.raises(InputError, match="at least two windows"):
-        made(name, task).fit(X[:1], y[:1])
-
-
-def test_it_learns_more_than_the_mean(name: str, task: Task) -> None:
+@pytest.mark.parametrize(("name", "task"), EACH)
+def test_what_is_no_baseline_learns_much_more_than_the_mean(name: str, task: Task) -> None:
     X, y, _ = toy_windows(90, seed=9)
-    error = np.sqrt(np.mean((fitted(name, task).predict(X) - y) ** 2))
-    floor = np.sqrt(np.mean((fitted("train_mean", task).predict(X) - y) ** 2))
-    assert error <= floor
-    if name != "train_mean":
-        assert error < 0.7 * floor
+
+    def error(of: str) -> float:
+        model = make_estimator(of, task, RATE, **ESTIMATORS[of].quick).fit(*toy_windows(), seed=3)
+        return float(np.sqrt(np.mean((model.predict(X) - y) ** 2)))
+
+    if not ESTIMATORS[name].baseline:
+        assert error(name) < 0.7 * error("train_mean")
 
 
-@pytest.mark.parametrize(("samples", "channels"), [(10, 1), (240, 1), (74, 2)])
-def test_other_lengths_and_two_channels(name: str, task: Task, samples: int, channels: int) -> None:
-    X, y, groups = toy_windows(48, samples, channels)
-    model = made(name, task).fit(X, y, groups)
-    assert model.spec.channels == channels
-    np.testing.assert_allclose(
-        model.predict(X[:3]), [model.predict_one(x) for x in X[:3]], atol=0.02
-    )
+def test_a_task_that_it_does_not_learn_is_refused() -> None:
+    for name, kind in ESTIMATORS.items():
+        for task in set(Task) - set(kind.tasks):
+            with pytest.raises(InputError, match=f"{name} does not learn {task}"):
+                make_estimator(name, task, RATE)
 
 
-def test_it_learns_from_very_few(name: str, task: Task) -> None:
-    X, y, _ = toy_windows(40)
-    few = np.array([np.flatnonzero(y == level)[0] for level in np.unique(y)])
-    assert np.isfinite(made(name, task).fit(X[few], y[few]).predict(X)).all()
+class Echo(Model):
+    """Answers with the window's peak; its faults are what the suite has to find."""
+
+    kind = "echo"
+
+    def __init__(self, spec: Spec, add: float = 0.0) -> None:
+        self.spec, self.add = spec, add
+
+    @property
+    def notes(self) -> Mapping[str, Any]:
+        return {}
+
+    def outputs(self, X: NDArray[np.float32]) -> NDArray[Any]:
+        # Toy windows are as loud as they are hard.
+        return X.max(axis=(1, 2))[:, None] * 58 + self.add * len(X)
+
+    def output(self, window: NDArray[np.float32]) -> NDArray[Any]:
+        return np.asarray(self.outputs(window[None])[0])
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        return {}
+
+    @classmethod
+    def from_arrays(cls, spec: Spec, arrays: dict[str, NDArray[Any]]) -> Self:
+        return cls(spec)
+
+
+@dataclass(frozen=True)
+class Echoes(Estimator):
+    name: ClassVar[str] = "echo"
+    title: ClassVar[str] = "Echo"
+    model: ClassVar[type[Model]] = Echo
+    tasks: ClassVar[tuple[Task, ...]] = (Task.REGRESSION,)
+
+    add: float = 0.0
+
+    def fit(
+        self,
+        X: NDArray[np.float32],
+        y: NDArray[np.float64],
+        groups: NDArray[Any] | None = None,
+        seed: int = 0,
+    ) -> Echo:
+        return Echo(training_spec(self.task, self.rate, X, y, groups), self.add)
+
+
+def test_an_estimator_of_somebody_else_passes() -> None:
+    check_estimator(Echoes)
+
+
+def test_faults_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(AssertionError, match="nothing to check"):
+        check_estimator(type("Idle", (Echoes,), {"tasks": ()}))
+    with pytest.raises(AssertionError, match="must be installed"):
+        check_estimator(type("Heavy", (Echoes,), {"modules": ("no_such_module",)}))
+    with pytest.raises(AssertionError, match="one window is answered otherwise"):
+        check_estimator(type("Odd", (Echoes,), {"quick": {"add": 1.0}}))
+    monkeypatch.setattr(Echo, "spread", lambda self, X: np.zeros(len(X)))
+    with pytest.raises(AssertionError, match="a spread is above 0"):
+        check_estimator(Echoes)

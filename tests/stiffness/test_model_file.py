@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from safetensors.numpy import load_file, save
 from saved import edit, vouch
-from toy_windows import RATE, toy_windows
 
 from firstcontact.core import InputError
 from firstcontact.stiffness import (
@@ -27,6 +26,7 @@ from firstcontact.stiffness import (
     save_model,
 )
 from firstcontact.stiffness.model_file import CARD, WEIGHTS
+from firstcontact.testing.windows import RATE, toy_windows
 
 CONTENT = Card(
     data=LearnedFrom(source="synthetic", pinches=60, sessions=("a", "b"), specimens=("x",)),

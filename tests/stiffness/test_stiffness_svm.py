@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from toy_windows import RATE, toy_windows
 
 from firstcontact.core import InputError
 from firstcontact.stiffness import Task
 from firstcontact.stiffness.folds import inner_folds
 from firstcontact.stiffness.svm import Svm, machine_of
 from firstcontact.stiffness.svm_model import LEVEL_WEIGHT, SvmModel, shape_and_level
+from firstcontact.testing.windows import RATE, toy_windows
 
 
 @pytest.mark.parametrize("classes", [2, 3, 5])

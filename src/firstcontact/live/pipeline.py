@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firstcontact.contact.closing import Began, Closings, Ended, Went
 from firstcontact.contact.detector import Detector
@@ -46,11 +47,17 @@ class Answerer:
     model: Model
     interval: Interval | None = None
 
-    def bounds(self, value: float) -> tuple[float, float, float]:
-        """Lower and upper bound of an answer, and the level of the interval."""
-        if self.interval is None:
+    def bounds(self, value: float, window: NDArray[np.float32]) -> tuple[float, float, float]:
+        """Lower and upper bound of an answer about a window, and the level of the interval."""
+        interval = self.interval
+        if interval is None:
             return value, value, 0.0
-        return *self.interval.around(value), self.interval.level
+        if not interval.scaled:
+            return *interval.around(value), interval.level
+        spread = self.model.spread(window[None])
+        if spread is None:
+            raise InputError("the model's interval is scaled by a spread that it has not")
+        return *interval.around(value, float(spread[0])), interval.level
 
 
 @dataclass(slots=True)
@@ -253,9 +260,9 @@ class Pipeline:
         answerer = self._answerers[window.duration]
         try:
             value = answerer.model.predict_one(window.samples)
+            low, high, level = answerer.bounds(value, window.samples)
         except InputError as error:
             return self._refuse(pinch, str(error))
-        low, high, level = answerer.bounds(value)
         if not (math.isfinite(value) and math.isfinite(low) and math.isfinite(high)):
             return self._refuse(pinch, "the model's answer is no finite number")
         others = pinch.contacts[1:]

@@ -41,6 +41,7 @@ def calibrate(
     truth: Values,
     level: float = 0.9,
     limits: tuple[float, float] | None = SHORE_A,
+    spreads: Values | None = None,
 ) -> Interval:
     """Widths with which ``level`` of these truths lie around their answers.
 
@@ -54,6 +55,9 @@ def calibrate(
         Share that is to be held.
     limits
         Of the scale; None where it has no ends.
+    spreads
+        What the models themselves said of each answer (Papadopoulos et al. 2008), shape
+        (n,): half widths are in these then; None where they said nothing.
 
     Returns
     -------
@@ -76,10 +80,13 @@ def calibrate(
     ):
         edges = np.delete(edges, max(0, int(few.argmin()) - 1))
         member = np.searchsorted(edges, answers, side="right")
+    unit = np.ones(len(answers)) if spreads is None else spreads
     widths = [
-        _half_width(answers[member == r], truth[member == r], level) for r in range(len(edges) + 1)
+        _half_width((answers / unit)[member == r], (truth / unit)[member == r], level)
+        for r in range(len(edges) + 1)
     ]
-    return Interval(level, tuple(float(e) for e in edges), tuple(widths), limits)
+    ends = tuple(float(e) for e in edges)
+    return Interval(level, ends, tuple(widths), limits, scaled=spreads is not None)
 
 
 def _least(level: float) -> int:
@@ -120,6 +127,7 @@ def held_out_bounds(
     folds: NDArray[np.intp],
     level: float = 0.9,
     limits: tuple[float, float] | None = SHORE_A,
+    spreads: Values | None = None,
 ) -> Iterator[tuple[Interval, NDArray[np.bool_]]]:
     """Each fold with an interval that was calibrated on the other folds.
 
@@ -129,7 +137,7 @@ def held_out_bounds(
         As for :func:`calibrate`.
     folds
         Number of each answer's fold; a session lies in one. Shape (n,).
-    level, limits
+    level, limits, spreads
         As for :func:`calibrate`.
 
     Yields
@@ -141,11 +149,15 @@ def held_out_bounds(
     for fold in np.unique(folds):
         asked = folds == fold
         if (~asked).sum() >= _least(level):
-            yield calibrate(answers[~asked], truth[~asked], level, limits), asked
+            its = None if spreads is None else spreads[~asked]
+            yield calibrate(answers[~asked], truth[~asked], level, limits, its), asked
 
 
 def coverage(
-    pairs: Iterable[tuple[Interval, NDArray[np.bool_]]], answers: Values, truth: Values
+    pairs: Iterable[tuple[Interval, NDArray[np.bool_]]],
+    answers: Values,
+    truth: Values,
+    spreads: Values | None = None,
 ) -> dict[str, float]:
     """How many truths lie within their bounds, and how far these are apart.
 
@@ -158,8 +170,9 @@ def coverage(
     inside: list[bool] = []
     widths: list[float] = []
     for interval, asked in pairs:
-        for answer, true in zip(answers[asked], truth[asked], strict=True):
-            low, high = interval.around(float(answer))
+        its = np.ones(len(answers)) if spreads is None else spreads
+        for answer, true, unit in zip(answers[asked], truth[asked], its[asked], strict=True):
+            low, high = interval.around(float(answer), float(unit))
             inside.append(bool(low <= true <= high))
             widths.append(high - low)
     if not inside:

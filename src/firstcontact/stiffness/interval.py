@@ -26,6 +26,8 @@ class Interval:
         Of the intervals between the edges, in the unit of the answer.
     limits
         Of the scale, beyond which no bound goes; None where it has no ends.
+    scaled
+        Whether half widths are in the model's own spread of an answer.
 
     Raises
     ------
@@ -37,6 +39,7 @@ class Interval:
     edges: tuple[float, ...]
     half_widths: tuple[float, ...]
     limits: tuple[float, float] | None = SHORE_A
+    scaled: bool = False
 
     def __post_init__(self) -> None:
         numbers = (self.level, *self.edges, *self.half_widths, *(self.limits or ()))
@@ -50,9 +53,19 @@ class Interval:
         ):
             raise ValueError("level, edges, half_widths or limits of an interval do not fit")
 
-    def around(self, value: float) -> tuple[float, float]:
-        """Lower and upper bound of the truth for an answer."""
+    def around(self, value: float, spread: float = 1.0) -> tuple[float, float]:
+        """Lower and upper bound of the truth for an answer.
+
+        Parameters
+        ----------
+        value
+            The answer.
+        spread
+            What the model itself says of it, where the interval is scaled by that.
+        """
         half = self.half_widths[bisect_right(self.edges, value)]
+        if self.scaled:
+            half *= spread
         low, high = value - half, value + half
         if self.limits is None:
             return low, high
@@ -66,4 +79,5 @@ class Interval:
             "edges": list(self.edges),
             "half_widths": list(self.half_widths),
             "limits": None if self.limits is None else list(self.limits),
+            **({"scaled": True} if self.scaled else {}),
         }

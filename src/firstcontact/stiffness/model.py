@@ -51,6 +51,14 @@ class Model(ABC):
     def output(self, window: Windows) -> NDArray[Any]:
         """The same for one window (samples, channels), quickly: shape (outputs,)."""
 
+    def spread(self, X: Windows) -> Values | None:
+        """Standard deviation that the model itself gives each answer; None where it has none.
+
+        For usable windows (n, samples, channels), shape (n,), above 0, in the unit of the
+        answer. Intervals are then so many of them wide, calibrated like any other.
+        """
+        return None
+
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
         """Number of the class that finite outputs (n, outputs) speak for, shape (n,)."""
         return np.asarray(outputs.argmax(axis=1))

@@ -20,6 +20,8 @@ ESTIMATORS: Registry[type[Estimator]] = Registry(
         "peak": "firstcontact.stiffness.baselines:Peak",
         "svm": "firstcontact.stiffness.svm:Svm",
         "cnn": "firstcontact.stiffness.cnn:Cnn",
+        "gaussian_process": "firstcontact.stiffness.gaussian_process:GaussianProcess",
+        "minirocket": "firstcontact.stiffness.minirocket:MiniRocket",
     },
     default="svm",
 )

@@ -1,0 +1,146 @@
+"""What every estimator must do."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from firstcontact.core.extras import absent
+from firstcontact.stiffness.card import Card, LearnedFrom
+from firstcontact.stiffness.estimator import Estimator
+from firstcontact.stiffness.model import Model
+from firstcontact.stiffness.model_file import load_model, save_model
+from firstcontact.stiffness.registry import ESTIMATORS
+from firstcontact.stiffness.spec import Task
+from firstcontact.testing.checks import refused
+from firstcontact.testing.windows import RATE, toy_windows
+
+#: Answers about one window, and about it among others, may differ by so much: sums in another
+#: order in float32.
+SLACK = 0.02
+
+
+def check_estimator(kind: type[Estimator], task: Task | None = None) -> None:
+    """Assert that an estimator keeps its promises, on windows of a simple kind.
+
+    Parameters
+    ----------
+    kind
+        The class. To check that its models are saved and loaded it must be registered.
+    task
+        One of its tasks; all of them if None.
+
+    Raises
+    ------
+    AssertionError
+        Says which promise is not kept, or that there is nothing to check.
+    """
+    tasks = kind.tasks if task is None else (task,)
+    assert tasks, f"{kind.__name__} has no tasks: there is nothing to check"
+    assert set(tasks) <= set(kind.tasks), f"{kind.__name__} does not learn {task}"
+    assert kind.name, "it has no name"
+    assert kind.title, "it has no title"
+    missing = absent(kind.modules)
+    assert not missing, f"{', '.join(missing)} must be installed to check {kind.name}"
+    for each in tasks:
+        make = partial(kind, each, RATE, **kind.quick)
+        _check_training(make, each)
+        model = make().fit(*toy_windows(), seed=3)
+        assert isinstance(model, kind.model), f"its models are {type(model).__name__}"
+        _check_answers(model, each)
+        _check_refusals(model, make)
+        _check_shapes(make)
+        _check_saved(kind, model)
+
+
+def _check_training(make: Callable[[], Estimator], task: Task) -> None:
+    X, y, groups = toy_windows(60)
+    estimator = make()
+    assert (estimator.task, estimator.rate) == (task, RATE), "task and rate are not kept"
+    before = X.copy(), y.copy(), groups.copy()
+    model = estimator.fit(X, y, groups, seed=3)
+    for array, copy in zip((X, y, groups), before, strict=True):
+        assert np.array_equal(array, copy), "training changes what it learns from"
+    again = make().fit(X, y, groups, seed=3).to_arrays()
+    for name, array in model.to_arrays().items():
+        assert np.array_equal(array, again[name]), f"same seed, another model: array {name}"
+    few = np.array([np.flatnonzero(y == level)[0] for level in np.unique(y)])
+    answers = make().fit(X[few], y[few]).predict(X)
+    assert np.isfinite(answers).all(), "it does not learn from one window a level"
+    refused("as many", lambda: make().fit(X, y[:-1]))
+    refused("as many", lambda: make().fit(X, y, groups[:-1]))
+    refused("no target", lambda: make().fit(X, np.where(np.arange(60) == 4, np.nan, y)))
+    refused("at least two windows", lambda: make().fit(X[:1], y[:1]))
+
+
+def _check_answers(model: Model, task: Task) -> None:
+    X, y, _ = toy_windows(90, seed=9)
+    answers = model.predict(X)
+    assert answers.shape == (90,), "one answer a window"
+    assert answers.dtype == np.float64, "answers are float64"
+    assert model.predict(X[:0]).shape == (0,), "no windows, no answers"
+    one = [model.predict_one(window) for window in X]
+    assert all(type(answer) is float for answer in one), "predict_one answers a float"
+    assert np.allclose(answers, one, rtol=0, atol=SLACK), "one window is answered otherwise"
+    turned = model.predict(X[::-1])[::-1]
+    assert np.allclose(answers, turned, rtol=0, atol=SLACK), "a window changes another's answer"
+    if task is Task.CLASSIFICATION:
+        assert set(answers) <= set(model.spec.classes) == set(y), "answers that are no class"
+        assert (answers == y).mean() >= 1 / 3, "worse than chance on what is easily told apart"
+    else:
+        error, spread = np.sqrt(np.mean((answers - y) ** 2)), y.std()
+        assert error <= 1.05 * spread, "worse than the mean on what is easily told apart"
+    told = model.spread(X)
+    if told is not None:
+        assert told.shape == (90,), "one spread a window"
+        assert (told > 0).all(), "a spread is above 0"
+        assert np.isfinite(told).all(), "a spread is finite"
+        alone = [model.spread(window[None])[0] for window in X[:5]]  # type: ignore[index]
+        assert np.allclose(told[:5], alone), "one window has another spread"
+
+
+def _check_refusals(model: Model, make: Callable[[], Estimator]) -> None:
+    for shape in ((73, 1), (75, 1), (74, 2), (74,), (0, 1)):
+        window = np.ones(shape, dtype=np.float32)
+        refused("takes windows of", partial(model.predict_one, window))
+        refused("takes windows of", partial(model.predict, window[None]))
+    for value in (np.nan, np.inf, -np.inf):
+        X = toy_windows(5)[0]
+        X[3, 7, 0] = value
+        refused("not finite", partial(model.predict_one, X[3]))
+        refused("window 3", partial(model.predict, X))
+        refused("window 3", partial(make().fit, X, np.arange(5.0)))
+    for level in (0.0, 1.65):
+        X = toy_windows(5)[0]
+        X[2] = level
+        refused("constant", partial(model.predict_one, X[2]))
+        refused("window 2", partial(model.predict, X))
+    model.spec.require_rate(RATE * 1.001)
+    for rate in (16000.0, RATE / 2, np.nan):
+        refused("firstcontact train --rate", partial(model.spec.require_rate, rate))
+
+
+def _check_shapes(make: Callable[[], Estimator]) -> None:
+    for samples, channels in ((10, 1), (240, 1), (74, 2)):
+        X, y, groups = toy_windows(48, samples, channels)
+        model = make().fit(X, y, groups)
+        assert (model.spec.samples, model.spec.channels) == (samples, channels), "another shape"
+        one = [model.predict_one(x) for x in X[:3]]
+        assert np.allclose(model.predict(X[:3]), one, rtol=0, atol=SLACK)
+
+
+def _check_saved(kind: type[Estimator], model: Model) -> None:
+    if ESTIMATORS.get(kind.name) is not kind:
+        return
+    X = toy_windows(40, seed=1)[0]
+    card = Card(data=LearnedFrom(source="synthetic", pinches=180, sessions=("0",)))
+    with tempfile.TemporaryDirectory() as folder:
+        loaded = load_model(save_model(model, Path(folder) / "mödel", card))
+    assert loaded.spec == model.spec, "another spec after loading"
+    assert dict(loaded.notes) == dict(model.notes), "other notes after loading"
+    assert np.array_equal(loaded.predict(X), model.predict(X)), "other answers after loading"
+    assert loaded.predict_one(X[0]) == model.predict_one(X[0]), "another answer after loading"

@@ -17,6 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from firstcontact.grasp.policy import Part
+from firstcontact.grasp_study.variants import playing, variants
 from firstcontact.report.accepted import Accepted
 from firstcontact.report.comparison import percent
 
@@ -164,16 +166,7 @@ MATERIALS = [
     Row("– SVM, random folds", "hardness_order.random_folds.svm.accuracy", "share"),
 ]
 
-#: Policies, in the order of the table, and the rows of one latency.
-POLICIES = {
-    "none": "no modulation",
-    "feedback": "force feedback",
-    "feedback_fast": "force feedback, ideal sheet",
-    "touch": "gentle at touch",
-    "first_contact": "first contact",
-    "early_exit": "early exit",
-    "oracle": "oracle",
-}
+#: The columns of one latency.
 GRASP = [
     Row("", "soft.peak_n", "newton"),
     Row("", "lasting.time_ms", "whole_ms"),
@@ -187,9 +180,9 @@ def grasp_table(tree: Any) -> str:
     ms = f"{tree['headline']['latency_ms']:g}"
     lines = [["", "peak force, soft objects", "time to grasp", "brittle broken", "dropped"]]
     lines.append(["---"] * len(lines[0]))
-    for key, label in POLICIES.items():
+    for key, variant in variants().items():
         if key in tree["policies"]:
-            lines.append([label, *(row.cell(tree["policies"][key][ms]) for row in GRASP)])
+            lines.append([variant.title, *(row.cell(tree["policies"][key][ms]) for row in GRASP)])
     return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
 
 
@@ -197,8 +190,8 @@ def target_table(tree: Any) -> str:
     """What is saved against each other policy, at the headline's latency."""
     lines = [["", "against", "peak force, soft", "time to grasp", "drops", "broken"]]
     lines.append(["---"] * len(lines[0]))
-    for ours in ("first_contact", "early_exit"):
-        for other, found in tree["headline"][ours].items():
+    for ours in playing(Part.CANDIDATE):
+        for other, found in tree["headline"].get(ours.key, {}).items():
             less = {
                 "change": -found["soft"]["less_peak"],
                 "intervals": {
@@ -211,7 +204,7 @@ def target_table(tree: Any) -> str:
                 f"{found['all']['more_dropped']:+d}",
                 f"{found['all']['more_broken']:+d}",
             ]
-            lines.append([POLICIES[ours], POLICIES[other], *cells])
+            lines.append([ours.title, variants()[other].title, *cells])
     return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
 
 

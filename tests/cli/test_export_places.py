@@ -13,8 +13,9 @@ from firstcontact.cli.main import main
 from firstcontact.core import Dataset, Label, Pinch, fingertip_layout
 from firstcontact.recording import Header, write_dataset
 from firstcontact.recording.dataset import pause_between
+from firstcontact.recording.formats import EXPORTERS
 
-FORMATS = ["csv", "parquet", "hdf5"]
+FORMATS = list(EXPORTERS)
 LAYOUT = fingertip_layout()
 
 # The kernel refuses to write a file any longer than this, as a full disk does.
@@ -71,13 +72,14 @@ def test_of_two_at_once_one_is_refused_and_nothing_is_mixed(tmp_path: Path, reco
 import sys
 from pathlib import Path
 from firstcontact.cli.main import main
-from firstcontact.recording import exporting
-write = exporting.EXPORTERS["csv"]
+from firstcontact.cli import export
+from firstcontact.recording.formats import EXPORTERS, Exporter
+write = EXPORTERS["csv"].write
 def and_wait(dataset, path):
     write(dataset, path)
     print("written", flush=True)
     sys.stdin.readline()
-exporting.EXPORTERS = {"csv": and_wait}
+export.EXPORTERS = type(EXPORTERS)("format", "none", {"csv": Exporter("csv", and_wait)})
 sys.exit(main(sys.argv[1:]))
 """
     out = tmp_path / "out" / "x.csv"

@@ -442,7 +442,7 @@ def test_bad_csv_is_refused(tmp_path, refused, changes, words):
 
 def test_other_paths_are_refused(tmp_path, refused):
     refused(tmp_path / "missing.h5", "missing.h5", "does not exist")
-    refused(tmp_path / "missing.csv", "missing.csv", "No such file")
+    refused(tmp_path / "missing.csv", "missing.csv", "does not exist")
     refused(tmp_path, "labels.csv")
     (tmp_path / "a.mat").write_bytes(b"x")
     refused(tmp_path / "a.mat", "a.mat", "cannot be imported")

@@ -291,10 +291,10 @@ def test_what_cannot_be_recorded_is_refused(tmp_path, capsys, arguments, said):
     assert not list(tmp_path.rglob("*.mcap"))
 
 
-def test_speed_is_for_the_twin_alone(tmp_path, capsys):
+def test_speed_is_for_a_simulated_hand_alone(tmp_path, capsys):
     arguments = ["--device", "/dev/null", "--object=a", "--speed=2", f"--out={tmp_path}"]
     assert main(["record", *arguments]) == 2
-    assert "--speed is for the twin" in capsys.readouterr().err
+    assert "--speed is for a simulated hand" in capsys.readouterr().err
 
 
 def test_a_session_that_is_not_utf_8_is_refused(tmp_path, calibration, capsys):

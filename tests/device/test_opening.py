@@ -42,6 +42,6 @@ def test_a_twin_without_its_extra_is_refused(monkeypatch: pytest.MonkeyPatch) ->
     def without(name: str) -> ModuleSpec | None:
         return None if name == "numba" else there(name)
 
-    monkeypatch.setattr("firstcontact.device.opening.find_spec", without)
+    monkeypatch.setattr("firstcontact.core.extras.find_spec", without)
     with pytest.raises(InputError, match=r"pip install 'firstcontact\[twin\]'"):
         open_source("twin")

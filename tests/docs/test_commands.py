@@ -64,7 +64,7 @@ ELSEWHERE = {
     "make live": "tests/cli/test_live.py runs its command",
 }
 MARKS = {"", "slow", "data", "elsewhere"}
-LANGUAGES = {"sh", "python", "text", "json", ""}
+LANGUAGES = {"sh", "python", "text", "json", "toml", ""}
 ALL = [fence for page in PAGES for fence in fences(page)]
 
 

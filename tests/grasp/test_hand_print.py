@@ -13,7 +13,7 @@ from firstcontact.grasp.registry import HANDS, open_hand
 
 def test_a_line_for_each_order_that_differs() -> None:
     out = io.StringIO()
-    with PrintHand(out) as hand:
+    with PrintHand(out=out) as hand:
         for command in (
             Command(0.02, 2.0),
             Command(0.02, 2.0),
@@ -33,7 +33,7 @@ def test_a_line_for_each_order_that_differs() -> None:
 
 def test_a_terminal_that_is_gone_does_no_harm() -> None:
     out = io.StringIO()
-    with PrintHand(out) as hand:
+    with PrintHand(out=out) as hand:
         hand.send(Command(0.02, 2.0))
         out.close()
         hand.release()

@@ -23,7 +23,8 @@ SHORT = Stiffness(50.0, 10.0, 90.0, 0.003)
 
 def looped(name: str, deadline: float | None = None) -> tuple[GraspLoop, list[Command]]:
     sent: list[Command] = []
-    loop = GraspLoop(POLICIES[name](Grip(), 30.0), sent.append, RATE, deadline)
+    truth = (30.0,) if POLICIES[name].needs_truth else ()
+    loop = GraspLoop(POLICIES[name](Grip(), *truth), sent.append, RATE, deadline)
     loop.begin()
     return loop, sent
 

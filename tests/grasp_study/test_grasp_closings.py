@@ -7,12 +7,11 @@ import pytest
 
 from firstcontact.core.jobs import Serial, parallel
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.grasp.policies.force_feedback import Feedback
 from firstcontact.grasp_study.learning import Models, learn, loaded
 from firstcontact.grasp_study.search import search
 from firstcontact.grasp_study.settings import KINDS, Settings
 from firstcontact.grasp_study.trials import Row, Scene, Trial, plant_of, played, run_trial
-from firstcontact.grasp_study.variants import VARIANTS, Variant
+from firstcontact.grasp_study.variants import unmodulated, variants
 
 SMALL = Settings(
     sessions=2,
@@ -24,8 +23,9 @@ SMALL = Settings(
     kinds=("block 5", "block 60"),
     workers=1,
 )
-TUNED = {"feedback": Feedback(0.05, 1.5, 0.02, 2.6)}
-BY_KEY = {v.key: v for v in VARIANTS}
+TUNED = {"feedback": {"threshold": 0.05, "approach": 1.5, "speed": 0.02, "force": 2.6}}
+BY_KEY = variants()
+VARIANTS = tuple(BY_KEY.values())
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +101,7 @@ def test_the_search_finds_what_holds_and_asks_other_pinches_than_the_report() ->
         assert one.tried == 4
         assert one.unsteady == 0
     reported, searched = (
-        plant_of(Scene("block 5", 0, group), Variant("none", "none"), 0.02).advance(400)
+        plant_of(Scene("block 5", 0, group), unmodulated(), 0.02).advance(400)
         for group in ("grasp", "search")
     )
     assert (reported != searched).any()

@@ -83,7 +83,7 @@ def test_the_trees_have_every_variant_latency_and_object() -> None:
 
 
 def test_the_headline_judges_what_the_rows_say() -> None:
-    found = headline(rows(), ("first_contact", "early_exit"), 0)
+    found = headline(rows(), 0)
     assert found["best_feedback"] == "feedback_fast"
     against = found["first_contact"]["feedback_fast"]
     assert against["soft"]["less_peak"] == pytest.approx(1 - 2.6 / 4.0)
@@ -94,8 +94,8 @@ def test_the_headline_judges_what_the_rows_say() -> None:
         else r
         for r in rows()
     ]
-    met = headline(slower, ("first_contact",), 0)["first_contact"]["feedback"]["met"]
+    met = headline(slower, 0)["first_contact"]["feedback"]["met"]
     assert met == {"less_peak": True, "more_dropped": False, "longer": False}
     weaker = [replace(r, peak=4.9) if r.variant == "first_contact" else r for r in rows()]
-    met = headline(weaker, ("first_contact",), 0)["first_contact"]["feedback"]["met"]
+    met = headline(weaker, 0)["first_contact"]["feedback"]["met"]
     assert met == {"less_peak": False, "more_dropped": True, "longer": True}

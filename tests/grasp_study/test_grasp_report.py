@@ -13,8 +13,7 @@ from firstcontact.grasp_study.chapters import sentences, tables
 from firstcontact.grasp_study.figures.headline import headline_figure, headline_picture
 from firstcontact.grasp_study.report import render
 from firstcontact.grasp_study.run import numbers
-from firstcontact.grasp_study.variants import VARIANTS
-from firstcontact.grasp_study.words import COLOURS, NAMES
+from firstcontact.grasp_study.variants import variants
 
 
 @pytest.fixture
@@ -47,10 +46,10 @@ def test_the_page_holds_the_numbers_and_nothing_from_elsewhere(
     page = render(results, tmp_path / "film.gif")
     for said in ("Quick study", "seed 3", "224 closings", "3.2 Shore", "grasp-study &lt;b&gt;"):
         assert said in page
-    for variant in VARIANTS:
+    for variant in variants().values():
         peak = results["policies"][variant.key]["20"]["soft"]["peak_n"]
         assert f"{peak:.2f} (" in page
-        assert NAMES[variant.key] in page
+        assert variant.title in page
     assert not re.search(r"(src|href)=\"(?!data:|#)", page)
 
 
@@ -63,9 +62,10 @@ def test_the_target_is_judged_once_for_each_of_ours(results: dict[str, Any]) -> 
 
 
 def test_every_variant_has_a_row_a_name_and_a_colour_of_its_own(results: dict[str, Any]) -> None:
-    assert len(tables(results)[0].rows) == len(VARIANTS)
-    assert set(NAMES) == set(COLOURS) == {v.key for v in VARIANTS}
-    assert len(set(COLOURS.values())) == len(VARIANTS)
+    compared = variants().values()
+    assert [row[0] for row in tables(results)[0].rows] == [v.title for v in compared]
+    for told in ({v.title for v in compared}, {v.colour for v in compared}):
+        assert len(told) == len(compared)
 
 
 def test_the_headline_is_written_as_a_picture(results: dict[str, Any], tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from firstcontact.grasp_study.settings import HEADLINE, KINDS
 from firstcontact.grasp_study.trials import Row
-from firstcontact.grasp_study.variants import VARIANTS
+from firstcontact.grasp_study.variants import variants
 
 OBJECTS = ("block 5", "block 20", "block 60", "egg shell")
 SESSIONS = 4
@@ -22,9 +22,7 @@ def row(kind: str, session: int, variant: str, latency: float, peak: float) -> R
 
 
 #: Peak force of every closing of a variant, N.
-PEAKS = {
-    v.key: peak for v, peak in zip(VARIANTS, (12.0, 5.0, 4.0, 2.5, 2.6, 2.0, 1.5), strict=True)
-}
+PEAKS = dict(zip(variants(), (12.0, 5.0, 4.0, 2.5, 2.6, 2.0, 1.5), strict=True))
 
 
 def rows() -> list[Row]:

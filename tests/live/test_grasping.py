@@ -11,7 +11,7 @@ import pytest
 from firstcontact.contact import Detector
 from firstcontact.core import Block, Command, Dataset, fingertip_layout
 from firstcontact.grasp.grip import Grip
-from firstcontact.grasp.policies.registry import LIVE, live_policy
+from firstcontact.grasp.policies.registry import live_policies, live_policy
 from firstcontact.grasp.printing import PrintHand
 from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Touched
 from firstcontact.live.grasping import Grasping, grasp_lines
@@ -46,10 +46,10 @@ def still() -> float:
 
 @pytest.fixture
 def hand() -> PrintHand:
-    return PrintHand(io.StringIO())
+    return PrintHand(out=io.StringIO())
 
 
-@pytest.mark.parametrize("name", LIVE)
+@pytest.mark.parametrize("name", live_policies())
 def test_every_policy_closes_first_and_stays_within_its_grip(
     name: str, hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[Answerer]
 ) -> None:

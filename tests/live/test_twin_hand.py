@@ -11,7 +11,6 @@ from firstcontact.device.source import Arrival, Descriptor, Source
 from firstcontact.device.twin_source import TwinSource
 from firstcontact.device.twin_words import held_object
 from firstcontact.grasp.hand import Hand, HandError
-from firstcontact.grasp.safe import SafeHand
 from firstcontact.live.twin_hand import TwinHand
 from firstcontact.recording import Marker
 
@@ -38,66 +37,6 @@ def heard(source: Source, enough: Callable[[list[Marker]], bool]) -> list[Marker
         assert arrivals, "the twin has gone silent"
         markers += [m for a in arrivals for m in a.markers]
     return markers
-
-
-def test_limits_are_limits(hand: Hand) -> None:
-    limits = hand.limits
-    assert 0 < limits.speed < 2
-    assert 0 < limits.force < 100
-    assert 0 < limits.rate < 10_000
-    assert limits.watchdog > 1 / limits.rate, "else no rate is fast enough"
-
-
-def test_it_takes_what_its_limits_allow(hand: Hand) -> None:
-    limits = hand.limits
-    with hand:
-        for speed in (-limits.speed, 0.0, limits.speed):
-            for force in (0.0, limits.force):
-                hand.send(Command(speed, force))
-
-
-def test_release_never_raises(hand: Hand) -> None:
-    hand.release()
-    with hand:
-        hand.release()
-        hand.release()
-        hand.send(Command(0.0, 1.0))
-        hand.release()
-    hand.release()
-
-
-def test_closing_twice_is_fine_and_closing_unopened_too(hand: Hand) -> None:
-    hand.close()
-    with hand:
-        hand.close()
-        hand.close()
-    hand.close()
-
-
-def test_an_exception_passes_and_closes(hand: Hand) -> None:
-    with pytest.raises(ZeroDivisionError), hand:
-        raise ZeroDivisionError
-    with pytest.raises(HandError):
-        hand.send(Command(0.0, 1.0))
-
-
-def test_commands_need_an_open_hand(hand: Hand) -> None:
-    with pytest.raises(HandError, match="not open"):
-        hand.send(Command(0.0, 1.0))
-    with hand:
-        hand.send(Command(0.0, 1.0))
-    with pytest.raises(HandError, match="not open"):
-        hand.send(Command(0.0, 1.0))
-
-
-def test_it_can_be_made_safe(source: TwinSource) -> None:
-    with SafeHand(TwinHand(source)) as hand:
-        hand.send(Command(1e6, 1e6))
-        hand.alive()
-        assert hand.counts.clipped == 1
-    assert hand.counts.sent == 1
-    assert hand.counts.released >= 1
-    assert hand.failure is None
 
 
 def test_the_twin_hears_each_order_as_it_was_given(source: TwinSource, hand: Hand) -> None:

@@ -13,6 +13,7 @@ from scipy.io import wavfile
 from firstcontact.core import Dataset, InputError
 from firstcontact.recording import load_dataset
 from firstcontact.recording.exporting import export
+from firstcontact.recording.formats import EXPORTERS
 from firstcontact.recording.importing import import_path
 from firstcontact.signal import resample_dataset
 
@@ -77,7 +78,7 @@ def test_it_is_kept_from_every_kind_of_file(tmp_path, make):
 @pytest.mark.parametrize(("to", "name"), [("hdf5", "y.h5"), ("csv", "y.csv")])
 def test_it_goes_out_and_comes_back(tmp_path, to, name):
     import_path(npz(tmp_path), tmp_path / "out")
-    export(load_dataset(tmp_path / "out"), to, tmp_path / name)
+    export(load_dataset(tmp_path / "out"), EXPORTERS[to], tmp_path / name)
     assert starts(import_path(tmp_path / name, tmp_path / "back")) == STARTS
 
 

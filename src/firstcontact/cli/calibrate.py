@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
+from firstcontact.cli.choices import devices
 from firstcontact.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
 class Calibrate:
     """Measure noise floors, taps and the Velostat curve of a pair of fingertips."""
 
-    device: str
-    """A serial port, or "twin" for the simulated hand."""
+    device: Annotated[str, devices(recorded=False)]
+    """Where samples come from."""
     out: Path = Path("calibration.json")
     """File for the result; what is there is replaced."""
     seconds: float = 2.0

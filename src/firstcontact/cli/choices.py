@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import tyro
 
-from firstcontact.core.registry import Registry
+
+def one_of(names: Iterable[str]) -> Any:
+    """What annotates an option that takes one of these; others are refused by the registry."""
+    return tyro.conf.arg(metavar="{" + ",".join(names) + "}")
 
 
-def one_of(registry: Registry[Any]) -> Any:
-    """What annotates an option that takes a name out of a registry."""
-    return tyro.conf.arg(metavar="{" + ",".join(registry) + "}")
+def devices(recorded: bool = True, more: str = "") -> Any:
+    """What annotates an option that takes a device; ``recorded``: or a recording of one."""
+    from firstcontact.device.opening import SOURCES
+
+    kinds = [kind for kind in SOURCES.values() if recorded or not kind.recorded]
+    *others, last = (kind.title for kind in kinds)
+    said = f"{', '.join(others)}, or {last}."
+    return tyro.conf.arg(help=said[0].upper() + said[1:] + more)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated
 
 import tyro
+
+from firstcontact.cli.choices import one_of
+from firstcontact.recording.formats import EXPORTERS
 
 
 @dataclass(frozen=True)
@@ -15,8 +18,8 @@ class Export:
 
     path: tyro.conf.Positional[Path]
     """A recording, or a folder of them."""
-    to: Literal["csv", "parquet", "hdf5"]
-    """Format: a row a sample (csv, parquet) or arrays (hdf5)."""
+    to: Annotated[str, one_of(EXPORTERS)]
+    """Format: tables have a row a sample."""
     out: Path
     """The new file."""
 
@@ -26,10 +29,10 @@ class Export:
         from firstcontact.recording import load_dataset
         from firstcontact.recording.exporting import export
 
-        if self.to == "parquet":
-            need("parquet", "pyarrow")
+        exporter = EXPORTERS.find(self.to)
+        need(exporter.extra, *exporter.modules)
         dataset = load_dataset(self.path)
-        export(dataset, self.to, self.out)
+        export(dataset, exporter, self.out)
         for note in dataset.notes:
             print(f"note: {note}")
         print(f"{len(dataset)} pinches written to {self.out}")

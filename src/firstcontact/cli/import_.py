@@ -4,21 +4,26 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import tyro
+
+from firstcontact.recording.formats import IMPORTERS
 
 
 @dataclass(frozen=True)
 class Import:
-    """Turn what others have (WAV, HDF5, NPZ, CSV) into recordings."""
+    """Turn what others have into recordings."""
 
-    path: tyro.conf.Positional[Path]
-    """A folder of WAV files with labels.csv, or a .h5, .hdf5, .npz or .csv file."""
+    path: Annotated[
+        tyro.conf.Positional[Path],
+        tyro.conf.arg(help=f"A folder or file that one of these reads: {', '.join(IMPORTERS)}."),
+    ]
+    """What to import."""
     out: Path
     """New folder for the recordings, one file a session."""
     rate: float | None = None
-    """Samples a second, Hz, for a CSV file that does not say it."""
+    """Samples a second, Hz, for a file that need not say it and does not."""
 
     source: Literal["real", "twin", "synthetic", "unknown"] | None = None
     """Where the data come from, where the file does not say it; then they are unknown."""

@@ -9,7 +9,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
+
+from firstcontact.cli.choices import devices
 
 #: How long a device is listened to, s.
 LISTEN = 2.0
@@ -19,8 +21,10 @@ LISTEN = 2.0
 class Info:
     """Print what a bug report needs: versions, ports, and what a device says about itself."""
 
-    device: str | None = None
-    """A serial port, "twin" or a recording: say what it is, and listen to it for 2 s."""
+    device: Annotated[
+        str | None, devices(more=" It says what it is, and is listened to for 2 s.")
+    ] = None
+    """What is asked."""
     condition: Literal["paper-rig", "everyday"] = "paper-rig"
     """Of the twin."""
 
@@ -73,10 +77,10 @@ def _ports() -> Iterator[str]:
 
 def _device(name: str, condition: str) -> Iterator[str]:
     from firstcontact.device import ports
-    from firstcontact.device.opening import open_source
+    from firstcontact.device.opening import open_source, source_kind
 
     source = open_source(name, condition=condition)
-    if name != "twin" and Path(name).suffix != ".mcap":
+    if source_kind(name).is_port:
         yield _line("port", ports.access(Path(name)))
     with source:
         descriptor, layout = source.descriptor, source.descriptor.layout

@@ -9,15 +9,20 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
+from firstcontact.cli.choices import devices, one_of
 from firstcontact.core.errors import InputError
 from firstcontact.core.extras import need
+from firstcontact.device.opening import open_source, source_kind
+from firstcontact.grasp.policies.registry import POLICIES, live_policies
+from firstcontact.grasp.registry import HANDS
 
 if TYPE_CHECKING:
     from firstcontact.contact import Detector
     from firstcontact.core import Calibration
     from firstcontact.device import Source
+    from firstcontact.grasp.hand import Hand
     from firstcontact.live.grasping import Grasping
     from firstcontact.live.pipeline import Answerer
     from firstcontact.live.session import Session
@@ -36,8 +41,8 @@ SWITCH = 5e-4
 class Live:
     """Show contacts and stiffness as they happen: in the terminal, on a page, to other programs."""
 
-    device: str
-    """A serial port, "twin" for the simulated hand, or a recording to replay."""
+    device: Annotated[str, devices()]
+    """Where samples come from."""
     model: Path | None = None
     """Folder that `firstcontact train` wrote; for the twin one is made if none is given."""
     calibration: Path | None = None
@@ -54,11 +59,11 @@ class Live:
     """Write JSON lines to standard output instead of text."""
     lsl: bool = False
     """Offer samples and events to other programs by LSL."""
-    hand: str | None = None
-    """A hand to drive: twin (the simulated one, with --device twin), print or ability."""
+    hand: Annotated[str | None, one_of(HANDS)] = None
+    """A hand to drive."""
     hand_port: str | None = None
-    """Of the hand; "simulated" is the one in its maker's package."""
-    policy: str = "first_contact"
+    """Of the hand, where it needs one; some have one for a rehearsal without hardware."""
+    policy: Annotated[str, one_of(live_policies())] = POLICIES.default
     """What decides how the hand closes."""
     record: bool = False
     """Begin a recording at once."""
@@ -84,7 +89,6 @@ class Live:
             need("live", "pylsl")
         from firstcontact.cli.stopping import stopping
         from firstcontact.core.calibration_file import read_calibration
-        from firstcontact.device.opening import open_source
         from firstcontact.live.grasping import grasp_lines
         from firstcontact.live.pipeline import Pipeline
         from firstcontact.live.session import Session
@@ -129,29 +133,34 @@ class Live:
             raise InputError(f"--speed is {self.speed:g}: give a number above 0")
         if not 0 <= self.port <= 65535:
             raise InputError(f"--port is {self.port}: give one from 0 to 65535")
-        recorded = Path(self.device).suffix == ".mcap"
-        if (
-            self.hand == "ability"
-            and self.hand_port != "simulated"
-            and (recorded or self.speed != 1.0)
-        ):
+        if self.hand is not None:
+            self._check_hand(HANDS.find(self.hand))
+
+    def _check_hand(self, hand: type[Hand]) -> None:
+        """Refuse what the hand must not, or cannot, be driven with."""
+        device = source_kind(self.device)
+        rehearsed = self.hand_port is not None and self.hand_port == hand.rehearsal
+        if hand.real and not rehearsed and (device.recorded or self.speed != 1.0):
+            instead = "" if hand.rehearsal is None else f", or --hand-port {hand.rehearsal}"
             raise InputError(
-                "--hand ability is not driven from a recording, nor faster than real time: use "
-                "--hand print, or --hand-port simulated"
+                f"--hand {hand.name} is not driven from a recording, nor faster than real time: "
+                f"use --hand {HANDS.default}{instead}"
             )
-        if self.hand == "twin" and self.device != "twin":
-            raise InputError("--hand twin is the hand of --device twin: name both, or another hand")
+        if hand.of_source not in (None, device.name):
+            raise InputError(
+                f"--hand {hand.name} is the hand of --device {hand.of_source}: name both, or "
+                "another hand"
+            )
 
     def _own_model(self, source: Source) -> Path:
         """The twin's, where the twin is what is listened to, now or when it was recorded."""
-        recorded = Path(self.device).suffix == ".mcap" and source.descriptor.source == "twin"
-        if self.device != "twin" and not recorded:
+        from firstcontact.cli.twin_model import ORIGIN, twin_model
+
+        device = source_kind(self.device)
+        if ORIGIN not in (device.origin, source.descriptor.source if device.recorded else ""):
             raise InputError(
                 "--model is missing: give the folder of a model that `firstcontact train` wrote"
             )
-        from firstcontact.cli.twin_model import twin_model
-
-        need("twin", "numba")
         return twin_model(self.condition, self.seed)
 
     def _measured(self, source: Source) -> Calibration | None:
@@ -159,7 +168,7 @@ class Live:
         from firstcontact.device.noise_floor import measure_noise
 
         recorded = getattr(source, "calibration", None)
-        if recorded is not None or Path(self.device).suffix == ".mcap":
+        if recorded is not None or source_kind(self.device).recorded:
             return recorded  # a recording has its own, or each of its closings is an epoch
         _say(f"measuring the noise floor, {REST:g} s: keep the hand open and still")
         return measure_noise(source, REST, PATIENCE)
@@ -170,7 +179,6 @@ class Live:
         from firstcontact.grasp.hand import HandError
         from firstcontact.grasp.policies.registry import live_policy
         from firstcontact.grasp.registry import open_hand
-        from firstcontact.grasp.safe import SafeHand
         from firstcontact.live.grasping import Grasping
 
         if self.hand is None:
@@ -178,13 +186,7 @@ class Live:
             return
         policy = live_policy(self.policy)
         try:
-            if self.hand == "twin":
-                from firstcontact.live.twin_hand import TwinHand
-
-                hand = SafeHand(TwinHand(source))
-            else:
-                hand = open_hand(self.hand, self.hand_port)
-            with hand:
+            with open_hand(self.hand, self.hand_port, source=source) as hand:
                 yield Grasping(policy, hand, source.descriptor.layout)
         except HandError as error:
             raise InputError(f"--hand {self.hand}: {error}") from error

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
+from firstcontact.cli.choices import devices
 from firstcontact.core.errors import InputError
+from firstcontact.device.opening import open_source, source_kind
 
 if TYPE_CHECKING:
     from firstcontact.cli.stopping import Stop
@@ -24,8 +26,8 @@ MOST_SESSIONS = 1000
 class Record:
     """Record labelled pinches: the hand closes, the terminal says which ones count."""
 
-    device: str
-    """A serial port, or "twin" for the simulated hand."""
+    device: Annotated[str, devices(recorded=False)]
+    """Where samples come from."""
     out: Path
     """Folder for the recordings, one file a session; what is in it is gone on with."""
     object: str = ""
@@ -88,9 +90,17 @@ class Record:
         else:
             role = Role(self.role)
             items = (Item(self.object, self.pinches, self.shore, self.specimen, role),)
-        if self.device != "twin" and self.speed != 1.0:
-            raise InputError("--speed is for the twin: a hand closes as fast as it does")
-        return _as_the_twin_knows(items) if self.device == "twin" else items
+        kind = source_kind(self.device)
+        if not kind.simulated and self.speed != 1.0:
+            raise InputError(
+                "--speed is for a simulated hand: a real one closes as fast as it does"
+            )
+        known = kind.shore_a
+        if known is None:
+            return items
+        return tuple(
+            replace(i, shore=known(i.object) if i.shore is None else i.shore) for i in items
+        )
 
     def _sessions(self) -> list[str]:
         from firstcontact.core.plain import check_text
@@ -113,7 +123,6 @@ class Record:
         from firstcontact.collect.sessions import so_far
         from firstcontact.core.calibration_file import read_calibration
         from firstcontact.device.noise_floor import measure_noise
-        from firstcontact.device.opening import open_source
 
         calibration = None if self.calibration is None else read_calibration(self.calibration)
         # Another part of a session must not repeat what the twin did in the first.
@@ -137,7 +146,8 @@ class Record:
             guide = Guide(layout, items, session, calibration, before.done)
             header = header_of(source.descriptor, session, calibration, self.hand, self.notes)
             print(f"session {session}: {before.path}")
-            terminal = Terminal(source, guide, asks=self.device != "twin" and len(items) > 1)
+            by_hand = not source_kind(self.device).simulated
+            terminal = Terminal(source, guide, asks=by_hand and len(items) > 1)
             with terminal:
                 stop.gently = True
                 try:
@@ -146,18 +156,3 @@ class Record:
                     )
                 finally:
                     stop.gently = False
-
-
-def _as_the_twin_knows(items: tuple[Item, ...]) -> tuple[Item, ...]:
-    """Refuse objects that the twin does not have, and fill in the Shore A of the others."""
-    from dataclasses import replace
-
-    from firstcontact.core.extras import need
-
-    need("twin", "numba")
-    from firstcontact.twin.objects import object_named
-
-    return tuple(
-        replace(i, shore=object_named(i.object).shore_a if i.shore is None else i.shore)
-        for i in items
-    )

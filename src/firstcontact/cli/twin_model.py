@@ -8,6 +8,8 @@ from contextlib import redirect_stdout
 from importlib.metadata import version
 from pathlib import Path
 
+#: What recordings of the twin say of where they come from.
+ORIGIN = "twin"
 #: Pinches of each block that it learns from: enough for a first look in half a minute.
 PINCHES = 60
 #: Raised whenever what is trained here changes, so that older ones are not used.
@@ -35,8 +37,10 @@ def twin_model(condition: str, seed: int) -> Path:
         return folder
     from firstcontact.cli.simulate import Simulate
     from firstcontact.cli.train import Train
+    from firstcontact.core.extras import need
     from firstcontact.core.temporary import temporary_beside
 
+    need("twin", "numba")
     print(f"no --model: one is trained on the twin first and kept in {folder}", file=sys.stderr)
     with temporary_beside(folder) as making:
         making.mkdir()

@@ -47,7 +47,7 @@ VERBS = {
     "simulate": Verb(
         "Simulate", "Make recordings of simulated pinches: five blocks and eight everyday objects."
     ),
-    "import": Verb("Import", "Turn what others have (WAV, HDF5, NPZ, CSV) into recordings."),
+    "import": Verb("Import", "Turn what others have into recordings."),
     "inspect": Verb("Inspect", "Say what is in a recording, and draw a pinch of it."),
     "export": Verb("Export", "Write the pinches of recordings for other tools."),
     "train": Verb(

@@ -1,5 +1,14 @@
 """Devices: the wire protocol, and sources of samples behind one interface."""
 
-from firstcontact.device.source import Arrival, Descriptor, Health, Source
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from firstcontact.core.lazy import lazily
+
+if TYPE_CHECKING:
+    from firstcontact.device.source import Arrival, Descriptor, Health, Source
+else:
+    __getattr__ = lazily(__name__, {"source": "Arrival Descriptor Health Source"})
 
 __all__ = ["Arrival", "Descriptor", "Health", "Source"]

@@ -1,53 +1,151 @@
-"""One way in: a source by the name that a person gives it."""
+"""All kinds of sources by name, and one way in. A new one is one file and one entry here."""
 
 from __future__ import annotations
 
-from importlib.util import find_spec
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from firstcontact.core import InputError
-from firstcontact.device.source import Source
+from firstcontact.core.registry import Registry
+
+if TYPE_CHECKING:
+    from firstcontact.device.source import Source
+
+
+@dataclass(frozen=True, slots=True)
+class SourceOptions:
+    """What else a person may say of a source.
+
+    Parameters
+    ----------
+    speed
+        Times real time, where it can be chosen.
+    condition, seed
+        Of the twin.
+    """
+
+    speed: float = 1.0
+    condition: str = "paper-rig"
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class SourceKind:
+    """A kind of sources: which devices are of it, and how one is opened.
+
+    Parameters
+    ----------
+    name
+        Under which it is registered.
+    title
+        How a device of this kind is named, as help says it: "a serial port".
+    make
+        From what a person typed and the options to a source that is not entered yet.
+    takes
+        Whether what a person typed is of this kind; without it, all that begins with the
+        name and a colon is.
+    recorded
+        Whether it gives what has happened already.
+    simulated
+        Whether its hand is no real one: it takes orders, and its time may run faster.
+    is_port
+        Whether what a person types is the path of a port.
+    origin
+        What its recordings will say of where they come from, where that is known before.
+    shore_a
+        Of an object that a simulated hand knows by name. Raises InputError for others.
+    """
+
+    name: str
+    title: str
+    make: Callable[[str, SourceOptions], Source]
+    takes: Callable[[str], bool] | None = None
+    recorded: bool = False
+    simulated: bool = False
+    is_port: bool = False
+    origin: str = ""
+    shore_a: Callable[[str], float] | None = None
+
+    def accepts(self, device: str) -> bool:
+        """Whether this is a device of this kind."""
+        return device.startswith(f"{self.name}:") if self.takes is None else self.takes(device)
+
+
+def _in(module: str, function: str) -> Callable[..., Any]:
+    """A function of this room, whose module is imported when it is called."""
+
+    def called(*arguments: Any) -> Any:
+        return getattr(import_module(f"firstcontact.device.{module}"), function)(*arguments)
+
+    return called
+
+
+_OURS = (
+    SourceKind(
+        "serial",
+        "a serial port",
+        _in("serial_source", "from_port"),
+        takes=lambda device: True,
+        is_port=True,
+    ),
+    SourceKind(
+        "twin",
+        '"twin" for the simulated hand',
+        _in("twin_source", "from_name"),
+        takes=lambda device: device == "twin",
+        simulated=True,
+        origin="twin",
+        shore_a=_in("twin_source", "shore_a"),
+    ),
+    SourceKind(
+        "recording",
+        "a recording to replay",
+        _in("replay", "from_path"),
+        takes=lambda device: Path(device).suffix == ".mcap",
+        recorded=True,
+    ),
+)
+#: What no other kind takes is of the default.
+SOURCES: Registry[SourceKind] = Registry(
+    "source", "firstcontact.sources", {kind.name: kind for kind in _OURS}
+)
+
+
+def source_kind(device: str) -> SourceKind:
+    """The kind of a device.
+
+    Raises
+    ------
+    InputError
+        It is of a plug-in that cannot be loaded.
+    """
+    others = [kind for name, kind in SOURCES.items() if name != SOURCES.default]
+    named = device.partition(":")[0]
+    if named in SOURCES.failed:
+        return SOURCES.find(named)
+    # A name and a colon say it without a doubt.
+    others.sort(key=lambda kind: kind.takes is not None)
+    return next((k for k in others if k.accepts(device)), SOURCES[SOURCES.default])
 
 
 def open_source(
-    name: str,
-    *,
-    speed: float = 1.0,
-    condition: str = "paper-rig",
-    seed: int = 0,
+    device: str, *, speed: float = 1.0, condition: str = "paper-rig", seed: int = 0
 ) -> Source:
     """A source that is not entered yet.
 
     Parameters
     ----------
-    name
-        "twin", a recording (a path that ends in .mcap), or a serial port.
-    speed
-        Times real time, of the twin or a recording.
-    condition, seed
-        Of the twin.
+    device
+        "twin", a recording (a path that ends in .mcap), a serial port, or what a plug-in takes.
+    speed, condition, seed
+        See :class:`SourceOptions`.
 
     Raises
     ------
     InputError
-        A recording that cannot be replayed, another speed for a real device, or a
-        twin without its extra.
+        A recording that cannot be replayed, another speed for a real device, or a kind that
+        needs something that is missing.
     """
-    if name == "twin":
-        if find_spec("numba") is None:
-            raise InputError(
-                "the twin needs numba, which the base install leaves out: "
-                "pip install 'firstcontact[twin]'"
-            )
-        from firstcontact.device.twin_source import TwinSource
-
-        return TwinSource(condition, seed=seed, speed=speed)
-    if Path(name).suffix == ".mcap":
-        from firstcontact.device.replay import ReplaySource
-
-        return ReplaySource(Path(name), speed)
-    if speed != 1.0:
-        raise InputError(f"--speed is {speed:g}, but a device on {name} has its own: leave it out")
-    from firstcontact.device.serial_source import SerialSource
-
-    return SerialSource(name)
+    return source_kind(device).make(device, SourceOptions(speed, condition, seed))

@@ -12,6 +12,7 @@ from types import TracebackType
 from typing import Self
 
 from firstcontact.core import Block, Calibration, InputError
+from firstcontact.device.opening import SourceOptions
 from firstcontact.device.source import Arrival, Descriptor, Health
 from firstcontact.recording import Marker, PinchMark, Recording, read_recording
 
@@ -200,3 +201,8 @@ def _pieces(
             while pinches and (everything or (pinches[0].epoch, pinches[0].end) <= until):
                 done.append(pinches.popleft())
             yield block, tuple(told), tuple(done)
+
+
+def from_path(path: str, options: SourceOptions) -> ReplaySource:
+    """The recording at a path, at the speed that was asked for."""
+    return ReplaySource(Path(path), options.speed)

@@ -17,6 +17,7 @@ from firstcontact.core import Block, InputError
 from firstcontact.device.assembler import Assembled, Assembler
 from firstcontact.device.clock import ClockFit
 from firstcontact.device.decoder import Decoder
+from firstcontact.device.opening import SourceOptions
 from firstcontact.device.protocol import VERSION, FrameType, marker_text
 from firstcontact.device.source import Arrival, Descriptor, Health
 from firstcontact.device.transport import LinkError, SerialTransport
@@ -340,3 +341,12 @@ class SerialSource:
             now = time.monotonic()
             if self._take(data, now).stopped:
                 return
+
+
+def from_port(port: str, options: SourceOptions) -> SerialSource:
+    """The device on a port; InputError where a speed is asked of it."""
+    if options.speed != 1.0:
+        raise InputError(
+            f"--speed is {options.speed:g}, but a device on {port} has its own: leave it out"
+        )
+    return SerialSource(port)

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Self
 
+from firstcontact.core.extras import need
+from firstcontact.device.opening import SourceOptions
 from firstcontact.device.serial_source import SerialSource
 from firstcontact.device.twin_device import TwinDevice
 from firstcontact.twin.drive import LATENCY
@@ -53,3 +55,17 @@ class TwinSource(SerialSource):
         finally:
             if self.device is not None:
                 self.device.close()
+
+
+def from_name(name: str, options: SourceOptions) -> TwinSource:
+    """The twin as a person asked for it; InputError without its extra."""
+    need("twin", "numba")
+    return TwinSource(options.condition, seed=options.seed, speed=options.speed)
+
+
+def shore_a(name: str) -> float:
+    """Of an object that the twin has; InputError for others, and without its extra."""
+    need("twin", "numba")
+    from firstcontact.twin.objects import object_named
+
+    return object_named(name).shore_a

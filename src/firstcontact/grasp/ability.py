@@ -5,13 +5,12 @@ from __future__ import annotations
 import threading
 import time
 from math import inf
-from types import TracebackType
 from typing import Any, Self
 
 from firstcontact.core import Command
 from firstcontact.grasp.ability_fingers import RELEASED, Felt, Fingers
-from firstcontact.grasp.ability_package import check, claimed, open_client
-from firstcontact.grasp.hand import HandError, HandLimits
+from firstcontact.grasp.ability_package import SIMULATED, check, claimed, open_client
+from firstcontact.grasp.hand import Hand, HandError, HandLimits
 
 #: Time without an answer after which the hand is taken for lost, s.
 LOST = 0.5
@@ -20,7 +19,7 @@ LOST = 0.5
 OPENING = 2.0
 
 
-class AbilityHand:
+class AbilityHand(Hand):
     """Index finger and thumb close at the commanded speed; the other fingers follow the index.
 
     A thread of its own sends position targets a hundred times a second, and reads back
@@ -42,6 +41,8 @@ class AbilityHand:
 
     name = "ability"
     limits = HandLimits(speed=0.25, force=10.0, rate=100.0, watchdog=0.3)
+    rehearsal = SIMULATED
+    separate = True
 
     def __init__(self, port: str | None = None) -> None:
         self._port = check(port)
@@ -99,14 +100,6 @@ class AbilityHand:
             self.close()
             raise self._failure
         return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _run(self) -> None:
         try:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Protocol, Self
+from typing import ClassVar, Self
 
 from firstcontact.core import Command
 
@@ -36,17 +37,26 @@ class HandLimits:
     watchdog: float
 
 
-class Hand(Protocol):
-    """A hand that takes commands. Opened by ``with``; released on every way out."""
+class Hand(ABC):
+    """A hand that takes commands. Opened by ``with``; released on every way out.
 
-    @property
-    def name(self) -> str:
-        """Under which it is registered and reported."""
+    A registered one is made from its port's name or None, or from the source that it is
+    driven over; making it opens nothing.
+    """
 
-    @property
-    def limits(self) -> HandLimits:
-        """What it can do."""
+    #: Under which it is registered and reported.
+    name: ClassVar[str]
+    limits: HandLimits
+    #: Whether it moves for real: then no recording drives it, nor a clock that runs faster.
+    real: ClassVar[bool] = True
+    #: The port under which it works without hardware, for tests and dry runs.
+    rehearsal: ClassVar[str | None] = None
+    #: Whether a process of its own drives it, which lets go when the program hangs or is no more.
+    separate: ClassVar[bool] = False
+    #: Name of the source over which it is driven; it is then made from that source.
+    of_source: ClassVar[str | None] = None
 
+    @abstractmethod
     def send(self, command: Command) -> None:
         """Order; returns at once. The hand may answer later or not at all.
 
@@ -56,17 +66,21 @@ class Hand(Protocol):
             Not open, closed, or known to be out of reach.
         """
 
+    @abstractmethod
     def release(self) -> None:
         """Open and let go, whatever was ordered before, until the next command. Never raises."""
 
+    @abstractmethod
     def close(self) -> None:
         """Release and let go of the connection. Closing twice is fine."""
 
-    def __enter__(self) -> Self: ...
+    def __enter__(self) -> Self:
+        return self
 
     def __exit__(
         self,
         kind: type[BaseException] | None,
         error: BaseException | None,
         trace: TracebackType | None,
-    ) -> None: ...
+    ) -> None:
+        self.close()

@@ -6,18 +6,19 @@ import sys
 import time
 from collections import deque
 from math import inf
-from types import TracebackType
 from typing import Self, TextIO
 
 from firstcontact.core import Command
-from firstcontact.grasp.hand import HandError, HandLimits
+from firstcontact.grasp.hand import Hand, HandError, HandLimits
 
 
-class PrintHand:
+class PrintHand(Hand):
     """For a dry run: a line for each order, none for the same order again.
 
     Parameters
     ----------
+    port
+        It needs none.
     out
         Where the lines go; standard error if None, so that standard output stays for data.
 
@@ -29,8 +30,9 @@ class PrintHand:
 
     name = "print"
     limits = HandLimits(speed=0.5, force=20.0, rate=200.0, watchdog=inf)
+    real = False
 
-    def __init__(self, out: TextIO | None = None) -> None:
+    def __init__(self, port: str | None = None, out: TextIO | None = None) -> None:
         self.told: deque[Command | None] = deque(maxlen=1000)
         self._out = out
         self._open = False
@@ -56,14 +58,6 @@ class PrintHand:
         self._open = True
         self._began = time.monotonic()
         return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _note(self, command: Command | None) -> None:
         again = bool(self.told) and self.told[-1] == command

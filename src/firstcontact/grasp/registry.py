@@ -3,49 +3,61 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
+from typing import Any
 
 from firstcontact.core import InputError
-from firstcontact.grasp.ability import AbilityHand
-from firstcontact.grasp.ability_package import SIMULATED
+from firstcontact.core.registry import Registry
 from firstcontact.grasp.hand import Hand
-from firstcontact.grasp.printing import PrintHand
 from firstcontact.grasp.safe import SafeHand
 from firstcontact.grasp.separate import SeparateHand
 
+HANDS: Registry[type[Hand]] = Registry(
+    "hand",
+    "firstcontact.hands",
+    {
+        "print": "firstcontact.grasp.printing:PrintHand",
+        "twin": "firstcontact.live.twin_hand:TwinHand",
+        "ability": "firstcontact.grasp.ability:AbilityHand",
+    },
+)
 
-@dataclass(frozen=True, slots=True)
-class HandKind:
-    """How to make a hand.
+
+def make_hand(kind: type[Hand], port: str | None = None, source: object = None) -> Hand:
+    """A hand that is not open yet, in a process of its own if it is to have one.
 
     Parameters
     ----------
-    make
-        From a port's name, or None, to a hand that is not open yet.
-    rehearsal
-        The port under which it works without hardware, for tests and dry runs.
+    kind
+        A class of hands.
+    port
+        Where it is connected, for hands that need it.
+    source
+        Over which it is driven, for hands that are; open when the hand is and as long.
+
+    Raises
+    ------
+    InputError
+        It needs something that is missing.
     """
-
-    make: Callable[[str | None], Hand]
-    rehearsal: str | None = None
-
-
-HANDS: dict[str, HandKind] = {
-    PrintHand.name: HandKind(lambda port: PrintHand()),
-    AbilityHand.name: HandKind(partial(SeparateHand, AbilityHand), rehearsal=SIMULATED),
-}
+    made: Callable[[Any], Hand] = kind
+    if kind.of_source is not None:
+        if source is None:
+            raise InputError(f"the hand {kind.name!r} needs its source: open it, and pass it on")
+        return made(source)
+    return SeparateHand(kind, port) if kind.separate else made(port)
 
 
-def open_hand(name: str, port: str | None = None, *, silence: float = 1.0) -> SafeHand:
+def open_hand(
+    name: str, port: str | None = None, *, source: object = None, silence: float = 1.0
+) -> SafeHand:
     """A hand made safe, to be entered by ``with``.
 
     Parameters
     ----------
     name
         One of :data:`HANDS`.
-    port
-        Where it is connected, for hands that need it.
+    port, source
+        As in :func:`make_hand`.
     silence
         Time without a word of the program after which it is released, s.
 
@@ -54,6 +66,4 @@ def open_hand(name: str, port: str | None = None, *, silence: float = 1.0) -> Sa
     InputError
         There is none of that name, or it needs something that is missing.
     """
-    if name not in HANDS:
-        raise InputError(f"no hand is called {name!r}: choose one of {', '.join(HANDS)}")
-    return SafeHand(HANDS[name].make(port), silence=silence)
+    return SafeHand(make_hand(HANDS.find(name), port, source), silence=silence)

@@ -9,11 +9,11 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from math import inf
-from types import FrameType, TracebackType
+from types import FrameType
 from typing import Self
 
 from firstcontact.core import Command
-from firstcontact.grasp.hand import Hand, HandError, HandLimits
+from firstcontact.grasp.hand import Hand, HandError
 from firstcontact.grasp.pacing import HandCounts, Pacer
 
 Handler = Callable[[int, FrameType | None], None] | signal.Handlers
@@ -45,7 +45,7 @@ def _undisturbed() -> Iterator[None]:
             signal.raise_signal(came[0])
 
 
-class SafeHand:
+class SafeHand(Hand):
     """Any hand, made safe; a hand itself.
 
     Commands are clipped to the hand's limits and sent no faster than it takes them: the
@@ -70,6 +70,8 @@ class SafeHand:
     def __init__(
         self, hand: Hand, *, silence: float = 1.0, clock: Callable[[], float] = time.monotonic
     ) -> None:
+        self.name = hand.name  # type: ignore[misc]  # as what is inside
+        self.limits = hand.limits
         self._hand = hand
         self._clock = clock
         self._pacer = Pacer(hand.limits, silence)
@@ -78,16 +80,6 @@ class SafeHand:
         self._closed = False
         self._failure: Exception | None = None
         self._taken: list[signal.Signals] = []
-
-    @property
-    def name(self) -> str:
-        """Of the hand inside."""
-        return self._hand.name
-
-    @property
-    def limits(self) -> HandLimits:
-        """Of the hand inside."""
-        return self._hand.limits
 
     @property
     def counts(self) -> HandCounts:
@@ -176,14 +168,6 @@ class SafeHand:
         self._thread = threading.Thread(target=self._watch, name="hand watchdog", daemon=True)
         self._thread.start()
         return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _handle(self, handler: Handler) -> None:
         # Only the main thread may; elsewhere the program's end is its own affair.

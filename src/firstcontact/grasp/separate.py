@@ -6,7 +6,6 @@ import time
 from collections import deque
 from contextlib import suppress
 from dataclasses import replace
-from types import TracebackType
 from typing import Any, Self
 
 from firstcontact.core import Command, InputError
@@ -20,7 +19,7 @@ START = 30.0
 MUTE = 1.0
 
 
-class SeparateHand:
+class SeparateHand(Hand):
     """Drives a hand from a process of its own; a hand itself.
 
     The process has the hand's port, and hears each order through a pipe. When the pipe has been
@@ -47,7 +46,7 @@ class SeparateHand:
 
     def __init__(self, kind: type[Any], port: str | None = None, silence: float = 1.0) -> None:
         hand: Hand = kind(port)
-        self.name = hand.name
+        self.name = hand.name  # type: ignore[misc]  # as what it drives
         self.limits = replace(hand.limits, watchdog=min(hand.limits.watchdog, silence))
         self._words = (kind.__module__, kind.__qualname__, str(self.limits.watchdog))
         self._port = () if port is None else (port,)
@@ -99,14 +98,6 @@ class SeparateHand:
         self._unanswered.clear()
         self._child = child
         return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _tell(self, child: Child, line: str) -> None:
         child.tell(line, 0.0)

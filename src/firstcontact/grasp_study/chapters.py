@@ -6,10 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from firstcontact.grasp.policies.registry import POLICIES
+from firstcontact.grasp.policy import Part
 from firstcontact.grasp_study.figures.headline import headline_figure
 from firstcontact.grasp_study.figures.latencies import over_latency
 from firstcontact.grasp_study.figures.stiffnesses import over_shore
-from firstcontact.grasp_study.words import name
+from firstcontact.grasp_study.variants import playing, unmodulated, variants
 from firstcontact.twin.plant import LIFT
 
 
@@ -51,8 +53,8 @@ def sentences(results: Mapping[str, Any]) -> list[str]:
     head = results["headline"]
     said = []
     best = head["best_feedback"]
-    for ours in ("first_contact", "early_exit"):
-        for other, found in head[ours].items():
+    for ours in playing(Part.CANDIDATE):
+        for other, found in head[ours.key].items():
             soft, lasting = found["soft"], found["lasting"]
             verdict = ""
             if other == best:
@@ -61,8 +63,9 @@ def sentences(results: Mapping[str, Any]) -> list[str]:
             if ends := soft["intervals"].get("less_peak"):
                 less["intervals"]["change"] = [-end for end in reversed(ends)]
             said.append(
-                f"{name(ours).capitalize()} against {name(other)}: peak force on objects up to "
-                f"{head['soft_up_to']:g} Shore A {_between(less, 'change', '{:+z.0f}', 100)} %, "
+                f"{ours.title.capitalize()} against {variants()[other].title}: "
+                f"peak force on objects up to {head['soft_up_to']:g} Shore A "
+                f"{_between(less, 'change', '{:+z.0f}', 100)} %, "
                 f"time to grasp {_between(lasting, 'longer', '{:+z.0f}', 100)} %, drops "
                 f"{found['all']['more_dropped']:+d}, broken {found['all']['more_broken']:+d} of "
                 f"{found['all']['n']} closings. {verdict}"
@@ -71,18 +74,19 @@ def sentences(results: Mapping[str, Any]) -> list[str]:
 
 
 def tables(results: Mapping[str, Any]) -> list[Table]:
-    """Everything at the headline's latency, then what force feedback was tuned to."""
+    """Everything at the headline's latency, then what was tuned and what was missed."""
     ms = f"{results['headline']['latency_ms']:g}"
     head = (
         "", "Peak, soft (N)", "Peak, firm (N)", "Time to grasp (ms)", "Steady", "Dropped",
         "Brittle broken (%)",
     )  # fmt: skip
     rows = []
+    compared = variants()
     for variant, at in results["policies"].items():
         groups = at[ms]
         rows.append(
             (
-                name(variant),
+                compared[variant].title,
                 _between(groups["soft"], "peak_n", "{:.2f}"),
                 _between(groups["firm"], "peak_n", "{:.2f}"),
                 _between(groups["lasting"], "time_ms", "{:.0f}"),
@@ -91,30 +95,15 @@ def tables(results: Mapping[str, Any]) -> list[Table]:
                 _between(groups["brittle"], "broken", "{:.0f}", 100),
             )
         )
-    tuned = [
-        (
-            name(key), f"{1e3 * f['settings']['threshold']:g} mV",
-            f"{f['settings']['approach']:g} N", f"{1e3 * f['settings']['speed']:g} mm/s",
-            f"{f['settings']['force']:g} N", str(f["tried"]),
-        )
-        for key, f in results["feedback"].items()
-    ]  # fmt: skip
     late = [
-        (name(v), *(str(at[m]["all"]["misses"]) for m in at))
-        for v, at in results["policies"].items()
-        if v in ("first_contact", "early_exit")
+        (v.title, *(str(at["all"]["misses"]) for at in results["policies"][v.key].values()))
+        for v in playing(Part.CANDIDATE)
     ]
     latencies = [f"{m} ms" for m in next(iter(results["policies"].values()))]
     count = next(iter(results["policies"].values()))[ms]["all"]["n"]
     return [
         Table(f"At {ms} ms brake latency; 95 % intervals draw whole sessions.", head, rows),
-        Table(
-            "What force feedback was tuned to: the best of all that was tried, on sessions that "
-            "are not in this report.",
-            ("", "Threshold", "Force until then", "Speed from then on", "Force from then on",
-             "Tried"),
-            tuned,
-        ),
+        *_tuned(results["feedback"]),
         Table(
             f"Deadlines missed, of {count} closings at each latency: no estimate came that could "
             "be used, and the hand stayed slow and gentle.",
@@ -122,6 +111,28 @@ def tables(results: Mapping[str, Any]) -> list[Table]:
             late,
         ),
     ]  # fmt: skip
+
+
+def _tuned(found: Mapping[str, Any]) -> list[Table]:
+    """A table for each policy that was tuned."""
+    made = []
+    for policy in (p for p in POLICIES.values() if p.tunables):
+        shown = policy.tunables
+        rows = [
+            (
+                v.title,
+                *(f"{t.scale * found[key]['settings'][s]:g} {t.unit}" for s, t in shown.items()),
+                str(found[key]["tried"]),
+            )
+            for key, v in variants().items()
+            if v.policy is policy
+        ]
+        caption = (
+            f"What {policy.title} was tuned to: the best of all that was tried, on sessions that "
+            "are not in this report."
+        )
+        made.append(Table(caption, ("", *(t.title for t in shown.values()), "Tried"), rows))
+    return made
 
 
 def _brittle(results: Mapping[str, Any]) -> str:
@@ -134,10 +145,11 @@ def pictures(results: Mapping[str, Any]) -> list[Picture]:
     """All figures."""
     policies = results["policies"]
     # Its force is so high that nothing else could be told apart beside it.
-    others = {variant: at for variant, at in policies.items() if variant != "none"}
+    free = unmodulated().key
+    others = {variant: at for variant, at in policies.items() if variant != free}
     ms = f"{results['headline']['latency_ms']:g}"
     soft = results["headline"]["soft_up_to"]
-    peak = policies["none"][ms]["soft"]["peak_n"]
+    peak = policies[free][ms]["soft"]["peak_n"]
     apart = f"Without modulation it is {peak:.1f} N, which is not drawn."
     bars = "Bars are 95 % bootstrap intervals over sessions."
     return [

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Self
 
 from firstcontact.core import Block, Command, fingertip_layout
-from firstcontact.grasp.hand import HandLimits
+from firstcontact.grasp.hand import Hand, HandLimits
 from firstcontact.grasp.loop import LoopCounts
 from firstcontact.grasp.policy import Policy
 from firstcontact.live.events import Armed, Estimated, Refused, Touched
@@ -31,7 +29,7 @@ class Order:
     command: Command
 
 
-class PlantHand:
+class PlantHand(Hand):
     """The hand plant as a hand; it is at hand from its first sample to its last."""
 
     name = "plant"
@@ -52,17 +50,6 @@ class PlantHand:
 
     def close(self) -> None:
         """Nothing is left open."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,13 +11,12 @@ from numpy.typing import NDArray
 
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.palette import INK
-from firstcontact.grasp.policies.force_feedback import Feedback
+from firstcontact.grasp.policy import Part
 from firstcontact.grasp_study.closing import Order
 from firstcontact.grasp_study.learning import Models
 from firstcontact.grasp_study.settings import HEADLINE
-from firstcontact.grasp_study.trials import Scene, plant_of, played
-from firstcontact.grasp_study.variants import VARIANTS
-from firstcontact.grasp_study.words import colour, name
+from firstcontact.grasp_study.trials import Scene, Tuned, plant_of, played
+from firstcontact.grasp_study.variants import Variant, playing, unmodulated
 from firstcontact.report.figures.style import STYLE
 
 if TYPE_CHECKING:
@@ -36,7 +34,7 @@ OFFSETS = (0.018, 0.030)
 class Take:
     """One closing: time from its first contact (s), grip force (N), gaps (m), orders."""
 
-    variant: str
+    variant: Variant
     time: NDArray[np.float64]
     grip: NDArray[np.float64]
     gaps: NDArray[np.float64]
@@ -46,10 +44,10 @@ class Take:
 
 
 def film(
-    path: Path, sessions: int, seed: int, tuned: Mapping[str, Feedback], models: Models,
+    path: Path, sessions: int, seed: int, tuned: Tuned, models: Models,
     pictures: int = PICTURES,
 ) -> Scene:  # fmt: skip
-    """Write an animated GIF of no modulation beside early exit.
+    """Write an animated GIF of no modulation beside the last of the candidates.
 
     Of the sessions, the first is taken whose fingers touch a good while apart.
 
@@ -65,10 +63,10 @@ def film(
 
     for number in range(sessions):
         scene = Scene(KIND, number, seed=seed)
-        before = take(scene, "none", tuned, models)
+        before = take(scene, unmodulated(), tuned, models)
         if before.offset is not None and OFFSETS[0] <= before.offset <= OFFSETS[1]:
             break
-    takes = (before, take(scene, "early_exit", tuned, models))
+    takes = (before, take(scene, filmed(), tuned, models))
     with rc_context(STYLE):
         figure = Figure(figsize=(7.2, 4.5), layout="constrained")
         FigureCanvasAgg(figure)
@@ -107,9 +105,13 @@ def film(
     return scene
 
 
-def take(scene: Scene, key: str, tuned: Mapping[str, Feedback], models: Models) -> Take:
-    """Close on a scene with the variant of that name, at the headline's latency."""
-    variant = next(v for v in VARIANTS if v.key == key)
+def filmed() -> Variant:
+    """What is shown beside no modulation."""
+    return playing(Part.CANDIDATE)[-1]
+
+
+def take(scene: Scene, variant: Variant, tuned: Tuned, models: Models) -> Take:
+    """Close on a scene at the headline's latency."""
     plant = plant_of(scene, variant, HEADLINE)
     told = played(plant, scene, variant, tuned, models)
     outcome = plant.outcome
@@ -117,7 +119,7 @@ def take(scene: Scene, key: str, tuned: Mapping[str, Feedback], models: Models) 
     second = outcome.second_contact
     forces = plant.forces
     return Take(
-        key,
+        variant,
         np.arange(len(forces)) / FINGERTIP_RATE - first,
         forces.min(axis=1),
         plant.gaps,
@@ -141,20 +143,20 @@ def _hand(axis: Axes, shown: Take, now: float) -> None:
         axis.add_patch(
             Rectangle(
                 (min(face, face + side * 3.0), -0.8), 3.0, 1.6,
-                facecolor=colour(shown.variant) if touching else "#DDE3E8",
+                facecolor=shown.variant.colour if touching else "#DDE3E8",
                 edgecolor="#8A94A0",
             )
         )  # fmt: skip
     axis.set_xlim(-11.5, 11.5)
     axis.set_ylim(-1.6, 1.6)
     axis.set_axis_off()
-    axis.set_title(f"{name(shown.variant)}", color=colour(shown.variant))
+    axis.set_title(shown.variant.title, color=shown.variant.colour)
     axis.text(0, 0, f"{1e3 * now:+.0f} ms", ha="center", va="center", color=INK)
 
 
 def _force(axis: Axes, shown: Take, now: float) -> None:
     past = (shown.time <= now) & (shown.time >= -BEFORE)
-    axis.plot(1e3 * shown.time[past], shown.grip[past], color=colour(shown.variant), linewidth=1.8)
+    axis.plot(1e3 * shown.time[past], shown.grip[past], color=shown.variant.colour, linewidth=1.8)
     _marks(axis, shown, now)
     if past.any() and shown.grip[past].max() > 0:
         axis.text(
@@ -181,7 +183,7 @@ def _commands(axis: Axes, shown: Take, now: float) -> None:
     if edges:
         axis.step(
             [1e3 * e for e in edges] + [1e3 * now], [*speeds, speeds[-1]], where="post",
-            color=colour(shown.variant), linewidth=1.8,
+            color=shown.variant.colour, linewidth=1.8,
         )  # fmt: skip
         last = [c for t, c in told if t <= now][-1]
         axis.text(

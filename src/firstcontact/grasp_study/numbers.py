@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from firstcontact.grasp.policy import Part
 from firstcontact.grasp_study.settings import HEADLINE, KINDS, SOFT
 from firstcontact.grasp_study.trials import Row
-from firstcontact.grasp_study.variants import CONTROL, FAST, SLOW
+from firstcontact.grasp_study.variants import playing
 from firstcontact.learning.metrics import Values, cluster_intervals
 
 #: What was to be reached, at the headline's latency.
@@ -157,13 +158,13 @@ def objects_tree(rows: Sequence[Row], seed: int) -> dict[str, Any]:
     return tree
 
 
-def headline(rows: Sequence[Row], ours: Sequence[str], seed: int) -> dict[str, Any]:
-    """The target at the headline's latency: each of ours against both force arrays and the control.
+def headline(rows: Sequence[Row], seed: int) -> dict[str, Any]:
+    """The target at the headline's latency: each candidate against every baseline and control.
 
     Returns
     -------
     dict
-        ``best_feedback``; for each of ``ours`` and each other ``soft``, ``lasting`` and ``all``
+        ``best_feedback``; for each candidate and each other ``soft``, ``lasting`` and ``all``
         (see :func:`compared`) and ``met``: lower peak on soft objects, no more drops anywhere,
         time to grasp.
     """
@@ -173,16 +174,19 @@ def headline(rows: Sequence[Row], ours: Sequence[str], seed: int) -> dict[str, A
         belongs = GROUPS[group]
         return [r for r in here if r.variant == variant and belongs(r)]
 
-    peaks = {v: float(np.mean([r.peak for r in of(v, "soft")])) for v in (SLOW, FAST)}
+    baselines, controls, candidates = (
+        [v.key for v in playing(part)] for part in (Part.BASELINE, Part.CONTROL, Part.CANDIDATE)
+    )
+    peaks = {v: float(np.mean([r.peak for r in of(v, "soft")])) for v in baselines}
     tree: dict[str, Any] = {
         "latency_ms": 1e3 * HEADLINE,
         "soft_up_to": SOFT,
         "best_feedback": min(peaks, key=lambda v: peaks[v]),
         "target": {"less_peak": LESS_PEAK, "more_dropped": 0, "longer": LONGER},
     }
-    for variant in ours:
+    for variant in candidates:
         against: dict[str, Any] = {}
-        for other in (SLOW, FAST, CONTROL):
+        for other in (*baselines, *controls):
             soft = compared(of(variant, "soft"), of(other, "soft"), seed)
             lasting = compared(of(variant, "lasting"), of(other, "lasting"), seed)
             everything = compared(of(variant, "all"), of(other, "all"), seed)

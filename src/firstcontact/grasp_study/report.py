@@ -8,7 +8,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from firstcontact.grasp.policy import Part
 from firstcontact.grasp_study.chapters import pictures, sentences, tables
+from firstcontact.grasp_study.film import filmed
+from firstcontact.grasp_study.variants import playing
 from firstcontact.report.page import duration
 
 
@@ -35,5 +38,7 @@ def render(results: Mapping[str, Any], film: Path) -> str:
         tables=tables(results),
         pictures=pictures(results),
         film=f"data:image/gif;base64,{moving}",
+        filmed=filmed().title,
+        controls=[v.title for v in playing(Part.CONTROL)],
         elapsed=duration(results["study"]["seconds"]),
     )

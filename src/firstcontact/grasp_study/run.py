@@ -20,12 +20,9 @@ from firstcontact.grasp_study.report import render
 from firstcontact.grasp_study.search import Found, search
 from firstcontact.grasp_study.settings import Settings
 from firstcontact.grasp_study.trials import Row, Scene, Trial, run_trial
-from firstcontact.grasp_study.variants import VARIANTS
+from firstcontact.grasp_study.variants import variants
 from firstcontact.report.folder import sole_use
 from firstcontact.report.state import versions
-
-#: Policies that the target is about.
-OURS = ("first_contact", "early_exit")
 
 
 def run_grasp_study(settings: Settings, out: Path, quick: bool, command: str) -> Path:
@@ -77,7 +74,7 @@ def _run(settings: Settings, out: Path, quick: bool, command: str, asked: dict[s
         with parallel(settings.workers, within) as runner:
             stage("models")
             learned = learn(settings, out, runner)
-            stage("search for force feedback")
+            stage("tuning")
             found = search(settings, runner)
             stage("closings")
             models = loaded(learned.folder)
@@ -129,8 +126,9 @@ def close_all(
 ) -> list[Row]:
     """Every policy on every pinch at every latency: same pinch, same chance."""
     tuned = {key: f.settings for key, f in found.items()}
+    compared = tuple(variants().values())
     trials = [
-        Trial(Scene(k, s, seed=settings.seed), VARIANTS, settings.latencies, tuned)
+        Trial(Scene(k, s, seed=settings.seed), compared, settings.latencies, tuned)
         for s in range(settings.sessions)
         for k in settings.kinds
     ]
@@ -142,7 +140,7 @@ def numbers(rows: Sequence[Row], seed: int) -> dict[str, Any]:
     return {
         "policies": policies_tree(rows, seed),
         "objects": objects_tree(rows, seed),
-        "headline": headline(rows, OURS, seed),
+        "headline": headline(rows, seed),
     }
 
 

@@ -1,4 +1,4 @@
-"""Force feedback made as good as it can be, on pinches that are not reported."""
+"""What can be tuned made as good as it can be, on pinches that are not reported."""
 
 from __future__ import annotations
 
@@ -9,16 +9,11 @@ from typing import Any
 import numpy as np
 
 from firstcontact.core.jobs import Runner
-from firstcontact.grasp.policies.force_feedback import Feedback
+from firstcontact.grasp.policy import Policy
 from firstcontact.grasp_study.settings import HEADLINE, KINDS, SOFT, Settings
 from firstcontact.grasp_study.trials import Row, Scene, Trial, run_trial
-from firstcontact.grasp_study.variants import FAST, FEEDBACK, SLOW, VARIANTS, Variant
+from firstcontact.grasp_study.variants import Variant, unmodulated, variants
 
-#: What is tried, each with each.
-THRESHOLDS = (0.02, 0.05, 0.15)
-APPROACHES = (1.0, 1.5, 2.0, 2.5, 12.0)
-SPEEDS = (0.011, 0.02, 0.04, 0.08)
-FORCES = (2.2, 2.5, 2.6, 3.0)
 #: The best so many of a first round meet again on more pinches.
 FINALISTS = 12
 #: It may take so much longer than closing without modulation, as a share.
@@ -31,7 +26,7 @@ FIRST_ROUND = ("block 10", "orange 1")
 class Found:
     """What was chosen, and how it did on the pinches that it was chosen on."""
 
-    settings: Feedback
+    settings: dict[str, float]
     tried: int
     peak: float
     time: float
@@ -45,12 +40,12 @@ class Found:
 @dataclass(frozen=True, slots=True)
 class _Try:
     variant: Variant
-    settings: Feedback
+    settings: dict[str, float]
     scenes: tuple[Scene, ...]
 
 
 def search(settings: Settings, runner: Runner) -> dict[str, Found]:
-    """Choose the settings of force feedback for each force array.
+    """Choose the settings of every policy that has some, for each force array.
 
     The best has the lowest mean peak force on soft objects among those with which every
     object is held steadily and that take at most a tenth longer than no modulation. It is
@@ -60,38 +55,35 @@ def search(settings: Settings, runner: Runner) -> dict[str, Found]:
     numbers = range(settings.tuning)
     wide = tuple(Scene(k, s, "search", settings.seed) for k in everything for s in numbers)
     short = tuple(Scene(k, s, "search", settings.seed) for k in FIRST_ROUND for s in range(2))
-    candidates = _coarse() if settings.coarse else _all()
-    variants = {v.key: v for v in VARIANTS if v.policy == FEEDBACK}
-    free = Variant("none", "none")
+    tuned = {key: v for key, v in variants().items() if v.policy.tunables}
+    free = unmodulated()
     limits = {
         scenes: _summary(rows)[1] * (1 + SLOWER)
         for scenes, rows in zip(
             (short, wide),
-            runner.map(_run, [_Try(free, Feedback(), scenes) for scenes in (short, wide)]),
+            runner.map(_run, [_Try(free, {}, scenes) for scenes in (short, wide)]),
             strict=True,
         )
     }
     found = {}
-    rounds: dict[str, list[Feedback]] = dict.fromkeys((SLOW, FAST), candidates)
+    rounds = {key: _candidates(v.policy, settings.coarse) for key, v in tuned.items()}
+    counts = {key: len(tried) for key, tried in rounds.items()}
     for scenes in (short, wide):
-        jobs = [_Try(variants[k], c, scenes) for k, tried in rounds.items() for c in tried]
+        jobs = [_Try(tuned[k], c, scenes) for k, tried in rounds.items() for c in tried]
         done = iter(runner.map(_run, jobs))
         for key, tried in rounds.items():
             scored = [(_worth(_summary(next(done)), limits[scenes]), c) for c in tried]
             scored.sort(key=lambda pair: pair[0])
             rounds[key] = [c for _, c in scored[:FINALISTS]]
             (_, peak, time, unsteady), best = scored[0]
-            found[key] = Found(best, len(candidates), peak, time, unsteady)
+            found[key] = Found(best, counts[key], peak, time, unsteady)
     return found
 
 
-def _all() -> list[Feedback]:
-    grid = product(THRESHOLDS, APPROACHES, SPEEDS, FORCES)
-    return [Feedback(*values) for values in grid]
-
-
-def _coarse() -> list[Feedback]:
-    return [Feedback(*v) for v in product((0.03,), (2.0, 12.0), (0.02, 0.08), (2.6,))]
+def _candidates(policy: type[Policy], coarse: bool) -> list[dict[str, float]]:
+    """What is tried: each value of each setting with each of the others."""
+    values = (t.few if coarse else t.tried for t in policy.tunables.values())
+    return [dict(zip(policy.tunables, chosen, strict=True)) for chosen in product(*values)]
 
 
 def _run(one: _Try) -> list[Row]:

@@ -6,11 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from firstcontact.grasp.grip import Grip
-from firstcontact.grasp.policies.first_contact import FirstContact
-from firstcontact.grasp.policies.force_feedback import Feedback, ForceFeedback
-from firstcontact.grasp.policies.none import NoModulation
-from firstcontact.grasp.policies.oracle import Oracle
-from firstcontact.grasp.policies.touch import Touch
 from firstcontact.grasp_study.closing import LAYOUT, Told, close
 from firstcontact.grasp_study.learning import CONDITION, Models
 from firstcontact.grasp_study.settings import KINDS
@@ -20,6 +15,9 @@ from firstcontact.twin.conditions import condition
 from firstcontact.twin.draw import draw_pinch, draw_specimen
 from firstcontact.twin.drive import Drive
 from firstcontact.twin.plant import GraspPlant
+
+#: By variant: the settings that its policy was tuned to.
+Tuned = Mapping[str, Mapping[str, float]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,17 +81,15 @@ def played(
     plant: GraspPlant,
     scene: Scene,
     variant: Variant,
-    tuned: Mapping[str, Feedback],
+    tuned: Tuned,
     models: Models | None,
 ) -> Told:
     """Close on the scene, with the variant's policy."""
     # The approach is as it was drawn; the policy is told so.
     grip = Grip(speed=plant.nominal.speed, force=plant.nominal.force)
-    policy = variant.make(grip, KINDS[scene.kind].shore_a, tuned)
-    # Whoever is not known to do without is given everything.
-    deaf = isinstance(policy, (NoModulation, ForceFeedback))
-    feels = not isinstance(policy, (NoModulation, Touch, FirstContact, Oracle))
-    if deaf or models is None:
+    policy = variant.make(grip, KINDS[scene.kind].shore_a, tuned.get(variant.key, {}))
+    feels = policy.feels()
+    if not policy.hears() or models is None:
         return close(plant, policy, feels=feels)
     wanted = models.answerers if policy.deadline is not None else ()
     pipeline = Pipeline(LAYOUT, models.detector, wanted, clock=lambda: 0.0)
@@ -107,7 +103,7 @@ class Trial:
     scene: Scene
     variants: tuple[Variant, ...]
     latencies: tuple[float, ...]
-    tuned: Mapping[str, Feedback]
+    tuned: Tuned
 
 
 def run_trial(trial: Trial, models: Models | None = None) -> list[Row]:

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import logging
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from firstcontact.grasp.grip import Grip
-from firstcontact.grasp.policies.force_feedback import Feedback, ForceFeedback
 from firstcontact.grasp.policies.registry import POLICIES
-from firstcontact.grasp.policies.touch import Touch
-from firstcontact.grasp.policy import Policy
+from firstcontact.grasp.policy import ForceArray, Part, Policy, SensorVariant
 from firstcontact.twin.sensor import OPTIMISTIC, VelostatParameters
 
-FEEDBACK = ForceFeedback.name
-SLOW, FAST = "feedback", "feedback_fast"
-#: Knows of the contact and of no stiffness.
-CONTROL = Touch.name
+_log = logging.getLogger(__name__)
+
+_VELOSTAT: Mapping[ForceArray, VelostatParameters | None] = {
+    ForceArray.DRAWN: None,
+    ForceArray.IDEAL: OPTIMISTIC,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,30 +27,45 @@ class Variant:
     ----------
     key
         In tables and files.
+    title, colour
+        As readers see it, and of its bars and lines.
     policy
-        Name in the registry.
+        What decides.
     velostat
         The force array of both fingers; None for the twin's own, drawn for each pinch.
     """
 
     key: str
-    policy: str
+    title: str
+    colour: str
+    policy: type[Policy]
     velostat: VelostatParameters | None = None
 
-    def make(self, grip: Grip, shore_a: float, tuned: Mapping[str, Feedback]) -> Policy:
-        """A policy for one pinch; force feedback as it was tuned for this force array."""
-        if self.policy == FEEDBACK:
-            return ForceFeedback(grip, tuned.get(self.key))
-        return POLICIES[self.policy](grip, shore_a)
+    def make(self, grip: Grip, shore_a: float, settings: Mapping[str, float]) -> Policy:
+        """A policy for one pinch, as it was tuned."""
+        made: Callable[..., Policy] = self.policy
+        return made(grip, shore_a) if self.policy.needs_truth else made(grip, **settings)
 
 
-#: Force feedback twice, every other policy of the registry as it is.
-VARIANTS: tuple[Variant, ...] = tuple(
-    variant
-    for name in POLICIES
-    for variant in (
-        (Variant(SLOW, name), Variant(FAST, name, OPTIMISTIC))
-        if name == FEEDBACK
-        else (Variant(name, name),)
-    )
-)
+def variants() -> dict[str, Variant]:
+    """All that is compared, by key: every registered policy with every sensor it is tried with."""
+    found: dict[str, Variant] = {}
+    for policy in POLICIES.values():
+        as_it_is = SensorVariant(policy.name, policy.title, policy.colour)
+        for its in policy.variants or (as_it_is,):
+            if its.key in found:
+                _log.warning("%s of %s left out: the name is taken", its.key, policy.name)
+                continue
+            velostat = _VELOSTAT[its.force_array]
+            found[its.key] = Variant(its.key, its.title, its.colour, policy, velostat)
+    return found
+
+
+def playing(part: Part) -> list[Variant]:
+    """Those that play this part in the comparison."""
+    return [variant for variant in variants().values() if variant.policy.part is part]
+
+
+def unmodulated() -> Variant:
+    """What all others are shown beside."""
+    return playing(Part.UNMODULATED)[0]

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from contextlib import suppress
 from math import inf
-from types import TracebackType
 from typing import Self
 
 from firstcontact.core import Command, InputError
 from firstcontact.device.source import Source
 from firstcontact.device.twin_words import order_text
-from firstcontact.grasp.hand import HandError, HandLimits
+from firstcontact.grasp.hand import Hand, HandError, HandLimits
 from firstcontact.twin.drive import Drive
 
 #: Commands that the twin tells apart a second, Hz: it makes its samples 5 ms at a time.
 RATE = 200.0
 
 
-class TwinHand:
+class TwinHand(Hand):
     """Each command is an order to the twin, about the closing that is going on.
 
     A hand that is at rest or opens takes no command; the twin says so in a marker, and goes on
@@ -31,6 +30,8 @@ class TwinHand:
 
     name = "twin"
     limits = HandLimits(speed=Drive().speed, force=Drive().force, rate=RATE, watchdog=inf)
+    real = False
+    of_source = name
 
     def __init__(self, source: Source) -> None:
         self._source = source
@@ -63,11 +64,3 @@ class TwinHand:
             raise HandError(f"{self._source.name} is not the twin: use --device twin")
         self._open = True
         return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()

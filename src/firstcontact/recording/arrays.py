@@ -26,6 +26,7 @@ from firstcontact.recording.checks import (
     read_settings,
 )
 from firstcontact.recording.dataset import pause_between
+from firstcontact.recording.formats import Importer
 from firstcontact.recording.hdf5 import read_hdf5
 from firstcontact.recording.labels import (
     CONTACT_COLUMNS,
@@ -43,8 +44,8 @@ _KNOWN = {*_SIGNALS, *SETTINGS, *LABEL_COLUMNS, *CONTACT_COLUMNS}
 Arrays = Mapping[str, NDArray[Any]]
 
 
-def import_hdf5(path: Path) -> Dataset:
-    """Pinches out of an HDF5 file.
+def import_hdf5(path: Path, rate: float | None = None) -> Dataset:
+    """Pinches out of an HDF5 file, which says its rate.
 
     Raises
     ------
@@ -54,8 +55,8 @@ def import_hdf5(path: Path) -> Dataset:
     return from_arrays(path, *read_hdf5(path, _KNOWN, SETTINGS))
 
 
-def import_npz(path: Path) -> Dataset:
-    """Pinches out of a NumPy archive; pickled objects in it are refused.
+def import_npz(path: Path, rate: float | None = None) -> Dataset:
+    """Pinches out of a NumPy archive, which says its rate; pickled objects in it are refused.
 
     Raises
     ------
@@ -157,3 +158,7 @@ def _one(path: Path, arrays: Arrays, name: str) -> Any:
     if values.size != 1:
         raise InputError(f"{path}: {name} has the shape {values.shape} and must be one value")
     return values.reshape(-1)[0]
+
+
+HDF5 = Importer("hdf5", "a .h5 or .hdf5 file", import_hdf5, suffixes=(".h5", ".hdf5"))
+NPZ = Importer("npz", "a .npz file", import_npz, suffixes=(".npz",))

@@ -28,6 +28,7 @@ from firstcontact.recording.checks import (
     read_settings,
 )
 from firstcontact.recording.dataset import pause_between
+from firstcontact.recording.formats import Importer
 from firstcontact.recording.labels import (
     CONTACT_COLUMNS,
     LABEL_COLUMNS,
@@ -219,3 +220,6 @@ def _rate_of_time(path: Path, cells: list[str], start: int, stop: int) -> float:
                 "out of order; leave the pinch out"
             )
     return check_rate(f"{path}: the rate of time_s", 1 / step)
+
+
+CSV = Importer("csv", "a .csv file", import_csv, suffixes=(".csv",), asks_rate=True)

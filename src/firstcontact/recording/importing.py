@@ -8,23 +8,15 @@ from pathlib import Path
 from firstcontact.core import Dataset, InputError
 from firstcontact.core.files import resolved
 from firstcontact.core.temporary import temporary_beside
-from firstcontact.recording.arrays import import_hdf5, import_npz
-from firstcontact.recording.csv import import_csv
 from firstcontact.recording.dataset import write_dataset
+from firstcontact.recording.formats import IMPORTERS, Importer
 from firstcontact.recording.header import Header
-from firstcontact.recording.wav import import_wav
-
-_BY_SUFFIX = {
-    ".h5": import_hdf5,
-    ".hdf5": import_hdf5,
-    ".npz": import_npz,
-}
 
 
 def import_path(
     path: Path, out: Path, rate: float | None = None, source: str | None = None
 ) -> Dataset:
-    """Import a folder of WAV files, or an HDF5, NPZ or CSV file, into a new folder.
+    """Import what one of the importers takes into a new folder.
 
     Parameters
     ----------
@@ -33,7 +25,7 @@ def import_path(
     out
         Folder for the recordings; must be missing or empty.
     rate
-        Hz, for a CSV file that does not say it.
+        Hz, for a file that need not say it and does not.
     source
         One of :data:`firstcontact.recording.header.SOURCES`, for a file that does not
         say it.
@@ -55,7 +47,7 @@ def import_path(
             raise InputError(f"{out} is there and not an empty folder: choose another --out")
     except OSError as error:
         raise _unwritable(out, error) from error
-    dataset = _from(_read(path, rate), path, source)
+    dataset = _from(_importer(path, rate).read(path, rate), path, source)
     first = dataset.pinches[0]
     name = path.name.encode("utf-8", "replace").decode()
     notes = "\n".join((f"imported from {name}", *dataset.notes))
@@ -93,20 +85,18 @@ def _unwritable(out: Path, error: OSError) -> InputError:
     return InputError(f"{out} cannot be written ({error.strerror}): check the folder and its disk")
 
 
-def _read(path: Path, rate: float | None) -> Dataset:
-    suffix = path.suffix.lower()
-    if suffix == ".csv" and not path.is_dir():
-        return import_csv(path, rate)
-    if rate is not None:
-        raise InputError(f"{path} says its own rate: leave --rate out (it is for CSV files)")
-    if path.is_dir():
-        return import_wav(path)
+def _importer(path: Path, rate: float | None) -> Importer:
+    """The first that takes it; what a folder lacks is said by the first that takes folders."""
     if not path.exists():
         raise InputError(f"{path} does not exist: check the path")
-    if suffix not in _BY_SUFFIX:
-        hint = ": it is a recording already" if suffix == ".mcap" else ""
-        raise InputError(
-            f"{path} cannot be imported{hint}: give a folder of WAV files with labels.csv, or a "
-            ".h5, .hdf5, .npz or .csv file"
-        )
-    return _BY_SUFFIX[suffix](path)
+    every = list(IMPORTERS.values())
+    folders = [i for i in every if i.marker is not None and path.is_dir()]
+    found = next((i for i in every if i.accepts(path)), folders[0] if folders else None)
+    if rate is not None and (found is None or not found.asks_rate):
+        asked = " or ".join(i.title for i in every if i.asks_rate)
+        raise InputError(f"{path} says its own rate: leave --rate out (it is for {asked})")
+    if found is None:
+        hint = ": it is a recording already" if path.suffix == ".mcap" else ""
+        *others, last = (i.title for i in every)
+        raise InputError(f"{path} cannot be imported{hint}: give {', '.join(others)}, or {last}")
+    return found

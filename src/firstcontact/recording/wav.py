@@ -22,6 +22,7 @@ from firstcontact.recording.checks import (
     make_layout,
 )
 from firstcontact.recording.dataset import pause_between
+from firstcontact.recording.formats import Importer
 from firstcontact.recording.labels import (
     CONTACT_COLUMNS,
     LABEL_COLUMNS,
@@ -54,8 +55,8 @@ _DAMAGE = (
 _FULL_SCALE = {"uint8": 128.0, "int16": 2.0**15, "int32": 2.0**31, "float32": 1.0, "float64": 1.0}
 
 
-def import_wav(folder: Path) -> Dataset:
-    """Every WAV file below a folder as one pinch, labelled by ``labels.csv``.
+def import_wav(folder: Path, rate: float | None = None) -> Dataset:
+    """Every WAV file below a folder as one pinch, labelled by ``labels.csv``; each says its rate.
 
     Raises
     ------
@@ -191,3 +192,6 @@ def _samples(file: Path, data: NDArray[Any]) -> NDArray[Any]:
     if data.dtype.kind == "i":
         return data  # kept in the type of the file: all pinches have one type
     return check_samples(f"{file}: the signal", data)
+
+
+WAV = Importer("wav", f"a folder of WAV files with {LABELS}", import_wav, marker=LABELS)

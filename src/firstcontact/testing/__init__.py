@@ -2,5 +2,8 @@
 
 from firstcontact.testing.detector import check_detector
 from firstcontact.testing.estimator import check_estimator
+from firstcontact.testing.hand import check_hand
+from firstcontact.testing.policy import check_policy
+from firstcontact.testing.source import check_source
 
-__all__ = ["check_detector", "check_estimator"]
+__all__ = ["check_detector", "check_estimator", "check_hand", "check_policy", "check_source"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from firstcontact.core import Command
+from firstcontact.core.palette import GREEN
 from firstcontact.grasp.grip import Grip
 from firstcontact.grasp.policies.first_contact import LONGEST, FirstContact
 from firstcontact.grasp.policy import Stiffness
@@ -23,6 +24,8 @@ class EarlyExit(FirstContact):
     """
 
     name = "early_exit"
+    title = "early exit"
+    colour = GREEN
 
     def __init__(self, grip: Grip, window: float = LONGEST, tight: float = 10.0) -> None:
         super().__init__(grip, window)

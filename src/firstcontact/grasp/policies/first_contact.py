@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from firstcontact.core import Command, Contact
+from typing import TYPE_CHECKING
+
+from firstcontact.core import Command
+from firstcontact.core.palette import BLUE
 from firstcontact.grasp.grip import Grip
-from firstcontact.grasp.policies.quiet import Quiet
-from firstcontact.grasp.policy import Stiffness
+from firstcontact.grasp.policy import Policy, Stiffness
+
+if TYPE_CHECKING:
+    from firstcontact.core import Contact
 
 #: How long the longest window is, s.
 LONGEST = 0.015
@@ -13,7 +18,7 @@ LONGEST = 0.015
 GRANTED = 0.010
 
 
-class FirstContact(Quiet):
+class FirstContact(Policy):
     """Gentle from the contact on, as nothing is known then; what is firm is let go faster.
 
     Takes the soft end of the interval for true: a wide one is gentle by itself.
@@ -27,6 +32,8 @@ class FirstContact(Quiet):
     """
 
     name = "first_contact"
+    title = "first contact"
+    colour = BLUE
 
     def __init__(self, grip: Grip, window: float = LONGEST) -> None:
         super().__init__(grip)

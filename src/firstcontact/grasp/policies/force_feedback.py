@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import ClassVar
 
 from firstcontact.core import Command
+from firstcontact.core.palette import ORANGE, RED
 from firstcontact.grasp.grip import Grip
-from firstcontact.grasp.policies.quiet import Quiet
+from firstcontact.grasp.policy import ForceArray, Part, Policy, SensorVariant, Tunable
 
 
-@dataclass(frozen=True, slots=True)
-class Feedback:
-    """Settings of force feedback.
+class ForceFeedback(Policy):
+    """Slows down and limits the force once a taxel rises, whatever is touched.
 
     Parameters
     ----------
+    grip
+        What is declared of the hand.
     threshold
         How far a taxel rises for something to be there, V.
     approach
@@ -25,31 +27,45 @@ class Feedback:
         Force limit from then on, N.
     """
 
-    threshold: float = 0.05
-    approach: float = 2.5
-    speed: float = 0.04
-    force: float = 2.2
-
-
-class ForceFeedback(Quiet):
-    """Slows down and limits the force once a taxel rises, whatever is touched."""
-
     name = "force_feedback"
+    title = "force feedback"
+    colour = ORANGE
+    part = Part.BASELINE
+    tunables: ClassVar = {
+        "threshold": Tunable("Threshold", "mV", 1e3, (0.02, 0.05, 0.15), (0.03,)),
+        "approach": Tunable("Force until then", "N", 1, (1.0, 1.5, 2.0, 2.5, 12.0), (2.0, 12.0)),
+        "speed": Tunable(
+            "Speed from then on", "mm/s", 1e3, (0.011, 0.02, 0.04, 0.08), (0.02, 0.08)
+        ),
+        "force": Tunable("Force from then on", "N", 1, (2.2, 2.5, 2.6, 3.0), (2.6,)),
+    }
+    variants = (
+        SensorVariant("feedback", title, colour),
+        SensorVariant("feedback_fast", f"{title}, ideal sheet", RED, ForceArray.IDEAL),
+    )
 
-    def __init__(self, grip: Grip, settings: Feedback | None = None) -> None:
+    def __init__(
+        self,
+        grip: Grip,
+        threshold: float = 0.05,
+        approach: float = 2.5,
+        speed: float = 0.04,
+        force: float = 2.2,
+    ) -> None:
         super().__init__(grip)
-        self.settings = settings or Feedback()
+        self.threshold = threshold
+        self._before = Command(grip.speed, min(approach, grip.force))
+        self._then = Command(min(speed, grip.speed), min(force, grip.force))
         self._acted = False
 
     def begin(self) -> Command:
         """Close at the approach's speed with the limit of the approach."""
         self._acted = False
-        return Command(self.grip.speed, min(self.settings.approach, self.grip.force))
+        return self._before
 
     def felt(self, volts: float, since: float | None) -> Command | None:
         """Act once, when a taxel is above the threshold."""
-        if self._acted or not volts > self.settings.threshold:
+        if self._acted or not volts > self.threshold:
             return None
         self._acted = True
-        chosen = self.settings
-        return Command(min(chosen.speed, self.grip.speed), min(chosen.force, self.grip.force))
+        return self._then

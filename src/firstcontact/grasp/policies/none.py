@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from firstcontact.core import Command
-from firstcontact.grasp.policies.quiet import Quiet
+from firstcontact.core.palette import GREY
+from firstcontact.grasp.policy import Part, Policy
 
 
-class NoModulation(Quiet):
+class NoModulation(Policy):
     """The approach's speed and the hand's force, until it stalls."""
 
     name = "none"
+    title = "no modulation"
+    colour = GREY
+    part = Part.UNMODULATED
 
     def begin(self) -> Command:
         """Close, as strong as the hand is."""

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from firstcontact.core import Command, Contact
+from typing import TYPE_CHECKING
+
+from firstcontact.core import Command
+from firstcontact.core.palette import INK
 from firstcontact.grasp.grip import Grip
-from firstcontact.grasp.policies.quiet import Quiet
+from firstcontact.grasp.policy import Part, Policy
+
+if TYPE_CHECKING:
+    from firstcontact.core import Contact
 
 
-class Oracle(Quiet):
+class Oracle(Policy):
     """Closes as the true Shore A bears from the moment at which the contact is known.
 
     Parameters
@@ -19,6 +25,10 @@ class Oracle(Quiet):
     """
 
     name = "oracle"
+    title = "oracle"
+    colour = INK
+    part = Part.LIMIT
+    needs_truth = True
 
     def __init__(self, grip: Grip, shore_a: float) -> None:
         super().__init__(grip)

@@ -2,32 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from firstcontact.core import InputError
+from firstcontact.core.registry import Registry
 from firstcontact.grasp.grip import Grip
-from firstcontact.grasp.policies.early_exit import EarlyExit
-from firstcontact.grasp.policies.first_contact import FirstContact
-from firstcontact.grasp.policies.force_feedback import ForceFeedback
-from firstcontact.grasp.policies.none import NoModulation
-from firstcontact.grasp.policies.oracle import Oracle
-from firstcontact.grasp.policies.touch import Touch
 from firstcontact.grasp.policy import Policy
 
-#: From what is declared of the hand and the true Shore A, which only the oracle looks at.
-Make = Callable[[Grip, float], Policy]
+_HERE = "firstcontact.grasp.policies"
 
-POLICIES: dict[str, Make] = {
-    NoModulation.name: lambda grip, _: NoModulation(grip),
-    ForceFeedback.name: lambda grip, _: ForceFeedback(grip),
-    Touch.name: lambda grip, _: Touch(grip),
-    FirstContact.name: lambda grip, _: FirstContact(grip),
-    EarlyExit.name: lambda grip, _: EarlyExit(grip),
-    Oracle.name: Oracle,
-}
+POLICIES: Registry[type[Policy]] = Registry(
+    "policy",
+    "firstcontact.policies",
+    {
+        "none": f"{_HERE}.none:NoModulation",
+        "force_feedback": f"{_HERE}.force_feedback:ForceFeedback",
+        "touch": f"{_HERE}.touch:Touch",
+        "first_contact": f"{_HERE}.first_contact:FirstContact",
+        "early_exit": f"{_HERE}.early_exit:EarlyExit",
+        "oracle": f"{_HERE}.oracle:Oracle",
+    },
+    default="first_contact",
+)
 
-#: Those that need no truth: what a real hand can be driven with.
-LIVE = tuple(name for name in POLICIES if name != Oracle.name)
+
+def live_policies() -> list[str]:
+    """Those that need no truth: what a real hand can be driven with."""
+    return [name for name, policy in POLICIES.items() if not policy.needs_truth]
 
 
 def live_policy(name: str, grip: Grip | None = None) -> Policy:
@@ -38,6 +37,7 @@ def live_policy(name: str, grip: Grip | None = None) -> Policy:
     InputError
         There is none of that name.
     """
-    if name not in LIVE:
-        raise InputError(f"no policy is called {name!r}: choose one of {', '.join(LIVE)}")
-    return POLICIES[name](grip or Grip(), 0.0)
+    names = live_policies()
+    if name not in names and name not in POLICIES.failed:
+        raise InputError(f"no policy is called {name!r}: choose one of {', '.join(names)}")
+    return POLICIES.find(name)(grip or Grip())

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from firstcontact.core import Command, Contact
-from firstcontact.grasp.policies.quiet import Quiet
+from typing import TYPE_CHECKING
+
+from firstcontact.core import Command
+from firstcontact.core.palette import PURPLE
+from firstcontact.grasp.policy import Part, Policy
+
+if TYPE_CHECKING:
+    from firstcontact.core import Contact
 
 
-class Touch(Quiet):
+class Touch(Policy):
     """What first contact saves without knowing any stiffness."""
 
     name = "touch"
+    title = "gentle at touch"
+    colour = PURPLE
+    part = Part.CONTROL
 
     def touched(self, contact: Contact, first: bool) -> Command | None:
         """Slow down for the softest thing at the first contact."""

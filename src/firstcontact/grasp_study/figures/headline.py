@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from firstcontact.grasp_study.words import colour, name
+from firstcontact.grasp_study.variants import variants
 from firstcontact.report.figures.style import canvas, uri
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def headline_picture(policies: Mapping[str, Any], ms: str, image: Path) -> None:
 
 
 def _names(axis: Axes, policies: Mapping[str, Any]) -> None:
-    axis.set_yticks(range(len(policies)), [name(v) for v in policies])
+    axis.set_yticks(range(len(policies)), [variants()[v].title for v in policies])
     axis.invert_yaxis()
 
 
@@ -71,7 +71,7 @@ def _bars(
             continue
         value = factor * tree[number]
         low, high = (factor * e for e in tree["intervals"].get(number, [tree[number]] * 2))
-        axis.barh(place, value, color=colour(variant), height=0.62)
+        axis.barh(place, value, color=variants()[variant].colour, height=0.62)
         axis.plot([low, high], [place, place], color="#1F2933", linewidth=1.2)
         axis.text(max(high, value), place, "  " + form.format(value), va="center", fontsize=8.5)
     axis.set_xlim(left=0)

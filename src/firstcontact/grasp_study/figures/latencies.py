@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from firstcontact.grasp_study.words import colour, name
+from firstcontact.grasp_study.variants import variants
 from firstcontact.report.figures.style import canvas, uri
 
 
@@ -33,7 +33,7 @@ def over_latency(
     """
     with canvas(size=(6.2, 3.9)) as (figure, axes):
         axis = axes[0, 0]
-        width = 0.8
+        width, drawn = 0.8, variants()
         for place, (variant, at) in enumerate(policies.items()):
             # Side by side, or the intervals would hide each other.
             shift = (place - (len(policies) - 1) / 2) * width
@@ -47,7 +47,7 @@ def over_latency(
             low = [max(v - factor * e[0], 0.0) for v, e in zip(y, ends, strict=True)]
             high = [max(factor * e[1] - v, 0.0) for v, e in zip(y, ends, strict=True)]
             axis.errorbar(
-                x, y, yerr=[low, high], label=name(variant), color=colour(variant),
+                x, y, yerr=[low, high], label=drawn[variant].title, color=drawn[variant].colour,
                 marker="o", markersize=4, linewidth=1.3, elinewidth=1, capsize=2,
             )  # fmt: skip
         axis.set_xlabel("Brake latency (ms)")

@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from firstcontact.grasp_study.words import colour, name
+from firstcontact.grasp_study.variants import unmodulated, variants
 from firstcontact.report.figures.style import canvas, uri
 
 
 def over_shore(objects: Mapping[str, Any]) -> str:
-    """Draw all policies but none, on objects that cannot break; data URI."""
+    """Draw all that modulate, on objects that cannot break; data URI."""
     lasting = sorted((o for o in objects.values() if not o["breaks"]), key=lambda o: o["shore_a"])
-    variants = [v for v in lasting[0]["variants"] if v != "none"]
+    drawn = [v for k, v in variants().items() if k in lasting[0]["variants"] and v != unmodulated()]
     with canvas(size=(6.2, 3.9)) as (figure, axes):
         axis = axes[0, 0]
-        for variant in variants:
+        for variant in drawn:
             axis.plot(
                 [o["shore_a"] for o in lasting],
-                [o["variants"][variant]["peak_n"] for o in lasting],
-                marker="o", markersize=3.5, color=colour(variant), label=name(variant),
+                [o["variants"][variant.key]["peak_n"] for o in lasting],
+                marker="o", markersize=3.5, color=variant.colour, label=variant.title,
             )  # fmt: skip
         axis.set_xlabel("Shore A")
         axis.set_ylabel("Mean peak force (N)")

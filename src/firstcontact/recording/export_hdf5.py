@@ -1,0 +1,68 @@
+"""Arrays in an HDF5 file, as :mod:`firstcontact.recording.arrays` reads them."""
+
+from __future__ import annotations
+
+import math
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+
+from firstcontact.core import ChannelKind, Dataset, Finger, InputError, Layout
+from firstcontact.core.layout import TAXELS
+from firstcontact.recording.exporting import file_values, pinch_values
+from firstcontact.recording.formats import Exporter
+
+
+def _write(dataset: Dataset, path: Path) -> None:
+    import h5py
+
+    lengths = {len(p.data) for p in dataset.pinches}
+    if len(lengths) > 1:
+        raise InputError(
+            f"pinches have {min(lengths)} to {max(lengths)} samples and an HDF5 array needs one "
+            "length: export to csv or parquet"
+        )
+    count, samples = len(dataset), lengths.pop()
+    layout = dataset.layout
+    shapes: dict[ChannelKind, tuple[int, ...]] = {
+        ChannelKind.PIEZO: (count, samples, len(layout.columns(ChannelKind.PIEZO))),
+        ChannelKind.FORCE: (count, samples, 2, TAXELS),
+        ChannelKind.STRIP: (count, samples, 2),
+    }
+    columns = {kind: _by_finger(layout, kind) for kind in shapes}
+    for kind, shape in shapes.items():
+        if columns[kind] and len(columns[kind]) != math.prod(shape[2:]):
+            raise InputError(
+                f"the fingers have {len(columns[kind])} {kind} channels and an HDF5 array needs "
+                f"{math.prod(shape[2:])}: export to csv or parquet"
+            )
+    # In memory, since the library crashes the process when a disk is full.
+    image = BytesIO()
+    with h5py.File(image, "w") as file:
+        for kind, shape in shapes.items():
+            if not columns[kind]:
+                continue
+            array = file.create_dataset(str(kind), shape, np.float32)
+            for i, pinch in enumerate(dataset.pinches):
+                array[i] = layout.physical(pinch.data, columns[kind]).reshape(shape[1:])
+        for name, column in pinch_values(dataset).items():
+            text = isinstance(column[0], str)
+            file.create_dataset(name, data=column, dtype=h5py.string_dtype() if text else None)
+        file.attrs.update(file_values(dataset))
+    with path.open("wb") as stream:
+        stream.write(image.getbuffer())
+
+
+def _by_finger(layout: Layout, kind: ChannelKind) -> tuple[int, ...]:
+    """Columns in the order of an array: index, then thumb, taxel by taxel."""
+    return tuple(
+        column
+        for finger in Finger
+        for column in sorted(
+            layout.columns(kind, finger), key=lambda c: layout.channels[c].taxel or 0
+        )
+    )
+
+
+HDF5 = Exporter("hdf5", _write)

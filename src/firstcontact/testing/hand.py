@@ -1,0 +1,127 @@
+"""What every hand keeps to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+
+from firstcontact.core import Command
+from firstcontact.device.source import Source
+from firstcontact.grasp.hand import Hand, HandError
+from firstcontact.grasp.registry import make_hand
+from firstcontact.grasp.safe import SafeHand
+
+_STILL = Command(0.0, 1.0)
+
+
+def check_hand(kind: type[Hand], port: str | None = None, source: Source | None = None) -> None:
+    """Hold a hand against what its registry promises. It moves: with hardware, empty it first.
+
+    Its limits are limits, and it takes what they allow. It takes commands only while it is open,
+    can be released and closed at any time and twice, lets exceptions pass and closes then, and can
+    be made safe.
+
+    Parameters
+    ----------
+    kind
+        The class.
+    port
+        Where it is connected; the port of its rehearsal if none is given.
+    source
+        Open, for a hand that is driven over one.
+
+    Raises
+    ------
+    AssertionError
+        Says what it does otherwise.
+    InputError
+        It cannot be reached.
+
+    Examples
+    --------
+    >>> from firstcontact.grasp.printing import PrintHand
+    >>> check_hand(PrintHand)
+    """
+
+    def make() -> Hand:
+        hand = make_hand(kind, kind.rehearsal if port is None else port, source)
+        assert hand.name == kind.name, f"it calls itself {hand.name!r}, its class {kind.name!r}"
+        return hand
+
+    assert kind.name.isidentifier(), f"the name {kind.name!r} is not of letters, digits and _"
+    for rule in (_limits, _takes, _releases, _closes, _passes_exceptions, _needs_opening, _safe):
+        rule(make)
+
+
+def _limits(make: Callable[[], Hand]) -> None:
+    limits = make().limits
+    assert 0 < limits.speed < 2, f"{limits.speed} m/s is no speed of a fingertip"
+    assert 0 < limits.force < 100, f"{limits.force} N is no force of a fingertip"
+    assert 0 < limits.rate < 10_000, f"{limits.rate} Hz is no rate of commands"
+    assert limits.watchdog > 1 / limits.rate, "its watchdog is faster than it takes commands"
+
+
+def _takes(make: Callable[[], Hand]) -> None:
+    hand = make()
+    limits = hand.limits
+    with hand:
+        for speed in (-limits.speed, 0.0, limits.speed):
+            for force in (0.0, limits.force):
+                hand.send(Command(speed, force))
+
+
+def _releases(make: Callable[[], Hand]) -> None:
+    hand = make()
+    hand.release()
+    with hand:
+        hand.release()
+        hand.release()
+        hand.send(_STILL)
+        hand.release()
+    hand.release()
+
+
+def _closes(make: Callable[[], Hand]) -> None:
+    make().close()
+    hand = make()
+    with hand:
+        hand.close()
+        hand.close()
+    hand.close()
+
+
+def _passes_exceptions(make: Callable[[], Hand]) -> None:
+    hand = make()
+    with suppress(ZeroDivisionError):
+        with hand:
+            raise ZeroDivisionError
+        raise AssertionError("an exception does not pass through its with block")
+    _refuses(hand, "after an exception")
+
+
+def _needs_opening(make: Callable[[], Hand]) -> None:
+    hand = make()
+    _refuses(hand, "before it is opened")
+    with hand:
+        hand.send(_STILL)
+    _refuses(hand, "after it was closed")
+
+
+def _refuses(hand: Hand, when: str) -> None:
+    said = None
+    try:
+        hand.send(_STILL)
+    except HandError as error:
+        said = str(error)
+    assert said is not None, f"it takes a command {when}"
+    assert "not open" in said, f"{when} it says {said!r}, not that it is not open"
+
+
+def _safe(make: Callable[[], Hand]) -> None:
+    with SafeHand(make()) as hand:
+        hand.send(Command(1e6, 1e6))
+        hand.alive()
+        assert hand.counts.clipped == 1, "a command beyond its limits is not clipped"
+    assert hand.counts.sent == 1, f"one command was given, {hand.counts.sent} were sent"
+    assert hand.counts.released >= 1, "it was not released"
+    assert hand.failure is None, f"it failed: {hand.failure}"

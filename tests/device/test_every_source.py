@@ -1,0 +1,129 @@
+"""What every registered kind of sources must do; a new one has a device named here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.core import Block, InputError, fingertip_layout
+from firstcontact.device.opening import SOURCES, SourceKind, SourceOptions, source_kind
+from firstcontact.device.replay import ReplaySource
+from firstcontact.device.source import Arrival
+from firstcontact.device.twin_device import TwinDevice
+from firstcontact.recording import Header, RecordingWriter
+from firstcontact.testing import check_source
+
+LAYOUT = fingertip_layout()
+RECORDING = SOURCES["recording"]
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    path = tmp_path / "a.mcap"
+    with RecordingWriter(path, Header(LAYOUT, "synthetic")) as writer:
+        for first, epoch in ((0, 0), (700, 0), (0, 1)):
+            data = np.zeros((500, len(LAYOUT.channels)), np.int16)
+            writer.write(Block(data, first, epoch))
+    return path
+
+
+@contextmanager
+def on_a_port() -> Iterator[str]:
+    with TwinDevice(seed=4) as device:
+        yield device.port
+
+
+def device(name: str, recording: Path) -> AbstractContextManager[str]:
+    return {
+        "serial": on_a_port,
+        "twin": lambda: nullcontext("twin"),
+        "recording": lambda: nullcontext(str(recording)),
+    }[name]()
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_it_keeps_to_what_sources_promise(name: str, recording: Path) -> None:
+    with device(name, recording) as named:
+        assert source_kind(named).name == name
+        check_source(SOURCES[name], named)
+
+
+class Twice(ReplaySource):
+    """Gives each block twice."""
+
+    def read(self, timeout: float, least: int = 1) -> list[Arrival]:
+        return [a for a in super().read(timeout, least) for _ in range(2)]
+
+
+class Wider(ReplaySource):
+    """Gives another column than it has."""
+
+    def read(self, timeout: float, least: int = 1) -> list[Arrival]:
+        return [
+            replace(a, block=replace(a.block, data=np.pad(a.block.data, ((0, 0), (0, 1)))))
+            for a in super().read(timeout, least)
+        ]
+
+
+class Endless(ReplaySource):
+    """Never ends."""
+
+    ended = False
+
+
+class Silent(ReplaySource):
+    """Gives nothing."""
+
+    def read(self, timeout: float, least: int = 1) -> list[Arrival]:
+        super().read(timeout, least)
+        return []
+
+
+class Deaf(ReplaySource):
+    """Takes a word for what has happened, and loses it."""
+
+    def mark(self, text: str) -> None:
+        return None
+
+
+@pytest.mark.parametrize("made", [Twice, Wider, Endless, Silent, Deaf])
+def test_a_source_that_does_otherwise_is_found_out(
+    made: Callable[[Path, float], ReplaySource], recording: Path
+) -> None:
+    kind = replace(RECORDING, make=lambda path, options: made(Path(path), options.speed))
+    with pytest.raises(AssertionError):
+        check_source(kind, str(recording), SourceOptions(speed=4.0), patience=0.3)
+
+
+def test_a_source_without_a_sample_is_not_called_checked(recording: Path) -> None:
+    kind = replace(RECORDING, make=lambda path, options: Silent(Path(path), options.speed))
+    with pytest.raises(AssertionError, match="nothing was checked"):
+        check_source(kind, str(recording), SourceOptions(speed=4.0), patience=0.3)
+
+
+def test_a_name_and_a_colon_pick_a_kind_before_all_that_guess(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    tape = SourceKind("tape", "tape:PATH", RECORDING.make)
+    greedy = SourceKind("greedy", "anything", RECORDING.make, takes=lambda device: True)
+    kinds = {**SOURCES, "greedy": greedy, "tape": tape}
+    monkeypatch.setattr(
+        "firstcontact.device.opening.SOURCES", type(SOURCES)("source", "none", kinds)
+    )
+    assert source_kind("tape:a.mcap") is tape
+    assert source_kind("a.mcap") is RECORDING
+    assert source_kind("/dev/ttyACM0") is greedy
+
+
+def test_what_a_broken_plugin_would_take_is_refused_with_its_reason(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(SOURCES.failed, "tape", "ImportError: no tape")
+    with pytest.raises(InputError, match=r"'tape'.*no tape"):
+        source_kind("tape:a.mcap")
+    assert source_kind("/dev/serial/by-path/pci-0000:00:14.0").is_port

@@ -1,0 +1,167 @@
+"""A package that is really installed adds to every command; what is broken in it stops nothing."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from firstcontact.recording import load_dataset
+
+EXAMPLE = Path(__file__).parent / "example"
+#: The smallest study that has every part: it leaves models and recordings, too.
+STUDY = """
+import sys
+from pathlib import Path
+from firstcontact.grasp_study.run import run_grasp_study
+from firstcontact.grasp_study.settings import Settings
+kinds = ("block 5", "block 60", "egg shell")
+small = Settings(1, (0.02,), 20, (0.015,), 1, True, kinds, workers=1)
+run_grasp_study(small, Path(sys.argv[1]), True, "none")
+"""
+CHECKS = """
+import sys
+from firstcontact.device.opening import SOURCES
+from firstcontact.grasp.policies.registry import POLICIES
+from firstcontact.grasp.registry import HANDS
+from firstcontact.testing import check_hand, check_policy, check_source
+check_policy(POLICIES["halfway"])
+check_hand(HANDS["diary"])
+check_source(SOURCES["tape"], "tape:" + sys.argv[1])
+"""
+
+
+@pytest.fixture(scope="session")
+def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """With the example installed, for commands only."""
+    folder = tmp_path_factory.mktemp("plugin")
+    source = shutil.copytree(EXAMPLE, folder / "source")  # building leaves files behind
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
+    where = ["--no-deps", "--no-build-isolation", "--no-index", "--target", folder / "site", source]
+    subprocess.run([*pip, *where], check=True)
+    paths = [str(folder / "site"), *filter(None, [os.environ.get("PYTHONPATH")])]
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "COLUMNS": "200"}
+
+
+def run(environment: dict[str, str], *arguments: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, *map(str, arguments)], env=environment, capture_output=True, text=True
+    )
+
+
+def firstcontact(
+    environment: dict[str, str], *arguments: object
+) -> subprocess.CompletedProcess[str]:
+    return run(environment, "-m", "firstcontact.cli.main", *arguments)
+
+
+@pytest.fixture(scope="session")
+def study(environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("study") / "out"
+    done = run(environment, "-c", STUDY, out)
+    assert done.returncode == 0, done.stderr
+    return out
+
+
+@pytest.fixture(scope="session")
+def recording(study: Path) -> Path:
+    return sorted((study / "recordings").rglob("*.mcap"))[0]
+
+
+@pytest.mark.parametrize(
+    ("verb", "words"),
+    [
+        ("live", ["halfway", "diary", "tape:PATH"]),
+        ("record", ["--device"]),
+        ("info", ["tape:PATH"]),
+        ("import", ["toy"]),
+        ("export", ["toy"]),
+    ],
+)
+def test_help_lists_what_is_there_and_names_what_is_not(
+    verb: str, words: list[str], environment: dict[str, str]
+) -> None:
+    done = firstcontact(environment, verb, "--help")
+    assert done.returncode == 0, done.stderr
+    for word in words:
+        assert word in done.stdout
+    assert "plug-in broken (firstcontact." in done.stderr
+    assert "libtoy is missing" in done.stderr
+
+
+def test_a_policy_is_closed_with_judged_and_drawn(study: Path) -> None:
+    results = json.loads((study / "results.json").read_text(encoding="utf-8"))
+    ours, touch = (results["policies"][name]["20"]["all"] for name in ("halfway", "touch"))
+    assert ours["n"] == touch["n"] == 3
+    assert ours["peak_n"] > touch["peak_n"]
+    assert set(results["headline"]["halfway"]) == {"feedback", "feedback_fast", "touch"}
+    assert list(results["policies"])[-1] == "halfway"
+    page = (study / "report.html").read_text(encoding="utf-8")
+    assert "Half as gentle against force feedback" in page
+    assert "<td>half as gentle</td>" in page
+    assert "broken" not in results["policies"]
+
+
+def test_live_drives_the_hand_with_the_policy_from_the_source(
+    environment: dict[str, str], study: Path, recording: Path, tmp_path: Path
+) -> None:
+    diary = tmp_path / "diary"
+    device = ("--device", f"tape:{recording}", "--speed", "inf", "--model", study / "models")
+    hand = ("--hand", "diary", "--hand-port", diary, "--policy", "halfway")
+    done = firstcontact(environment, "live", *device, *hand, "--json")
+    assert done.returncode == 0, done.stderr
+    assert "hand diary, policy halfway" in done.stderr
+    orders = diary.read_text(encoding="utf-8").splitlines()
+    assert orders[0].startswith("close 0.13 ")
+    assert orders[-1] == "release"
+
+
+def test_what_is_exported_comes_back(
+    environment: dict[str, str], recording: Path, tmp_path: Path
+) -> None:
+    out, back = tmp_path / "a.toy", tmp_path / "back"
+    done = firstcontact(environment, "export", recording, "--to", "toy", "--out", out)
+    assert done.returncode == 0, done.stderr
+    done = firstcontact(environment, "import", out, "--out", back)
+    assert done.returncode == 0, done.stderr
+    assert len(load_dataset(back)) == len(load_dataset(recording))
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("live", "--device", "twin", "--hand", "broken"),
+        ("live", "--device", "broken:1"),
+        ("export", "RECORDING", "--to", "broken", "--out", "x"),
+    ],
+)
+def test_what_is_broken_is_refused_with_its_reason(
+    arguments: tuple[str, ...], environment: dict[str, str], recording: Path, tmp_path: Path
+) -> None:
+    told = [str(recording) if word == "RECORDING" else word for word in arguments]
+    done = firstcontact({**environment, "XDG_CACHE_HOME": str(tmp_path)}, *told)
+    assert done.returncode == 2, done.stderr
+    said = done.stderr.splitlines()[-1]
+    assert said.startswith("firstcontact: the plug-in 'broken'")
+    assert "ImportError: libtoy is missing" in said
+
+
+def test_a_broken_policy_is_refused_with_its_reason(
+    environment: dict[str, str], study: Path, recording: Path
+) -> None:
+    device = ("--device", recording, "--speed", "inf", "--model", study / "models")
+    done = firstcontact(environment, "live", *device, "--hand", "print", "--policy", "broken")
+    assert done.returncode == 2, done.stderr
+    assert "ImportError: libtoy is missing" in done.stderr.splitlines()[-1]
+
+
+def test_an_outsider_can_run_the_conformance_suites(
+    environment: dict[str, str], recording: Path
+) -> None:
+    done = run(environment, "-c", CHECKS, recording)
+    assert done.returncode == 0, done.stderr

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
@@ -235,3 +236,23 @@ def test_at_run_time_neither_mapie_nor_scikit_learn_is_imported(folder: Path) ->
 
 def test_the_scale_is_that_of_shore_a() -> None:
     assert SHORE_A == (0.0, 100.0)
+
+
+def test_an_interval_on_a_spread_is_wide_where_the_spread_is_and_holds_its_level() -> None:
+    rng = np.random.default_rng(2)
+    spreads = np.exp(rng.normal(0, 0.7, 4000))
+    answers = rng.uniform(20, 80, 4000)
+    truth = answers + spreads * rng.normal(0, 3.0, 4000)
+    first, rest = np.arange(4000) < 2000, np.arange(4000) >= 2000
+    scaled = calibrate(answers[first], truth[first], 0.9, None, spreads[first])
+    plain = calibrate(answers[first], truth[first], 0.9, None)
+    assert scaled.scaled
+    assert not plain.scaled
+    held = coverage([(scaled, rest)], answers, truth, spreads)
+    assert held["coverage"] == pytest.approx(0.9, abs=0.02)
+    assert held["mean_width"] < coverage([(plain, rest)], answers, truth)["mean_width"]
+    low, high = scaled.around(50.0, 2.0)
+    narrow = scaled.around(50.0, 1.0)
+    assert high - low == pytest.approx(2 * (narrow[1] - narrow[0]))
+    again = msgspec.convert(json.loads(json.dumps(scaled.to_json())), Interval)
+    assert again == scaled

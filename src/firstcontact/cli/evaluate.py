@@ -120,7 +120,7 @@ def _report(
         return
     predicted = model.predict(data.X)
     print(f"{title}: {in_words(score(model.spec.task, data, predicted, seed=0))}")
-    held = covered(interval, predicted, data.y)
+    held = covered(interval, predicted, data.y, model.spread(data.X))
     if interval is not None:
         print(f"  {coverage_in_words(held, interval.level)}")
     elif not model.spec.classes:

@@ -13,7 +13,7 @@ from firstcontact.core import InputError
 from firstcontact.core.jobs import Runner
 from firstcontact.learning.metrics import classification_scores, regression_scores
 from firstcontact.learning.splits import Group, Split, by_session
-from firstcontact.learning.training import Examples, Fit, Question, held_out, train
+from firstcontact.learning.training import Examples, Fit, Question, held_out_with_spread, train
 from firstcontact.stiffness import ESTIMATORS, Interval, Model, Task
 from firstcontact.stiffness.conformal import calibrate, coverage, held_out_bounds, refusal
 from firstcontact.stiffness.folds import inner_folds
@@ -91,7 +91,7 @@ def learn_to_keep(
     estimator = ESTIMATORS.find(model)
     splits, words = _splits(data, estimator.folds, seed)
     question = Question(model, task, data, splits)
-    answers = held_out(runner, [question], seed)[0]
+    answers, spreads = held_out_with_spread(runner, [question], seed)[0]
     [whole] = runner.map(train, [Fit(model, task, data, data.X[:0], seed)])
     asked = np.isfinite(answers)
     scores = score(task, data.take(asked), answers[asked], seed)
@@ -101,13 +101,13 @@ def learn_to_keep(
         folds = np.zeros(len(data), dtype=np.intp)
         for number, split in enumerate(splits):
             folds[split.test] = number
-        interval = calibrate(answers, data.y, level, limits)
-        tested = held_out_bounds(answers, data.y, folds, level, limits)
+        interval = calibrate(answers, data.y, level, limits, spreads)
+        tested = held_out_bounds(answers, data.y, folds, level, limits, spreads)
         calibration = {
             "pinches": len(data),
             "sessions": len(np.unique(data.sessions)),
             "folds": len(splits),
-            "held_out": coverage(tested, answers, data.y),
+            "held_out": coverage(tested, answers, data.y, spreads),
         }
     return Kept(whole, scores, words, interval, calibration)
 
@@ -137,10 +137,12 @@ def score(task: str, asked: Examples, answers: Values, seed: int) -> dict[str, A
     return of(asked.y, answers, asked.clusters, seed)
 
 
-def covered(interval: Interval | None, answers: Values, truth: Values) -> dict[str, float]:
+def covered(
+    interval: Interval | None, answers: Values, truth: Values, spreads: Values | None = None
+) -> dict[str, float]:
     """Coverage and mean width of an interval on pinches; empty without an interval.
 
     See :func:`firstcontact.stiffness.conformal.coverage`.
     """
     everyone: NDArray[np.bool_] = np.ones(len(answers), dtype=np.bool_)
-    return {} if interval is None else coverage([(interval, everyone)], answers, truth)
+    return {} if interval is None else coverage([(interval, everyone)], answers, truth, spreads)

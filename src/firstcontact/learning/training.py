@@ -175,11 +175,6 @@ def train(fit: Fit) -> Model:
     return estimator.fit(fit.learn.X, fit.learn.y, groups, seed=fit.seed)
 
 
-def answer(fit: Fit) -> Values:
-    """Train, and answer for what is asked, shape (m,)."""
-    return train(fit).predict(fit.ask)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Question:
     """A model, a task, the splits to do it in, and options of the estimator."""
@@ -205,6 +200,13 @@ def held_out(runner: Runner, questions: Sequence[Question], seed: int) -> list[V
     ValueError
         A split that mixes what it does not say it mixes.
     """
+    return [answers for answers, _ in held_out_with_spread(runner, questions, seed)]
+
+
+def held_out_with_spread(
+    runner: Runner, questions: Sequence[Question], seed: int
+) -> list[tuple[Values, Values | None]]:
+    """As :func:`held_out`, each with the spread that the models themselves give, if they do."""
     folds = []
     for number, question in enumerate(questions):
         for place, split in enumerate(question.splits):
@@ -213,15 +215,22 @@ def held_out(runner: Runner, questions: Sequence[Question], seed: int) -> list[V
     # Views of mappings, as registries have them, do not travel.
     plain = [replace(question, options=dict(question.options)) for question in questions]
     answers = runner.map(_held_out, folds, plain, seed)
-    out = [np.full(len(q.data), np.nan) for q in questions]
-    for (number, place), predicted in zip(folds, answers, strict=True):
-        out[number][questions[number].splits[place].test] = predicted
-    return out
+    out = [np.full((2, len(q.data)), np.nan) for q in questions]
+    told = dict.fromkeys(range(len(questions)), True)
+    for (number, place), (predicted, spread) in zip(folds, answers, strict=True):
+        asked = questions[number].splits[place].test
+        out[number][0, asked] = predicted
+        told[number] &= spread is not None
+        out[number][1, asked] = np.nan if spread is None else spread
+    return [(found[0], found[1] if told[number] else None) for number, found in enumerate(out)]
 
 
-def _held_out(fold: tuple[int, int], questions: Sequence[Question], seed: int) -> Values:
+def _held_out(
+    fold: tuple[int, int], questions: Sequence[Question], seed: int
+) -> tuple[Values, Values | None]:
     """Answers for the test side of one split of one question."""
     question = questions[fold[0]]
     data, split = question.data, question.splits[fold[1]]
     learn, ask = data.take(split.train), data.X[split.test]
-    return answer(Fit(question.model, question.task, learn, ask, seed, question.options))
+    model = train(Fit(question.model, question.task, learn, ask, seed, question.options))
+    return model.predict(ask), model.spread(ask)

@@ -47,8 +47,9 @@ def _lines(
     out = []
     for findings in shown:
         value = get(findings.tree, path)
-        if value is not None:
-            out.append(Line(findings.title, text(value), note(value)))
+        said = None if value is None else text(value)
+        if said is not None:
+            out.append(Line(findings.title, said, note(value)))
     return out
 
 
@@ -133,7 +134,7 @@ def _accuracy_card(shown: Sequence[Findings]) -> Card:
         _by_model(
             shown,
             "blocks.{}.by_session",
-            lambda s: percent(s["accuracy"]),
+            lambda s: percent(s["accuracy"]) if "accuracy" in s else None,
             _accuracy_ends,
         ),
         "accuracy in sessions that were not learned from",
@@ -181,7 +182,7 @@ def _material_card(shown: Sequence[Findings]) -> Card:
         _lines(
             shown,
             f"hardness_order.leave_one_material_out.classification.{ESTIMATORS.default}",
-            lambda s: percent(s["accuracy"]),
+            lambda s: percent(s["accuracy"]) if "accuracy" in s else None,
             _accuracy_ends,
         ),
         "" if chance is None else f"accuracy; chance is {percent(chance)}",

@@ -79,6 +79,14 @@ def test_a_fault_is_one_sentence_a_log_and_its_own_exit_code(tmp_path: Path) -> 
     assert [p.name for p in tmp_path.iterdir()] == ["state"]
 
 
+def test_what_was_logged_last_is_in_the_log(tmp_path: Path) -> None:
+    logs = '__import__("logging").getLogger("firstcontact.x").info("device is lost")'
+    done = run(f"{logs}; raise ZeroDivisionError", tmp_path)
+    assert len(done.stderr.splitlines()) == 1
+    text = only_log(tmp_path / "state" / "firstcontact").read_text(encoding="utf-8")
+    assert "firstcontact.x: device is lost" in text
+
+
 @pytest.mark.parametrize("arguments", [["--token=s3cret"], ["--token", "s3cret"]])
 def test_a_token_is_in_no_log(tmp_path: Path, arguments: list[str]) -> None:
     done = run('raise RuntimeError("with " + self.token)', tmp_path, *arguments)

@@ -12,6 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from firstcontact import __version__
+from firstcontact.cli.logs import kept
 from firstcontact.core.plain import one_line, plain
 
 #: Options whose values are secrets.
@@ -42,6 +43,8 @@ def _text(error: BaseException, arguments: Sequence[str]) -> str:
         "",
     ]
     text = "\n".join(lines) + "\n" + "".join(traceback.format_exception(error))
+    if kept():
+        text += "\n".join(["", "What it logged last:", "", *kept(), ""])
     for secret in secrets:
         text = text.replace(secret, "***")
     return plain(text)

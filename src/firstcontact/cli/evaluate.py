@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from firstcontact.core import Dataset
     from firstcontact.learning.training import Examples
     from firstcontact.stiffness import Interval, Model
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,7 @@ class Evaluate:
             )
         card = read_card(folder)
         model, interval = load_model(folder), load_interval(folder)
+        _log.info("model %s: %s", folder, model.spec)
         loaded = load_dataset(self.data)
         warn_of(loaded)
         familiar = known_pinches(loaded, card.data, load_digests(folder))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import sys
 import time
@@ -35,6 +36,8 @@ PATIENCE = 30.0
 #: A viewer's thread may hold up the pipeline's for so long, s; Python's own 5 ms is a
 #: third of a window.
 SWITCH = 5e-4
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -235,6 +238,8 @@ def _models(folder: Path) -> tuple[Detector, list[Answerer], dict[str, float]]:
     folders = model_folders(folder)
     answerers = [Answerer(load_model(f), load_interval(f)) for f in folders]
     landmarks = dict(read_card(folders[0]).data.objects)
+    for loaded, answerer in zip(folders, answerers, strict=True):
+        _log.info("model %s: %s", loaded, answerer.model.spec)
     return load_detector(folders[0]), answerers, landmarks
 
 

@@ -16,6 +16,8 @@ from firstcontact.core.plain import one_line
 
 #: Exit codes; a signal's is 128 and its number.
 DONE, INPUT, UNFORESEEN = 0, 2, 70
+#: The option of all verbs.
+VERBOSE = "--verbose"
 #: Characters of a sentence that are shown.
 LONGEST = 2000
 #: The disk's, and so the user's to mend.
@@ -32,18 +34,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
         (130 for Ctrl-C).
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)
+    verbose = VERBOSE in arguments
+    if verbose:
+        arguments.remove(VERBOSE)
     # Live ends when nobody reads it; other verbs have work to do that is not for the reader.
     with outputs(raises=arguments[:1] == ["live"]) as (out, _), stopping() as stop:
-        code = _run(arguments, stop)
+        code = _run(arguments, stop, verbose)
         out.flush()
         return code or _unsaid(out)
 
 
-def _run(arguments: list[str], stop: Stop) -> int:
+def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
     try:
         verb = _parsed(arguments)
         if verb is not None:
-            verb.run()
+            from firstcontact.cli.logs import logged
+
+            with logged(verbose):
+                verb.run()
     except InputError as error:
         return _failed(INPUT, str(error))
     except KeyboardInterrupt:

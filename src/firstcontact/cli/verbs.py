@@ -82,8 +82,9 @@ def overview(width: int) -> str:
     import firstcontact
 
     indent = " " * (max(map(len, VERBS)) + 4)
-    lines = ["usage: firstcontact VERB [OPTIONS]", "", firstcontact.__doc__ or "", ""]
+    lines = ["usage: firstcontact [--verbose] VERB [OPTIONS]", "", firstcontact.__doc__ or "", ""]
     for verb, (_, summary) in VERBS.items():
         first, *more = wrap(summary, max(width - len(indent), 20))
         lines += [f"  {verb}".ljust(len(indent)) + first, *(indent + line for line in more)]
-    return "\n".join([*lines, "", "What each takes: firstcontact VERB --help"])
+    lines += ["", "What each takes: firstcontact VERB --help"]
+    return "\n".join([*lines, "What it does meanwhile, on standard error: --verbose"])

@@ -21,6 +21,8 @@ from joblib.parallel import ParallelBackendBase
 
 from firstcontact.core.errors import InputError
 
+_log = logging.getLogger(__name__)
+
 #: Whoever is there answers sooner, s.
 PATIENCE = 10.0
 #: What results depend on: workers have the versions that are here.
@@ -145,6 +147,7 @@ def on_cluster(address: str) -> Iterator[None]:
     try:
         with dask.config.set(settings), _client(address) as client:
             _check(client, address)
+            _log.info("cluster %s: %s", address, client.nthreads())
             with parallel_config(ClusterBackend(client)):
                 yield
     finally:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
@@ -12,6 +13,8 @@ from firstcontact.core.registry import Registry
 
 if TYPE_CHECKING:
     from firstcontact.device.source import Source
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,4 +151,5 @@ def open_source(
         A recording that cannot be replayed, another speed for a real device, or a kind that
         needs something that is missing.
     """
+    _log.info("opening %s", device)
     return source_kind(device).make(device, SourceOptions(speed, condition, seed))

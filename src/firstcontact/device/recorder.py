@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections import deque
 from collections.abc import Iterable, Iterator
@@ -14,6 +15,8 @@ from typing import Self
 from firstcontact.core import Block, InputError, joined
 from firstcontact.device.source import Arrival
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
+
+_log = logging.getLogger(__name__)
 
 #: Blocks that follow each other are written together up to so many samples.
 TOGETHER = 500
@@ -90,6 +93,7 @@ class Recorder:
                 self._closing = False
                 self._path, self._samples, self._waiting, self._failed = path, 0, 0, ""
                 self._thread = thread
+            _log.info("recording into %s", path)
             thread.start()
 
     def put(self, arrivals: Iterable[Arrival]) -> None:
@@ -142,6 +146,7 @@ class Recorder:
             failed = str(error) if known else f"{writer.path} cannot be written ({error!r})"
             with suppress(InputError, OSError):
                 writer.close()
+        _log.info("%s ended with %d samples %s", writer.path, self._samples, failed)
         with self._changed:
             self._path, self._failed = None, failed
             self._queue.clear()

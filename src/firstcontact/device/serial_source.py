@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import threading
 import time
@@ -23,6 +24,8 @@ from firstcontact.device.source import Arrival, Descriptor, Health
 from firstcontact.device.transport import LinkError, SerialTransport
 from firstcontact.device.twin_words import TWIN
 from firstcontact.recording import Marker
+
+_log = logging.getLogger(__name__)
 
 #: What does not answer for so long after its port was opened is no device of ours, s.
 PATIENCE = 5.0
@@ -203,6 +206,8 @@ class SerialSource:
 
         What was taken can still be read. Closing twice is fine.
         """
+        if not self._closing.is_set():
+            _log.info("%s: closed; %s", self.name, self.health)
         self._closing.set()
         if self._thread is not None:
             self._thread.join()
@@ -224,6 +229,7 @@ class SerialSource:
             error = InputError(f"{self.name}: {known}")
         except Exception as unknown:
             # Whoever reads must not wait for a thread that is no more.
+            _log.exception("%s: reading it failed", self.name)
             error = InputError(f"{self.name}: reading it failed ({unknown!r}): open it again")
         finally:
             transport, self._transport = self._transport, None
@@ -277,6 +283,17 @@ class SerialSource:
             epoch = self._assembler.epoch
             out = self._assembler.take(self._decoder.feed(data))
             if self._assembler.epoch != epoch:
+                said = self.descriptor
+                _log.info(
+                    "%s: life %d of %r (%r, %r, %s, %g Hz)",
+                    self.name,
+                    self._assembler.epoch,
+                    said.firmware,
+                    said.sensor,
+                    said.hand,
+                    said.source,
+                    said.layout.rate,
+                )
                 self._clock = ClockFit(self.descriptor.layout.rate)
             self._markers += out.markers
             for block in out.blocks:
@@ -311,6 +328,7 @@ class SerialSource:
         self._arrivals.append(replace(last, markers=last.markers + markers))
 
     def _lost(self) -> None:
+        _log.info("%s: lost", self.name)
         with self._changed:
             self._connected = False
         transport, self._transport = self._transport, None

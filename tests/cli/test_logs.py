@@ -1,0 +1,62 @@
+"""The log: quiet, unless it is asked for or something went wrong."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+import pytest
+
+from firstcontact.cli.logs import KEPT, kept, logged
+from firstcontact.cli.main import main
+from firstcontact.core import fingertip_layout
+from firstcontact.device.recorder import Recorder
+from firstcontact.recording import Header
+
+LOG = logging.getLogger("firstcontact.somewhere")
+
+
+@pytest.mark.parametrize(("verbose", "shown"), [(False, ["careful"]), (True, ["begun", "careful"])])
+def test_only_warnings_are_shown_unless_all_is_asked_for(
+    verbose: bool, shown: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with logged(verbose):
+        LOG.info("begun\x1b[31m")
+        LOG.warning("careful")
+        assert [line.rpartition(": ")[2] for line in kept()][1] == "careful"
+    LOG.info("nobody listens")
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == len(shown)
+    for line, word in zip(lines, shown, strict=True):
+        assert word in line
+        assert "firstcontact.somewhere" in line
+        assert "\x1b" not in line
+    assert len(kept()) == 2
+
+
+def test_the_log_that_is_kept_has_an_end() -> None:
+    with logged(False):
+        for number in range(3 * KEPT):
+            LOG.info("%d", number)
+        assert len(kept()) == KEPT
+
+
+def test_a_recording_that_begins_and_ends_is_on_the_log(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with caplog.at_level(logging.INFO), Recorder() as recorder:
+        recorder.start(tmp_path / "a.mcap", Header(fingertip_layout(), "synthetic"))
+    said = caplog.text
+    assert "recording into" in said
+    assert "ended with 0 samples" in said
+
+
+def test_a_verb_says_what_it_does_where_that_is_wanted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    missing = str(tmp_path / "none.mcap")
+    for arguments in (["--verbose", "live", "--device", missing], ["live", "--device", missing]):
+        assert main(arguments) == 2
+    first, second, third = capsys.readouterr().err.splitlines()
+    assert f"firstcontact.device.opening: opening {missing}" in first
+    assert second == third

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from firstcontact.contact.registry import DETECTORS
-from firstcontact.report import names
+from firstcontact.report import names, published
 from firstcontact.report.accepted import Accepted
 from firstcontact.report.comparison import get, percent
 from firstcontact.report.findings import Findings
@@ -56,11 +56,12 @@ def _lines(
 def _by_model(
     shown: Sequence[Findings], path: str, text: Any, note: Any = lambda value: ""
 ) -> list[Line]:
-    """A line for each subject and model but the floors, whichever scored better."""
+    """A line for each subject and published model, whichever scored better; or for all others."""
     out = []
     for findings in shown:
         above, _, below = path.partition("{}")
-        for model in names.estimators(get(findings.tree, above.strip(".")) or ()):
+        found = names.estimators(get(findings.tree, above.strip(".")) or ())
+        for model in [name for name in found if name in published.OBJECT_ERROR] or found:
             title = names.estimator(model).title
             for line in _lines([findings], f"{above}{model}{below}", text, note):
                 name = f"{title}, {line.name}" if len(shown) > 1 else title

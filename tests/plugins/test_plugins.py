@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from installed import firstcontact, run
 
 from firstcontact.recording import load_dataset
 
-EXAMPLE = Path(__file__).parent / "example"
 #: The smallest study that has every part: it leaves models and recordings, too.
 STUDY = """
 import sys
@@ -34,30 +30,6 @@ check_policy(POLICIES["halfway"])
 check_hand(HANDS["diary"])
 check_source(SOURCES["tape"], "tape:" + sys.argv[1])
 """
-
-
-@pytest.fixture(scope="session")
-def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """With the example installed, for commands only."""
-    folder = tmp_path_factory.mktemp("plugin")
-    source = shutil.copytree(EXAMPLE, folder / "source")  # building leaves files behind
-    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
-    where = ["--no-deps", "--no-build-isolation", "--no-index", "--target", folder / "site", source]
-    subprocess.run([*pip, *where], check=True)
-    paths = [str(folder / "site"), *filter(None, [os.environ.get("PYTHONPATH")])]
-    return {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "COLUMNS": "200"}
-
-
-def run(environment: dict[str, str], *arguments: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, *map(str, arguments)], env=environment, capture_output=True, text=True
-    )
-
-
-def firstcontact(
-    environment: dict[str, str], *arguments: object
-) -> subprocess.CompletedProcess[str]:
-    return run(environment, "-m", "firstcontact.cli.main", *arguments)
 
 
 @pytest.fixture(scope="session")

@@ -1,14 +1,17 @@
-"""What another package may add: a policy, a hand, a source, an importer and an exporter."""
+"""What another package may add: one of everything that is registered."""
 
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 from typing import IO
 
 import numpy as np
+from numpy.typing import NDArray
 
+from firstcontact.contact.stream import WindowDetector
 from firstcontact.core import Command, Contact, Dataset
 from firstcontact.device.opening import SourceKind
 from firstcontact.device.replay import ReplaySource
@@ -16,6 +19,8 @@ from firstcontact.grasp.hand import Hand, HandError, HandLimits
 from firstcontact.grasp.policy import Policy
 from firstcontact.recording.arrays import from_arrays
 from firstcontact.recording.formats import Exporter, Importer
+from firstcontact.stiffness import Estimator, Model, Spec, Task
+from firstcontact.stiffness.estimator import training_spec
 
 
 class Halfway(Policy):
@@ -94,3 +99,69 @@ def read(path: Path, rate: float | None) -> Dataset:
 
 IMPORTER = Importer("toy", "a .toy file", read, suffixes=(".toy",))
 EXPORTER = Exporter("toy", write)
+
+
+class EnergyDetector(WindowDetector):
+    """Fires when the newest part is much louder than the steady state."""
+
+    name = "energy"
+
+    def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Say which windows are."""
+        new = windows[:, :, -windows.shape[2] * 3 // 20 :]
+        return np.asarray(np.mean(new**2, axis=2) > 6.0)
+
+
+class LoudnessModel(Model):
+    """A line in the logarithm of the RMS."""
+
+    kind = "loudness"
+
+    def __init__(self, spec: Spec, line: NDArray[np.float64]) -> None:
+        self.spec, self.line = spec, line
+
+    @property
+    def notes(self) -> dict[str, float]:
+        """Its slope."""
+        return {"slope": float(self.line[0])}
+
+    def outputs(self, X: NDArray[np.float32]) -> NDArray[np.float64]:
+        """The line's value for each window."""
+        loud = 0.5 * np.log((X.astype(np.float64) ** 2).mean(axis=(1, 2)))
+        return np.asarray(np.polyval(self.line, loud)[:, None])
+
+    def output(self, window: NDArray[np.float32]) -> NDArray[np.float64]:
+        """The same for one window."""
+        return np.asarray(self.outputs(window[None])[0])
+
+    def to_arrays(self) -> dict[str, NDArray[np.float64]]:
+        """Slope and offset."""
+        return {"line": self.line}
+
+    @classmethod
+    def from_arrays(cls, spec: Spec, arrays: dict[str, NDArray[np.float64]]) -> LoudnessModel:
+        """The inverse."""
+        return cls(spec, arrays["line"])
+
+
+@dataclass(frozen=True)
+class Loudness(Estimator):
+    """What is hard is loud."""
+
+    name = "loudness"
+    title = "Loudness alone"
+    colour = "#654321"
+    model = LoudnessModel
+    tasks = (Task.REGRESSION,)
+
+    def fit(
+        self,
+        X: NDArray[np.float32],
+        y: NDArray[np.float64],
+        groups: NDArray[np.str_] | None = None,
+        seed: int = 0,
+    ) -> LoudnessModel:
+        """A line through all windows."""
+        spec = training_spec(self.task, self.rate, X, y, groups)
+        loud = 0.5 * np.log((X.astype(np.float64) ** 2).mean(axis=(1, 2)))
+        return LoudnessModel(spec, np.polyfit(loud, y, 1))

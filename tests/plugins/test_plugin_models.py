@@ -1,0 +1,101 @@
+"""A detector and an estimator of another package: trained, kept, studied, live."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from installed import firstcontact, run
+
+#: The smallest study in which every part runs.
+STUDY = """
+import sys
+from dataclasses import replace
+from pathlib import Path
+from firstcontact.study.run import run_study
+from firstcontact.study.settings import Settings
+small = replace(
+    Settings(), block_pinches=20, object_pinches=4, durations=(0.015,), folds=3, brief=True,
+    calls=20, detector="energy", workers=1,
+)
+run_study(small, Path(sys.argv[1]), Path(sys.argv[2]), True, "none")
+"""
+CHECKS = """
+from firstcontact.contact import DETECTORS
+from firstcontact.stiffness import ESTIMATORS
+from firstcontact.testing import check_detector, check_estimator
+check_detector(DETECTORS["energy"])
+check_estimator(ESTIMATORS["loudness"])
+"""
+
+
+@pytest.fixture(scope="session")
+def pinches(environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("pinches") / "out"
+    sizes = ("--pinches-per-block", 20, "--pinches-per-object", 4)
+    done = firstcontact(environment, "simulate", "--out", out, *sizes)
+    assert done.returncode == 0, done.stderr
+    return out
+
+
+@pytest.fixture(scope="session")
+def model(environment: dict[str, str], pinches: Path) -> Path:
+    out = pinches.parent / "model"
+    options = ("--model", "loudness", "--detector", "energy", "--contacts", "detected")
+    done = firstcontact(environment, "train", pinches, "--out", out, *options)
+    assert done.returncode == 0, done.stderr
+    assert "loudness (regression) learned from" in done.stdout
+    assert "detector energy:" in done.stdout
+    return out
+
+
+@pytest.mark.parametrize(("verb", "words"), [("train", "svm,cnn"), ("study", "three_sigma,svm")])
+def test_help_lists_them(verb: str, words: str, environment: dict[str, str]) -> None:
+    done = firstcontact(environment, verb, "--help")
+    assert words in done.stdout
+    assert ("loudness" if verb == "train" else "energy") in done.stdout
+
+
+def test_a_kept_model_is_evaluated_and_live(
+    model: Path, pinches: Path, environment: dict[str, str]
+) -> None:
+    done = firstcontact(environment, "evaluate", model, pinches, "--contacts", "detected")
+    assert done.returncode == 0, done.stderr
+    assert "contacts detected (energy;" in done.stdout
+    recording = sorted(pinches.rglob("*.mcap"))[0]
+    device = ("--device", recording, "--speed", "inf", "--model", model, "--json")
+    done = firstcontact(environment, "live", *device)
+    assert done.returncode == 0, done.stderr
+    assert any(json.loads(line).get("value") is not None for line in done.stdout.splitlines())
+
+
+def test_a_study_scores_and_draws_them(
+    pinches: Path, environment: dict[str, str], tmp_path: Path
+) -> None:
+    done = run(environment, "-c", STUDY, tmp_path / "out", pinches)
+    assert done.returncode == 0, done.stderr
+    results = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))
+    assert results["contact"]["windows_start_at"] == "energy"
+    assert results["contact"]["energy"]["n"] == results["contact"]["svm"]["n"]
+    assert results["objects"]["loudness"]["rmse"] > 0
+    assert results["inference_us"]["loudness"]["p50"] > 0
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "Loudness alone" in page
+    assert "Unseen objects, Loudness alone" in page
+    assert "energy" in page
+
+
+def test_an_outsider_can_run_the_conformance_suites(environment: dict[str, str]) -> None:
+    done = run(environment, "-c", CHECKS)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_broken_one_is_refused_with_its_reason(
+    pinches: Path, environment: dict[str, str], tmp_path: Path
+) -> None:
+    for option in ("--model", "--detector"):
+        arguments = ("train", pinches, "--out", tmp_path / "m", option, "broken")
+        done = firstcontact(environment, *arguments)
+        assert done.returncode == 2, done.stderr
+        assert "ImportError: libtoy is missing" in done.stderr.splitlines()[-1]

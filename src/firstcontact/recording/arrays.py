@@ -16,7 +16,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from firstcontact.core import Dataset, InputError, Pinch
+from firstcontact.core import Dataset, InputError
 from firstcontact.core.layout import TAXELS
 from firstcontact.recording.checks import (
     SETTINGS,
@@ -25,16 +25,9 @@ from firstcontact.recording.checks import (
     make_layout,
     read_settings,
 )
-from firstcontact.recording.dataset import pause_between
 from firstcontact.recording.formats import Importer
 from firstcontact.recording.hdf5 import read_hdf5
-from firstcontact.recording.labels import (
-    CONTACT_COLUMNS,
-    LABEL_COLUMNS,
-    make_contacts,
-    make_labels,
-    make_motor_starts,
-)
+from firstcontact.recording.labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
 from firstcontact.recording.npz import read_npz
 from firstcontact.recording.quoting import listed
 
@@ -94,10 +87,7 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
         for name in (*LABEL_COLUMNS, *CONTACT_COLUMNS)
         if name in arrays
     }
-    labels, notes = make_labels(str(path), columns, pinches)
-    contacts, assumed = make_contacts(str(path), columns, list(data[:, :, :piezos]), settings.rate)
-    motors = make_motor_starts(str(path), columns, [data.shape[1]] * pinches, contacts)
-    notes += [*assumed, *settings.notes]
+    notes = list(settings.notes)
     if unknown:
         notes.append(f"{path.name}: arrays not known and left out: {listed(unknown)}")
     layout = make_layout(
@@ -108,11 +98,7 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
         strip="strip" in arrays,
         smoothing_alpha=settings.smoothing_alpha,
     )
-    made = [
-        Pinch(data[i], layout, label, 0, truth, motor)
-        for i, (label, truth, motor) in enumerate(zip(labels, contacts, motors, strict=True))
-    ]
-    return Dataset(pause_between(made), settings.source, tuple(notes))
+    return labelled(str(path), list(data), layout, columns, settings.source, notes)
 
 
 def _signals(path: Path, arrays: Arrays) -> tuple[NDArray[Any], int]:

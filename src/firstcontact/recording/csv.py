@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Dataset, InputError, Pinch
+from firstcontact.core import Dataset, InputError
 from firstcontact.core.layout import TAXELS
 from firstcontact.recording.checks import (
     SETTINGS,
@@ -27,15 +27,8 @@ from firstcontact.recording.checks import (
     make_layout,
     read_settings,
 )
-from firstcontact.recording.dataset import pause_between
 from firstcontact.recording.formats import Importer
-from firstcontact.recording.labels import (
-    CONTACT_COLUMNS,
-    LABEL_COLUMNS,
-    make_contacts,
-    make_labels,
-    make_motor_starts,
-)
+from firstcontact.recording.labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
 from firstcontact.recording.quoting import listed, shown
 from firstcontact.recording.table import read_columns
 
@@ -88,30 +81,20 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
         for name in (*LABEL_COLUMNS, *CONTACT_COLUMNS)
         if name in columns
     }
-    piezos = sum(n in columns for n in PIEZO)
-    labels, notes = make_labels(str(path), of_pinches, len(bounds))
-    cuts = [data[start:stop] for start, stop in bounds]
-    contacts, assumed = make_contacts(
-        str(path), of_pinches, [cut[:, :piezos] for cut in cuts], settings.rate
-    )
-    motors = make_motor_starts(str(path), of_pinches, [len(cut) for cut in cuts], contacts)
-    notes += [*assumed, *settings.notes]
+    notes = list(settings.notes)
     unknown = sorted(set(columns) - _KNOWN)
     if unknown:
         notes.append(f"{path.name}: columns not known and left out: {listed(unknown)}")
     layout = make_layout(
         settings.rate,
-        piezos=piezos,
+        piezos=sum(n in columns for n in PIEZO),
         unit=settings.unit,
         force=FORCE[0] in columns,
         strip=STRIP[0] in columns,
         smoothing_alpha=settings.smoothing_alpha,
     )
-    pinches = [
-        Pinch(cut, layout, label, 0, truth, motor)
-        for cut, label, truth, motor in zip(cuts, labels, contacts, motors, strict=True)
-    ]
-    return Dataset(pause_between(pinches), settings.source, tuple(notes))
+    cuts = [data[start:stop] for start, stop in bounds]
+    return labelled(str(path), cuts, layout, of_pinches, settings.source, notes)
 
 
 def _all_or_none(path: Path, columns: Columns, names: tuple[str, ...]) -> tuple[str, ...]:

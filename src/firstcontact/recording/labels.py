@@ -1,4 +1,4 @@
-"""Columns of a stranger's table into labels and contacts."""
+"""Columns of a stranger's table into labels and contacts, and with its samples into pinches."""
 
 from __future__ import annotations
 
@@ -8,9 +8,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Contact, Finger, InputError, Label, Role
+from firstcontact.core import (
+    ChannelKind,
+    Contact,
+    Dataset,
+    Finger,
+    InputError,
+    Label,
+    Layout,
+    Pinch,
+    Role,
+)
 from firstcontact.recording import cells
 from firstcontact.recording.cells import Columns, each
+from firstcontact.recording.dataset import pause_between
 from firstcontact.recording.quoting import shown
 
 #: Columns that say what was pinched.
@@ -34,6 +45,47 @@ CONTACT_COLUMNS = (
 )
 #: How long after a contact the fingers are compared where the labels name none, s.
 _LISTEN = 0.005
+
+
+def labelled(
+    where: str,
+    cuts: Sequence[NDArray[Any]],
+    layout: Layout,
+    columns: Columns,
+    source: str,
+    notes: Sequence[str],
+) -> Dataset:
+    """Pinches out of what an importer read.
+
+    Parameters
+    ----------
+    where
+        File that messages name.
+    cuts
+        Raw samples of each pinch, shape (samples, channels), the piezo first.
+    layout
+        Of them.
+    columns
+        Any of :data:`LABEL_COLUMNS` and :data:`CONTACT_COLUMNS`; others are passed over.
+    source
+        Where they come from.
+    notes
+        Of the importer; what is assumed here comes before them.
+
+    Raises
+    ------
+    InputError
+        As of the functions below.
+    """
+    piezos = len(layout.columns(ChannelKind.PIEZO))
+    labels, assumed = make_labels(where, columns, len(cuts))
+    contacts, guessed = make_contacts(where, columns, [c[:, :piezos] for c in cuts], layout.rate)
+    motors = make_motor_starts(where, columns, [len(c) for c in cuts], contacts)
+    pinches = [
+        Pinch(cut, layout, label, 0, truth, motor)
+        for cut, label, truth, motor in zip(cuts, labels, contacts, motors, strict=True)
+    ]
+    return Dataset(pause_between(pinches), source, (*assumed, *guessed, *notes))
 
 
 def make_labels(where: str, columns: Columns, pinches: int) -> tuple[list[Label], list[str]]:

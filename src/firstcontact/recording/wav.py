@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Dataset, InputError, Pinch
+from firstcontact.core import Dataset, InputError
 from firstcontact.core.files import files_below, read_regular
 from firstcontact.core.temporary import is_temporary
 from firstcontact.recording.checks import (
@@ -21,15 +21,8 @@ from firstcontact.recording.checks import (
     check_source,
     make_layout,
 )
-from firstcontact.recording.dataset import pause_between
 from firstcontact.recording.formats import Importer
-from firstcontact.recording.labels import (
-    CONTACT_COLUMNS,
-    LABEL_COLUMNS,
-    make_contacts,
-    make_labels,
-    make_motor_starts,
-)
+from firstcontact.recording.labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
 from firstcontact.recording.quoting import listed, reason
 from firstcontact.recording.table import read_columns
 
@@ -86,26 +79,16 @@ def import_wav(folder: Path, rate: float | None = None) -> Dataset:
                 f"{table}: sample_rate_hz of {files[row].name} is {said}, but the file has "
                 f"{rate} Hz: correct the table"
             )
-    labels, notes = make_labels(str(table), columns, len(files))
-    contacts, assumed = make_contacts(str(table), columns, [d for _, d in sounds], float(rate))
-    motors = make_motor_starts(str(table), columns, [len(d) for _, d in sounds], contacts)
-    notes += assumed
     unknown = sorted(set(columns) - _KNOWN)
-    if unknown:
-        notes.append(f"{LABELS}: columns not known and left out: {listed(unknown)}")
+    notes = [f"{LABELS}: columns not known and left out: {listed(unknown)}"] if unknown else []
     layout = make_layout(
         float(rate),
         piezos=first.shape[1],
         unit="full scale",
         scale=1.0 / _FULL_SCALE[str(first.dtype)],
     )
-    pinches = [
-        Pinch(_samples(file, data), layout, label, 0, truth, motor)
-        for file, (_, data), label, truth, motor in zip(
-            files, sounds, labels, contacts, motors, strict=True
-        )
-    ]
-    return Dataset(pause_between(pinches), _source(table, columns), tuple(notes))
+    cuts = [_samples(file, data) for file, (_, data) in zip(files, sounds, strict=True)]
+    return labelled(str(table), cuts, layout, columns, _source(table, columns), notes)
 
 
 def _source(table: Path, columns: dict[str, list[str]]) -> str:

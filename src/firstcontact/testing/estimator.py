@@ -6,8 +6,10 @@ import tempfile
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firstcontact.core.extras import absent
 from firstcontact.stiffness.card import Card, LearnedFrom
@@ -61,7 +63,7 @@ def _check_training(make: Callable[[], Estimator], task: Task) -> None:
     X, y, groups = toy_windows(60)
     estimator = make()
     assert (estimator.task, estimator.rate) == (task, RATE), "task and rate are not kept"
-    before = X.copy(), y.copy(), groups.copy()
+    before: list[NDArray[Any]] = [X.copy(), y.copy(), groups.copy()]
     model = estimator.fit(X, y, groups, seed=3)
     for array, copy in zip((X, y, groups), before, strict=True):
         assert np.array_equal(array, copy), "training changes what it learns from"

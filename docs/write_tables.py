@@ -55,15 +55,15 @@ class Row:
     kind: str
     published: str = ABSENT
 
-    def cell(self, tree: Any) -> str:
-        """The value in a tree of results with its 95 % interval, or a dash."""
+    def cell(self, tree: Any, intervals: bool = True) -> str:
+        """The value in a tree of results, with its 95 % interval if wanted, or a dash."""
         *way, last = self.path.split(".")
         for key in way:
             tree = tree.get(key) if isinstance(tree, dict) else None
         if not isinstance(tree, dict) or last not in tree:
             return ABSENT
         shown = self._text(tree[last])
-        if ends := tree.get("intervals", {}).get(last):
+        if intervals and (ends := tree.get("intervals", {}).get(last)):
             low, high = (self._text(end).split(" ")[0] for end in ends)
             shown += f" ({low} to {high})"
         return shown
@@ -150,6 +150,13 @@ SPEED = [
     *speed("cnn", "CNN", "1.4 ms"),
     Row("the whole study", "seconds", "s"),
 ]
+#: What the README shows: no intervals, which stand beside the same numbers in the results.
+HEADLINE = [
+    Row("first contacts placed within ±3 ms (SVM)", "contact.svm.pinch_success", "share"),
+    Row("estimates before the second contact", "answer_ms.before_second", "share"),
+    Row("5 levels of stiffness told apart (SVM)", "blocks.svm.by_session.accuracy", "share"),
+    Row("8 unseen objects: RMSE, Shore A (SVM)", "objects.svm.rmse", "shore"),
+]
 LEFT_OUT = "hardness_order.leave_one_material_out"
 CLASSES = f"{LEFT_OUT}.classification"
 IMPACTS = [Row("impacts", "data.pinches", "count")]
@@ -208,12 +215,14 @@ def target_table(tree: Any) -> str:
     return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
 
 
-def table(rows: Sequence[Row], columns: dict[str, Any], published: bool) -> str:
+def table(
+    rows: Sequence[Row], columns: dict[str, Any], published: bool, intervals: bool = True
+) -> str:
     """A Markdown table; rows that no column has are left out."""
     head = ["", *(["published"] if published else []), *columns]
     lines = [head, ["---"] * len(head)]
     for row in rows:
-        cells = [row.cell(tree) for tree in columns.values()]
+        cells = [row.cell(tree, intervals) for tree in columns.values()]
         if any(cell != ABSENT for cell in cells):
             lines.append([row.label, *([row.published] if published else []), *cells])
     return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
@@ -221,7 +230,7 @@ def table(rows: Sequence[Row], columns: dict[str, Any], published: bool) -> str:
 
 def tables(results: Path) -> dict[str, str]:
     """All tables by name, of the results that are there."""
-    names = ("study", "speed", "real", "grasp", "grasp_target")
+    names = ("headline", "study", "speed", "real", "grasp", "grasp_target")
     made = dict.fromkeys(names, "*Not run yet.*\n")
     if (results / "study.json").is_file():
         tree = json.loads((results / "study.json").read_text(encoding="utf-8"))
@@ -229,6 +238,7 @@ def tables(results: Path) -> dict[str, str]:
         if "everyday" in tree:
             conditions["everyday"] = tree["everyday"]
         rows = [*OFFSETS, *detection(list(conditions.values())), *STIFFNESS]
+        made["headline"] = table(HEADLINE, conditions, published=False, intervals=False)
         made["study"] = table(rows, conditions, published=True)
         made["speed"] = table(SPEED, conditions, published=True)
     if (results / "real.json").is_file():

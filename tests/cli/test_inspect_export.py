@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -199,3 +200,16 @@ def test_files_that_are_no_recordings_are_refused(tmp_path, capsys, monkeypatch,
     assert main([verb[0], "a.mcap", *verb[1:]]) == 2
     assert "a.mcap is not an MCAP file" in capsys.readouterr().err
     assert [p.name for p in tmp_path.iterdir()] == ["a.mcap"]
+
+
+def test_a_name_with_a_character_0_is_no_text_of_hdf5(tmp_path, dataset, capsys):
+    first, *others = dataset.pinches
+    odd = replace(first, label=replace(first.label, object="a\0b"))
+    (tmp_path / "odd").mkdir()
+    odds = replace(dataset, pinches=(odd, *others))
+    write_dataset(odds, tmp_path / "odd", Header(dataset.layout, "synthetic"))
+    out = tmp_path / "x.h5"
+    assert main(["export", str(tmp_path / "odd"), "--to", "hdf5", "--out", str(out)]) == 2
+    assert "object of a pinch has a character 0" in capsys.readouterr().err
+    assert not out.exists()
+    assert main(["export", str(tmp_path / "odd"), "--to", "csv", "--out", f"{out}.csv"]) == 0

@@ -37,6 +37,13 @@ def _write(dataset: Dataset, path: Path) -> None:
                 f"the fingers have {len(columns[kind])} {kind} channels and an HDF5 array needs "
                 f"{math.prod(shape[2:])}: export to csv or parquet"
             )
+    values = pinch_values(dataset)
+    for name, column in values.items():
+        if any(isinstance(value, str) and "\0" in value for value in column):
+            raise InputError(
+                f"{name} of a pinch has a character 0, which no text in HDF5 can have: export to "
+                "csv or parquet"
+            )
     # In memory, since the library crashes the process when a disk is full.
     image = BytesIO()
     with h5py.File(image, "w") as file:
@@ -46,7 +53,7 @@ def _write(dataset: Dataset, path: Path) -> None:
             array = file.create_dataset(str(kind), shape, np.float32)
             for i, pinch in enumerate(dataset.pinches):
                 array[i] = layout.physical(pinch.data, columns[kind]).reshape(shape[1:])
-        for name, column in pinch_values(dataset).items():
+        for name, column in values.items():
             text = isinstance(column[0], str)
             file.create_dataset(name, data=column, dtype=h5py.string_dtype() if text else None)
         file.attrs.update(file_values(dataset))

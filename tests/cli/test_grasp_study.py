@@ -25,12 +25,14 @@ def test_quick_runs_from_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert "Quick study" in page
 
 
-@pytest.mark.parametrize("option", ["--seed", "--workers"])
-def test_negative_numbers_are_refused(
-    option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("option", "value"), [("--seed", "-1"), ("--workers", "-1"), ("--workers", "100000")]
+)
+def test_numbers_that_make_no_sense_are_refused(
+    option: str, value: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["grasp-study", option, "-1", "--out", str(tmp_path / "x")]) == 2
-    assert "must not be negative" in capsys.readouterr().err
+    assert main(["grasp-study", option, value, "--out", str(tmp_path / "x")]) == 2
+    assert f"{option} is {value}: give" in capsys.readouterr().err
     assert not (tmp_path / "x").exists()
 
 

@@ -131,9 +131,12 @@ def living_in_group(group: int) -> list[str]:
 
 
 def test_settings_that_make_no_sense_are_refused(tmp_path: Path) -> None:
-    for study in (Study(seed=-1), Study(workers=-1), Study(early_ms=50.0)):
+    for study in (Study(seed=-1), Study(early_ms=50.0)):
         with pytest.raises(InputError, match="must not be negative"):
             study.run()
+    for workers in (-1, 100_000):
+        with pytest.raises(InputError, match=f"--workers is {workers}: give 0 for all cores"):
+            Study(workers=workers).run()
 
 
 def test_a_folder_that_cannot_be_made_is_one_sentence(arrays: Path, tmp_path: Path) -> None:

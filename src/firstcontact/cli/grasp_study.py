@@ -6,10 +6,14 @@ import shlex
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
+from firstcontact.cli.choices import one_of
 from firstcontact.cli.cluster import where
+from firstcontact.contact.registry import DETECTORS
 from firstcontact.core.errors import InputError
 from firstcontact.core.extras import need
+from firstcontact.stiffness.registry import ESTIMATORS
 
 
 @dataclass(frozen=True)
@@ -21,6 +25,10 @@ class GraspStudy:
     study's results in it are not written over."""
     quick: bool = False
     """A small study of a minute: every part runs, no number is to be quoted."""
+    model: Annotated[str, one_of(ESTIMATORS)] = ESTIMATORS.default
+    """What learns the stiffness that policies act on."""
+    detector: Annotated[str | None, one_of(DETECTORS)] = None
+    """What finds contacts; left out: the usual one."""
     seed: int = 0
     """Of the twin, the trainings and the intervals."""
     workers: int = 0
@@ -30,15 +38,20 @@ class GraspStudy:
 
     def run(self) -> None:
         """Run the study with its progress on stderr."""
-        from firstcontact.core.jobs import cores
+        from firstcontact.core.jobs import asked_workers
 
         need("study", "matplotlib", "jinja2", "numba")
-        if self.seed < 0 or self.workers < 0:
-            raise InputError("--seed and --workers must not be negative")
+        if self.seed < 0:
+            raise InputError(f"--seed is {self.seed}: give a whole number from 0 on")
         from firstcontact.grasp_study.run import run_grasp_study
         from firstcontact.grasp_study.settings import Settings
 
-        settings = Settings(seed=self.seed, workers=self.workers or cores())
+        settings = Settings(
+            model=ESTIMATORS.find(self.model).name,
+            detector=None if self.detector is None else DETECTORS.find(self.detector).name,
+            seed=self.seed,
+            workers=asked_workers(self.workers),
+        )
         if self.quick:
             settings = settings.quick()
         command = shlex.join(["firstcontact", *sys.argv[1:]])

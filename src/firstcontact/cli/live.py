@@ -48,6 +48,8 @@ class Live:
     """Where samples come from."""
     model: Path | None = None
     """Folder that `firstcontact train` wrote; for the twin one is made if none is given."""
+    detector: Path | None = None
+    """Folder of another detector than the one beside the model."""
     calibration: Path | None = None
     """What `firstcontact calibrate` wrote; without it the noise is measured at the start."""
     page: bool = False
@@ -99,7 +101,9 @@ class Live:
         source = open_source(
             self.device, speed=self.speed, condition=self.condition, seed=self.seed
         )
-        detector, answerers, landmarks = _models(self.model or self._own_model(source))
+        detector, answerers, landmarks = _models(
+            self.model or self._own_model(source), self.detector
+        )
         given = None if self.calibration is None else read_calibration(self.calibration)
         with stopping() as stop, source:
             calibration = given or self._measured(source)
@@ -228,7 +232,9 @@ class Live:
                 _say(f"{name}: {dropped} updates dropped, it was too slow")
 
 
-def _models(folder: Path) -> tuple[Detector, list[Answerer], dict[str, float]]:
+def _models(
+    folder: Path, detector: Path | None
+) -> tuple[Detector, list[Answerer], dict[str, float]]:
     """Detector, models with their intervals, and the objects that they know."""
     from firstcontact.contact.detector_file import load_detector
     from firstcontact.live.pipeline import Answerer
@@ -240,7 +246,7 @@ def _models(folder: Path) -> tuple[Detector, list[Answerer], dict[str, float]]:
     landmarks = dict(read_card(folders[0]).data.objects)
     for loaded, answerer in zip(folders, answerers, strict=True):
         _log.info("model %s: %s", loaded, answerer.model.spec)
-    return load_detector(folders[0]), answerers, landmarks
+    return load_detector(detector or folders[0]), answerers, landmarks
 
 
 def _say(line: str) -> None:

@@ -39,19 +39,17 @@ class Study:
 
     def run(self) -> None:
         """Run the study with its progress on stderr."""
-        from firstcontact.core.jobs import cores
+        from firstcontact.core.jobs import asked_workers
         from firstcontact.study.settings import Settings
 
         need("study", "matplotlib", "jinja2")
         if self.recordings is None:
             need("study", "numba")
-        if self.seed < 0 or self.workers < 0 or not 0 <= self.early_ms <= 10:
-            raise InputError(
-                "--seed and --workers must not be negative, and --early-ms lies from 0 to 10"
-            )
+        if self.seed < 0 or not 0 <= self.early_ms <= 10:
+            raise InputError("--seed must not be negative, and --early-ms lies from 0 to 10")
         settings = Settings(
             seed=self.seed,
-            workers=self.workers or cores(),
+            workers=asked_workers(self.workers),
             detector=DETECTORS.find(self.detector).name,
             early=1e-3 * self.early_ms,
         )

@@ -74,12 +74,12 @@ class Train:
             names = dict.fromkeys(names, "")
         check_replaceable(self.out, names.values())
         from firstcontact.core.folders import replacing_folder
-        from firstcontact.core.jobs import cores, parallel
+        from firstcontact.core.jobs import asked_workers, parallel
 
         with (
             where(self.cluster),
             replacing_folder(self.out) as making,
-            parallel(self.workers or cores()) as runner,
+            parallel(asked_workers(self.workers)) as runner,
         ):
             lines = self._learn({ms: making / name for ms, name in names.items()}, making, runner)
         for line in lines:
@@ -156,8 +156,9 @@ class Train:
                 "--window-ms must lie between 1 and 1000, each length once, and --seed between 0 "
                 "and 4294967295"
             )
-        if self.workers < 0:
-            raise InputError("--workers must not be negative")
+        from firstcontact.core.jobs import asked_workers
+
+        asked_workers(self.workers)
         if not 0.5 <= self.level <= 0.99:
             raise InputError("--level must lie between 0.5 and 0.99")
         if self.rate is not None:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Literal, Protocol, TypeVar
 
+from firstcontact.core.errors import InputError
 from firstcontact.core.packed import packed, unpacked
 from firstcontact.core.parent import follow
 
@@ -19,6 +20,9 @@ Tick = Callable[[int, int], object]
 
 #: Heeded by libraries when they are loaded; those that are there already can be told.
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
+#: More processes than this no machine is meant to run.
+MOST_WORKERS = 512
 
 _alone = threading.Lock()
 
@@ -199,6 +203,19 @@ def one_thread() -> Iterator[None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
+
+
+def asked_workers(workers: int) -> int:
+    """Processes for what ``--workers`` says: 0 means all cores.
+
+    Raises
+    ------
+    InputError
+        Fewer than none, or more than any machine has.
+    """
+    if not 0 <= workers <= MOST_WORKERS:
+        raise InputError(f"--workers is {workers}: give 0 for all cores, or up to {MOST_WORKERS}")
+    return workers or cores()
 
 
 def cores() -> int:

@@ -75,10 +75,11 @@ def learn(settings: Settings, out: Path, runner: Runner) -> Learned:
         recordings / "pinches", CONDITION, settings.training, 0, settings.seed, settings.workers
     )
     dataset = load_dataset(recordings)
-    detector = fit_detector(dataset)
+    detector = fit_detector(dataset, settings.detector)
     save_detector(detector, models, {"source": dataset.source})
     contacts = found_as_live(dataset, detector, settings.seed, runner)
-    learned = runner.map(_learned, settings.windows, dataset, contacts, settings.seed)
+    model, seed = settings.model, settings.seed
+    learned = runner.map(_learned, settings.windows, dataset, contacts, model, seed)
     rmse, width = {}, {}
     for duration, (cut, kept) in zip(settings.windows, learned, strict=True):
         card = Card(
@@ -103,15 +104,15 @@ def learn(settings: Settings, out: Path, runner: Runner) -> Learned:
 
 
 def _learned(
-    duration: float, dataset: Dataset, contacts: Alignment, seed: int
+    duration: float, dataset: Dataset, contacts: Alignment, model: str, seed: int
 ) -> tuple[Examples, Kept]:
     """A model for one length of window, and the windows that it learned from."""
     from firstcontact.learning.keeping import learn_to_keep
     from firstcontact.learning.training import examples
-    from firstcontact.stiffness import ESTIMATORS, Task
+    from firstcontact.stiffness import Task
 
     cut = examples(dataset, contacts.contacts, duration, dataset.shore_a)
-    return cut, learn_to_keep(cut, ESTIMATORS.default, Task.REGRESSION, seed, LEVEL, Serial())
+    return cut, learn_to_keep(cut, model, Task.REGRESSION, seed, LEVEL, Serial())
 
 
 def loaded(folder: Path) -> Models:

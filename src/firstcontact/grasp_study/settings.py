@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from firstcontact.stiffness.registry import ESTIMATORS
 from firstcontact.twin.objects import BRITTLE, EVERYDAY_OBJECTS, TwinObject, block
 
 #: Objects up to this Shore A are the soft ones of the headline.
@@ -35,6 +36,8 @@ class Settings:
         Whether the search for force feedback is a small one.
     kinds
         Names of the objects.
+    model, detector
+        Names of the estimator and of the contact detector; None for the usual one.
     seed
         Of everything drawn.
     workers
@@ -48,6 +51,8 @@ class Settings:
     tuning: int = 3
     coarse: bool = False
     kinds: tuple[str, ...] = tuple(KINDS)
+    model: str = ESTIMATORS.default
+    detector: str | None = None
     seed: int = 0
     workers: int = 2
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from firstcontact.core.errors import InputError
 from firstcontact.core.files import replacing
-from firstcontact.core.jobs import cores, parallel
+from firstcontact.core.jobs import MOST_WORKERS, cores, parallel
 from firstcontact.core.layout import FINGERTIP_RATE, fingertip_layout
 from firstcontact.core.pinch import Pinch
 from firstcontact.core.temporary import sweep
@@ -73,8 +73,8 @@ def simulate(
         raise InputError(f"pinches per block and per object must be {MOST_PINCHES} at most")
     if seed < 0:
         raise InputError(f"seed is {seed}: use a whole number from 0 on")
-    if workers is not None and workers < 1:
-        raise InputError(f"workers is {workers}: use 1 or more")
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise InputError(f"workers is {workers}: use 1 to {MOST_WORKERS}")
     sweep(directory)
     if directory.exists() and (not directory.is_dir() or any(directory.iterdir())):
         raise InputError(f"{directory} is not an empty folder: choose another --out")

@@ -18,6 +18,8 @@ from firstcontact.recording.table import read_rows
 COLUMNS = ("pinch", "finger", "time_s")
 #: Offset and drift of two clocks are not fitted to fewer pinches.
 LEAST = 3
+#: No camera films for longer, s, nor faster, Hz.
+LONGEST, FASTEST = 1e7, 1e7
 
 #: Pinch and finger.
 Key = tuple[int, Finger]
@@ -92,7 +94,7 @@ def read_contacts(path: Path) -> dict[Key, float]:
         try:
             key = int(row["pinch"]), Finger[row["finger"].upper()]
             time = float(row["time_s"])
-            if not math.isfinite(time):
+            if not abs(time) <= LONGEST:
                 raise ValueError
         except (KeyError, ValueError) as error:
             raise InputError(
@@ -124,8 +126,8 @@ def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 96
     InputError
         ``fps`` is not above 0, or too few contacts are in both.
     """
-    if not (math.isfinite(fps) and fps > 0):
-        raise InputError(f"fps is {fps:g}: give the camera's frames per second")
+    if not 1.0 <= fps <= FASTEST:
+        raise InputError(f"fps is {fps:g}: give the camera's frames per second, 1 to {FASTEST:g}")
     rate = recording.header.layout.rate
     device: dict[Key, tuple[int, float]] = {
         (mark.number, c.finger): (mark.epoch, c.sample / rate)

@@ -92,7 +92,7 @@ def test_too_little_is_refused():
     with pytest.raises(InputError, match="2 pinches have contacts both"):
         compare(recording, filmed(truth, 0.0, 0.0))
     for fps in (0.0, 1e200, float("nan")):
-        with pytest.raises(InputError, match=f"fps is {fps:g}"):
+        with pytest.raises(InputError, match="fps is"):
             compare(recording, {}, fps)
 
 

@@ -52,7 +52,7 @@ def cluster(folder: Path, workers: int, first_on_path: Path | None = None) -> It
     with ExitStack() as stack, (folder / "log").open("wb") as log:
         where = ("--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(said))
         scheduler = started("scheduler", *where)
-        until(said.is_file)
+        until(lambda: said.is_file() and said.read_text("utf-8").rstrip().endswith("}"))
         address = json.loads(said.read_text(encoding="utf-8"))["address"]
         worker = ("worker", address, "--host", "127.0.0.1", "--nthreads", "1", "--no-nanny")
         processes = tuple(started(*worker) for _ in range(workers))

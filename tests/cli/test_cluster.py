@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import os
 import signal
 import subprocess
 import sys
@@ -18,6 +20,9 @@ from firstcontact.cli.train import Train
 from firstcontact.core.cluster import on_cluster
 from firstcontact.twin.simulate import simulate
 from processes import children, until
+
+#: What results say of the run and of times on this machine.
+RUN = {"study", "inference_us", "part_seconds", "seconds"}
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -60,7 +65,6 @@ def test_an_interrupt_leaves_neither_processes_nor_work_behind(tmp_path: Path) -
         with Client(one.address) as client:
             until(lambda: not any(client.processing().values()))
             assert one.workers[0].poll() is None
-    assert all(p.suffix == ".mcap" for p in out.iterdir())
 
 
 def test_a_model_learned_there_is_the_same(tmp_path: Path) -> None:
@@ -71,6 +75,46 @@ def test_a_model_learned_there_is_the_same(tmp_path: Path) -> None:
             Train(data, tmp_path / name, contacts="detected", cluster=address).run()
             where.append(contents(tmp_path / name))
     assert where[0] == where[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("verb", "midway"), [("study", "everyday: blocks"), ("grasp-study", "closings")]
+)
+def test_a_study_finds_the_same_though_a_worker_is_killed(
+    verb: str, midway: str, tmp_path: Path
+) -> None:
+    found = []
+    with cluster(tmp_path, 2) as two:
+        for name, where in (("here", []), ("there", ["--cluster", two.address])):
+            out = tmp_path / name
+            command = [verb, "--quick", "--out", str(out), *where]
+            process = subprocess.Popen(
+                [sys.executable, "-m", "firstcontact.cli.main", *command],
+                stderr=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+            )
+            assert process.stderr is not None
+            if where:
+                seen = b""
+                while midway.encode() not in seen:
+                    part = os.read(process.stderr.fileno(), 4096)
+                    assert part, seen.decode()
+                    seen += part
+                two.workers[0].kill()
+            said = process.communicate()[1].decode()
+            assert process.returncode == 0, said
+            found.append(comparable(json.loads((out / "results.json").read_text("utf-8"))))
+        assert two.workers[1].poll() is None
+    assert found[0] == found[1]
+
+
+def comparable(tree: Any) -> Any:
+    """Results without what is said of the run, and without times of this machine."""
+    if not isinstance(tree, dict):
+        return tree
+    kept = {key: value for key, value in tree.items() if key not in RUN}
+    return {key: comparable(value) for key, value in kept.items()}
 
 
 @pytest.mark.parametrize("verb", [["simulate"], ["study", "--quick"], ["grasp-study", "--quick"]])

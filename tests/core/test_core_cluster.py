@@ -51,6 +51,29 @@ def test_the_backend_that_joblib_brings_moves_them_too(two: Cluster) -> None:
         assert os.getpid() not in runner.map(pid, range(4))
 
 
+def test_what_others_do_with_joblib_goes_there_too_but_not_from_within_a_job(two: Cluster) -> None:
+    large = np.ones(100_000)
+    with on_cluster(two.address):
+        calls = [joblib.delayed(added)(large, other=large, pause=0)] * 3
+        there = joblib.Parallel(batch_size=2)(calls)
+        (here,) = Serial().map(nested, [0])
+        with parallel(1) as runner:
+            inside = runner.map(nested, range(3))
+    workers = {worker.pid for worker in two.workers}
+    assert {total for total, _ in there} == {200_000.0}
+    assert {number for _, number in there} <= workers
+    assert here == {os.getpid()}
+    assert all(len(pids) == 1 and pids <= workers for pids in inside)
+
+
+def added(one: NDArray[np.float64], *, other: NDArray[np.float64], pause: int) -> tuple[float, int]:
+    return float((one + other).sum()) + pause, os.getpid()
+
+
+def nested(_: int) -> set[int]:
+    return set(joblib.Parallel(n_jobs=2)(joblib.delayed(pid)(n) for n in range(4)))
+
+
 def test_the_first_error_ends_the_map_and_the_next_one_works(two: Cluster) -> None:
     with on_cluster(two.address), parallel(1) as runner:
         with pytest.raises(InputError, match="job 1"):

@@ -27,6 +27,8 @@ _log = logging.getLogger(__name__)
 PATIENCE = 10.0
 #: What results depend on: workers have the versions that are here.
 PACKAGES = ("firstcontact", "numpy", "scipy", "scikit-learn", "numba", "torch")
+#: Arrays from so many bytes on travel by themselves, and once.
+LARGE = 100_000
 GONE = "the cluster has gone away: start it, and this, again"
 
 
@@ -59,20 +61,23 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
             raise InputError(GONE) from error
 
     def submit(self, func: Any, callback: Callable[[Future[Any]], object]) -> Future[Any]:
-        """One call, whose arrays are tasks, too: what a lost worker held is made again."""
-        ((call, arguments, _),) = func.items
-        task = self._client.submit(
-            _done,
-            version("firstcontact"),
-            call,
-            *(self._reference(a) if isinstance(a, np.ndarray) else a for a in arguments),
-            pure=False,
-        )
+        """A batch of calls, whose large arrays are tasks, too: a lost worker's are made again."""
+        calls = [
+            (
+                call,
+                [self._reference(a) for a in arguments],
+                {k: self._reference(a) for k, a in more.items()},
+            )
+            for call, arguments, more in func.items
+        ]
+        task = self._client.submit(_done, version("firstcontact"), calls, pure=False)
         self._tasks.add(task)
         task.add_done_callback(callback)
         return task
 
-    def _reference(self, array: Any) -> Future[Any]:
+    def _reference(self, array: Any) -> Any:
+        if not isinstance(array, np.ndarray) or array.nbytes < LARGE:
+            return array
         if id(array) not in self._shared:
             self._shared[id(array)] = array, self._client.submit(_itself, array, pure=False)
         return self._shared[id(array)][1]
@@ -111,14 +116,14 @@ def _itself(array: Any) -> Any:
     return array
 
 
-def _done(wanted: str, call: Callable[..., Any], *arguments: Any) -> list[Any]:
-    """The results of a batch of one call, as joblib takes them."""
+def _done(wanted: str, calls: list[tuple[Callable[..., Any], list[Any], Any]]) -> list[Any]:
+    """The results of a batch of calls, as joblib takes them."""
     if wanted != version("firstcontact"):
         raise InputError(
             f"a worker of the cluster has firstcontact {version('firstcontact')}, not {wanted}: "
             "install the same there"
         )
-    return [call(*arguments)]
+    return [call(*arguments, **more) for call, arguments, more in calls]
 
 
 @contextmanager

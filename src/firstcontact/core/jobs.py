@@ -189,13 +189,14 @@ def _apart(function: Callable[..., B], job: object, whole: Any) -> B:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Keep libraries from starting threads: beside other work they gain nothing, and lose much."""
+    """Keep libraries from spreading: beside other work they gain nothing, and lose much."""
+    import joblib
     import threadpoolctl
 
     before = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update(ONE_THREAD)
     try:
-        with threadpoolctl.threadpool_limits(1):
+        with threadpoolctl.threadpool_limits(1), joblib.parallel_config("sequential", n_jobs=1):
             yield
     finally:
         for name, value in before.items():

@@ -12,31 +12,78 @@ import pytest
 import torch
 
 from firstcontact.core import InputError
-from firstcontact.stiffness import Card, Task, graph, save_model
+from firstcontact.stiffness import Card, Task, load_model, save_model
 from firstcontact.stiffness.cnn import Cnn, as_input
-from firstcontact.stiffness.efficientnet import EfficientNet
+from firstcontact.stiffness.cnn_model import CnnModel
+from firstcontact.stiffness.efficientnet import ConvNorm, EfficientNet
+from firstcontact.stiffness.network import Network
+from firstcontact.stiffness.network_export import export
+from firstcontact.stiffness.spec import Spec
 from firstcontact.testing.windows import RATE, toy_windows
 
 
-@pytest.mark.parametrize(("samples", "channels", "outputs"), [(74, 1, 1), (10, 2, 5), (241, 1, 3)])
-def test_the_graph_is_the_network(samples: int, channels: int, outputs: int) -> None:
-    from onnxruntime import InferenceSession
+def used(channels: int, outputs: int, samples: int = 74) -> tuple[EfficientNet, torch.Tensor]:
+    """A network with normalisations that are not the identity, and windows (n, samples)."""
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(0)
+        network = EfficientNet(channels, outputs)
+        windows = np.random.default_rng(0).normal(size=(64, samples, channels))
+        x = as_input(windows.astype(np.float32))
+        for _ in range(5):
+            network(x)
+    return network.eval(), x
 
-    torch.manual_seed(0)
-    network = EfficientNet(channels, outputs)
-    windows = np.random.default_rng(0).normal(size=(64, samples, channels)).astype(np.float32)
-    x = as_input(windows)
-    for _ in range(5):  # normalisations that are not the identity
-        network(x)
-    network.eval()
+
+@pytest.mark.parametrize("outputs", [1, 5])
+@pytest.mark.parametrize("channels", [1, 2])
+@pytest.mark.parametrize("samples", [10, 15, 25, 39, 74, 241])
+def test_the_export_is_the_network(samples: int, channels: int, outputs: int) -> None:
+    network, x = used(channels, outputs, samples)
     with torch.no_grad():
         expected = network(x).numpy()
-    session = InferenceSession(
-        graph.build(network.weights(), samples, channels, outputs),
-        providers=["CPUExecutionProvider"],
+    exported = Network(export(network, samples), samples, channels, outputs)
+    told = exported.run(np.ascontiguousarray(x.numpy()))
+    np.testing.assert_allclose(told, expected, atol=1e-4 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("task", Task)
+def test_a_trained_network_answers_as_in_pytorch(
+    task: Task, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from firstcontact.stiffness import cnn
+    from firstcontact.stiffness.cnn_model import compress
+
+    trained = []
+    train = cnn._train
+    monkeypatch.setattr(cnn, "_train", lambda *a: trained.append(train(*a)) or trained[0])
+    X, y, _ = toy_windows(64)
+    model = Cnn(task, RATE, epochs=2).fit(X, y)
+    with torch.no_grad():
+        expected = trained[0](as_input(compress(X, model.to_arrays()["scale"]))).numpy()
+    scale = np.abs(expected).max()
+    np.testing.assert_allclose(model.outputs(X), expected, atol=1e-4 * scale)
+    np.testing.assert_allclose(model.output(X[3]), expected[3], atol=1e-4 * scale)
+
+
+def test_the_same_weights_are_the_same_bytes_in_another_process(tmp_path: Path) -> None:
+    network, _ = used(1, 1)
+    script = (
+        "import sys, torch; from firstcontact.stiffness.efficientnet import EfficientNet; "
+        "from firstcontact.stiffness.network_export import export; "
+        "export(EfficientNet(2, 3), 15); "
+        "n = EfficientNet(1, 1); n.load_state_dict(torch.load(sys.argv[1])); "
+        "sys.stdout.buffer.write(export(n, 74))"
     )
-    told = session.run(None, {"window": np.ascontiguousarray(x.numpy())})[0]
-    np.testing.assert_allclose(told, expected, atol=1e-4)
+
+    torch.save(network.state_dict(), tmp_path / "weights")
+    other = subprocess.run(
+        [sys.executable, "-W", "error", "-c", script, str(tmp_path / "weights")],
+        capture_output=True,
+        check=True,
+    )
+    assert other.stdout == export(network, 74)
+    assert other.stderr == b""
+    assert b".py" not in other.stdout  # no paths of the machine that trained
 
 
 def test_it_is_an_efficientnet_v2() -> None:
@@ -55,14 +102,39 @@ def test_training_leaves_the_random_state_of_others_alone() -> None:
     assert torch.equal(torch.rand(3), expected)
 
 
-def test_other_weights_are_refused() -> None:
-    weights = EfficientNet(1, 1).weights()
+def older_arrays(network: EfficientNet, model: CnnModel) -> dict[str, np.ndarray]:
+    """What was written before files held ONNX: folded weights by the names of their layers."""
+    arrays = {name: a for name, a in model.to_arrays().items() if name != "onnx"}
+    folded = network.folded()
+    for name, module in folded.named_modules():
+        layer = module[0] if isinstance(module, ConvNorm) else module
+        if isinstance(layer, torch.nn.Linear) or isinstance(module, ConvNorm):
+            arrays[f"network.{name}.weight"] = layer.weight.detach().numpy()
+            arrays[f"network.{name}.bias"] = layer.bias.detach().numpy()
+    return arrays
+
+
+def test_files_with_weights_alone_are_read() -> None:
+    network, _ = used(1, 1)
+    X = toy_windows(32)[0]
+    model = CnnModel(
+        Spec(Task.REGRESSION, RATE, 74),
+        np.array([1.0, 0.0, 1.0]),
+        np.array([0.0, 1.0]),
+        np.array([1.0, 8.0]),
+        export(network, 74),
+    )
+    arrays = older_arrays(network, model)
+    assert "network.stem.weight" in arrays
+    assert "network.blocks.2.layers.2.squeeze.bias" in arrays
+    read = CnnModel.from_arrays(model.spec, arrays)
+    np.testing.assert_allclose(read.predict(X), model.predict(X), rtol=1e-5)
     with pytest.raises(InputError, match=r"head\.bias"):
-        graph.build({k: v for k, v in weights.items() if k != "head.bias"}, 74, 1, 1)
-    with pytest.raises(InputError, match=r"last\.weight"):
-        graph.build(weights, 74, 1, 5)
+        CnnModel.from_arrays(
+            model.spec, {k: v for k, v in arrays.items() if k != "network.head.bias"}
+        )
     with pytest.raises(InputError, match=r"stem\.weight"):
-        graph.build(weights, 74, 2, 1)
+        CnnModel.from_arrays(Spec(Task.REGRESSION, RATE, 74, 2), arrays)
 
 
 def test_a_model_travels_between_processes() -> None:
@@ -74,13 +146,15 @@ def test_a_model_travels_between_processes() -> None:
 
 def test_running_a_saved_model_imports_no_training_library(tmp_path: Path) -> None:
     X, y, _ = toy_windows(32)
-    save_model(Cnn(Task.REGRESSION, RATE, epochs=1).fit(X, y), tmp_path / "model", Card())
+    model = Cnn(Task.REGRESSION, RATE, epochs=1).fit(X, y)
+    save_model(model, tmp_path / "model", Card())
+    assert load_model(tmp_path / "model").predict_one(X[0]) == model.predict_one(X[0])
     np.save(tmp_path / "window.npy", X[0])
     script = (
         "import sys, numpy as np; from pathlib import Path; "
         "from firstcontact.stiffness import load_model; "
         f"folder = Path({str(tmp_path)!r}); "
         "load_model(folder / 'model').predict_one(np.load(folder / 'window.npy')); "
-        "assert not {'torch', 'sklearn'} & set(sys.modules)"
+        "assert not {'torch', 'sklearn', 'onnxscript'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-W", "error", "-c", script], check=True)

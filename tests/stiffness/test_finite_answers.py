@@ -119,14 +119,28 @@ def test_weights_of_a_file_that_overflow(name: str, task: Task, tmp_path: Path) 
     folder = save_model(estimator.fit(X, y), tmp_path / "m", Card())
     arrays = load_file(folder / WEIGHTS)
     for key, array in arrays.items():
-        if key == "weights" or key.endswith("weight"):
+        if key == "weights":
             arrays[key] = np.full_like(array, 3e38)
+        elif key == "onnx":
+            arrays[key] = _overflowing(array)
     vouch(folder, save(arrays))
     model = load_model(folder)
     with pytest.raises(InputError, match="not a finite number"):
         model.predict_one(X[0])
     with pytest.raises(InputError, match="not a finite number"):
         model.predict(X)
+
+
+def _overflowing(network: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """The graph with weights so large that their products are not finite."""
+    from onnx import ModelProto, numpy_helper
+
+    model = ModelProto.FromString(network.tobytes())
+    for tensor in model.graph.initializer:
+        if tensor.name.endswith("weight"):
+            large = np.full(tensor.dims, 3e38, dtype=np.float32)
+            tensor.CopyFrom(numpy_helper.from_array(large, tensor.name))
+    return np.frombuffer(model.SerializeToString(), dtype=np.uint8)
 
 
 @pytest.mark.parametrize("limits", [None, (0.0, 100.0)])

@@ -45,7 +45,7 @@ class Cnn(Estimator):
     model: ClassVar[type[Model]] = CnnModel
     slow: ClassVar[bool] = True
     folds: ClassVar[int] = 3
-    modules: ClassVar[tuple[str, ...]] = ("torch", *CnnModel.modules)
+    modules: ClassVar[tuple[str, ...]] = ("torch", "onnxscript", *CnnModel.modules)
     extra: ClassVar[str] = CnnModel.extra
     quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"epochs": 8})
 
@@ -55,6 +55,8 @@ class Cnn(Estimator):
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> CnnModel:
         """See :meth:`Estimator.fit`. Leaves PyTorch's random state as it was."""
+        from firstcontact.stiffness.network_export import export
+
         spec = training_spec(self.task, self.rate, X, y, groups)
         scale = _scale(X)
         regression = self.task is Task.REGRESSION
@@ -66,7 +68,7 @@ class Cnn(Estimator):
         )
         network = _train(compress(X, scale), wanted.astype(np.float32), self.epochs, seed)
         training = np.array([self.epochs, _batch(len(X))], dtype=np.float64)
-        return CnnModel(spec, scale, target, training, network.weights())
+        return CnnModel(spec, scale, target, training, export(network, spec.samples))
 
     def reference(self, model: CnnModel, X: Windows, y: Values) -> Reference:
         """Eager PyTorch, with fresh weights, which change no time."""

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
-from firstcontact.stiffness import graph
+from firstcontact.core.extras import need
 from firstcontact.stiffness.model import Model
+from firstcontact.stiffness.network import Network
 from firstcontact.stiffness.spec import Arrays, Spec, Windows
 
 #: Windows that ONNX Runtime is given at once: more of them only cost memory.
@@ -38,7 +39,7 @@ def compress(X: NDArray[Any], scale: NDArray[np.float64]) -> NDArray[np.float32]
 
 
 class CnnModel(Model):
-    """EfficientNetV2 for one dimension, its batch normalisations folded away.
+    """EfficientNetV2 for one dimension, as PyTorch exported it.
 
     Parameters
     ----------
@@ -50,13 +51,13 @@ class CnnModel(Model):
         Mean and standard deviation of the targets of a regression, else (0, 1).
     training
         Epochs and batch size, for the card.
-    weights
-        See :func:`graph.build`.
+    network
+        A serialised ONNX model, as :func:`network_export.export` makes it.
 
     Raises
     ------
     InputError
-        If the arrays are not this network's.
+        If the arrays do not fit together, or the network is not one of ours.
     """
 
     kind: ClassVar[str] = "cnn"
@@ -69,32 +70,25 @@ class CnnModel(Model):
         scale: NDArray[np.float64],
         target: NDArray[np.float64],
         training: NDArray[np.float64],
-        weights: Arrays,
+        network: bytes,
     ) -> None:
-        from onnxruntime import InferenceSession, SessionOptions
-
         if (scale.shape, target.shape, training.shape) != ((3,), (2,), (2,)):
             raise InputError("the arrays of the CNN do not fit together: train it again")
         if not (scale[0] > 0 and scale[2] > 0 and target[1] > 0 and training.min() >= 0):
             raise InputError("a scale of the CNN is not above 0: train it again")
         self.spec = spec
-        self._scale, self._training, self._weights = scale, training, weights
+        self._scale, self._training, self._raw = scale, training, network
         self.target = float(target[0]), float(target[1])
-        options = SessionOptions()
-        options.intra_op_num_threads = options.inter_op_num_threads = 1
-        options.log_severity_level = 3
-        made = graph.build(weights, spec.samples, spec.channels, len(spec.classes) or 1)
-        self._session = InferenceSession(made, options, providers=["CPUExecutionProvider"])
+        self._network = Network(network, spec.samples, spec.channels, len(spec.classes) or 1)
 
     @property
     def notes(self) -> Mapping[str, Any]:
         """How it was trained, and its size."""
         epochs, batch = self._training
-        size = sum(w.size for w in self._weights.values())
         return {
             "epochs": int(epochs),
             "batch": int(batch),
-            "parameters": size,
+            "parameters": self._network.parameters,
             "amplitude_v": float(self._scale[0]),
         }
 
@@ -102,7 +96,7 @@ class CnnModel(Model):
         """What the network puts out, before it becomes Shore A or a class: (n, outputs)."""
         windows = compress(X, self._scale).transpose(0, 2, 1)[:, :, None, :]
         parts = [
-            self._session.run(None, {"window": np.ascontiguousarray(windows[i : i + _BATCH])})[0]
+            self._network.run(np.ascontiguousarray(windows[i : i + _BATCH]))
             for i in range(0, len(windows), _BATCH)
         ]
         width = len(self.spec.classes) or 1
@@ -111,25 +105,30 @@ class CnnModel(Model):
     def output(self, window: Windows) -> NDArray[np.float32]:
         """The same for one window (samples, channels), shape (outputs,)."""
         x = compress(window, self._scale).T.reshape(1, self.spec.channels, 1, self.spec.samples)
-        out: NDArray[np.float32] = self._session.run(None, {"window": np.ascontiguousarray(x)})[0][
-            0
-        ]
+        out: NDArray[np.float32] = self._network.run(np.ascontiguousarray(x))[0]
         return out
 
     def to_arrays(self) -> Arrays:
-        """The constructor's arrays and the weights, by name."""
+        """The constructor's arrays, by name; the network as its bytes."""
         own = {"scale": self._scale, "target": np.array(self.target), "training": self._training}
-        return own | {f"network.{name}": array for name, array in self._weights.items()}
+        return own | {"onnx": np.frombuffer(self._raw, dtype=np.uint8)}
 
     @classmethod
     def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """The inverse of :meth:`to_arrays`."""
-        weights = {
+        """The inverse of :meth:`to_arrays`; also of the weights that older files hold instead."""
+        older = {
             name.removeprefix("network."): array
             for name, array in arrays.items()
             if name.startswith("network.")
         }
-        return cls(spec, arrays["scale"], arrays["target"], arrays["training"], weights)
+        if older and "onnx" not in arrays:
+            need(cls.extra, "torch", "onnxscript")
+            from firstcontact.stiffness.network_export import export_older
+
+            raw = export_older(older, spec.samples, spec.channels, len(spec.classes) or 1)
+        else:
+            raw = arrays["onnx"].astype(np.uint8, copy=False).tobytes()
+        return cls(spec, arrays["scale"], arrays["target"], arrays["training"], raw)
 
     def __reduce__(self) -> tuple[Any, ...]:
         # A session cannot travel between processes; what it is built from can.

@@ -1,4 +1,4 @@
-"""EfficientNetV2 for one dimension, as PyTorch trains it.
+"""EfficientNetV2 for one dimension: the one definition of the network.
 
 Mingxing Tan and Quoc V. Le: EfficientNetV2: Smaller Models and Faster
 Training, ICML 2021 (arXiv:2104.00298). Importing this module imports PyTorch.
@@ -10,13 +10,55 @@ only, and with it an epoch of these short windows takes two thirds of the time.
 
 from __future__ import annotations
 
-import numpy as np
-import torch
-from numpy.typing import NDArray
-from torch import Tensor, nn
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import Self
 
-from firstcontact.stiffness import architecture
-from firstcontact.stiffness.architecture import Block
+import torch
+from torch import Tensor, nn
+from torch.nn.utils import fuse_conv_bn_eval
+
+#: Samples that every convolution sees.
+KERNEL = 3
+STEM_KERNEL = 5
+STEM = 16
+STEM_STRIDE = 2
+HEAD = 96
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """Blocks of one kind.
+
+    Parameters
+    ----------
+    fused
+        Fused-MBConv (one wide convolution in place of expansion and depthwise)
+        or MBConv with squeeze-excitation.
+    expand
+        How much wider the block is inside.
+    channels
+        What it puts out.
+    stride
+        Of the first block; the others keep the length.
+    blocks
+        How many.
+    """
+
+    fused: bool
+    expand: int
+    channels: int
+    stride: int
+    blocks: int
+
+
+#: EfficientNetV2 (Tan and Le 2021, table 4) made small: Fused-MBConv first,
+#: MBConv with squeeze-excitation where the signal has become short.
+STAGES = (
+    Stage(fused=True, expand=1, channels=16, stride=2, blocks=1),
+    Stage(fused=True, expand=4, channels=24, stride=2, blocks=1),
+    Stage(fused=False, expand=4, channels=48, stride=2, blocks=2),
+)
 
 
 class ConvNorm(nn.Sequential):
@@ -44,18 +86,12 @@ class ConvNorm(nn.Sequential):
         if not linear:
             self.append(nn.SiLU(inplace=True))
 
-    def folded(self) -> tuple[Tensor, Tensor]:
-        """The convolution with the normalisation multiplied in: weight and bias.
-
-        Weight (outputs, inputs / groups, 1, kernel), bias (outputs,).
-        """
+    def fold(self) -> None:
+        """Multiply the normalisation into the convolution."""
         conv, norm = self[0], self[1]
         assert isinstance(conv, nn.Conv2d)
         assert isinstance(norm, nn.BatchNorm2d)
-        assert norm.running_mean is not None
-        assert norm.running_var is not None
-        gain = norm.weight / torch.sqrt(norm.running_var + norm.eps)
-        return conv.weight * gain[:, None, None, None], norm.bias - norm.running_mean * gain
+        self[0], self[1] = fuse_conv_bn_eval(conv, norm), nn.Identity()
 
 
 class SqueezeExcitation(nn.Module):
@@ -73,25 +109,36 @@ class SqueezeExcitation(nn.Module):
 
 
 class MBConv(nn.Module):
-    """Fused-MBConv, or MBConv with squeeze-excitation."""
+    """Fused-MBConv, or MBConv with squeeze-excitation: one block of a stage.
 
-    def __init__(self, block: Block) -> None:
+    Parameters
+    ----------
+    stage
+        The stage.
+    inputs
+        Channels that come in.
+    stride
+        Of this block.
+    """
+
+    def __init__(self, stage: Stage, inputs: int, stride: int) -> None:
         super().__init__()
-        self.shortcut = block.shortcut
-        k = architecture.KERNEL
-        if block.fused and block.wide == block.inputs:
-            layers: list[nn.Module] = [ConvNorm(block.inputs, block.outputs, k, block.stride)]
-        elif block.fused:
+        outputs, wide = stage.channels, stage.expand * inputs
+        self.shortcut = stride == 1 and inputs == outputs
+        if stage.fused and wide == inputs:
+            layers: list[nn.Module] = [ConvNorm(inputs, outputs, KERNEL, stride)]
+        elif stage.fused:
             layers = [
-                ConvNorm(block.inputs, block.wide, k, block.stride),
-                ConvNorm(block.wide, block.outputs, 1, linear=True),
+                ConvNorm(inputs, wide, KERNEL, stride),
+                ConvNorm(wide, outputs, 1, linear=True),
             ]
         else:
             layers = [
-                ConvNorm(block.inputs, block.wide, 1),
-                ConvNorm(block.wide, block.wide, k, block.stride, groups=block.wide),
-                SqueezeExcitation(block.wide, block.squeezed),
-                ConvNorm(block.wide, block.outputs, 1, linear=True),
+                ConvNorm(inputs, wide, 1),
+                ConvNorm(wide, wide, KERNEL, stride, groups=wide),
+                # A quarter of the block's input, as published.
+                SqueezeExcitation(wide, max(1, inputs // 4)),
+                ConvNorm(wide, outputs, 1, linear=True),
             ]
         self.layers = nn.Sequential(*layers)
 
@@ -114,27 +161,26 @@ class EfficientNet(nn.Module):
 
     def __init__(self, channels: int, outputs: int) -> None:
         super().__init__()
-        self.stem = ConvNorm(
-            channels, architecture.STEM, architecture.STEM_KERNEL, architecture.STEM_STRIDE
-        )
-        self.blocks = nn.Sequential(*(MBConv(block) for block in architecture.blocks()))
-        self.head = ConvNorm(architecture.STAGES[-1].channels, architecture.HEAD, 1)
-        self.last = nn.Linear(architecture.HEAD, outputs)
+        self.channels = channels
+        self.stem = ConvNorm(channels, STEM, STEM_KERNEL, STEM_STRIDE)
+        blocks, inputs = [], STEM
+        for stage in STAGES:
+            for number in range(stage.blocks):
+                blocks.append(MBConv(stage, inputs, stage.stride if number == 0 else 1))
+                inputs = stage.channels
+        self.blocks = nn.Sequential(*blocks)
+        self.head = ConvNorm(inputs, HEAD, 1)
+        self.last = nn.Linear(HEAD, outputs)
 
     def forward(self, x: Tensor) -> Tensor:
         """Windows (n, channels, 1, samples) to answers (n, outputs)."""
         out: Tensor = self.last(self.head(self.blocks(self.stem(x))).mean(dim=(2, 3)))
         return out
 
-    def weights(self) -> dict[str, NDArray[np.float32]]:
-        """All weights after training, normalisations folded into their convolutions.
-
-        Named after the module that holds them, as :func:`graph.build` reads them.
-        """
-        out: dict[str, Tensor] = {}
-        for name, module in self.named_modules():
+    def folded(self) -> Self:
+        """A copy in evaluation mode, its normalisations multiplied into their convolutions."""
+        copy = deepcopy(self).eval()
+        for module in list(copy.modules()):
             if isinstance(module, ConvNorm):
-                out[f"{name}.weight"], out[f"{name}.bias"] = module.folded()
-            elif isinstance(module, nn.Linear):
-                out[f"{name}.weight"], out[f"{name}.bias"] = module.weight, module.bias
-        return {name: tensor.detach().contiguous().numpy() for name, tensor in out.items()}
+                module.fold()
+        return copy

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from firstcontact.core import InputError
 from firstcontact.stiffness import Task
 from firstcontact.stiffness.folds import inner_folds
-from firstcontact.stiffness.svm import Svm, machine_of
+from firstcontact.stiffness.svm import Svm, _first_close, machine_of
 from firstcontact.stiffness.svm_model import LEVEL_WEIGHT, SvmModel, shape_and_level
 from firstcontact.testing.windows import RATE, toy_windows
 
@@ -74,6 +74,36 @@ def test_folds_without_sessions_hold_every_level() -> None:
     y = np.repeat([10.0, 20.0, 60.0], 6)
     for train, validation in inner_folds(y, None, 0):
         assert set(y[train]) == set(y[validation]) == {10.0, 20.0, 60.0}
+
+
+@given(
+    seed=st.integers(0, 100),
+    k=st.integers(2, 5),
+    sessions=st.integers(2, 12),
+    values=st.sampled_from([1, 2, 5, 40]),
+)
+@settings(max_examples=60)
+def test_folds_spread_the_targets_of_sessions(
+    seed: int, k: int, sessions: int, values: int
+) -> None:
+    """Sessions that hold every target alike: so does every fold, and none is empty."""
+    groups = np.repeat(np.arange(sessions), 40)
+    y = np.tile(np.arange(40) % values, sessions).astype(float)
+    folds = list(inner_folds(y, groups, seed, k))
+    assert len(folds) == min(k, sessions)
+    sizes = [len(np.unique(groups[held])) for _, held in folds]
+    assert max(sizes) - min(sizes) <= 1
+    for _, held in folds:
+        np.testing.assert_allclose(y[held].mean(), y.mean())
+
+
+def test_one_window_has_no_folds() -> None:
+    assert list(inner_folds(np.ones(1), None, 0)) == []
+
+
+def test_the_first_candidate_close_to_the_best_is_taken() -> None:
+    losses = np.array([2.0, 1.019, 1.0, 1.01])
+    assert _first_close({"mean_test_score": -losses}) == 1
 
 
 def test_arrays_of_two_machines_do_not_mix() -> None:

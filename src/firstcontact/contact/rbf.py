@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.errors import InputError
+from firstcontact.core.kernel import RbfKernel
 
 #: Gamma times the number of features: below the usual 1, so that what is louder
 #: than all that was trained on does not fade out of the kernel's reach.
@@ -40,11 +41,10 @@ class RbfMachine:
     weights: NDArray[np.float64]
     intercept: float
     gamma: float
-    _lengths: NDArray[np.float64] = field(init=False, repr=False)
+    _kernel: RbfKernel = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        lengths = self.gamma * (self.support**2).sum(axis=1)
-        object.__setattr__(self, "_lengths", lengths)
+        object.__setattr__(self, "_kernel", RbfKernel(self.support, self.gamma))
 
     @classmethod
     def train(cls, x: NDArray[np.float64], positive: NDArray[np.bool_], cost: float) -> Self:
@@ -86,11 +86,7 @@ class RbfMachine:
         out = np.empty(len(x))
         for start in range(0, len(x), ROWS):
             scaled = (x[start : start + ROWS] - self.mean) / self.scale
-            exponent = (2.0 * self.gamma) * (scaled @ self.support.T)
-            exponent -= self.gamma * (scaled**2).sum(axis=1, keepdims=True)
-            exponent -= self._lengths
-            np.exp(exponent, out=exponent)
-            out[start : start + ROWS] = exponent @ self.weights + self.intercept
+            out[start : start + ROWS] = self._kernel.rows(scaled) @ self.weights + self.intercept
         return out
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:

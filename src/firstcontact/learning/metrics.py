@@ -126,11 +126,15 @@ def classification_scores(
         ``accuracy``, ``n``, ``classes``, ``confusion`` (rows true, columns
         predicted, counts) and ``intervals``.
     """
+    from sklearn.metrics import confusion_matrix
+
     right = (truth == predicted).astype(np.float64)
     columns = np.stack([np.ones_like(right), right], axis=1)
     classes = np.unique(np.concatenate([truth, predicted]))
-    confusion = np.zeros((len(classes), len(classes)), dtype=int)
-    np.add.at(confusion, (np.searchsorted(classes, truth), np.searchsorted(classes, predicted)), 1)
+    numbers = range(len(classes))  # scikit-learn takes values with a fraction for no classes
+    confusion = confusion_matrix(
+        np.searchsorted(classes, truth), np.searchsorted(classes, predicted), labels=numbers
+    )
     return {
         "accuracy": float(right.mean()),
         "n": len(right),

@@ -9,16 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 Index = NDArray[np.intp]
+#: Targets of more values than this are cut into as many ranges to spread them over the folds.
+RANGES = 5
 
 
 def inner_folds(
     y: NDArray[Any], groups: NDArray[Any] | None, seed: int, k: int = 3
 ) -> Iterator[tuple[Index, Index]]:
-    """Folds that keep a session on one side, where there is more than one.
-
-    Sessions (or single windows, without sessions) are sorted by their mean
-    target, shuffled among equals and dealt out like cards, so that each fold
-    holds soft and hard ones.
+    """Folds that keep a session on one side, where there is more than one, and spread targets.
 
     Parameters
     ----------
@@ -34,15 +32,27 @@ def inner_folds(
     Yields
     ------
     train, validation
-        Positions, ascending.
+        Positions, ascending. Each position is in one validation; none of both is empty.
     """
-    if groups is None or len(np.unique(groups)) < 2:
-        groups = np.arange(len(y))
-    names, member = np.unique(groups, return_inverse=True)
-    mean = np.bincount(member, weights=y) / np.bincount(member)
-    shuffle = np.random.default_rng(seed).permutation(len(names))
-    dealt = np.empty(len(names), dtype=np.intp)
-    dealt[np.lexsort((shuffle, mean))] = np.arange(len(names)) % k
-    fold = dealt[member]
-    for number in range(min(k, len(names))):
-        yield np.flatnonzero(fold != number), np.flatnonzero(fold == number)
+    from sklearn.model_selection import StratifiedGroupKFold, StratifiedKFold
+
+    if groups is not None and len(np.unique(groups)) < 2:
+        groups = None
+    k = min(k, len(y) if groups is None else len(np.unique(groups)))
+    if k < 2:
+        return
+    kind = StratifiedKFold if groups is None else StratifiedGroupKFold
+    folds = kind(k, shuffle=True, random_state=seed)
+    for train, held in folds.split(y[:, None], _strata(y, k), groups):
+        if len(held):
+            yield train, held
+
+
+def _strata(y: NDArray[Any], k: int) -> NDArray[np.intp]:
+    """Number of each target's value or range; all 0 where some are too rare for k folds."""
+    values, numbers = np.unique(y, return_inverse=True)
+    if len(values) > RANGES:
+        edges = np.quantile(y, np.arange(1, RANGES) / RANGES)
+        numbers = np.unique(np.searchsorted(edges, y, side="right"), return_inverse=True)[1]
+    rare = np.bincount(numbers).min() < k
+    return np.zeros(len(y), dtype=np.intp) if rare else numbers

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
+from firstcontact.core.kernel import RbfKernel
 from firstcontact.core.palette import PURPLE
 from firstcontact.stiffness.estimator import Estimator, Reference, training_spec
 from firstcontact.stiffness.model import Model
@@ -77,8 +78,7 @@ class GaussianProcessModel(Model):
         self.target = float(target[0]), float(target[1])
         self._arrays = dict(zip(_NAMES, given, strict=True))
         self._signal, self._length, self._noise = (float(k) for k in kernel)
-        self._inputs = inputs.astype(np.float64) / self._length
-        self._squares = np.einsum("ij,ij->i", self._inputs, self._inputs)
+        self._shape = RbfKernel(inputs.astype(np.float64) / self._length, 0.5)
 
     @property
     def notes(self) -> Mapping[str, Any]:
@@ -87,14 +87,13 @@ class GaussianProcessModel(Model):
             "signal": self._signal,
             "length": self._length,
             "noise": self._noise,
-            "windows": len(self._inputs),
+            "windows": len(self._shape),
         }
 
     def _covariance(self, X: Windows) -> NDArray[np.float64]:
         """Of windows with those kept, shape (n, m)."""
         x = shape_and_level(X, self._arrays["level"]).astype(np.float64) / self._length
-        distance = np.einsum("ij,ij->i", x, x)[:, None] + self._squares - 2 * x @ self._inputs.T
-        covariance: NDArray[np.float64] = self._signal * np.exp(-0.5 * np.maximum(distance, 0.0))
+        covariance: NDArray[np.float64] = self._signal * self._shape.rows(x)
         return covariance
 
     def outputs(self, X: Windows) -> Values:
@@ -160,9 +159,7 @@ class GaussianProcess(Estimator):
         few = _spaced(wanted, SEARCHED, seed)
         signal, length, noise = _kernel(inputs[few], wanted[few])
         scaled = inputs.astype(np.float64) / length
-        squares = (scaled**2).sum(axis=1)
-        distance = np.maximum(squares[:, None] + squares - 2 * scaled @ scaled.T, 0.0)
-        covariance = signal * np.exp(-0.5 * distance) + noise * np.eye(len(which))
+        covariance = signal * RbfKernel(scaled, 0.5).rows(scaled) + noise * np.eye(len(which))
         inverse = np.linalg.inv(np.linalg.cholesky(covariance))
         return GaussianProcessModel(
             spec,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import combinations, product
+from itertools import combinations
 from types import MappingProxyType
 from typing import Any, ClassVar
 
@@ -125,6 +125,9 @@ def search(
     tuple
         C, gamma, epsilon (0 for classification).
     """
+    from sklearn.metrics import make_scorer, root_mean_squared_error, zero_one_loss
+    from sklearn.model_selection import GridSearchCV
+
     rng = np.random.default_rng(seed)
     chosen = np.sort(rng.permutation(len(y))[:most])
     inputs, y = inputs[chosen], y[chosen]
@@ -134,20 +137,29 @@ def search(
         if len(np.unique(y[train])) > 1
     ]
     regression = task is Task.REGRESSION
-    candidates = [
-        (c, multiple / inputs.shape[1], epsilon)
-        for epsilon, c, multiple in product(
-            EPSILON_GRID if regression else (0.0,), C_GRID, GAMMA_GRID
-        )
-    ]
-    losses = np.zeros(len(candidates))
-    for i, candidate in enumerate(candidates):
-        for train, held in folds:
-            answer = machine_of(task, candidate).fit(inputs[train], y[train]).predict(inputs[held])
-            error = (answer - y[held]) ** 2 if regression else answer != y[held]
-            losses[i] += error.sum() / len(y)
-    losses = np.sqrt(losses) if regression else losses
-    return candidates[int(np.argmax(losses <= TOLERANCE * losses.min()))]
+    loss = root_mean_squared_error if regression else zero_one_loss
+    gammas = [multiple / inputs.shape[1] for multiple in GAMMA_GRID]
+    # One grid for each epsilon, widest first: see TOLERANCE.
+    grids: list[dict[str, Any]] = [{"C": C_GRID, "gamma": gammas}]
+    if regression:
+        grids = [{"epsilon": [epsilon], **grids[0]} for epsilon in EPSILON_GRID]
+    if not folds:
+        return C_GRID[0], gammas[0], EPSILON_GRID[0] if regression else 0.0
+    found = GridSearchCV(
+        machine_of(task, (1.0, 1.0, 0.0)),
+        grids,
+        scoring=make_scorer(loss, greater_is_better=False),
+        cv=folds,
+        refit=_first_close,
+    ).fit(inputs, y)
+    best = found.best_params_
+    return best["C"], best["gamma"], best.get("epsilon", 0.0)
+
+
+def _first_close(results: Mapping[str, Any]) -> int:
+    """Number of the first candidate close to the best, of scikit-learn's results."""
+    losses = -results["mean_test_score"]
+    return int(np.argmax(losses <= TOLERANCE * losses.min()))
 
 
 def _model(

@@ -34,8 +34,8 @@ from firstcontact.core import (
     Dataset,
     Finger,
     Physical,
-    PiezoCalibration,
     Pinch,
+    VibrationCalibration,
     fingertip_layout,
 )
 from firstcontact.live.events import PinchDone
@@ -149,7 +149,7 @@ def main() -> None:
         data = DeviceFilter().update(twin.read(round(settings.seconds * LAYOUT.rate)))
         rest = Physical(LAYOUT, (0, 1))(data[: round(0.5 * LAYOUT.rate)])
         calibration = Calibration(
-            tuple(PiezoCalibration(f, float(rest[:, i].std())) for i, f in enumerate(Finger))
+            tuple(VibrationCalibration(f, float(rest[:, i].std())) for i, f in enumerate(Finger))
         )
 
         for size in (LONG, FRAME):

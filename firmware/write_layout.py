@@ -11,6 +11,7 @@ from pathlib import Path
 
 from firstcontact import __version__
 from firstcontact.core import fingertip_layout
+from firstcontact.device.source import layout_to_send
 
 PAGE = Path(__file__).parent / "core" / "fc_layout.h"
 HEAD = """\
@@ -36,7 +37,7 @@ TAIL = """
 
 def text() -> str:
     """The header as it should be."""
-    layout = json.dumps(fingertip_layout().to_json(), separators=(",", ":"))
+    layout = json.dumps(layout_to_send(fingertip_layout()), separators=(",", ":"))
     pieces = layout.replace("},{", "},\n{").replace("],", "],\n").split("\n")
     lines = ['    "' + piece.replace('"', '\\"') + '"' for piece in pieces]
     return HEAD.replace("@VERSION@", __version__) + " \\\n".join(lines) + TAIL

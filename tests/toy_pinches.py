@@ -9,7 +9,9 @@ from firstcontact.core.layout import Channel, ChannelKind
 
 RATE = 4936.0
 CONTACT = 500
-LAYOUT = Layout(tuple(Channel(f"piezo_{f.name}", ChannelKind.PIEZO, f, "V") for f in Finger), RATE)
+LAYOUT = Layout(
+    tuple(Channel(f"piezo_{f.name}", ChannelKind.VIBRATION, f, "V") for f in Finger), RATE
+)
 
 
 def pinch(label: Label, seed: int, hardness: float, known: bool = True, second: int = 90) -> Pinch:

@@ -13,13 +13,13 @@ from firstcontact.core import (
     Calibration,
     Finger,
     InputError,
-    PiezoCalibration,
+    VibrationCalibration,
     fingertip_layout,
 )
 from firstcontact.device import Arrival, Health
 
 LAYOUT = fingertip_layout()
-CALIBRATION = Calibration(tuple(PiezoCalibration(f, 0.002) for f in Finger))
+CALIBRATION = Calibration(tuple(VibrationCalibration(f, 0.002) for f in Finger))
 BLOCK = Item("block 29", 5, 29.0, "b29")
 LABEL = BLOCK.label("1")
 

@@ -118,7 +118,7 @@ def check_arrays(dataset: Dataset) -> None:
     assert len(dataset) == 4
     for i, pinch in zip(order, dataset.pinches, strict=True):
         assert pinch.data.dtype == np.float32
-        assert np.array_equal(pinch.piezo(), made["piezo"][i].astype(np.float32))
+        assert np.array_equal(pinch.vibration(), made["piezo"][i].astype(np.float32))
         for finger in Finger:
             assert np.array_equal(pinch.force(finger), made["force"][i, :, finger].astype("f4"))
     first = [p.first and (p.first.finger, p.first.sample - p.first_sample) for p in dataset.pinches]
@@ -163,7 +163,7 @@ def test_counts_are_ten_bits_around_half_the_supply(tmp_path):
     dataset = imported(path, tmp_path / "out")
     (pinch,) = dataset.pinches
     assert pinch.data.dtype == np.int16
-    assert pinch.piezo()[:, 0] == pytest.approx([511 * 3.3 / 1024] + [0.0] * (LENGTH - 1))
+    assert pinch.vibration()[:, 0] == pytest.approx([511 * 3.3 / 1024] + [0.0] * (LENGTH - 1))
     assert not dataset.layout.has_force
     assert dataset.specimens.tolist() == ["unknown"]
     said = " ".join(dataset.notes)
@@ -187,7 +187,7 @@ def test_wav_comes_in_with_its_table(tmp_path, dtype):
     full = {"uint8": 128, "int16": 2**15, "int32": 2**31}.get(dtype, 1)
     zero = 128 if dtype == "uint8" else 0
     for i, pinch in enumerate(dataset.pinches):
-        assert pinch.piezo()[:, 0] == pytest.approx((np.arange(LENGTH + i) - zero) / full)
+        assert pinch.vibration()[:, 0] == pytest.approx((np.arange(LENGTH + i) - zero) / full)
     assert dataset.layout.channels[0].unit == "full scale"
 
 
@@ -205,7 +205,7 @@ def test_two_channel_wav_is_both_fingers(tmp_path):
     table(folder / "labels.csv", columns)
     (pinch,) = imported(folder, tmp_path / "out").pinches
     assert np.array_equal(pinch.data, data)
-    assert pinch.layout.piezo_fingers == (Finger.INDEX, Finger.THUMB)
+    assert pinch.layout.vibration_fingers == (Finger.INDEX, Finger.THUMB)
     assert [(c.finger, c.sample) for c in pinch.truth] == [(Finger.THUMB, 5), (Finger.INDEX, 9)]
 
 

@@ -63,7 +63,7 @@ def same(one: Dataset, other: Dataset) -> None:
             (c.finger, c.sample - b.first_sample) for c in b.truth
         ]
         for x, y in (
-            (a.piezo(), b.piezo()),
+            (a.vibration(), b.vibration()),
             *((a.force(f), b.force(f)) for f in Finger),
             *((a.strip(f), b.strip(f)) for f in Finger),
         ):
@@ -86,7 +86,7 @@ def test_parquet_has_a_row_a_sample(tmp_path, recordings):
     table = parquet.read_table(out)
     loaded = load_dataset(recordings)
     assert table.num_rows == sum(len(p.data) for p in loaded.pinches)
-    voltage = np.concatenate([p.piezo()[:, 1] for p in loaded.pinches]).astype(np.float32)
+    voltage = np.concatenate([p.vibration()[:, 1] for p in loaded.pinches]).astype(np.float32)
     assert np.array_equal(table["piezo_thumb"].to_numpy(), voltage)
     assert set(table["object"].to_pylist()) == {"Äpfel"}
     time = table["time_s"].to_numpy()[: len(loaded.pinches[0].data)]

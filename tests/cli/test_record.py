@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from firstcontact.cli.main import main
-from firstcontact.core import Calibration, Finger, PiezoCalibration
+from firstcontact.core import Calibration, Finger, VibrationCalibration
 from firstcontact.core.calibration_file import write_calibration
 from firstcontact.device.twin_device import TwinDevice
 from firstcontact.recording import load_dataset, read_recording
@@ -33,7 +33,7 @@ LONG = 120.0
 @pytest.fixture
 def calibration(tmp_path: Path) -> Path:
     path = tmp_path / "calibration.json"
-    write_calibration(Calibration(tuple(PiezoCalibration(f, FLOOR) for f in Finger)), path)
+    write_calibration(Calibration(tuple(VibrationCalibration(f, FLOOR) for f in Finger)), path)
     return path
 
 

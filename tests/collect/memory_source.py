@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Block, Calibration, Finger, PiezoCalibration, fingertip_layout
+from firstcontact.core import Block, Calibration, Finger, VibrationCalibration, fingertip_layout
 from firstcontact.device import Arrival, Descriptor, Health
 from firstcontact.recording import Marker
 
@@ -17,7 +17,7 @@ LAYOUT = fingertip_layout()
 RATE = LAYOUT.rate
 #: Of the piezos at rest, V; the running motor is three times as loud.
 FLOOR = 0.005
-CALIBRATION = Calibration(tuple(PiezoCalibration(f, FLOOR) for f in Finger))
+CALIBRATION = Calibration(tuple(VibrationCalibration(f, FLOOR) for f in Finger))
 UNLOADED = 2000
 
 

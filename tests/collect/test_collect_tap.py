@@ -3,7 +3,7 @@ import pytest
 from memory_source import CALIBRATION, FLOOR, LAYOUT, RATE, MemorySource, arrivals
 
 from firstcontact.collect.tap import TapWatch, tap_warnings, wait_for_tap
-from firstcontact.core import Block, Calibration, Finger, InputError, PiezoCalibration
+from firstcontact.core import Block, Calibration, Finger, InputError, VibrationCalibration
 
 
 def tapped(peak: float, finger: Finger = Finger.THUMB, seconds: float = 2.0) -> np.ndarray:
@@ -61,7 +61,7 @@ def test_no_samples_are_told():
     ],
 )
 def test_taps_that_are_weak_or_unlike_are_warned_of(taps, said):
-    piezo = tuple(PiezoCalibration(f, FLOOR, 0.0, t) for f, t in zip(Finger, taps, strict=True))
+    piezo = tuple(VibrationCalibration(f, FLOOR, 0.0, t) for f, t in zip(Finger, taps, strict=True))
     warned = tap_warnings(Calibration(piezo))
     assert len(warned) == len(said)
     assert all(part in sentence for part, sentence in zip(said, warned, strict=True))

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Calibration, Finger, PiezoCalibration, fingertip_layout
+from firstcontact.core import Calibration, Finger, VibrationCalibration, fingertip_layout
 
 LAYOUT = fingertip_layout()
 RATE = LAYOUT.rate
 #: Of the piezos at rest, V; the running motor is three times as loud.
 FLOOR = 0.005
-CALIBRATION = Calibration(tuple(PiezoCalibration(f, FLOOR) for f in Finger))
+CALIBRATION = Calibration(tuple(VibrationCalibration(f, FLOOR) for f in Finger))
 UNLOADED = 2000
 
 

@@ -43,7 +43,7 @@ def _rested(
     growing = round(0.02 * rate)
     ramp = np.linspace(0.0, 1.0, growing)
     t = np.arange(len(motor)) / rate
-    for column in layout.columns(ChannelKind.PIEZO):
+    for column in layout.columns(ChannelKind.VIBRATION):
         volt, zero = 1.0 / layout.channels[column].scale, layout.channels[column].offset
         white = electronics * rng.standard_normal((n + growing, 1))
         hum = HUM * np.sin(2 * np.pi * 50 * np.arange(n + growing) / rate + rng.uniform(0, 6))

@@ -31,8 +31,8 @@ from firstcontact.core import (
     Finger,
     Label,
     Layout,
-    PiezoCalibration,
     Pinch,
+    VibrationCalibration,
 )
 from firstcontact.core.layout import Channel, ChannelKind
 from firstcontact.signal import resample_dataset, samples_in
@@ -67,7 +67,8 @@ def rig(
     """Another rig than the twin's: white rest and motor (RMS, mV), a contact that rings, mV."""
     rng = np.random.default_rng(seed)
     layout = Layout(
-        tuple(Channel(f"p{f}", ChannelKind.PIEZO, Finger(f), "V") for f in range(len(floor))), rate
+        tuple(Channel(f"p{f}", ChannelKind.VIBRATION, Finger(f), "V") for f in range(len(floor))),
+        rate,
     )
     pinches = []
     for i in range(n):
@@ -193,7 +194,7 @@ def test_what_live_has_cut_out_stays_whole() -> None:
 
 def test_a_calibration_of_one_finger_says_nothing() -> None:
     pinch = Pinch(DATA[:3000], LAYOUT)
-    one = Calibration((PiezoCalibration(Finger.INDEX, FLOOR),))
+    one = Calibration((VibrationCalibration(Finger.INDEX, FLOOR),))
     assert closing_start(replace(pinch, calibration=one)).how is How.FIRST_SAMPLE
 
 

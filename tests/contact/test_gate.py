@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.contact.gate import ClosingGate, GateEvent, Turn
-from firstcontact.core import Block, Calibration, Finger, PiezoCalibration
+from firstcontact.core import Block, Calibration, Finger, VibrationCalibration
 
 DATA, CLOSINGS = hand_stream(6)
 
@@ -100,7 +100,7 @@ def test_a_new_epoch_shuts_it_where_the_old_one_ended() -> None:
 
 
 @pytest.mark.parametrize(
-    "calibration", [None, Calibration((PiezoCalibration(Finger.INDEX, FLOOR),))]
+    "calibration", [None, Calibration((VibrationCalibration(Finger.INDEX, FLOOR),))]
 )
 def test_without_noise_floors_an_epoch_is_a_closing(calibration: Calibration | None) -> None:
     gate = ClosingGate(LAYOUT, calibration)

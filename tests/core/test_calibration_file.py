@@ -4,12 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.core import Calibration, Finger, ForceCurve, InputError, PiezoCalibration
+from firstcontact.core import Calibration, Finger, ForceCurve, InputError, VibrationCalibration
 from firstcontact.core.calibration_file import read_calibration, write_calibration
 
 positive = st.floats(1e-9, 1e3)
 piezos = st.builds(
-    PiezoCalibration,
+    VibrationCalibration,
     st.sampled_from(Finger),
     positive,
     st.floats(-1, 1),

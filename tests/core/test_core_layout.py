@@ -9,7 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.core import Channel, ChannelKind, Finger, Layout, fingertip_layout
+from firstcontact.core import (
+    Channel,
+    ChannelKind,
+    Finger,
+    Layout,
+    VibrationSensor,
+    fingertip_layout,
+)
 from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, SUBCOUNTS
 from firstcontact.core.records import read_record
 
@@ -20,39 +27,43 @@ def channels() -> st.SearchStrategy[Channel]:
         Channel,
         name=st.text(st.characters(exclude_categories=["Cs"]), max_size=8),
         kind=st.sampled_from(ChannelKind),
-        finger=st.sampled_from(Finger),
+        finger=st.none() | st.sampled_from(Finger),
         unit=st.sampled_from(["V", "N", ""]),
         scale=st.floats(1e-9, 1e6) | st.floats(-1e6, -1e-9),
         offset=number,
         taxel=st.none() | st.integers(0, 5),
+        smoothing_alpha=st.floats(0.01, 1),
+        axes=st.integers(3, 5),
+        axis=st.integers(0, 2),
     )
 
 
 @given(
     st.lists(channels(), max_size=6).map(tuple),
     st.floats(2000, 1e5),
-    st.floats(0.01, 1),
+    st.none() | st.floats(0.01, 1),
 )
 def test_json_gives_the_same_layout_back(
-    columns: tuple[Channel, ...], rate: float, alpha: float
+    columns: tuple[Channel, ...], rate: float, alpha: float | None
 ) -> None:
     layout = Layout(columns, rate, alpha)
     back = read_record(json.dumps(layout.to_json()).encode(), Layout, "layout", "mend it")
     assert back == layout
     assert all(isinstance(c.kind, ChannelKind) for c in back.channels)
-    assert all(isinstance(c.finger, Finger) for c in back.channels)
+    assert all(c.finger is None or isinstance(c.finger, Finger) for c in back.channels)
 
 
 def test_fingertip_has_the_channels_of_the_published_hand() -> None:
     layout = fingertip_layout()
     assert len(layout.channels) == 16
     assert layout.rate == 4936
-    assert layout.smoothing_alpha == 0.5
-    assert layout.piezo_fingers == (Finger.INDEX, Finger.THUMB)
+    assert [c.smoothing_alpha for c in layout.vibration] == [0.5, 0.5]
+    assert {c.sensor for c in layout.vibration} == {VibrationSensor.PIEZO}
+    assert layout.vibration_fingers == (Finger.INDEX, Finger.THUMB)
     assert layout.has_force
     assert layout.has_strip
     for finger in Finger:
-        assert len(layout.columns(ChannelKind.PIEZO, finger)) == 1
+        assert len(layout.columns(ChannelKind.VIBRATION, finger)) == 1
         assert len(layout.columns(ChannelKind.FORCE, finger)) == 6
         assert len(layout.columns(ChannelKind.STRIP, finger)) == 1
     every = [i for kind in ChannelKind for i in layout.columns(kind)]
@@ -66,7 +77,7 @@ def test_names_are_unique() -> None:
 
 def test_a_count_of_the_adc_is_its_voltage() -> None:
     layout = fingertip_layout()
-    piezo = layout.columns(ChannelKind.PIEZO)
+    piezo = layout.columns(ChannelKind.VIBRATION)
     force = layout.columns(ChannelKind.FORCE)
     data = np.zeros((3, 16), dtype=np.int16)
     middle = ADC_COUNTS * SUBCOUNTS // 2

@@ -55,7 +55,7 @@ def test_contacts_are_named_in_the_order_of_time() -> None:
 
 def test_channels_of_a_pinch_have_their_shapes() -> None:
     one = pinch(Label())
-    assert one.piezo().shape == (10, 2)
+    assert one.vibration().shape == (10, 2)
     assert one.force(Finger.THUMB).shape == (10, 6)
     assert one.strip(Finger.INDEX).shape == (10, 1)
 

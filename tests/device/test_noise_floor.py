@@ -114,6 +114,6 @@ def test_no_part_reaches_across_a_gap():
     assert meter.calibration().noise(Finger.INDEX) == pytest.approx(0.002, rel=0.05)
 
 
-def test_a_layout_without_piezo_is_refused():
-    with pytest.raises(InputError, match="no piezo channel"):
+def test_a_layout_without_a_vibration_channel_is_refused():
+    with pytest.raises(InputError, match="no vibration channel"):
         RestMeter(Layout(LAYOUT.channels[14:], LAYOUT.rate))

@@ -20,8 +20,8 @@ from firstcontact.recording import Header, Marker, PinchMark, Recording, read_re
 
 LAYOUT = Layout(
     (
-        Channel("piezo_index", ChannelKind.PIEZO, Finger.INDEX, "V", 0.001),
-        Channel("piezo_thumb", ChannelKind.PIEZO, Finger.THUMB, "V", 0.001),
+        Channel("piezo_index", ChannelKind.VIBRATION, Finger.INDEX, "V", 0.001),
+        Channel("piezo_thumb", ChannelKind.VIBRATION, Finger.THUMB, "V", 0.001),
     ),
     2000.0,
 )

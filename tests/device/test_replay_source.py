@@ -11,13 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numbered import DESCRIPTOR, check, numbered
 
-from firstcontact.core import Block, Calibration, Finger, InputError, Label, PiezoCalibration
+from firstcontact.core import Block, Calibration, Finger, InputError, Label, VibrationCalibration
 from firstcontact.device import Arrival
 from firstcontact.device.opening import open_source
 from firstcontact.device.replay import ReplaySource
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
 
-CALIBRATION = Calibration((PiezoCalibration(Finger.INDEX, 0.005),))
+CALIBRATION = Calibration((VibrationCalibration(Finger.INDEX, 0.005),))
 MARKERS = (Marker(0, "first"), Marker(999, "last of a stretch"), Marker(1100, "in the gap"),
            Marker(3, "again", 1), Marker(500, "after the end", 1))  # fmt: skip
 PINCHES = (

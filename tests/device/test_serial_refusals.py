@@ -67,7 +67,7 @@ def test_another_process_is_refused_too(device: ScriptedDevice) -> None:
             protocol.descriptor_payload(
                 1, replace(DESCRIPTOR, layout=replace(DESCRIPTOR.layout, channels=())).to_text()
             ),
-            "no piezo channel",
+            "no vibration channel",
         ),
     ],
 )

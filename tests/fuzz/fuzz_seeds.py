@@ -22,9 +22,9 @@ from firstcontact.core import (
     ForceCurve,
     Label,
     Layout,
-    PiezoCalibration,
     Pinch,
     Role,
+    VibrationCalibration,
 )
 from firstcontact.core.calibration_file import write_calibration
 from firstcontact.core.layout import fingertip_layout
@@ -102,8 +102,8 @@ def signal(shore: float, rng: np.random.Generator, length: int = LENGTH) -> NDAr
 def _calibration() -> Calibration:
     return Calibration(
         piezo=(
-            PiezoCalibration(Finger.INDEX, 0.002, 0.001, 1.2),
-            PiezoCalibration(Finger.THUMB, 0.002),
+            VibrationCalibration(Finger.INDEX, 0.002, 0.001, 1.2),
+            VibrationCalibration(Finger.THUMB, 0.002),
         ),
         force=(ForceCurve(Finger.INDEX, 1e-6, 1e-4, 0.9, 0.05),),
         created="2026-05-04T12:00:00+00:00",
@@ -113,8 +113,8 @@ def _calibration() -> Calibration:
 def piezo_layout() -> Layout:
     """Two piezo and two strip channels."""
     channels = (
-        Channel("piezo_index", ChannelKind.PIEZO, Finger.INDEX, "V", 1e-4),
-        Channel("piezo_thumb", ChannelKind.PIEZO, Finger.THUMB, "V", 1e-4),
+        Channel("piezo_index", ChannelKind.VIBRATION, Finger.INDEX, "V", 1e-4),
+        Channel("piezo_thumb", ChannelKind.VIBRATION, Finger.THUMB, "V", 1e-4),
         Channel("strip_index", ChannelKind.STRIP, Finger.INDEX, ""),
         Channel("strip_thumb", ChannelKind.STRIP, Finger.THUMB, ""),
     )
@@ -153,7 +153,7 @@ def _pinch(layout: Layout, i: int, first: int, dtype: str, rng: np.random.Genera
     name, shore = OBJECTS[i % 3]
     data = np.zeros((LENGTH, len(layout.channels)))
     for k, channel in enumerate(layout.channels):
-        if channel.kind is ChannelKind.PIEZO:
+        if channel.kind is ChannelKind.VIBRATION:
             data[:, k] = signal(shore, rng) / channel.scale + channel.offset
         elif channel.kind is ChannelKind.STRIP:
             data[CONTACT + 40 * channel.finger :, k] = 1

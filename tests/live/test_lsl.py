@@ -162,7 +162,7 @@ def test_a_listener_gets_every_sample_and_event(loopback: None) -> None:
         }
         for c in layout.channels
     ]
-    assert sum(c["type"] == ChannelKind.PIEZO.value for c in channels) == 2
+    assert sum(c["type"] == ChannelKind.VIBRATION.value for c in channels) == 2
     assert described.findtext("acquisition/hand") == "linke Händ"
 
 

@@ -16,8 +16,8 @@ from firstcontact.core import (
     Finger,
     InputError,
     Physical,
-    PiezoCalibration,
     Pinch,
+    VibrationCalibration,
     fingertip_layout,
 )
 from firstcontact.device import Descriptor
@@ -69,7 +69,7 @@ def stream() -> np.ndarray:
 def calibration(stream: np.ndarray) -> Calibration:
     rest = Physical(LAYOUT, (0, 1))(stream[: round(0.5 * LAYOUT.rate)])
     return Calibration(
-        tuple(PiezoCalibration(f, float(rest[:, i].std())) for i, f in enumerate(Finger))
+        tuple(VibrationCalibration(f, float(rest[:, i].std())) for i, f in enumerate(Finger))
     )
 
 

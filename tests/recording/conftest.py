@@ -15,8 +15,8 @@ from firstcontact.recording import Header, Recording, RecordingWriter
 @pytest.fixture
 def layout() -> Layout:
     channels = (
-        Channel("piezo_index", ChannelKind.PIEZO, Finger.INDEX, "V", 0.001),
-        Channel("piezo_thumb", ChannelKind.PIEZO, Finger.THUMB, "V", 0.001),
+        Channel("piezo_index", ChannelKind.VIBRATION, Finger.INDEX, "V", 0.001),
+        Channel("piezo_thumb", ChannelKind.VIBRATION, Finger.THUMB, "V", 0.001),
     )
     return Layout(channels, 2000.0)
 

@@ -64,14 +64,14 @@ def npz(path: Path, method: int = zipfile.ZIP_STORED, **members: bytes) -> Path:
 
 def test_the_archive_of_these_tests_is_one(tmp_path: Path) -> None:
     dataset = import_path(npz(tmp_path / "x.npz"), tmp_path / "out")
-    assert np.array_equal(dataset.pinches[1].piezo(), PIEZO[1])
+    assert np.array_equal(dataset.pinches[1].vibration(), PIEZO[1])
 
 
 def test_a_header_of_python_2_says_nothing_to_the_user(tmp_path):
     old = npy(PIEZO).replace(b"(3, 60, 1), } ", b"(3L, 60, 1), }")
     path = npz(tmp_path / "x.npz", piezo=old)
     # Warnings are errors in tests: there is none.
-    assert np.array_equal(import_path(path, tmp_path / "out").pinches[1].piezo(), PIEZO[1])
+    assert np.array_equal(import_path(path, tmp_path / "out").pinches[1].vibration(), PIEZO[1])
 
 
 def test_characters_beyond_the_last_are_refused(tmp_path, refused):

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Contact, Finger
-from firstcontact.recording.checks import read_settings
+from firstcontact.recording.checks import make_layout, read_settings
 from firstcontact.recording.labels import make_contacts
 
 RATE = 4936.0
+SETTINGS = read_settings("x", {"sample_rate_hz": RATE, "piezo_unit": "V"})
+ONE, TWO = (make_layout(SETTINGS, sensors) for sensors in (1, 2))
 
 
 def two_fingers(seed: int, first: Finger, touch: int, second: int) -> np.ndarray:
@@ -27,7 +29,7 @@ def two_fingers(seed: int, first: Finger, touch: int, second: int) -> np.ndarray
 def test_an_unknown_first_finger_is_the_livelier_one_and_said(finger, unknown):
     piezo = two_fingers(1, finger, 150, 180)
     columns = {"first_contact": [150], "second_contact": [180], **unknown}
-    contacts, notes = make_contacts("x", columns, [piezo], RATE)
+    contacts, notes = make_contacts("x", columns, [piezo], TWO)
     assert contacts == [(Contact(finger, 150, 150), Contact(finger.other, 180, 180))]
     assert len(notes) == 1
     assert "first_finger of 1 pinches is not known" in notes[0]
@@ -36,22 +38,22 @@ def test_an_unknown_first_finger_is_the_livelier_one_and_said(finger, unknown):
 def test_a_given_first_finger_is_taken_as_it_is():
     piezo = two_fingers(2, Finger.INDEX, 150, 180)
     columns = {"first_contact": [150], "first_finger": ["thumb"]}
-    contacts, notes = make_contacts("x", columns, [piezo], RATE)
+    contacts, notes = make_contacts("x", columns, [piezo], TWO)
     assert contacts == [(Contact(Finger.THUMB, 150, 150),)]
     assert notes == []
 
 
 def test_one_channel_is_that_of_the_finger_that_touched_and_said():
     columns = {"first_contact": [20, 20], "first_finger": [0, 1]}
-    contacts, notes = make_contacts("x", columns, [np.zeros((60, 1))] * 2, RATE)
+    contacts, notes = make_contacts("x", columns, [np.zeros((60, 1))] * 2, ONE)
     assert contacts == [(Contact(Finger.INDEX, 20, 20),)] * 2
     assert len(notes) == 1
-    assert "one piezo channel" in notes[0]
+    assert "one channel" in notes[0]
 
 
 def test_no_contact_needs_no_finger():
     columns = {"first_contact": [-1]}
-    assert make_contacts("x", columns, [np.zeros((60, 2))], RATE) == ([()], [])
+    assert make_contacts("x", columns, [np.zeros((60, 2))], TWO) == ([()], [])
 
 
 @pytest.mark.parametrize(

@@ -142,8 +142,9 @@ def test_files_that_cannot_be_opened_are_refused(tmp_path):
 @pytest.mark.parametrize(
     ("message", "said"),
     [
-        (b'{"format":"firstcontact.recording","version":2}', "version 2"),
+        (b'{"format":"firstcontact.recording","version":3}', "version 3"),
         (b'{"format":"firstcontact.recording","version":1}', "layout"),
+        (b'{"format":"firstcontact.recording","version":2}', "layout"),
         (b'{"format":"other"}', "not that of a firstcontact recording"),
         (b"[1]", "Expected `object`"),
         (b"\xff\xfe", "not JSON"),

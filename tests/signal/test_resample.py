@@ -35,7 +35,7 @@ def test_what_the_new_rate_cannot_hold_is_removed():
 
 
 def test_truth_moves_along_and_it_is_noted():
-    layout = Layout((Channel("piezo", ChannelKind.PIEZO, Finger.INDEX, "V"),), 16_000.0)
+    layout = Layout((Channel("piezo", ChannelKind.VIBRATION, Finger.INDEX, "V"),), 16_000.0)
     data = np.zeros((3200, 1), dtype=np.float32)
     data[1600:] = 1.0
     truth = (Contact(Finger.INDEX, 9600, 9600),)

@@ -101,7 +101,7 @@ def peaks(condition: Condition) -> np.ndarray:
     for pinch in pinches(condition):
         assert pinch.first is not None
         start = pinch.first.sample
-        piezo = pinch.piezo()[:, pinch.first.finger]
+        piezo = pinch.vibration()[:, pinch.first.finger]
         after = piezo[start : start + WINDOW]
         if pinch.second is not None:
             after = after[: max(pinch.second.sample - start, 1)]
@@ -126,7 +126,7 @@ def test_the_peak_alone_does_not_give_the_block_away() -> None:
 def test_a_contact_stands_out_of_the_noise_but_the_noise_is_there() -> None:
     for pinch in pinches():
         assert pinch.first is not None
-        piezo = pinch.piezo()[:, pinch.first.finger]
+        piezo = pinch.vibration()[:, pinch.first.finger]
         quiet = piezo[: pinch.first.sample].std()
         touched = np.abs(piezo[pinch.first.sample :] - piezo[: pinch.first.sample].mean()).max()
         assert 0.002 < quiet < 0.1

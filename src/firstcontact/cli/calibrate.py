@@ -65,20 +65,21 @@ class Calibrate:
 
     def _measure(self, source: Source) -> Calibration:
         from firstcontact.collect.tap import wait_for_tap
+        from firstcontact.core import finger_name
         from firstcontact.device.noise_floor import measure_noise
 
         print(f"measuring {self.seconds:g} s of rest: touch nothing, motor off", flush=True)
         calibration = measure_noise(source, self.seconds, self.patience)
         for piezo in calibration.piezo:
-            name = piezo.finger.name.lower()
+            name = finger_name(piezo.finger)
             noise, offset = 1e3 * piezo.noise, 1e3 * piezo.offset
             print(f"{name:6} noise {noise:.2f} mV RMS, offset {offset:+.2f} mV")
         if self.tap:
-            for finger in source.descriptor.layout.piezo_fingers:
-                print(f"tap the {finger.name.lower()}'s fingertip", flush=True)
+            for finger in source.descriptor.layout.vibration_fingers:
+                print(f"tap the {finger_name(finger)}'s fingertip", flush=True)
                 calibration = wait_for_tap(source, calibration, finger)
                 peak = next(p.tap for p in calibration.piezo if p.finger is finger)
-                print(f"{finger.name.lower():6} tap {peak:.3f} V")
+                print(f"{finger_name(finger):6} tap {peak:.3f} V")
         return calibration
 
 
@@ -96,14 +97,16 @@ def _weigh(source: Source, newtons: Sequence[float]) -> list[Weighing]:
     from firstcontact.cli.guided import entered
     from firstcontact.collect.force_fit import Weighing
     from firstcontact.collect.weigh import loaded_volts
+    from firstcontact.core import finger_name
     from firstcontact.device.link_news import link_news
 
     weighings = []
     health = source.health
-    for finger in source.descriptor.layout.piezo_fingers:
+    fingers = source.descriptor.layout.vibration_fingers
+    for finger in (f for f in fingers if f is not None):
         for force in newtons:
             print(
-                f"put {force:g} N on one taxel of the {finger.name.lower()} and press Enter",
+                f"put {force:g} N on one taxel of the {finger_name(finger)} and press Enter",
                 flush=True,
             )
             while not entered():
@@ -112,6 +115,6 @@ def _weigh(source: Source, newtons: Sequence[float]) -> list[Weighing]:
                 for line in link_news(before, health):
                     print(line, flush=True)
             volts = loaded_volts(source, finger)
-            print(f"{finger.name.lower():6} {force:g} N: {volts:.3f} V")
+            print(f"{finger_name(finger):6} {force:g} N: {volts:.3f} V")
             weighings.append(Weighing(finger, force, volts))
     return weighings

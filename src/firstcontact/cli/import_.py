@@ -28,16 +28,21 @@ class Import:
     source: Literal["real", "twin", "synthetic", "unknown"] | None = None
     """Where the data come from, where the file does not say it; then they are unknown."""
 
+    sensor: Literal["piezo", "accelerometer", "microphone", "hydrophone"] | None = None
+    """What was recorded with, where the files do not say it: of WAV files a microphone."""
+
     def run(self) -> None:
         """Import, and say what came in and what was assumed."""
+        from firstcontact.core import VibrationSensor
         from firstcontact.recording.importing import import_path
 
-        dataset = import_path(self.path, self.out, self.rate, self.source)
+        sensor = None if self.sensor is None else VibrationSensor(self.sensor)
+        dataset = import_path(self.path, self.out, self.rate, self.source, sensor)
         layout = dataset.layout
         sessions = len(set(dataset.sessions.tolist()))
         print(
             f"{len(dataset)} pinches of {len(set(dataset.specimens.tolist()))} specimens in "
-            f"{sessions} sessions, {len(layout.channels)} channels at {layout.rate:g} Hz, "
+            f"{sessions} sessions, {layout.width} channels at {layout.rate:g} Hz, "
             f"{sum(p.first is not None for p in dataset.pinches)} with a known first contact, "
             f"source {dataset.source}"
         )

@@ -87,9 +87,9 @@ def _device(name: str, condition: str) -> Iterator[str]:
         yield _line("device", name)
         for field in ("firmware", "sensor", "hand", "source"):
             yield _line(field, getattr(descriptor, field) or "not known")
-        yield _line("rate", f"{layout.rate:g} Hz, piezo smoothing alpha {layout.smoothing_alpha:g}")
-        names = ", ".join(c.name for c in layout.channels)
-        yield _line("channels", f"{len(layout.channels)} ({descriptor.dtype}): {names}")
+        yield _line("rate", f"{layout.rate:g} Hz, {layout.smoothing}")
+        names = ", ".join(layout.column_names)
+        yield _line("channels", f"{layout.width} ({descriptor.dtype}): {names}")
         until = time.monotonic() + LISTEN
         while (left := until - time.monotonic()) > 0 and not source.ended:
             source.read(left)

@@ -68,9 +68,9 @@ def _lines(recording: Recording) -> Iterator[str]:
     for i, line in enumerate(header.notes.splitlines()):
         yield f"{'' if i else 'notes':11} {line}"
     yield from _calibration(header.calibration)
-    yield f"rate        {layout.rate:g} Hz, piezo smoothing alpha {layout.smoothing_alpha:g}"
-    names = ", ".join(c.name for c in layout.channels)
-    yield f"channels    {len(layout.channels)} ({header.dtype}): {names}"
+    yield f"rate        {layout.rate:g} Hz, {layout.smoothing}"
+    names = ", ".join(layout.column_names)
+    yield f"channels    {layout.width} ({header.dtype}): {names}"
     epochs = len({s.epoch for s in recording.stretches})
     yield (
         f"samples     {recording.samples} in {len(recording.stretches)} stretches of {epochs} "
@@ -88,13 +88,15 @@ def _lines(recording: Recording) -> Iterator[str]:
 
 
 def _calibration(calibration: Calibration | None) -> Iterator[str]:
+    from firstcontact.core import finger_name
+
     if calibration is None:
         return
     yield f"calibration {calibration.created or 'of unknown date'}"
     for p in calibration.piezo:
         tap = "" if p.tap is None else f", tap {p.tap:.3f} V"
         yield (
-            f"  {p.finger.name.lower():6} piezo noise {p.noise * 1e3:.2f} mV RMS, offset "
+            f"  {finger_name(p.finger):6} piezo noise {p.noise * 1e3:.2f} mV RMS, offset "
             f"{p.offset * 1e3:+.2f} mV{tap}"
         )
     for f in calibration.force:
@@ -116,12 +118,14 @@ def _what(label: Label) -> str:
 
 
 def _when(mark: PinchMark, rate: float) -> str:
+    from firstcontact.core import finger_name
+
     length = f"{(mark.end - mark.first_sample) / rate * 1e3:.1f} ms"
     if not mark.truth:
         return f"{length}, contacts not known"
     first = mark.truth[0]
     at = (first.sample - mark.first_sample) / rate * 1e3
-    said = f"{length}, {first.finger.name.lower()} first at {at:.1f} ms"
+    said = f"{length}, {finger_name(first.finger)} first at {at:.1f} ms"
     if len(mark.truth) > 1:
         said += f", offset {(mark.truth[1].sample - first.sample) / rate * 1e3:.2f} ms"
     return said

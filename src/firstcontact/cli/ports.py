@@ -50,4 +50,4 @@ def answer(port: str) -> Iterator[str]:
     hand = f", {descriptor.hand}" if descriptor.hand else ""
     yield f"a fingertip: {descriptor.firmware}; {descriptor.sensor}{hand} ({descriptor.source})"
     layout = descriptor.layout
-    yield f"{len(layout.channels)} channels at {layout.rate:g} Hz"
+    yield f"{layout.width} channels at {layout.rate:g} Hz"

@@ -137,7 +137,7 @@ class Record:
             if all(before.done[item.label(session)] >= item.pinches for item in items):
                 print(f"session {session} is complete: {before.files[-1]}")
                 return True
-            if calibration is None or len(calibration.piezo) < len(layout.piezo_fingers):
+            if calibration is None or len(calibration.piezo) < len(layout.vibration_fingers):
                 print(
                     f"measuring the noise floor, {REST:g} s of rest: keep the hand still",
                     flush=True,

@@ -133,6 +133,7 @@ def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 96
         (mark.number, c.finger): (mark.epoch, c.sample / rate)
         for mark in recording.pinches
         for c in mark.truth
+        if c.finger is not None
     }
     both = [key for key in contacts if key in device]
     if len({number for number, _ in both}) < LEAST:

@@ -6,7 +6,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from firstcontact.core import Block, ChannelKind, Contact, Finger, Layout
+from firstcontact.core import (
+    Block,
+    ChannelKind,
+    Contact,
+    Finger,
+    Layout,
+    VibrationSensor,
+    finger_name,
+)
 from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, PIEZO_OFFSET_VOLTS
 from firstcontact.core.pinch import first_closed
 
@@ -38,8 +46,8 @@ class ClosingCheck:
     began: int
     epoch: int
     strips: dict[Finger, int] = field(default_factory=dict)
-    contacts: dict[Finger, Contact] = field(default_factory=dict)
-    clipped: set[Finger] = field(default_factory=set)
+    contacts: dict[Finger | None, Contact] = field(default_factory=dict)
+    clipped: set[Finger | None] = field(default_factory=set)
     held: set[Finger] = field(default_factory=set)
     lost: bool = False
     seen: int = 0
@@ -90,14 +98,16 @@ class ClosingCheck:
             return [*said, "no contact"]
         if self.seen < self.anchor + round(LEAST_AFTER * self.layout.rate):
             said.append("it was cut short")
-        said += [f"the {_name(f)}'s strip was closed before" for f in sorted(self.held)]
+        said += [f"the {finger_name(f)}'s strip was closed before" for f in sorted(self.held)]
         for finger in Finger:
             has_strip = bool(self.layout.columns(ChannelKind.STRIP, finger))
             if has_strip and finger not in self.strips and finger not in self.held:
-                said.append(f"the {_name(finger)}'s strip did not close")
+                said.append(f"the {finger_name(finger)}'s strip did not close")
             elif finger in self.strips and not self._felt(finger):
-                said.append(f"the {_name(finger)}'s piezo and strip do not agree")
-        said += [f"the {_name(f)}'s piezo clipped" for f in sorted(self.clipped)]
+                said.append(f"the {finger_name(finger)}'s piezo and strip do not agree")
+        said += [
+            f"the {finger_name(f)}'s piezo clipped" for f in sorted(self.clipped, key=finger_name)
+        ]
         return said
 
     def disagreement(self) -> float | None:
@@ -112,7 +122,7 @@ class ClosingCheck:
 
         The second finger may feel the first one's touch through the object.
         """
-        if finger not in self.layout.piezo_fingers:
+        if finger not in self.layout.vibration_fingers:
             return True
         margin = AGREE * self.layout.rate
         contact = self.contacts.get(finger)
@@ -133,13 +143,10 @@ class ClosingCheck:
                 self.strips[finger] = sample
 
     def _watch_rails(self, data: np.ndarray) -> None:
-        for finger in self.layout.piezo_fingers:
-            columns = self.layout.columns(ChannelKind.PIEZO, finger)
-            if self.layout.channels[columns[0]].unit == "V" and len(data):
+        for channel in self.layout.vibration:
+            finger = channel.finger
+            columns = self.layout.columns(ChannelKind.VIBRATION, finger)
+            if channel.sensor is VibrationSensor.PIEZO and channel.unit == "V" and len(data):
                 volts = self.layout.physical(data, columns)
                 if volts.max() >= HIGHEST or volts.min() <= LOWEST:
                     self.clipped.add(finger)
-
-
-def _name(finger: Finger) -> str:
-    return finger.name.lower()

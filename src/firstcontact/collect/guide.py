@@ -102,7 +102,7 @@ class Guide:
         self._next: tuple[int, int] | None = None
         self._piece = max(1, round(PIECE * layout.rate))
         self._announced = ""
-        floors = [calibration.noise(f) or np.inf for f in layout.piezo_fingers]
+        floors = [calibration.noise(f) or np.inf for f in layout.vibration_fingers]
         self._noise = _Noise(layout, np.array(floors))
 
     @property
@@ -189,7 +189,7 @@ class _Noise:
 
     def __init__(self, layout: Layout, floors: np.ndarray) -> None:
         self._layout = layout
-        self._columns = layout.columns(ChannelKind.PIEZO)
+        self._columns = layout.columns(ChannelKind.VIBRATION)
         self._floors = floors
         self._length = round(QUIET * layout.rate)
         self._parts: list[np.ndarray] = []

@@ -1,4 +1,4 @@
-"""A tap on each fingertip tells whether its piezo is connected, and whether both are alike."""
+"""A tap on each fingertip tells whether its sensor is connected, and whether both are alike."""
 
 from __future__ import annotations
 
@@ -7,7 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from firstcontact.core import Block, Calibration, ChannelKind, Finger, InputError, Layout
+from firstcontact.core import (
+    Block,
+    Calibration,
+    ChannelKind,
+    Finger,
+    InputError,
+    Layout,
+    finger_name,
+)
 from firstcontact.device import Source
 from firstcontact.device.noise_floor import SILENCE
 
@@ -35,9 +43,9 @@ class TapWatch:
         Whose.
     """
 
-    def __init__(self, layout: Layout, calibration: Calibration, finger: Finger) -> None:
+    def __init__(self, layout: Layout, calibration: Calibration, finger: Finger | None) -> None:
         self._layout = layout
-        self._columns = layout.columns(ChannelKind.PIEZO, finger)
+        self._columns = layout.columns(ChannelKind.VIBRATION, finger)
         self._offset = next((p.offset for p in calibration.piezo if p.finger is finger), 0.0)
         self._limit = max(LEAST, FACTOR * (calibration.noise(finger) or 0.0))
         self._left: int | None = None
@@ -59,7 +67,7 @@ class TapWatch:
 
 
 def wait_for_tap(
-    source: Source, calibration: Calibration, finger: Finger, patience: float = 20.0
+    source: Source, calibration: Calibration, finger: Finger | None, patience: float = 20.0
 ) -> Calibration:
     """Wait for a tap on a fingertip and put its peak into the calibration.
 
@@ -94,8 +102,8 @@ def wait_for_tap(
                 )
                 return replace(calibration, piezo=piezo)
     raise InputError(
-        f"no tap on the {finger.name.lower()} was felt within {patience:g} s: tap harder, check "
-        "the piezo's plug, or leave this out with --no-tap"
+        f"no tap on the {finger_name(finger)} was felt within {patience:g} s: tap harder, check "
+        "the sensor's plug, or leave this out with --no-tap"
     )
 
 
@@ -103,14 +111,14 @@ def tap_warnings(calibration: Calibration) -> Sequence[str]:
     """What the taps say against the fingertips: one sentence each."""
     taps = {p.finger: p.tap for p in calibration.piezo if p.tap is not None}
     said = [
-        f"the {f.name.lower()}'s tap gave only {tap:.3f} V: tap harder, or check pad and buffer"
+        f"the {finger_name(f)}'s tap gave only {tap:.3f} V: tap harder, or check pad and buffer"
         for f, tap in taps.items()
         if tap < WEAK
     ]
     if len(taps) == 2 and max(taps.values()) > ALIKE * min(taps.values()):
         loud = max(taps, key=lambda f: taps[f])
         said.append(
-            f"the {loud.name.lower()}'s tap was {taps[loud] / taps[loud.other]:.1f} times as loud "
-            "as the other: tap both alike, or check the pads"
+            f"the {finger_name(loud)}'s tap was {taps[loud] / min(taps.values()):.1f} times as "
+            "loud as the other: tap both alike, or check the pads"
         )
     return said

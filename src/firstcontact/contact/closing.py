@@ -71,7 +71,7 @@ class Closings:
     ) -> None:
         detector.start(layout)
         self._layout = layout
-        self._fingers = len(layout.piezo_fingers)
+        self._fingers = len(layout.vibration_fingers)
         self._detector = detector
         self._gate = ClosingGate(layout, calibration)
         self._open = False

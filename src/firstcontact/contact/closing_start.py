@@ -131,7 +131,7 @@ def _from(pinch: Pinch, sample: int) -> Pinch:
 
 
 def _complete(calibration: Calibration, layout: Layout) -> bool:
-    return all(calibration.noise(f) is not None for f in layout.piezo_fingers)
+    return all(calibration.noise(f) is not None for f in layout.vibration_fingers)
 
 
 def _heard(pinch: Pinch, calibration: Calibration) -> int | None:
@@ -151,7 +151,7 @@ def _rigs(pinches: Sequence[Pinch]) -> list[list[Pinch]]:
     """The pinches that nothing is known of, by session; small sessions together."""
     sessions: dict[str, list[Pinch]] = {}
     for pinch in pinches:
-        if pinch.motor_start is None and pinch.layout.piezo_fingers:
+        if pinch.motor_start is None and pinch.layout.vibration_fingers:
             sessions.setdefault(pinch.label.session, []).append(pinch)
     large = [group for group in sessions.values() if len(group) >= FEW]
     small = [pinch for group in sessions.values() if len(group) < FEW for pinch in group]

@@ -25,7 +25,7 @@ class Verdicts:
         Number of the last sample of each window, shape (windows,).
     fired
         Whether the window shows a contact that began in its newest part,
-        shape (windows, fingers with a piezo).
+        shape (windows, vibration channels).
     onsets
         Sample at which that contact began, -1 where nothing fired, same shape.
     """
@@ -35,7 +35,9 @@ class Verdicts:
     onsets: NDArray[np.int64]
 
 
-def latch(verdicts: Verdicts, fingers: Sequence[Finger], latched: set[Finger]) -> list[Contact]:
+def latch(
+    verdicts: Verdicts, fingers: Sequence[Finger | None], latched: set[Finger | None]
+) -> list[Contact]:
     """The first firing of each finger that is not latched yet, and latch it.
 
     Parameters
@@ -43,7 +45,7 @@ def latch(verdicts: Verdicts, fingers: Sequence[Finger], latched: set[Finger]) -
     verdicts
         Windows in the order of time.
     fingers
-        Fingers of their columns.
+        Fingers of their columns; None is the sensor that belongs to no finger.
     latched
         Fingers that have touched already; those found are added.
 

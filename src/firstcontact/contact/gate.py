@@ -74,10 +74,10 @@ class ClosingGate:
     """
 
     def __init__(self, layout: Layout, calibration: Calibration | None) -> None:
-        self._piezo = layout.columns(ChannelKind.PIEZO)
+        self._vibration = layout.columns(ChannelKind.VIBRATION)
         self._force = layout.columns(ChannelKind.FORCE)
-        self._volts = Physical(layout, self._piezo + self._force, "C")
-        floors = [calibration.noise(f) if calibration else None for f in layout.piezo_fingers]
+        self._volts = Physical(layout, self._vibration + self._force, "C")
+        floors = [calibration.noise(f) if calibration else None for f in layout.vibration_fingers]
         known = [f for f in floors if f is not None]
         self._limit = RUNNING * np.array(known) if len(known) == len(floors) else None
         self._step = samples_in(STEP, layout.rate)
@@ -135,7 +135,7 @@ class ClosingGate:
         self._waiting_samples = 0
         self._grid = first_sample  # of the first sample that waits
         self._steps = 0  # seen in this stretch
-        self._sums = np.zeros((0, 2, len(self._piezo)))  # of the last steps
+        self._sums = np.zeros((0, 2, len(self._vibration)))  # of the last steps
         self._unloaded: NDArray[np.float64] | None = None
         self._held = -STEPS  # last step in which something was held
 
@@ -150,8 +150,8 @@ class ClosingGate:
         self._waiting = [waiting[used:].copy()]
         self._waiting_samples -= used
         parts = self._volts(waiting[:used]).reshape(steps, self._step, -1)
-        quiet = self._quiet(parts[:, :, : len(self._piezo)])
-        events = self._turns(quiet, parts[:, :, len(self._piezo) :])
+        quiet = self._quiet(parts[:, :, : len(self._vibration)])
+        events = self._turns(quiet, parts[:, :, len(self._vibration) :])
         self._grid += used
         self._steps += steps
         return events

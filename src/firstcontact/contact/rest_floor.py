@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact.gate import RUNNING, STEP, STEPS, median, step_powers, step_sums
-from firstcontact.core.calibration import Calibration, PiezoCalibration
+from firstcontact.core.calibration import Calibration, VibrationCalibration
 from firstcontact.core.pinch import Pinch
 from firstcontact.signal import samples_in
 
@@ -62,21 +62,21 @@ def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
     if not hearing.any():
         return None
     floors = []
-    for column, finger in enumerate(pinches[0].layout.piezo_fingers):
+    for column, finger in enumerate(pinches[0].layout.vibration_fingers):
         its = heard[:, column]
         # Rest may be exact silence in numbers that nobody measured: of that no multiple is more.
         floor = (
             np.maximum(rest[its, column], 1e-3 * motor[its, column]) if hearing[column] else None
         )
         noise = float("inf") if floor is None else float(np.median(floor))
-        floors.append(PiezoCalibration(finger, noise))
+        floors.append(VibrationCalibration(finger, noise))
     return Calibration(tuple(floors))
 
 
 def _start(pinch: Pinch, running: float) -> _Start | None:
     """How a pinch begins; None where it is too short to tell."""
     samples = samples_in(STEP, pinch.layout.rate)
-    volts = pinch.piezo()
+    volts = pinch.vibration()
     steps = len(volts) // samples
     if steps < 3 * STEPS or not np.isfinite(volts).all():
         return None

@@ -35,7 +35,7 @@ class WindowSizes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SteadyState:
-    """Mean and sigma of each piezo channel while nothing is touched, shape (fingers,)."""
+    """Mean and sigma of each vibration channel while nothing is touched, shape (fingers,)."""
 
     mean: NDArray[np.float64]
     sigma: NDArray[np.float64]
@@ -130,16 +130,18 @@ class WindowDetector(ABC):
         Raises
         ------
         InputError
-            When the layout has no piezo channel.
+            When the layout has no vibration channel.
         """
-        if not layout.piezo_fingers:
-            raise InputError("the layout has no piezo channel: contacts cannot be detected in it")
+        if not layout.vibration_fingers:
+            raise InputError(
+                "the layout has no vibration channel: contacts cannot be detected in it"
+            )
         self._layout = layout
-        self._columns = layout.columns(ChannelKind.PIEZO)
-        self._fingers = layout.piezo_fingers
+        self._columns = layout.columns(ChannelKind.VIBRATION)
+        self._fingers = layout.vibration_fingers
         self._volts = Physical(layout, self._columns)
         self._sizes = self.sizes(layout.rate)
-        self._latched: set[Finger] = set()
+        self._latched: set[Finger | None] = set()
         self._epoch = 0
         self._restart(0)
 

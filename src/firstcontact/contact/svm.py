@@ -79,8 +79,8 @@ class SvmDetector(WindowDetector):
         shown = np.unique(data.pinch[data.positive])
         if len(shown) < 2:
             raise InputError(
-                f"{len(shown)} pinches have a first contact in their labels, a living piezo and at "
-                "least 43 ms of quiet before it: the SVM detector needs two or more to learn from"
+                f"{len(shown)} pinches have a first contact in their labels, a living sensor and "
+                "at least 43 ms of quiet before it: the SVM detector needs two or more"
             )
         groups = np.zeros(len(subset), dtype=np.intp)
         groups[shown] = _groups(subset.sessions[shown])

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from firstcontact.contact.features import feature_count, window_features
 from firstcontact.contact.stream import SteadyState, WindowSizes
+from firstcontact.core.layout import ChannelKind
 from firstcontact.core.pinch import Dataset, Pinch
 from firstcontact.signal import missing_smoothing, samples_in
 
@@ -93,7 +94,7 @@ def examples(dataset: Dataset, sizes: WindowSizes, early: float, seed: int) -> E
         _of_finger(i, pinch, column, sizes, early, rng)
         for i, pinch in enumerate(dataset.pinches)
         if usable(pinch, sizes, early)
-        for column in range(len(pinch.layout.piezo_fingers))
+        for column in range(len(pinch.layout.vibration_fingers))
     ]
     joined = (np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Examples))
     return Examples(*joined)
@@ -108,15 +109,17 @@ def _of_finger(
     rng: np.random.Generator,
 ) -> Examples:
     layout = pinch.layout
-    volts = pinch.piezo()[:, column : column + 1]
-    smoothing = missing_smoothing(layout)
+    volts = pinch.vibration()[:, column : column + 1]
+    smoothing = missing_smoothing(
+        layout, layout.columns(ChannelKind.VIBRATION)[column : column + 1]
+    )
     smooth = volts if smoothing is None else smoothing.update(volts)
     steady = SteadyState.of(smooth[: sizes.steady])
     x = steady.normalise(smooth)[:, 0]
     margin = samples_in(early, layout.rate)
     youngest = samples_in(YOUNGEST, layout.rate)
     first = pinch.truth[0].sample - pinch.first_sample
-    finger = layout.piezo_fingers[column]
+    finger = layout.vibration_fingers[column]
     touched = [c.sample - pinch.first_sample for c in pinch.truth if c.finger is finger][:1]
     quiet_end = (touched or [first])[0] - margin
     shift = int(rng.integers(sizes.step))

@@ -8,7 +8,7 @@ from firstcontact.core.lazy import lazily
 
 if TYPE_CHECKING:
     from firstcontact.core.block import Block, joined
-    from firstcontact.core.calibration import Calibration, ForceCurve, PiezoCalibration
+    from firstcontact.core.calibration import Calibration, ForceCurve, VibrationCalibration
     from firstcontact.core.command import Command
     from firstcontact.core.errors import InputError
     from firstcontact.core.layout import (
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
         Finger,
         Layout,
         Physical,
+        VibrationSensor,
+        finger_name,
         fingertip_layout,
     )
     from firstcontact.core.pinch import Contact, Dataset, Label, Pinch, Role
@@ -25,10 +27,13 @@ else:
         __name__,
         {
             "block": "Block joined",
-            "calibration": "Calibration ForceCurve PiezoCalibration",
+            "calibration": "Calibration ForceCurve VibrationCalibration",
             "command": "Command",
             "errors": "InputError",
-            "layout": "Channel ChannelKind Finger Layout Physical fingertip_layout",
+            "layout": (
+                "Channel ChannelKind Finger Layout Physical VibrationSensor finger_name "
+                "fingertip_layout"
+            ),
             "pinch": "Contact Dataset Label Pinch Role",
         },
     )
@@ -47,9 +52,11 @@ __all__ = [
     "Label",
     "Layout",
     "Physical",
-    "PiezoCalibration",
     "Pinch",
     "Role",
+    "VibrationCalibration",
+    "VibrationSensor",
+    "finger_name",
     "fingertip_layout",
     "joined",
 ]

@@ -22,13 +22,13 @@ Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
 
 
 @dataclass(frozen=True, slots=True)
-class PiezoCalibration:
-    """One piezo with nothing touching and the motor at rest.
+class VibrationCalibration:
+    """One vibration sensor with nothing touching and the motor at rest.
 
     Parameters
     ----------
     finger
-        Whose.
+        Whose; None where it belongs to none.
     noise
         RMS around the mean, V.
     offset
@@ -37,7 +37,7 @@ class PiezoCalibration:
         Peak of the response to a tap, V; None where no tap was made.
     """
 
-    finger: Finger
+    finger: Finger | None
     noise: Size
     offset: Annotated[float, Meta(ge=-1e9, le=1e9)] = 0.0
     tap: Size | None = None
@@ -87,15 +87,16 @@ class ForceCurve:
 class Calibration:
     """Of one pair of fingertips; goes into the header of every recording.
 
+    ``piezo`` is of the vibration sensors, of whatever kind (files know it by this name);
     ``created`` is an ISO 8601 time; fingers that were not measured are absent.
     """
 
-    piezo: Annotated[tuple[PiezoCalibration, ...], Meta(max_length=len(Finger))] = ()
+    piezo: Annotated[tuple[VibrationCalibration, ...], Meta(max_length=len(Finger) + 1)] = ()
     force: Annotated[tuple[ForceCurve, ...], Meta(max_length=len(Finger))] = ()
     created: Name = ""
 
-    def noise(self, finger: Finger) -> float | None:
-        """Noise floor of a finger's piezo, V RMS, where it was measured."""
+    def noise(self, finger: Finger | None) -> float | None:
+        """Noise floor of a finger's vibration sensor, V RMS, where it was measured."""
         return next((p.noise for p in self.piezo if p.finger is finger), None)
 
     def to_json(self) -> dict[str, Any]:

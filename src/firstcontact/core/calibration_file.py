@@ -8,6 +8,7 @@ from pathlib import Path
 from firstcontact.core.calibration import Calibration
 from firstcontact.core.errors import InputError
 from firstcontact.core.files import read_regular, try_replacing, write_json
+from firstcontact.core.layout import finger_name
 from firstcontact.core.records import LONGEST, read_record
 
 _REMEDY = "make a calibration with `firstcontact calibrate`"
@@ -73,7 +74,7 @@ def read_calibration(path: Path) -> Calibration:
     calibration = read_record(data, Calibration, str(path), _REMEDY)
     for piezo in calibration.piezo:
         if not piezo.noise > 0:
-            raise _foreign(path, f"the {piezo.finger.name.lower()}'s noise is 0")
+            raise _foreign(path, f"the {finger_name(piezo.finger)}'s noise is 0")
     return calibration
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields, replace
 from enum import IntEnum, StrEnum
+from itertools import accumulate
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -29,6 +30,8 @@ PIEZO_OFFSET_VOLTS = 1.65
 MOST_CHANNELS = 256
 #: A rate that a sensor of this kind can have, Hz.
 Rate = Annotated[float, Meta(ge=1.0, le=1e7)]
+#: Coefficient of an exponential smoothing.
+Alpha = Annotated[float, Meta(gt=0.0, le=1.0)]
 #: Smallest and largest size of a channel's scale, and largest of its offset: far beyond any
 #: sensor, and such that what is computed of them stays finite.
 SCALES = (1e-15, 1e6)
@@ -47,37 +50,88 @@ class Finger(IntEnum):
         return Finger(1 - self)
 
 
+def finger_name(finger: Finger | None) -> str:
+    """As people read it; what belongs to no finger is "sensor"."""
+    return "sensor" if finger is None else finger.name.lower()
+
+
 class ChannelKind(StrEnum):
     """What a channel measures."""
 
-    PIEZO = "piezo"
+    VIBRATION = "vibration"
     FORCE = "force"
     STRIP = "strip"
+
+    @classmethod
+    def _missing_(cls, value: object) -> ChannelKind | None:
+        # Devices and recordings of version 1 say so.
+        return cls.VIBRATION if value == "piezo" else None
+
+
+class VibrationSensor(StrEnum):
+    """What a vibration is measured with."""
+
+    PIEZO = "piezo"
+    ACCELEROMETER = "accelerometer"
+    MICROPHONE = "microphone"
+    HYDROPHONE = "hydrophone"
 
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """One column of a sample.
+    """One column of a sample, or several beside each other: the axes of a vector.
 
     ``physical = (raw - offset) * scale``, in ``unit``.
+
+    Parameters
+    ----------
+    finger
+        Whose it is; None for a sensor that belongs to no finger.
+    taxel
+        Place in a force array.
+    sensor
+        What measures the vibration, by default a piezo; None for other kinds.
+    smoothing_alpha
+        Coefficient of the exponential smoothing already applied (1 = none).
+    axes, axis
+        Columns of a vector, and which of them stands for it in detectors and windows.
 
     Raises
     ------
     ValueError
-        A scale or offset that no sensor has.
+        A scale or offset that no sensor has, an axis that is not there, or a vibration
+        sensor that measures something else.
     """
 
     name: Name
     kind: ChannelKind
-    finger: Finger
+    finger: Finger | None
     unit: Name
     scale: float = 1.0
     offset: Annotated[float, Meta(ge=-LARGEST_OFFSET, le=LARGEST_OFFSET)] = 0.0
     taxel: Annotated[int, Meta(ge=0, lt=MOST_CHANNELS)] | None = None
+    sensor: VibrationSensor | None = None
+    smoothing_alpha: Alpha = 1.0
+    axes: Annotated[int, Meta(ge=1, le=MOST_CHANNELS)] = 1
+    axis: Annotated[int, Meta(ge=0)] = 0
 
     def __post_init__(self) -> None:
         if not SCALES[0] <= abs(self.scale) <= SCALES[1]:
             raise ValueError(f"scale is {self.scale:g}")
+        if self.axis >= self.axes:
+            raise ValueError(f"axis is {self.axis} of {self.axes}, counted from 0")
+        if self.kind is ChannelKind.VIBRATION:
+            object.__setattr__(self, "sensor", self.sensor or VibrationSensor.PIEZO)
+        elif self.sensor is not None:
+            raise ValueError(f"sensor is {self.sensor} of a {self.kind} channel")
+
+    @property
+    def column_names(self) -> tuple[str, ...]:
+        """A name for each of its columns: its own, or with the axis behind it."""
+        if self.axes == 1:
+            return (self.name,)
+        ends = "xyz" if self.axes <= len("xyz") else range(self.axes)
+        return tuple(f"{self.name}_{end}" for end, _ in zip(ends, range(self.axes), strict=False))
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,30 +141,69 @@ class Layout:
     Parameters
     ----------
     channels
-        The columns in their order.
+        In the order of their columns.
     rate
         Mean sampling rate, Hz.
     smoothing_alpha
-        Coefficient of the exponential smoothing already applied to the piezo
-        channels (1 = none).
+        Where given, that of all vibration channels, which it is passed on to (it is None
+        afterwards): devices and recordings of version 1 say it once.
     """
 
     channels: Annotated[tuple[Channel, ...], Meta(max_length=MOST_CHANNELS)]
     rate: Rate
-    smoothing_alpha: Annotated[float, Meta(gt=0.0, le=1.0)] = 1.0
+    smoothing_alpha: Alpha | None = None
 
-    def columns(self, kind: ChannelKind, finger: Finger | None = None) -> tuple[int, ...]:
-        """Column numbers of a kind of channel, of one finger or of both."""
+    def __post_init__(self) -> None:
+        if (alpha := self.smoothing_alpha) is not None:
+            channels = tuple(
+                replace(c, smoothing_alpha=alpha) if c.kind is ChannelKind.VIBRATION else c
+                for c in self.channels
+            )
+            object.__setattr__(self, "channels", channels)
+            object.__setattr__(self, "smoothing_alpha", None)
+
+    @property
+    def of_columns(self) -> tuple[Channel, ...]:
+        """The channel of each column, shape (columns of a sample,)."""
+        return tuple(c for c in self.channels for _ in range(c.axes))
+
+    @property
+    def column_names(self) -> tuple[str, ...]:
+        """A name for each column."""
+        return tuple(name for c in self.channels for name in c.column_names)
+
+    @property
+    def width(self) -> int:
+        """Columns of a sample."""
+        return sum(c.axes for c in self.channels)
+
+    def columns(self, kind: ChannelKind, *fingers: Finger | None) -> tuple[int, ...]:
+        """Column numbers of a kind of channel, with ``fingers`` only theirs (None: of none).
+
+        One a channel: of a vector its :attr:`~Channel.axis`.
+        """
+        starts = accumulate((c.axes for c in self.channels), initial=0)
         return tuple(
-            i
-            for i, c in enumerate(self.channels)
-            if c.kind is kind and (finger is None or c.finger is finger)
+            start + c.axis
+            for start, c in zip(starts, self.channels, strict=False)
+            if c.kind is kind and (not fingers or c.finger in fingers)
         )
 
     @property
-    def piezo_fingers(self) -> tuple[Finger, ...]:
-        """The fingers that have a piezo channel, in column order."""
-        return tuple(c.finger for c in self.channels if c.kind is ChannelKind.PIEZO)
+    def vibration(self) -> tuple[Channel, ...]:
+        """The vibration channels, in column order."""
+        return tuple(c for c in self.channels if c.kind is ChannelKind.VIBRATION)
+
+    @property
+    def vibration_fingers(self) -> tuple[Finger | None, ...]:
+        """Whose the vibration channels are, in column order; None stands for no finger."""
+        return tuple(c.finger for c in self.vibration)
+
+    @property
+    def smoothing(self) -> str:
+        """What was done to its vibration channels, for people."""
+        alphas = dict.fromkeys((c.sensor, c.smoothing_alpha) for c in self.vibration)
+        return ", ".join(f"{sensor} smoothing alpha {alpha:g}" for sensor, alpha in alphas)
 
     @property
     def has_force(self) -> bool:
@@ -140,19 +233,25 @@ class Layout:
         return Physical(self, columns)(data)
 
     def to_json(self) -> dict[str, Any]:
-        """A JSON-ready form."""
-        return asdict(self)
+        """A JSON-ready form, without what is as by default."""
+        channels = [
+            {f.name: v for f in fields(c) if (v := getattr(c, f.name)) != f.default}
+            for c in self.channels
+        ]
+        return {"channels": channels, "rate": self.rate}
 
     @property
     def fault(self) -> str:
         """What keeps it from being used, "" where nothing does."""
-        names = [c.name for c in self.channels]
-        if not self.piezo_fingers:
-            return "no piezo channel"
-        for kind in (ChannelKind.PIEZO, ChannelKind.STRIP):
-            if any(len(self.columns(kind, finger)) > 1 for finger in Finger):
-                return f"two {kind} channels of one finger"
-        return "two channels of one name" if len(set(names)) < len(names) else ""
+        if not self.vibration:
+            return "no vibration channel"
+        if self.width > MOST_CHANNELS:
+            return f"{self.width} columns, more than {MOST_CHANNELS}"
+        for kind in (ChannelKind.VIBRATION, ChannelKind.STRIP):
+            for finger in (*Finger, None):
+                if len(self.columns(kind, finger)) > 1:
+                    return f"two {kind} channels of {'no' if finger is None else 'one'} finger"
+        return "two channels of one name" if len(set(self.column_names)) < self.width else ""
 
 
 class Physical:
@@ -172,7 +271,8 @@ class Physical:
     def __init__(
         self, layout: Layout, columns: tuple[int, ...], order: Literal["C", "F"] = "F"
     ) -> None:
-        chosen = [layout.channels[i] for i in columns]
+        every = layout.of_columns
+        chosen = [every[i] for i in columns]
         first, n = (columns[0], len(columns)) if columns else (0, 0)
         beside = columns == tuple(range(first, first + n))
         # Columns that lie side by side need not be gathered.
@@ -198,7 +298,9 @@ def fingertip_layout() -> Layout:
     volt = ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS)
     zero = PIEZO_OFFSET_VOLTS / volt
     names = {Finger.INDEX: "index", Finger.THUMB: "thumb"}
-    piezo = [Channel(f"piezo_{n}", ChannelKind.PIEZO, f, "V", volt, zero) for f, n in names.items()]
+    piezo = [
+        Channel(f"piezo_{n}", ChannelKind.VIBRATION, f, "V", volt, zero) for f, n in names.items()
+    ]
     force = [
         Channel(f"force_{n}_{k}", ChannelKind.FORCE, f, "V", volt, 0.0, k)
         for f, n in names.items()

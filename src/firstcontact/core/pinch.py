@@ -46,11 +46,11 @@ class Label:
 class Contact:
     """A finger touched: which, and at which sample of the device's count.
 
-    ``decided`` is the sample after whose arrival the contact was known; for
-    ground truth it is the sample itself.
+    ``finger`` is None where the sensor belongs to none. ``decided`` is the sample after
+    whose arrival the contact was known; for ground truth it is the sample itself.
     """
 
-    finger: Finger
+    finger: Finger | None
     sample: int
     decided: int
 
@@ -117,9 +117,12 @@ class Pinch:
             return None
         return (self.truth[1].sample - self.truth[0].sample) / self.layout.rate
 
-    def piezo(self) -> NDArray[np.float64]:
-        """Piezo channels in V, shape (samples, fingers with a piezo)."""
-        return self.layout.physical(self.data, self.layout.columns(ChannelKind.PIEZO))
+    def vibration(self) -> NDArray[np.float64]:
+        """Vibration channels in their unit, shape (samples, vibration channels).
+
+        Of a vector its :attr:`~firstcontact.core.Channel.axis`.
+        """
+        return self.layout.physical(self.data, self.layout.columns(ChannelKind.VIBRATION))
 
     def force(self, finger: Finger) -> NDArray[np.float64]:
         """Force channels of a finger in their unit, shape (samples, 6)."""

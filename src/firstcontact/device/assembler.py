@@ -173,7 +173,7 @@ class Assembler:
 
     def _samples(self, payload: bytes, out: Assembled) -> None:
         assert self.descriptor is not None
-        sample, overflow, n, data = samples_head(payload, len(self.descriptor.layout.channels))
+        sample, overflow, n, data = samples_head(payload, self.descriptor.layout.width)
         self._fits = True
         before = self._next
         first = self._account(sample, overflow)
@@ -214,6 +214,6 @@ class Assembler:
             return
         assert self.descriptor is not None
         data = np.frombuffer(bytearray().join(self._run), dtype="<i2")
-        data = data.reshape(-1, len(self.descriptor.layout.channels))
+        data = data.reshape(-1, self.descriptor.layout.width)
         out.blocks.append(Block(data, self._run_first, self.epoch))
         self._run = []

@@ -1,4 +1,4 @@
-"""What the piezos say with nothing touching and the motor at rest."""
+"""What the vibration sensors say with nothing touching and the motor at rest."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from firstcontact.core import (
     ChannelKind,
     InputError,
     Layout,
-    PiezoCalibration,
+    VibrationCalibration,
+    finger_name,
 )
 from firstcontact.device.source import Source
 
 #: Rest is judged in parts of this length, s: whole periods of 50 and of 60 Hz.
 PART = 0.1
-#: A part is at rest if no piezo is louder than its quietest part by this factor. The
+#: A part is at rest if no sensor is louder than its quietest part by this factor. The
 #: RMS of a part scatters by about 5 %; a running motor is twice as loud or more.
 STEADY = 1.4
 #: A taxel this far above its lowest level is loaded, V; so is one above ``LOADED``.
@@ -59,17 +60,17 @@ class RestMeter:
     Raises
     ------
     InputError
-        The layout has no piezo.
+        The layout has no vibration channel.
     """
 
     def __init__(self, layout: Layout, seconds: float = 2.0) -> None:
-        self._fingers = layout.piezo_fingers
+        self._fingers = layout.vibration_fingers
         if not self._fingers:
-            raise InputError("the layout has no piezo channel: there is no noise to measure")
+            raise InputError("the layout has no vibration channel: there is no noise to measure")
         self._layout = layout
         self._length = max(2, round(PART * layout.rate))
         self._wanted = max(1, round(seconds / PART))
-        self._piezo = layout.columns(ChannelKind.PIEZO)
+        self._vibration = layout.columns(ChannelKind.VIBRATION)
         self._parts: list[_Part] = []
         self._waiting: NDArray[np.float64] | None = None
         self._next = (0, 0)
@@ -78,7 +79,7 @@ class RestMeter:
     def update(self, block: Block) -> None:
         """Take the next block; a part never reaches across a gap."""
         self.samples += len(block.data)
-        every = tuple(range(len(self._layout.channels)))
+        every = tuple(range(self._layout.width))
         x = self._layout.physical(block.data, every)
         if self._waiting is not None and (block.first_sample, block.epoch) == self._next:
             x = np.concatenate([self._waiting, x])
@@ -94,7 +95,7 @@ class RestMeter:
         return int(self._at_rest().sum()) >= self._wanted
 
     def calibration(self) -> Calibration:
-        """Noise floor and offset of each piezo over all rest seen.
+        """Noise floor and offset of each vibration sensor over all rest seen.
 
         Raises
         ------
@@ -108,7 +109,7 @@ class RestMeter:
         noise = np.sqrt(np.mean([p.rms**2 for p in parts], axis=0))
         offset = np.mean([p.mean for p in parts], axis=0)
         piezo = tuple(
-            PiezoCalibration(f, float(n), float(o))
+            VibrationCalibration(f, float(n), float(o))
             for f, n, o in zip(self._fingers, noise, offset, strict=True)
         )
         return Calibration(piezo, created=datetime.now(UTC).isoformat(timespec="seconds"))
@@ -119,21 +120,23 @@ class RestMeter:
         faults = self._faults(self._parts)
         for column, finger in enumerate(self._fingers):
             flat, strip, force, loud = (fault[:, column].mean() for fault in faults)
-            name = finger.name.lower()
+            name, sensor = finger_name(finger), self._layout.vibration[column].sensor
             # The plainest fault first: one closed strip explains a loud piezo, too.
             if flat > 0.5:
-                said.append(f"the {name}'s piezo does not move at all: check its plug and buffer")
+                said.append(
+                    f"the {name}'s {sensor} does not move at all: check its plug and buffer"
+                )
             elif max(strip, force) > 0 and max(strip, force) >= loud:
                 what = "strip is closed" if strip >= force else "force is above its unloaded level"
                 said.append(f"the {name}'s {what}: take away what it touches")
             elif loud > 0:
                 said.append(
-                    f"the {name}'s piezo does not rest: stop the motor and keep the hand still"
+                    f"the {name}'s {sensor} does not rest: stop the motor and keep the hand still"
                 )
         return said or ["too few samples came: check the connection"]
 
     def _part(self, x: NDArray[np.float64]) -> _Part:
-        piezo = x[:, list(self._piezo)]
+        piezo = x[:, list(self._vibration)]
         strip, force = [], []
         for finger in self._fingers:
             strips = self._layout.columns(ChannelKind.STRIP, finger)
@@ -171,7 +174,7 @@ def measure_noise(
     seconds: float = 2.0,
     patience: float = 10.0,
 ) -> Calibration:
-    """Noise floor and offset of each piezo of an open source.
+    """Noise floor and offset of each vibration sensor of an open source.
 
     A hand that closes again and again is measured between its closings.
 

@@ -64,7 +64,7 @@ class Responder:
         self._boot = boot
         self._on_order = on_order
         self._counter = 0
-        self._ring = np.empty((room, len(descriptor.layout.channels)), np.int16)
+        self._ring = np.empty((room, descriptor.layout.width), np.int16)
         self._numbers = np.zeros(room, np.int64)
         self._overflows = np.zeros(room, np.int64)
         self._tail = 0

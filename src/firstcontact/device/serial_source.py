@@ -323,7 +323,7 @@ class SerialSource:
         if self._arrivals:
             last = self._arrivals.pop()
         else:  # those were read already
-            none = np.zeros((0, len(descriptor.layout.channels)), np.int16)
+            none = np.zeros((0, descriptor.layout.width), np.int16)
             last = Arrival(Block(none, markers[-1].sample, markers[-1].epoch), time.monotonic())
         self._arrivals.append(replace(last, markers=last.markers + markers))
 

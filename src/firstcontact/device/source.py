@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
-from firstcontact.core import Block, InputError, Layout
+from firstcontact.core import Block, InputError, Layout, VibrationSensor
 from firstcontact.core.records import Name, read_record
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.recording.header import SOURCES
@@ -24,6 +24,24 @@ class _Said:
     hand: Name
     source: Name
     layout: Layout
+
+
+def layout_to_send(layout: Layout) -> dict[str, Any]:
+    """A layout as version 1 of the protocol has it: piezos by their kind, their smoothing once.
+
+    Of other sensors the form is that of recordings; readers know both.
+    """
+    alphas = {c.smoothing_alpha for c in layout.vibration}
+    plain = all(
+        c.sensor is VibrationSensor.PIEZO and c.finger is not None for c in layout.vibration
+    )
+    if not plain or len(alphas) != 1 or layout.width > len(layout.channels):
+        return layout.to_json()
+    names = ("name", "kind", "finger", "unit", "scale", "offset", "taxel")
+    channels = [{name: getattr(c, name) for name in names} for c in layout.channels]
+    for told, channel in zip(channels, layout.channels, strict=True):
+        told["kind"] = channel.sensor or channel.kind
+    return {"channels": channels, "rate": layout.rate, "smoothing_alpha": alphas.pop()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +74,7 @@ class Descriptor:
             "sensor": self.sensor,
             "hand": self.hand,
             "source": self.source,
-            "layout": self.layout.to_json(),
+            "layout": layout_to_send(self.layout),
         }
         return json.dumps(tree, separators=(",", ":"), ensure_ascii=False)
 

@@ -209,7 +209,7 @@ def score_verdicts(
         raise InputError("no pinch has a known first contact: detection cannot be scored")
     for pinch, truth, its in known:
         rate = pinch.layout.rate
-        fingers = pinch.layout.piezo_fingers
+        fingers = pinch.layout.vibration_fingers
         if truth.finger in fingers:
             steps = counts.add(
                 its,

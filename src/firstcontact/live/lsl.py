@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from firstcontact.core import InputError
+from firstcontact.core import InputError, finger_name
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.clock import DeviceClock
 from firstcontact.live import told
@@ -59,7 +59,7 @@ class LslSink:
         """Make the streams findable."""
         layout = descriptor.layout
         self._layout = layout
-        self._columns = tuple(range(len(layout.channels)))
+        self._columns = tuple(range(layout.width))
         self._clock = DeviceClock(layout.rate)
         # Both are clocks of this machine that count seconds; where they begin may differ.
         self._shift = self._lsl.local_clock() - time.monotonic()
@@ -69,19 +69,19 @@ class LslSink:
         samples = self._lsl.StreamInfo(
             f"{self._name} samples",
             "Tactile",
-            len(layout.channels),
+            layout.width,
             layout.rate,
             self._lsl.cf_float32,
             f"{identity} samples",
         )
         _describe(samples, descriptor)
         channels = samples.desc().append_child("channels")
-        for c in layout.channels:
+        for name, c in zip(layout.column_names, layout.of_columns, strict=True):
             channel = channels.append_child("channel")
-            channel.append_child_value("label", c.name)
-            channel.append_child_value("type", c.kind.value)
+            channel.append_child_value("label", name)
+            channel.append_child_value("type", c.sensor or c.kind.value)
             channel.append_child_value("unit", c.unit)
-            channel.append_child_value("finger", c.finger.name.lower())
+            channel.append_child_value("finger", finger_name(c.finger))
         events = self._lsl.StreamInfo(
             f"{self._name} events",
             "Markers",

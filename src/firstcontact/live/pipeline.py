@@ -185,11 +185,11 @@ class Pipeline:
         """Detect and answer once, for something that sounds like a contact."""
         rate = self.layout.rate
         t = np.arange(samples_in(0.3, rate)) / rate - 0.15
-        noise = np.random.default_rng(0).standard_normal((len(t), len(self.layout.channels)))
+        noise = np.random.default_rng(0).standard_normal((len(t), self.layout.width))
         ring = np.where(t > 0, np.exp(-t.clip(0) / 0.01) * np.sin(900.0 * t), 0.0)
         volts = 0.005 * noise + 0.5 * ring[:, None]
-        scale = np.array([c.scale for c in self.layout.channels])
-        offset = np.array([c.offset for c in self.layout.channels])
+        scale = np.array([c.scale for c in self.layout.of_columns])
+        offset = np.array([c.offset for c in self.layout.of_columns])
         windows = WindowStream(self.layout, tuple(self._answerers))
         for stage in closings.update(Block(volts / scale + offset)):
             if isinstance(stage, Went):

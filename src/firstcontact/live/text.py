@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TextIO
 
+from firstcontact.core import finger_name
 from firstcontact.device import Descriptor, Health
 from firstcontact.device.link_news import link_news
 from firstcontact.live.events import Case, Estimated, PinchDone
@@ -61,7 +62,7 @@ class TextSink:
 def pinch_line(done: PinchDone, rate: float) -> str:
     """A pinch on one line; ``rate`` in Hz."""
     first = done.contacts[0]
-    parts = [f"pinch {done.number}: {first.finger.name.lower()} first"]
+    parts = [f"pinch {done.number}: {finger_name(first.finger)} first"]
     told = zip(done.estimates, done.cases, strict=True)
     parts += [estimate_words(e, case, rate) for e, case in told]
     if done.refused:

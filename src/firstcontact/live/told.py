@@ -42,8 +42,8 @@ def of_descriptor(descriptor: Descriptor) -> dict[str, Any]:
         "source": descriptor.source,
         "rate_hz": layout.rate,
         "channels": [
-            {"name": c.name, "kind": c.kind.value, "finger": _finger(c.finger), "unit": c.unit}
-            for c in layout.channels
+            {"name": name, "kind": c.sensor or c.kind, "finger": _finger(c.finger), "unit": c.unit}
+            for name, c in zip(layout.column_names, layout.of_columns, strict=True)
         ],
     }
 
@@ -110,8 +110,8 @@ def of_link(health: Health) -> dict[str, Any]:
     }
 
 
-def _finger(finger: Finger) -> str:
-    return finger.name.lower()
+def _finger(finger: Finger | None) -> str | None:
+    return None if finger is None else finger.name.lower()
 
 
 def _contact(contact: Contact) -> dict[str, Any]:

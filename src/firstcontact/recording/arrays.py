@@ -5,7 +5,9 @@ samples, 2, 6), ``strip`` (pinches, samples, 2), and one value a pinch of
 ``first_contact``, ``second_contact``, ``motor_start`` (-1 not known), ``first_finger``,
 ``object``, ``shore_a`` or ``hardness_rank``, ``specimen``, ``session``,
 ``role``. Attributes (of the file or of ``piezo``; 0-d arrays in an NPZ):
-``sample_rate_hz``, ``piezo_unit``, optional ``smoothing_alpha``, ``source``.
+``sample_rate_hz``, ``piezo_unit``, optional ``smoothing_alpha``, ``source``. Another sensor
+has its name (``accelerometer``, ``microphone``, ``hydrophone``) in the place of piezo;
+vectors have the shape (pinches, samples, 1 or 2, axes), and ``axis`` says which stands for them.
 """
 
 from __future__ import annotations
@@ -16,11 +18,12 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from firstcontact.core import Dataset, InputError
+from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.core.layout import TAXELS
 from firstcontact.recording.checks import (
     SETTINGS,
     check_samples,
+    find_sensor,
     joined,
     make_layout,
     read_settings,
@@ -31,8 +34,8 @@ from firstcontact.recording.labels import CONTACT_COLUMNS, LABEL_COLUMNS, labell
 from firstcontact.recording.npz import read_npz
 from firstcontact.recording.quoting import listed
 
-_SIGNALS = {"piezo": 3, "force": 4, "strip": 3}
-_KNOWN = {*_SIGNALS, *SETTINGS, *LABEL_COLUMNS, *CONTACT_COLUMNS}
+_SHAPES = {"force": (2, TAXELS), "strip": (2,)}
+_KNOWN = {*VibrationSensor, *_SHAPES, *SETTINGS, *LABEL_COLUMNS, *CONTACT_COLUMNS}
 
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -76,12 +79,19 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
     InputError
         Names the array at fault.
     """
-    if "piezo" not in arrays:
-        raise InputError(f"{path} has no array piezo: add it, shape (pinches, samples, 1 or 2)")
+    sensor = find_sensor(str(path), arrays, "array piezo: add it, shape (pinches, samples, 1 or 2)")
     given = {name: _one(path, arrays, name) for name in SETTINGS if name in arrays}
-    settings = read_settings(str(path), given)
-    data, piezos = _signals(path, arrays)
+    settings = read_settings(str(path), given, sensor)
+    data = _signals(path, arrays, sensor)
     pinches = len(data)
+    sensors, *axes = arrays[sensor].shape[2:]
+    layout = make_layout(
+        settings,
+        sensors,
+        axes=axes[0] if axes else 1,
+        force="force" in arrays,
+        strip="strip" in arrays,
+    )
     columns = {
         name: list(_per_pinch(path, name, arrays[name], pinches))
         for name in (*LABEL_COLUMNS, *CONTACT_COLUMNS)
@@ -90,50 +100,38 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
     notes = list(settings.notes)
     if unknown:
         notes.append(f"{path.name}: arrays not known and left out: {listed(unknown)}")
-    layout = make_layout(
-        settings.rate,
-        piezos=piezos,
-        unit=settings.unit,
-        force="force" in arrays,
-        strip="strip" in arrays,
-        smoothing_alpha=settings.smoothing_alpha,
-    )
     return labelled(str(path), list(data), layout, columns, settings.source, notes)
 
 
-def _signals(path: Path, arrays: Arrays) -> tuple[NDArray[Any], int]:
-    """All columns side by side, shape (pinches, samples, channels), and how many are piezo."""
+def _signals(path: Path, arrays: Arrays, sensor: VibrationSensor) -> NDArray[Any]:
+    """All columns side by side, shape (pinches, samples, columns)."""
     parts = []
     shape: tuple[int, ...] = ()
-    for name, dimensions in _SIGNALS.items():
+    for name in (sensor, *_SHAPES):
         if name not in arrays:
             continue
         values = arrays[name]
-        wanted = {
-            "piezo": "(pinches, samples, 1 or 2)",
-            "force": f"(pinches, samples, 2, {TAXELS})",
-            "strip": "(pinches, samples, 2)",
-        }[name]
-        right = values.ndim == dimensions and (
-            values.shape[2] in (1, 2)
-            if name == "piezo"
-            else values.shape[2:] == ((2, TAXELS) if name == "force" else (2,))
-        )
+        if name == sensor:
+            wanted = "(pinches, samples, 1 or 2), of vectors (pinches, samples, 1 or 2, axes)"
+            right = values.ndim in (3, 4) and values.shape[2] in (1, 2)
+        else:
+            wanted = f"(pinches, samples, {', '.join(map(str, _SHAPES[name]))})"
+            right = values.shape[2:] == _SHAPES[name]
         if not right or (shape and values.shape[:2] != shape):
             raise InputError(
                 f"{path}: {name} has the shape {values.shape} and must have {wanted}"
-                + (f" with {shape[0]} pinches of {shape[1]} samples, as piezo" if shape else "")
+                + (f" with {shape[0]} pinches of {shape[1]} samples, as {sensor}" if shape else "")
             )
         shape = values.shape[:2]
         checked = check_samples(f"{path}: {name}", values)
         parts.append(checked.reshape(*shape, -1))
-    return joined(parts), int(arrays["piezo"].shape[2])
+    return joined(parts)
 
 
 def _per_pinch(path: Path, name: str, values: NDArray[Any], pinches: int) -> NDArray[Any]:
     if values.shape != (pinches,):
         raise InputError(
-            f"{path}: {name} has the shape {values.shape} and piezo has {pinches} pinches: "
+            f"{path}: {name} has the shape {values.shape} and there are {pinches} pinches: "
             "give one value for each"
         )
     return values

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Channel, ChannelKind, Finger, InputError, Layout
+from firstcontact.core import (
+    Channel,
+    ChannelKind,
+    Finger,
+    InputError,
+    Layout,
+    VibrationSensor,
+    finger_name,
+)
 from firstcontact.core.layout import (
     ADC_COUNTS,
     ADC_VOLTS,
@@ -23,17 +31,26 @@ from firstcontact.recording.header import SOURCES
 from firstcontact.recording.quoting import shown, text_of
 from firstcontact.recording.samples import LARGEST
 
-#: What holds for all pinches of a file; the first two must be given.
-SETTINGS = ("sample_rate_hz", "piezo_unit", "smoothing_alpha", "source")
+#: What holds for all pinches of a file; the rate and the sensor's unit must be given, and of
+#: vectors the axis.
+SETTINGS = (
+    "sample_rate_hz",
+    *(f"{sensor}_unit" for sensor in VibrationSensor),
+    "smoothing_alpha",
+    "source",
+    "axis",
+)
 #: Slowest rate at which 15 ms of a contact still say something, Hz.
 LOWEST_RATE = 2_000.0
 #: Faster than any sensor of this kind: most likely a slip of unit, Hz.
 HIGHEST_RATE = 1_000_000.0
-#: Units of a piezo channel: scale and offset of ``(raw - offset) * scale``.
-PIEZO_UNITS = {
+#: Units of a vibration channel: scale and offset of ``(raw - offset) * scale``.
+UNITS = {
     "V": (1.0, 0.0),
     "counts": (ADC_VOLTS / ADC_COUNTS, PIEZO_OFFSET_VOLTS * ADC_COUNTS / ADC_VOLTS),
     "full scale": (1.0, 0.0),
+    "m/s2": (1.0, 0.0),
+    "Pa": (1.0, 0.0),
 }
 
 
@@ -62,10 +79,12 @@ def check_rate(where: str, rate: Any) -> float:
 class Settings:
     """What holds for all pinches of a stranger's file."""
 
+    sensor: VibrationSensor
     rate: float
     unit: str
     smoothing_alpha: float
     source: str  # "unknown" where nothing says it
+    axis: int | None  # of vectors, where it is said
 
     @property
     def notes(self) -> list[str]:
@@ -74,28 +93,58 @@ class Settings:
         if self.smoothing_alpha == 1.0 or usual:
             return []
         return [
-            f"the piezo came smoothed (alpha {self.smoothing_alpha:g} at {self.rate:g} Hz) and is "
-            f"not smoothed again, so it differs from the device's {FINGERTIP_SMOOTHING:g} at "
-            f"{FINGERTIP_RATE:g} Hz"
+            f"the {self.sensor} came smoothed (alpha {self.smoothing_alpha:g} at {self.rate:g} Hz) "
+            f"and is not smoothed again, so it differs from the device's {FINGERTIP_SMOOTHING:g} "
+            f"at {FINGERTIP_RATE:g} Hz"
         ]
 
 
-def read_settings(where: str, given: Mapping[str, Any]) -> Settings:
-    """What a file says of itself, under the names of :data:`SETTINGS`.
+def find_sensor(where: str, there: Collection[str], remedy: str, end: str = "") -> VibrationSensor:
+    """The sensor whose signal a file holds, by its name.
+
+    Parameters
+    ----------
+    where
+        That messages name.
+    there
+        Names in the file.
+    remedy
+        How to give a signal.
+    end
+        Behind a sensor's name, where one finger's signal is looked for too.
 
     Raises
     ------
     InputError
-        ``sample_rate_hz`` or ``piezo_unit`` is missing, or a value is impossible.
+        There is none, or several are there.
     """
-    for name in ("sample_rate_hz", "piezo_unit"):
+    found = [s for s in VibrationSensor if {s, f"{s}_x", f"{s}{end}", f"{s}{end}_x"} & set(there)]
+    if not found:
+        raise InputError(f"{where} has no {remedy}")
+    if len(found) > 1:
+        raise InputError(f"{where} has {found[0]} and {found[1]}: import one of them at a time")
+    return found[0]
+
+
+def read_settings(
+    where: str, given: Mapping[str, Any], sensor: VibrationSensor = VibrationSensor.PIEZO
+) -> Settings:
+    """What a file says of itself and its sensor, under the names of :data:`SETTINGS`.
+
+    Raises
+    ------
+    InputError
+        ``sample_rate_hz`` or the unit is missing, or a value is impossible.
+    """
+    of_unit = f"{sensor}_unit"
+    for name in ("sample_rate_hz", of_unit):
         if name not in given:
             raise InputError(f"{where} does not say {name}: add it")
     rate = check_rate(f"{where}: sample_rate_hz", given["sample_rate_hz"])
-    unit = text_of(given["piezo_unit"])
-    if unit not in PIEZO_UNITS:
+    unit = text_of(given[of_unit])
+    if unit not in UNITS:
         raise InputError(
-            f"{where}: piezo_unit is {shown(unit)} and must be one of {', '.join(PIEZO_UNITS)}"
+            f"{where}: {of_unit} is {shown(unit)} and must be one of {', '.join(UNITS)}"
         )
     alpha = text_of(given.get("smoothing_alpha", "1"))
     try:
@@ -107,7 +156,11 @@ def read_settings(where: str, given: Mapping[str, Any]) -> Settings:
             f"{where}: smoothing_alpha is {shown(alpha)} and must be above 0 and at most 1 "
             "(not smoothed)"
         )
-    return Settings(rate, unit, smoothing, check_source(where, given.get("source", "unknown")))
+    axis = text_of(given["axis"]) if "axis" in given else None
+    if axis is not None and not (axis.isdecimal() and len(axis) < len("100")):
+        raise InputError(f"{where}: axis is {shown(axis)} and must count from 0")
+    source = check_source(where, given.get("source", "unknown"))
+    return Settings(sensor, rate, unit, smoothing, source, None if axis is None else int(axis))
 
 
 def check_source(where: str, said: Any) -> str:
@@ -167,46 +220,66 @@ def joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
 
 
 def make_layout(
-    rate: float,
+    settings: Settings,
+    sensors: int,
     *,
-    piezos: int,
-    unit: str,
     scale: float | None = None,
+    axes: int = 1,
     force: bool = False,
     strip: bool = False,
-    smoothing_alpha: float = 1.0,
 ) -> Layout:
-    """Columns of imported data: piezo, then force (index, thumb), then strip.
+    """Columns of imported data: vibration, then force (index, thumb), then strip.
 
     Parameters
     ----------
-    rate
-        Hz.
-    piezos
-        1 (the index finger's) or 2.
-    unit
-        One of :data:`PIEZO_UNITS`.
+    settings
+        What is said of the sensor.
+    sensors
+        2 are those of index finger and thumb. One piezo is the index finger's; any other
+        sensor that is alone belongs to no finger.
     scale
         Units per raw step, where the unit alone does not say it.
+    axes
+        Columns of each sensor.
     force, strip
         Whether 2 x 6 force and 2 strip columns follow.
-    smoothing_alpha
-        What was already applied.
+
+    Raises
+    ------
+    InputError
+        A vector of which no axis is said to stand for it, or one that it does not have.
     """
-    step, zero = PIEZO_UNITS[unit]
+    sensor, axis = settings.sensor, settings.axis
+    if axes > 1 and (axis is None or axis >= axes):
+        raise InputError(
+            f"the {sensor} has {axes} axes and its axis is {'not said' if axis is None else axis}: "
+            f"say which one contacts are looked for in, axis 0 to {axes - 1}"
+        )
+    step, zero = UNITS[settings.unit]
     step = step if scale is None else scale
-    shown = "V" if unit == "counts" else unit
-    names = {Finger.INDEX: "index", Finger.THUMB: "thumb"}
+    unit = "V" if settings.unit == "counts" else settings.unit
+    alone = sensors == 1 and sensor is not VibrationSensor.PIEZO
     channels = [
-        Channel(f"piezo_{n}", ChannelKind.PIEZO, f, shown, step, zero)
-        for f, n in list(names.items())[:piezos]
+        Channel(
+            sensor if finger is None else f"{sensor}_{finger_name(finger)}",
+            ChannelKind.VIBRATION,
+            finger,
+            unit,
+            step,
+            zero,
+            sensor=sensor,
+            smoothing_alpha=settings.smoothing_alpha,
+            axes=axes,
+            axis=(axis or 0) if axes > 1 else 0,
+        )
+        for finger in ([None] if alone else list(Finger)[:sensors])
     ]
     if force:
         channels += [
-            Channel(f"force_{n}_{k}", ChannelKind.FORCE, f, "", taxel=k)
-            for f, n in names.items()
+            Channel(f"force_{finger_name(f)}_{k}", ChannelKind.FORCE, f, "", taxel=k)
+            for f in Finger
             for k in range(TAXELS)
         ]
     if strip:
-        channels += [Channel(f"strip_{n}", ChannelKind.STRIP, f, "") for f, n in names.items()]
-    return Layout(tuple(channels), rate, smoothing_alpha)
+        channels += [Channel(f"strip_{finger_name(f)}", ChannelKind.STRIP, f, "") for f in Finger]
+    return Layout(tuple(channels), settings.rate)

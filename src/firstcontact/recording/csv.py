@@ -1,11 +1,12 @@
 """Import one long CSV: a row a sample, the labels of a pinch repeated in each of its rows.
 
 Columns: ``pinch`` (what it is called; its rows follow each other),
-``piezo_index``, optional ``piezo_thumb``, ``force_index_0`` ...
+``piezo_index``, optional ``piezo_thumb`` (or another sensor's: ``accelerometer_index_x``;
+``microphone`` where it belongs to no finger), ``force_index_0`` ...
 ``force_thumb_5``, ``strip_index``, ``strip_thumb``; optional ``time_s``; per
 pinch the labels and contacts of :mod:`firstcontact.recording.labels`; one
 value for all rows of ``sample_rate_hz``, ``piezo_unit`` (V where it is not
-said), ``smoothing_alpha`` and ``source``.
+said), ``smoothing_alpha``, ``source`` and ``axis``.
 """
 
 from __future__ import annotations
@@ -17,12 +18,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Dataset, InputError
+from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.core.layout import TAXELS
 from firstcontact.recording.checks import (
     SETTINGS,
     check_rate,
     check_samples,
+    find_sensor,
     joined,
     make_layout,
     read_settings,
@@ -32,12 +34,11 @@ from firstcontact.recording.labels import CONTACT_COLUMNS, LABEL_COLUMNS, labell
 from firstcontact.recording.quoting import listed, shown
 from firstcontact.recording.table import read_columns
 
-PIEZO = ("piezo_index", "piezo_thumb")
 FORCE = tuple(f"force_{f}_{k}" for f in ("index", "thumb") for k in range(TAXELS))
 STRIP = ("strip_index", "strip_thumb")
 _KNOWN = {
     *("pinch", "time_s", "comment"),
-    *(*PIEZO, *FORCE, *STRIP),
+    *(*FORCE, *STRIP),
     *(*SETTINGS, *LABEL_COLUMNS, *CONTACT_COLUMNS),
 }
 #: Two ways to say the rate agree within this share.
@@ -62,11 +63,14 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
         Names the column, and the line or pinch at fault.
     """
     columns = read_columns(path)
-    for name in ("pinch", PIEZO[0]):
-        if name not in columns:
-            raise InputError(f"{path} has no column {name}: add it (one row is one sample)")
+    if "pinch" not in columns:
+        raise InputError(f"{path} has no column pinch: add it (one row is one sample)")
+    remedy = "column piezo_index: add it (one row is one sample)"
+    sensor = find_sensor(str(path), columns, remedy, "_index")
+    sensors = _vibration(path, sensor, columns)
+    own = [name for names in sensors for name in names]
     names = [
-        *(n for n in PIEZO if n in columns),
+        *own,
         *_all_or_none(path, columns, FORCE),
         *_all_or_none(path, columns, STRIP),
     ]
@@ -75,26 +79,40 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
 
     given = {n: _constant(path, columns, n, [(0, len(data))])[0] for n in SETTINGS if n in columns}
     given["sample_rate_hz"] = str(_rate(path, columns, bounds, given.get("sample_rate_hz"), rate))
-    settings = read_settings(str(path), {"piezo_unit": "V", **given})
+    settings = read_settings(str(path), {f"{sensor}_unit": "V", **given}, sensor)
     of_pinches = {
         name: _constant(path, columns, name, bounds)
         for name in (*LABEL_COLUMNS, *CONTACT_COLUMNS)
         if name in columns
     }
     notes = list(settings.notes)
-    unknown = sorted(set(columns) - _KNOWN)
+    unknown = sorted(set(columns) - _KNOWN - set(own))
     if unknown:
         notes.append(f"{path.name}: columns not known and left out: {listed(unknown)}")
     layout = make_layout(
-        settings.rate,
-        piezos=sum(n in columns for n in PIEZO),
-        unit=settings.unit,
+        settings,
+        len(sensors),
+        axes=len(sensors[0]),
         force=FORCE[0] in columns,
         strip=STRIP[0] in columns,
-        smoothing_alpha=settings.smoothing_alpha,
     )
     cuts = [data[start:stop] for start, stop in bounds]
     return labelled(str(path), cuts, layout, of_pinches, settings.source, notes)
+
+
+def _vibration(path: Path, sensor: VibrationSensor, columns: Columns) -> list[list[str]]:
+    """Columns of the sensor that is alone, or of the index finger's and the thumb's."""
+
+    def of(named: str) -> list[str]:
+        axes = (f"{named}_{axis}" for axis in "xyz")
+        return [named] if named in columns else [name for name in axes if name in columns]
+
+    alone = of(sensor)
+    found = [alone] if alone else [of(f"{sensor}_index"), of(f"{sensor}_thumb")]
+    there = [names for names in found if names]
+    if len({len(names) for names in there}) > 1:
+        raise InputError(f"{path}: the {sensor} of one finger has more axes than the other's")
+    return there
 
 
 def _all_or_none(path: Path, columns: Columns, names: tuple[str, ...]) -> tuple[str, ...]:

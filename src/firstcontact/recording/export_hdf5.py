@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from firstcontact.core import ChannelKind, Dataset, Finger, InputError, Layout
+from firstcontact.core import ChannelKind, Dataset, InputError, Layout
 from firstcontact.core.layout import TAXELS
 from firstcontact.recording.exporting import file_values, pinch_values
 from firstcontact.recording.formats import Exporter
@@ -24,9 +24,15 @@ def _write(dataset: Dataset, path: Path) -> None:
             "length: export to csv or parquet"
         )
     count, samples = len(dataset), lengths.pop()
-    layout = dataset.layout
+    layout, settings = dataset.layout, file_values(dataset)
+    sensor, axes = str(layout.vibration[0].sensor), layout.vibration[0].axes
     shapes: dict[ChannelKind, tuple[int, ...]] = {
-        ChannelKind.PIEZO: (count, samples, len(layout.columns(ChannelKind.PIEZO))),
+        ChannelKind.VIBRATION: (
+            count,
+            samples,
+            len(layout.vibration),
+            *([axes] if axes > 1 else []),
+        ),
         ChannelKind.FORCE: (count, samples, 2, TAXELS),
         ChannelKind.STRIP: (count, samples, 2),
     }
@@ -50,25 +56,24 @@ def _write(dataset: Dataset, path: Path) -> None:
         for kind, shape in shapes.items():
             if not columns[kind]:
                 continue
-            array = file.create_dataset(str(kind), shape, np.float32)
+            array = file.create_dataset(
+                sensor if kind is ChannelKind.VIBRATION else kind, shape, np.float32
+            )
             for i, pinch in enumerate(dataset.pinches):
                 array[i] = layout.physical(pinch.data, columns[kind]).reshape(shape[1:])
         for name, column in values.items():
             text = isinstance(column[0], str)
             file.create_dataset(name, data=column, dtype=h5py.string_dtype() if text else None)
-        file.attrs.update(file_values(dataset))
+        file.attrs.update(settings)
     with path.open("wb") as stream:
         stream.write(image.getbuffer())
 
 
 def _by_finger(layout: Layout, kind: ChannelKind) -> tuple[int, ...]:
-    """Columns in the order of an array: index, then thumb, taxel by taxel."""
+    """Columns in the order of an array: index, then thumb, taxel by taxel, axis by axis."""
+    columns = [(c, i) for i, c in enumerate(layout.of_columns) if c.kind is kind]
     return tuple(
-        column
-        for finger in Finger
-        for column in sorted(
-            layout.columns(kind, finger), key=lambda c: layout.channels[c].taxel or 0
-        )
+        i for _, i in sorted(columns, key=lambda ci: (ci[0].finger or 0, ci[0].taxel or 0))
     )
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from firstcontact.core import ChannelKind, Dataset, Finger, InputError, Pinch
+from firstcontact.core import Dataset, Finger, InputError, Pinch
 from firstcontact.core.files import creating
 from firstcontact.recording.formats import Exporter
 
@@ -51,7 +51,7 @@ def pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
         "second_contact": [
             -1 if p.second is None else p.second.sample - p.first_sample for p in pinches
         ],
-        "first_finger": [int(Finger.INDEX if p.first is None else p.first.finger) for p in pinches],
+        "first_finger": [Finger.INDEX if p.first is None else p.first.finger for p in pinches],
     }
     if any(p.motor_start is not None for p in pinches):
         values["motor_start"] = [
@@ -61,20 +61,31 @@ def pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
 
 
 def file_values(dataset: Dataset) -> dict[str, Any]:
-    """What holds for all pinches, under the names that the importers know."""
+    """What holds for all pinches, under the names that the importers know.
+
+    Raises
+    ------
+    InputError
+        Vibration channels differ in it.
+    """
     layout = dataset.layout
+    first, *others = layout.vibration
+    for name in ("sensor", "unit", "smoothing_alpha", "axes", "axis"):
+        if any(getattr(c, name) != getattr(first, name) for c in others):
+            raise InputError(f"vibration channels differ in {name}, of which the format has one")
     return {
         "sample_rate_hz": layout.rate,
-        "piezo_unit": layout.channels[layout.columns(ChannelKind.PIEZO)[0]].unit,
-        "smoothing_alpha": layout.smoothing_alpha,
+        f"{first.sensor}_unit": first.unit,
+        "smoothing_alpha": first.smoothing_alpha,
         "source": dataset.source,
+        **({"axis": first.axis} if first.axes > 1 else {}),
     }
 
 
 def sample_values(pinch: Pinch) -> dict[str, Any]:
     """The columns of a pinch that have a value for every sample."""
     layout = pinch.layout
-    physical = layout.physical(pinch.data, tuple(range(len(layout.channels)))).astype(np.float32)
+    physical = layout.physical(pinch.data, tuple(range(layout.width))).astype(np.float32)
     time = (pinch.first_sample + np.arange(len(pinch.data))) / layout.rate
-    signals = {c.name: physical[:, i] for i, c in enumerate(layout.channels)}
+    signals = {name: physical[:, i] for i, name in enumerate(layout.column_names)}
     return {"time_s": time, **signals}

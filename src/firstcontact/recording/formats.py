@@ -24,22 +24,26 @@ class Importer:
     title
         What it takes, as messages say it: "a .csv file".
     read
-        From a path, and the rate in Hz that a person gave or None, to a dataset. Raises InputError
-        naming the file, what is wrong in it and the remedy.
+        From a path, the rate in Hz that a person gave or None, and where it asks for it the
+        sensor or None, to a dataset. Raises InputError naming the file, what is wrong in it
+        and the remedy.
     suffixes
         Of its files, in lower case; none where it takes a folder.
     marker
         Name of the file that a folder must hold to be taken, where it takes folders.
     asks_rate
         Whether its files need not say their own rate.
+    asks_sensor
+        Whether they do not say what they were recorded with.
     """
 
     name: str
     title: str
-    read: Callable[[Path, float | None], Dataset]
+    read: Callable[..., Dataset]
     suffixes: tuple[str, ...] = ()
     marker: str | None = None
     asks_rate: bool = False
+    asks_sensor: bool = False
 
     def accepts(self, path: Path) -> bool:
         """Whether this is for it."""

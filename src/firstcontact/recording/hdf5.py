@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
+from firstcontact.core import InputError, VibrationSensor
 from firstcontact.core.files import open_regular
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.recording.memory import bounded_memory
@@ -43,7 +43,7 @@ def read_hdf5(
 ) -> tuple[dict[str, NDArray[Any]], list[str]]:
     """Datasets of these names and settings among the attributes; and names that are not read.
 
-    Attributes are those of the file and of its dataset ``piezo``.
+    Attributes are those of the file and of its sensor's dataset (``piezo``).
 
     Raises
     ------
@@ -72,7 +72,7 @@ def read_hdf5(
             check_unpacked(path, sum(_declared(d) for d in datasets.values()))
             for name, dataset in datasets.items():
                 arrays[name] = _values(path, name, dataset)
-            for holder in (file, datasets.get("piezo")):
+            for holder in (file, *map(datasets.get, VibrationSensor)):
                 if holder is not None:
                     arrays |= _attributes(path, holder.attrs, settings)
     except InputError:

@@ -12,7 +12,9 @@ from firstcontact.core.records import Count, Name, Notes, read_record
 
 #: Name and version of the format; a reader refuses any other.
 FORMAT = "firstcontact.recording"
-VERSION = 1
+VERSION = 2
+#: Those that a reader knows: 1 says of vibration channels that they are piezos.
+_VERSIONS = (1, VERSION)
 #: Where samples can come from.
 SOURCES = ("twin", "real", "synthetic", "unknown")
 #: Sample types a recording can hold, little-endian.
@@ -104,7 +106,7 @@ def read_header(data: bytes, where: str) -> Header:
             f"{where} is not that of a firstcontact recording: bring other data in with "
             "`firstcontact import`"
         )
-    if head.version != VERSION:
+    if head.version not in _VERSIONS:
         raise InputError(
             f"{where} says format version {head.version!r} and this reader knows {VERSION}: "
             "install the firstcontact that wrote it"
@@ -116,7 +118,7 @@ def read_header(data: bytes, where: str) -> Header:
 class _Touch:
     """A contact as a mark holds it."""
 
-    finger: Finger
+    finger: Finger | None
     sample: Sample
 
 
@@ -136,7 +138,8 @@ class _Mark:
         if self.end <= self.first_sample:
             raise ValueError(f"it ends at {self.end} and begins at {self.first_sample}")
         samples = [c.sample for c in self.truth]
-        if samples != sorted(samples) or len({c.finger for c in self.truth}) < len(samples):
+        fingers = [c.finger for c in self.truth if c.finger is not None]
+        if samples != sorted(samples) or len(set(fingers)) < len(fingers):
             raise ValueError("its contacts are not those of two fingers, one after the other")
         inside = [*samples, *([] if self.motor_start is None else [self.motor_start])]
         if not all(self.first_sample <= sample < self.end for sample in inside):
@@ -179,7 +182,7 @@ class PinchMark:
             "end": self.end,
             "epoch": self.epoch,
             "label": self.label.to_json(),
-            "truth": [{"finger": int(c.finger), "sample": c.sample} for c in self.truth],
+            "truth": [{"finger": c.finger, "sample": c.sample} for c in self.truth],
         }
         if self.motor_start is not None:
             tree["motor_start"] = self.motor_start

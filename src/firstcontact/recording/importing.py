@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from firstcontact.core import Dataset, InputError
+from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.core.files import resolved
 from firstcontact.core.temporary import temporary_beside
 from firstcontact.recording.dataset import write_dataset
@@ -14,7 +14,11 @@ from firstcontact.recording.header import Header
 
 
 def import_path(
-    path: Path, out: Path, rate: float | None = None, source: str | None = None
+    path: Path,
+    out: Path,
+    rate: float | None = None,
+    source: str | None = None,
+    sensor: VibrationSensor | None = None,
 ) -> Dataset:
     """Import what one of the importers takes into a new folder.
 
@@ -29,6 +33,8 @@ def import_path(
     source
         One of :data:`firstcontact.recording.header.SOURCES`, for a file that does not
         say it.
+    sensor
+        What was recorded with, for a file that does not say it.
 
     Returns
     -------
@@ -47,7 +53,11 @@ def import_path(
             raise InputError(f"{out} is there and not an empty folder: choose another --out")
     except OSError as error:
         raise _unwritable(out, error) from error
-    dataset = _from(_importer(path, rate).read(path, rate), path, source)
+    importer = _importer(path, rate)
+    if sensor is not None and not importer.asks_sensor:
+        raise InputError(f"{path} says what its sensor is: leave --sensor out")
+    given = (sensor,) if importer.asks_sensor else ()
+    dataset = _from(importer.read(path, rate, *given), path, source)
     first = dataset.pinches[0]
     name = path.name.encode("utf-8", "replace").decode()
     notes = "\n".join((f"imported from {name}", *dataset.notes))

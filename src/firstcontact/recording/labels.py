@@ -62,7 +62,7 @@ def labelled(
     where
         File that messages name.
     cuts
-        Raw samples of each pinch, shape (samples, channels), the piezo first.
+        Raw samples of each pinch, shape (samples, columns).
     layout
         Of them.
     columns
@@ -77,9 +77,8 @@ def labelled(
     InputError
         As of the functions below.
     """
-    piezos = len(layout.columns(ChannelKind.PIEZO))
     labels, assumed = make_labels(where, columns, len(cuts))
-    contacts, guessed = make_contacts(where, columns, [c[:, :piezos] for c in cuts], layout.rate)
+    contacts, guessed = make_contacts(where, columns, cuts, layout)
     motors = make_motor_starts(where, columns, [len(c) for c in cuts], contacts)
     pinches = [
         Pinch(cut, layout, label, 0, truth, motor)
@@ -148,7 +147,7 @@ def make_labels(where: str, columns: Columns, pinches: int) -> tuple[list[Label]
 
 
 def make_contacts(
-    where: str, columns: Columns, piezos: Sequence[NDArray[Any]], rate: float
+    where: str, columns: Columns, samples: Sequence[NDArray[Any]], layout: Layout
 ) -> tuple[list[tuple[Contact, ...]], list[str]]:
     """Known contacts of each pinch, counted from its own first sample.
 
@@ -158,10 +157,10 @@ def make_contacts(
         File that messages name.
     columns
         Any of :data:`CONTACT_COLUMNS`; -1 is not known.
-    piezos
-        Raw piezo of each pinch, shape (samples, 1 or 2).
-    rate
-        Sampling rate, Hz.
+    samples
+        Of each pinch, shape (samples, columns).
+    layout
+        Their columns.
 
     Returns
     -------
@@ -177,20 +176,21 @@ def make_contacts(
     if "first_contact" in columns and "pre_trigger_samples" in columns:
         raise InputError(f"{where} has first_contact and pre_trigger_samples: keep one of the two")
     name = "pre_trigger_samples" if "pre_trigger_samples" in columns else "first_contact"
-    unknown = [-1] * len(piezos)
+    unknown = [-1] * len(samples)
     firsts = each(where, columns, name, cells.whole) or unknown
     seconds = each(where, columns, "second_contact", cells.whole) or unknown
-    fingers = each(where, columns, "first_finger", cells.finger) or [None] * len(piezos)
+    fingers = each(where, columns, "first_finger", cells.finger) or [None] * len(samples)
+    vibration, owners = list(layout.columns(ChannelKind.VIBRATION)), layout.vibration_fingers
     contacts = []
     guessed = moved = 0
-    for i, (first, second, finger, piezo) in enumerate(
-        zip(firsts, seconds, fingers, piezos, strict=True)
+    for i, (first, second, finger, data) in enumerate(
+        zip(firsts, seconds, fingers, samples, strict=True)
     ):
         for field, sample in ((name, first), ("second_contact", second)):
-            if not -1 <= sample < len(piezo):
+            if not -1 <= sample < len(data):
                 raise InputError(
                     f"{where}: {field} of pinch {i} is {shown(sample)}, outside its "
-                    f"{len(piezo)} samples: count from 0 within the pinch, -1 where not known"
+                    f"{len(data)} samples: count from 0 within the pinch, -1 where not known"
                 )
         if second >= 0 and not 0 <= first <= second:
             raise InputError(
@@ -198,26 +198,23 @@ def make_contacts(
                 f"({first if first >= 0 else 'not known'}): correct one of them"
             )
         touched = finger
-        if piezo.shape[1] == 1:
-            touched = Finger.INDEX
-            moved += finger is Finger.THUMB and first >= 0
+        if len(owners) == 1:
+            touched = owners[0]
+            moved += touched is Finger.INDEX and finger is Finger.THUMB and first >= 0
         elif touched is None and first >= 0:
-            touched = _livelier(piezo, first, second, rate)
+            touched = _livelier(data[:, vibration], first, second, layout.rate)
             guessed += 1
-        if first >= 0 and touched is not None:
-            known = [(touched, first), (touched.other, second)]
-            contacts.append(tuple(Contact(f, s, s) for f, s in known if s >= 0))
-        else:
-            contacts.append(())
+        known = [(touched, first), (None if touched is None else touched.other, second)]
+        contacts.append(tuple(Contact(f, s, s) for f, s in known if s >= 0))
     notes = []
     if guessed:
         notes.append(
-            f"first_finger of {guessed} pinches is not known: taken as the finger whose piezo "
+            f"first_finger of {guessed} pinches is not known: taken as the finger whose sensor "
             "moved more in the 5 ms after the first contact"
         )
     if moved:
         notes.append(
-            f"first_finger of {moved} pinches is the thumb, but there is one piezo channel: it was "
+            f"first_finger of {moved} pinches is the thumb, but there is one channel: it was "
             "taken as that of the finger that touched first, whichever it is"
         )
     return contacts, notes
@@ -256,9 +253,9 @@ def make_motor_starts(
     return [None if start < 0 else start for start in starts]
 
 
-def _livelier(piezo: NDArray[Any], first: int, second: int, rate: float) -> Finger:
+def _livelier(signals: NDArray[Any], first: int, second: int, rate: float) -> Finger:
     """The finger that moved more right after the contact, each against its own quiet."""
-    volts = piezo.astype(np.float64)
+    volts = signals.astype(np.float64)
     quiet = volts[: max(first, 1)]
     end = max(first + round(_LISTEN * rate), first + 2)
     if second > first + 1:

@@ -1,4 +1,4 @@
-"""A pinch as a picture: piezo, force and strips of both fingers over time."""
+"""A pinch as a picture: vibration, force and strips of both fingers over time."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from firstcontact.core import ChannelKind, Finger, Pinch
+from firstcontact.core import ChannelKind, Finger, Pinch, finger_name
 from firstcontact.core.files import replacing
 from firstcontact.recording.figure_text import PLAIN, shown
 
@@ -16,12 +16,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: One colour a finger, told apart also by those who see no red or green.
-COLOURS = {Finger.INDEX: "#0b6e99", Finger.THUMB: "#d9722e"}
-NAMES = {Finger.INDEX: "index", Finger.THUMB: "thumb"}
+COLOURS = {Finger.INDEX: "#0b6e99", Finger.THUMB: "#d9722e", None: "#0b6e99"}
 #: Most characters of the heading.
 TITLE = 80
 _QUIET = "#8a8f98"
-_HEIGHTS = {ChannelKind.PIEZO: 3.0, ChannelKind.FORCE: 2.2, ChannelKind.STRIP: 0.9}
+_HEIGHTS = {ChannelKind.VIBRATION: 3.0, ChannelKind.FORCE: 2.2, ChannelKind.STRIP: 0.9}
 
 
 def plot_pinch(pinch: Pinch, title: str, path: Path) -> None:
@@ -72,12 +71,12 @@ def _figure(pinch: Pinch, title: str) -> Figure:
     return figure
 
 
-def _piezo(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
-    columns = pinch.layout.columns(ChannelKind.PIEZO)
-    values = pinch.piezo()
-    for i, finger in enumerate(pinch.layout.piezo_fingers):
-        axes.plot(time, values[:, i], color=COLOURS[finger], lw=0.9, label=NAMES[finger])
-    axes.set_ylabel(f"piezo ({shown(pinch.layout.channels[columns[0]].unit, 12)})")
+def _vibration(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
+    values = pinch.vibration()
+    for i, finger in enumerate(pinch.layout.vibration_fingers):
+        axes.plot(time, values[:, i], color=COLOURS[finger], lw=0.9, label=finger_name(finger))
+    first = pinch.layout.vibration[0]
+    axes.set_ylabel(f"{first.sensor} ({shown(first.unit, 12)})")
 
 
 def _force(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
@@ -89,7 +88,7 @@ def _force(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
         values = pinch.force(finger)
         axes.plot(time, values, color=COLOURS[finger], lw=0.6, alpha=0.35)
         axes.plot(time, values.mean(axis=1), color=COLOURS[finger], lw=1.6)
-        unit = shown(pinch.layout.channels[columns[0]].unit, 12)
+        unit = shown(pinch.layout.of_columns[columns[0]].unit, 12)
     axes.set_ylabel(f"force ({unit})" if unit else "force (raw)")
     axes.text(
         0.012, 0.95, "thin: taxels, thick: their mean", transform=axes.transAxes,
@@ -112,12 +111,12 @@ def _strip(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
             step="post",
             lw=0,
         )
-    axes.set_yticks([0.0, -1.0], [NAMES[Finger.INDEX], NAMES[Finger.THUMB]])
+    axes.set_yticks([0.0, -1.0], [finger_name(finger) for finger in Finger])
     axes.set_ylim(-1.6, 0.6)
     axes.set_ylabel("strip closed")
 
 
-_DRAW = {ChannelKind.PIEZO: _piezo, ChannelKind.FORCE: _force, ChannelKind.STRIP: _strip}
+_DRAW = {ChannelKind.VIBRATION: _vibration, ChannelKind.FORCE: _force, ChannelKind.STRIP: _strip}
 
 
 def _contacts(axes: Axes, pinch: Pinch, zero: int) -> None:
@@ -132,7 +131,7 @@ def _name_contacts(axes: Axes, pinch: Pinch, zero: int) -> None:
     ):
         at = (contact.sample - zero) / pinch.layout.rate * 1e3
         axes.annotate(
-            f"{word}: {NAMES[contact.finger]}",
+            f"{word}: {finger_name(contact.finger)}",
             (at, 1.0), xycoords=("data", "axes fraction"),
             xytext=(-4 if side == "right" else 4, -2), textcoords="offset points",
             ha=side, va="top", fontsize=9, color=COLOURS[contact.finger],

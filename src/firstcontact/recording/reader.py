@@ -149,7 +149,7 @@ def _blocks(path: Path, messages: list[bytes], header: Header) -> tuple[list[Blo
     """The samples of a file, and how many messages hold none."""
     blocks = []
     bad = 0
-    columns = len(header.layout.channels)
+    columns = header.layout.width
     for data in messages:
         try:
             block = samples.decode(data, header.dtype)

@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Dataset, InputError
+from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.core.files import files_below, read_regular
 from firstcontact.core.temporary import is_temporary
 from firstcontact.recording.checks import (
+    Settings,
     check_rate,
     check_samples,
     check_source,
@@ -48,8 +49,13 @@ _DAMAGE = (
 _FULL_SCALE = {"uint8": 128.0, "int16": 2.0**15, "int32": 2.0**31, "float32": 1.0, "float64": 1.0}
 
 
-def import_wav(folder: Path, rate: float | None = None) -> Dataset:
+def import_wav(
+    folder: Path, rate: float | None = None, sensor: VibrationSensor | None = None
+) -> Dataset:
     """Every WAV file below a folder as one pinch, labelled by ``labels.csv``; each says its rate.
+
+    One channel is that of a microphone unless ``sensor`` says something else; two are the
+    sensors of index finger and thumb.
 
     Raises
     ------
@@ -81,14 +87,12 @@ def import_wav(folder: Path, rate: float | None = None) -> Dataset:
             )
     unknown = sorted(set(columns) - _KNOWN)
     notes = [f"{LABELS}: columns not known and left out: {listed(unknown)}"] if unknown else []
-    layout = make_layout(
-        float(rate),
-        piezos=first.shape[1],
-        unit="full scale",
-        scale=1.0 / _FULL_SCALE[str(first.dtype)],
-    )
+    what, source = sensor or VibrationSensor.MICROPHONE, _source(table, columns)
+    settings = Settings(what, float(rate), "full scale", 1.0, source, None)
+    scale = 1.0 / _FULL_SCALE[str(first.dtype)]
+    layout = make_layout(settings, first.shape[1], scale=scale)
     cuts = [_samples(file, data) for file, (_, data) in zip(files, sounds, strict=True)]
-    return labelled(str(table), cuts, layout, columns, _source(table, columns), notes)
+    return labelled(str(table), cuts, layout, columns, source, notes)
 
 
 def _source(table: Path, columns: dict[str, list[str]]) -> str:
@@ -146,7 +150,9 @@ def _read(file: Path) -> tuple[int, NDArray[Any]]:
     if values.ndim == 1:
         values = values[:, None]
     if not 1 <= values.shape[1] <= 2:
-        raise InputError(f"{file} has {values.shape[1]} channels: give one or two piezo channels")
+        raise InputError(
+            f"{file} has {values.shape[1]} channels: give one, or one for each of two fingers"
+        )
     if str(values.dtype) not in _FULL_SCALE:
         raise InputError(f"{file} holds {values.dtype}: convert it to PCM WAV of at most 32 bits")
     if not len(values):
@@ -177,4 +183,6 @@ def _samples(file: Path, data: NDArray[Any]) -> NDArray[Any]:
     return check_samples(f"{file}: the signal", data)
 
 
-WAV = Importer("wav", f"a folder of WAV files with {LABELS}", import_wav, marker=LABELS)
+WAV = Importer(
+    "wav", f"a folder of WAV files with {LABELS}", import_wav, marker=LABELS, asks_sensor=True
+)

@@ -84,9 +84,7 @@ class RecordingWriter:
         self._number = 0
         self._sequence = 0
         self._until_header = round(header.layout.rate * HEADER_AGAIN)
-        bytes_a_second = (
-            header.layout.rate * len(header.layout.channels) * np.dtype(header.dtype).itemsize
-        )
+        bytes_a_second = header.layout.rate * header.layout.width * np.dtype(header.dtype).itemsize
         self._chunk_size = int(bytes_a_second * HANDED_OVER_EVERY)
         try:
             self._file = ChunkFile(self._stream, self._chunk_size, "ros2", "firstcontact")
@@ -105,7 +103,7 @@ class RecordingWriter:
         InputError
             Wrong columns or type, the disk is full, or the writer is closed.
         """
-        columns = len(self.header.layout.channels)
+        columns = self.header.layout.width
         if block.data.ndim != 2 or block.data.shape[1] != columns:
             raise InputError(
                 f"{self.path}: a block of shape {block.data.shape} does not have "

@@ -80,7 +80,7 @@ def contact(trees: Trees) -> str:
 
 def waveforms(trees: Trees) -> str:
     """Of the responses."""
-    return "The first 15 ms on the piezo of the finger that touched."
+    return "The first 15 ms of vibration, of the finger that touched."
 
 
 def blocks(trees: Trees) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.layout import FINGERTIP_RATE, FINGERTIP_SMOOTHING, Layout
+from firstcontact.core.layout import FINGERTIP_RATE, FINGERTIP_SMOOTHING, ChannelKind, Layout
 
 
 class ExponentialSmoothing:
@@ -21,6 +21,8 @@ class ExponentialSmoothing:
         Weight of the newest sample, 0 < alpha <= 1 (1 leaves everything as it is).
     rate
         Sampling rate, Hz; only :attr:`latency` uses it.
+    which
+        The channels that it is for, shape (channels,); others stay as they are.
 
     Raises
     ------
@@ -28,11 +30,17 @@ class ExponentialSmoothing:
         When ``alpha`` is outside (0, 1].
     """
 
-    def __init__(self, alpha: float = FINGERTIP_SMOOTHING, rate: float = FINGERTIP_RATE) -> None:
+    def __init__(
+        self,
+        alpha: float = FINGERTIP_SMOOTHING,
+        rate: float = FINGERTIP_RATE,
+        which: NDArray[np.bool_] | None = None,
+    ) -> None:
         if not 0.0 < alpha <= 1.0:
             raise ValueError(f"alpha is {alpha}; it must be above 0 and at most 1")
         self.alpha = alpha
         self.rate = rate
+        self.which = which
         self._state: NDArray[np.float64] | None = None
 
     @property
@@ -66,12 +74,25 @@ class ExponentialSmoothing:
         keep = 1.0 - self.alpha
         state = keep * samples[:1] if self._state is None else self._state
         y, self._state = lfilter([self.alpha], [1.0, -keep], samples, axis=0, zi=state)
-        out: NDArray[np.float64] = y
+        out: NDArray[np.float64] = y if self.which is None else np.where(self.which, y, samples)
         return out
 
 
-def missing_smoothing(layout: Layout) -> ExponentialSmoothing | None:
-    """The microcontroller's smoothing, for data that it has not smoothed yet."""
-    if layout.smoothing_alpha == 1.0:
-        return ExponentialSmoothing(FINGERTIP_SMOOTHING, layout.rate)
-    return None
+def missing_smoothing(
+    layout: Layout, columns: tuple[int, ...] | None = None
+) -> ExponentialSmoothing | None:
+    """The microcontroller's smoothing, for those columns that have not been smoothed yet.
+
+    Parameters
+    ----------
+    layout
+        Says what was done to its channels.
+    columns
+        Which; by default those of vibration.
+    """
+    every = layout.of_columns
+    chosen = layout.columns(ChannelKind.VIBRATION) if columns is None else columns
+    raw = np.array([every[c].smoothing_alpha == 1.0 for c in chosen], dtype=np.bool_)
+    if not raw.any():
+        return None
+    return ExponentialSmoothing(FINGERTIP_SMOOTHING, layout.rate, None if raw.all() else raw)

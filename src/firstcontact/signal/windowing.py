@@ -31,7 +31,7 @@ def samples_in(duration: float, rate: float) -> int:
 
 
 class Conditioner:
-    """What is done to the piezo before a window is cut from it.
+    """What is done to a vibration before a window is cut from it.
 
     Exponential smoothing where the device has not done it already (never
     twice), then Savitzky–Golay. Output i belongs to input i and comes
@@ -41,10 +41,12 @@ class Conditioner:
     ----------
     layout
         Says at what rate the samples come and what was done to them.
+    columns
+        Which of its columns come; by default those of vibration.
     """
 
-    def __init__(self, layout: Layout) -> None:
-        self._smoothing = missing_smoothing(layout)
+    def __init__(self, layout: Layout, columns: tuple[int, ...] | None = None) -> None:
+        self._smoothing = missing_smoothing(layout, columns)
         self._savgol = SavitzkyGolay(rate=layout.rate)
 
     @property
@@ -71,7 +73,7 @@ def cut(
     Parameters
     ----------
     conditioned
-        One piezo channel after the :class:`Conditioner`, shape (samples,), V.
+        One vibration channel after the :class:`Conditioner`, shape (samples,), V.
     start
         Position of the contact.
     length
@@ -118,7 +120,7 @@ def contact_windows(
     windows : ndarray
         Shape (pinches kept, samples, 1), V.
     kept : ndarray
-        Shape (pinches,). Not kept: no contact, a finger without a piezo, a
+        Shape (pinches,). Not kept: no contact, a finger without a sensor, a
         window that the pinch does not hold whole (with the look-ahead of the
         filter and at least 2 ms of quiet before it), one that is not finite
         or constant.
@@ -137,11 +139,11 @@ def contact_windows(
         length = samples_in(duration, pinch.layout.rate)
         if contact is None:
             continue
-        columns = pinch.layout.columns(ChannelKind.PIEZO, contact.finger)
+        columns = pinch.layout.columns(ChannelKind.VIBRATION, contact.finger)
         if not columns:
             continue
-        volts = pinch.layout.physical(pinch.data, columns[:1])
-        conditioned = Conditioner(pinch.layout).update(volts)[:, 0]
+        volts = pinch.layout.physical(pinch.data, columns)
+        conditioned = Conditioner(pinch.layout, columns).update(volts)[:, 0]
         window = cut(conditioned, contact.sample - pinch.first_sample, length, pinch.layout.rate)
         if window is not None:
             kept[i] = True
@@ -189,8 +191,8 @@ class WindowStream:
         self.layout = layout
         self.durations = tuple(sorted(durations))
         self._lengths = [samples_in(d, layout.rate) for d in self.durations]
-        self._columns = layout.columns(ChannelKind.PIEZO)
-        self._fingers = layout.piezo_fingers
+        self._columns = layout.columns(ChannelKind.VIBRATION)
+        self._fingers = layout.vibration_fingers
         self._volts = Physical(layout, self._columns)
         longest = max(self._lengths, default=0)
         self._remember = longest + samples_in(MEMORY + BASELINE + BASELINE_GUARD, layout.rate)

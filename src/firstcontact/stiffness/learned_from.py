@@ -35,7 +35,7 @@ def pinch_digests(pinches: Sequence[Pinch]) -> Digests:
 
 def _digest(pinch: Pinch) -> int:
     with np.errstate(over="ignore"):
-        volts = pinch.piezo().astype("<f4")
+        volts = pinch.vibration().astype("<f4")
     volts += np.float32(0.0)  # -0 and 0 are the same voltage
     shape = np.array(volts.shape, dtype="<u8").tobytes()
     hashed = blake2b(shape + volts.tobytes(), digest_size=SIZE).digest()

@@ -137,6 +137,7 @@ def _check_channels(detector: Detector) -> None:
         assert detect(detector, flat) == [], "a contact in a stream that does not move"
     pinch = closing(9)
     assert pinch.first is not None
+    assert pinch.first.finger is not None
     both, dead = detect(detector, pinch), pinch.first.finger.other
     data = pinch.data.copy()
     data[:, dead] = 32736
@@ -144,13 +145,14 @@ def _check_channels(detector: Detector) -> None:
     assert [c for c in both if c.finger is not dead] == alone, "a dead channel disturbs the other"
     pinch = closing(13)
     assert pinch.first is not None
+    assert pinch.first.finger is not None
     finger = pinch.first.finger
     single = replace(LAYOUT, channels=(LAYOUT.channels[finger],))
     one = detect(detector, Pinch(pinch.data[:, [finger]], single, first_sample=10))
     both = detect(detector, replace(pinch, first_sample=10))
     assert one == [c for c in both if c.finger is finger], "one channel is not enough"
     strips = Layout(LAYOUT.channels[14:], LAYOUT.rate, LAYOUT.smoothing_alpha)
-    refused("no piezo channel", lambda: detector.start(strips))
+    refused("no vibration channel", lambda: detector.start(strips))
     if detector.rate is not None:
         other = replace(LAYOUT, rate=2 * detector.rate)
         refused("", lambda: detector.start(other))

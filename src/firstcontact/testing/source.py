@@ -103,7 +103,7 @@ def _rest(source: Source, patience: float) -> list[Arrival]:
 
 def _hold(source: Source, arrivals: list[Arrival]) -> None:
     descriptor, health = source.descriptor, source.health
-    columns = len(descriptor.layout.channels)
+    columns = descriptor.layout.width
     missing = 0
     for arrival in arrivals:
         data = arrival.block.data

@@ -16,7 +16,7 @@ from firstcontact.twin.sensor import SCAN, VelostatParameters, open_reading
 FORCE_READINGS = 8
 #: Scans after which every reading under the sliding means is a new one.
 ROUND = TAXELS * FORCE_READINGS
-_COLUMNS = len(fingertip_layout().channels)
+_COLUMNS = fingertip_layout().width
 
 
 @njit(cache=True, nogil=True)

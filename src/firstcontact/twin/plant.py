@@ -83,7 +83,7 @@ class GraspPlant:
         self._device: DeviceFilter | None = None
         # Nothing that is commanded from now on changes the next samples as far as the
         # latency reaches: they are made together and handed out as they are asked for.
-        self._ahead = np.empty((0, len(fingertip_layout().channels)), np.int16)
+        self._ahead = np.empty((0, fingertip_layout().width), np.int16)
         self._delay = drive.delay
         self._friction = held.friction
         # As the mechanics has it, the share of what the object gives of an indentation.

@@ -83,7 +83,7 @@ def write(dataset: Dataset, path: Path) -> None:
     """Arrays as lists."""
     shortest = min(len(p.data) for p in dataset.pinches)
     tree = {
-        "piezo": [p.piezo()[:shortest].tolist() for p in dataset.pinches],
+        "piezo": [p.vibration()[:shortest].tolist() for p in dataset.pinches],
         "shore_a": dataset.shore_a.tolist(),
         "sample_rate_hz": dataset.layout.rate,
         "piezo_unit": "V",

@@ -7,13 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from firstcontact.core import Block, ChannelKind, Contact, Layout
+from firstcontact.core import Block, ChannelKind, Contact, Finger, Layout
 
 #: Shown before and after the contact, s.
 BEFORE = 0.005
 AFTER = 0.035
 #: Samples held for a contact that is told late, s.
 HELD = 0.5
+
+
+def finger_place(finger: Finger | None) -> int:
+    """Where the page has the name and colour of a finger: behind both for a sensor of none."""
+    return len(Finger) if finger is None else int(finger)
 
 
 class Closeup:
@@ -27,12 +32,12 @@ class Closeup:
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
-        self._piezo = layout.columns(ChannelKind.PIEZO)
+        self._vibration = layout.columns(ChannelKind.VIBRATION)
         self._before = round(BEFORE * layout.rate)
         self._n = self._before + round(AFTER * layout.rate) + 1
         self._blocks: deque[Block] = deque()
         self._held = 0
-        self._trace = np.full((self._n, len(self._piezo)), np.nan)
+        self._trace = np.full((self._n, len(self._vibration)), np.nan)
         self._contact: Contact | None = None
         self._first = 0
         self._epoch = -1
@@ -60,7 +65,9 @@ class Closeup:
         """Show a finger's contact in it."""
         if self._contact is not None:
             after = (contact.sample - self._contact.sample) / self._layout.rate
-            self._marks.append({"finger": int(contact.finger), "ms": round(1e3 * after, 2)})
+            self._marks.append(
+                {"finger": finger_place(contact.finger), "ms": round(1e3 * after, 2)}
+            )
 
     def _fill(self, block: Block) -> bool:
         if self._contact is None or block.epoch != self._epoch:
@@ -71,7 +78,7 @@ class Closeup:
             return False
         rows = block.data[start - block.first_sample : end - block.first_sample]
         self._trace[start - self._first : end - self._first] = self._layout.physical(
-            rows, self._piezo
+            rows, self._vibration
         )
         return True
 
@@ -82,6 +89,6 @@ class Closeup:
         ms = (np.arange(self._n) - self._before) / self._layout.rate * 1e3
         traces = [
             [None if np.isnan(v) else round(float(v), 4) for v in self._trace[:, k]]
-            for k in range(len(self._piezo))
+            for k in range(len(self._vibration))
         ]
         return {"ms": [round(float(t), 3) for t in ms], "traces": traces, "marks": self._marks}

@@ -16,7 +16,7 @@ EPOCHS = 8
 
 
 class Columns:
-    """A ring of columns, each the least and the greatest of a few samples of each piezo.
+    """A ring of columns, each the least and the greatest of a few samples of each channel.
 
     Columns are counted from 0 and never again: a gap in the samples leaves
     empty columns (NaN), and so does the beginning of another epoch.
@@ -29,13 +29,13 @@ class Columns:
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
-        self._piezo = layout.columns(ChannelKind.PIEZO)
+        self._vibration = layout.columns(ChannelKind.VIBRATION)
         #: Samples in a column.
         self.samples = max(1, round(layout.rate * SECONDS / COLUMNS))
         # A quarter more than is shown, so that a viewer that hiccups misses nothing.
         shown = int(np.ceil(layout.rate * SECONDS / self.samples))
         self._size = shown + shown // 4
-        self._ring = np.full((self._size, len(self._piezo), 2), np.nan, np.float32)
+        self._ring = np.full((self._size, len(self._vibration), 2), np.nan, np.float32)
         self._top = -1
         self._epoch: int | None = None
         # Of the last epochs: first sample and first column; events may be told a little late.
@@ -65,7 +65,7 @@ class Columns:
                 del self._epochs[next(iter(self._epochs))]
             self._next = block.first_sample
         late = max(0, self._next - block.first_sample)
-        values = self._layout.physical(block.data[late:], self._piezo).astype(np.float32)
+        values = self._layout.physical(block.data[late:], self._vibration).astype(np.float32)
         if len(values) == 0:
             return
         samples = np.arange(block.first_sample + late, block.end)
@@ -101,7 +101,7 @@ class Columns:
         first : int
             Number of the first one given.
         ndarray
-            Shape (columns, piezos, 2): least and greatest, in the channel's unit.
+            Shape (columns, vibration channels, 2): least and greatest, in the channel's unit.
         """
         first = min(max(column, self.first), self.end)
         return first, self._ring[np.arange(first, self.end) % self._size]

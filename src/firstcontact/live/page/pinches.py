@@ -8,6 +8,7 @@ from typing import Any
 
 from firstcontact.device.twin_words import concerns_hand
 from firstcontact.live.events import Case, Estimated, PinchDone
+from firstcontact.live.page.closeup import finger_place
 from firstcontact.recording import Marker, PinchMark
 
 #: Rows that are held.
@@ -97,7 +98,7 @@ class Pinches:
         row = {
             "number": done.number,
             "object": self._spoken(done),
-            "finger": None if first is None else int(first.finger),
+            "finger": None if first is None else finger_place(first.finger),
             "estimate": None if estimate is None else value(estimate),
             "ms": None if estimate is None else timing(estimate, self._rate)["total"],
             "offset": offset,

@@ -16,7 +16,7 @@ from firstcontact.core import ChannelKind, Finger, joined
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.recorder import RecorderStatus
 from firstcontact.live.events import Estimated, Event, PinchDone, Refused, Touched
-from firstcontact.live.page.closeup import Closeup
+from firstcontact.live.page.closeup import Closeup, finger_place
 from firstcontact.live.page.columns import SECONDS, Columns
 from firstcontact.live.page.pinches import Pinches, chosen, hindsight, timing, value
 from firstcontact.live.sink import Update
@@ -76,7 +76,6 @@ class State:
         self._faults: list[str] = []
         self._failed: Mapping[str, str] = {}
         self._taxels = {f: layout.columns(ChannelKind.FORCE, f) for f in Finger}
-        piezo = layout.columns(ChannelKind.PIEZO)
         force = layout.columns(ChannelKind.FORCE)
         hello = {
             "source": descriptor.source,
@@ -84,9 +83,9 @@ class State:
             "hand": descriptor.hand,
             "firmware": descriptor.firmware,
             "rate": layout.rate,
-            "fingers": [int(f) for f in layout.piezo_fingers],
-            "unit": layout.channels[piezo[0]].unit,
-            "force_unit": layout.channels[force[0]].unit if force else "",
+            "fingers": [finger_place(f) for f in layout.vibration_fingers],
+            "unit": layout.vibration[0].unit,
+            "force_unit": layout.of_columns[force[0]].unit if force else "",
             "force_fingers": [int(f) for f, columns in self._taxels.items() if columns],
             "column_samples": self._columns.samples,
             "seconds": SECONDS,
@@ -164,7 +163,7 @@ class State:
 
     def _force(self, data: NDArray[Any], columns: tuple[int, ...]) -> list[float]:
         """Mean of each taxel, in the order of their places, row by row."""
-        ordered = sorted(columns, key=lambda c: self._layout.channels[c].taxel or 0)
+        ordered = sorted(columns, key=lambda c: self._layout.of_columns[c].taxel or 0)
         mean = self._layout.physical(data, tuple(ordered)).mean(axis=0)
         return [round(float(v), 3) for v in mean] if np.isfinite(mean).all() else []
 
@@ -175,7 +174,7 @@ class State:
             case Estimated():
                 self._now = {
                     "estimate": value(event),
-                    "finger": int(event.contact.finger),
+                    "finger": finger_place(event.contact.finger),
                     "timing": timing(event, self._layout.rate),
                     "case": event.case.name,
                     "used": event.used,
@@ -183,7 +182,7 @@ class State:
                 }
                 self._put("now", self._now)
             case Refused():
-                self._now = {"refused": event.reason, "finger": int(event.contact.finger)}
+                self._now = {"refused": event.reason, "finger": finger_place(event.contact.finger)}
                 self._put("now", self._now)
             case PinchDone():
                 shown = chosen(event.estimates)
@@ -201,12 +200,16 @@ class State:
         place = self._columns.place(contact.sample, event.epoch)
         if place is not None:
             self._marks.append(
-                {"at": round(place, 2), "finger": int(contact.finger), "first": event.first}
+                {
+                    "at": round(place, 2),
+                    "finger": finger_place(contact.finger),
+                    "first": event.first,
+                }
             )
             self._put("marks", list(self._marks))
         if event.first:
             self._first_contact = event
-            self._now = {"finger": int(contact.finger)}
+            self._now = {"finger": finger_place(contact.finger)}
             self._closeup.begin(contact, event.epoch)
         else:
             self._closeup.mark(contact)

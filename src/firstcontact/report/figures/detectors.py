@@ -11,7 +11,7 @@ from firstcontact.contact.stream import WindowDetector
 from firstcontact.core import Pinch
 from firstcontact.core.palette import GREY, INK, ORANGE, RED
 from firstcontact.report import names
-from firstcontact.report.figures.style import canvas, piezo_axis, uri
+from firstcontact.report.figures.style import canvas, uri, vibration_axis
 from firstcontact.report.findings import Figure
 
 
@@ -23,16 +23,16 @@ def detectors_figure(
     before: float = 0.090,
     after: float = 0.030,
 ) -> Figure:
-    """Piezo of the finger that touched first, the 3σ band, and the windows that fired.
+    """Vibration of the finger that touched first, the 3σ band, and the windows that fired.
 
     ``start`` is the sample at which the closing starts, and with it the steady state;
     ``early`` how much earlier than its label a contact may be, s.
     """
     assert pinch.first is not None
-    rate, fingers = pinch.layout.rate, pinch.layout.piezo_fingers
+    rate, fingers = pinch.layout.rate, pinch.layout.vibration_fingers
     column = fingers.index(pinch.first.finger) if pinch.first.finger in fingers else 0
-    label, factor = piezo_axis(pinch.layout, milli=True)
-    values = factor * pinch.piezo()[:, column]
+    label, factor = vibration_axis(pinch.layout, milli=True)
+    values = factor * pinch.vibration()[:, column]
     numbers = pinch.first_sample + np.arange(len(values))
     time = 1e3 * (numbers - pinch.first.sample) / rate
     shown = (time >= -1e3 * before) & (time <= 1e3 * after)
@@ -53,7 +53,13 @@ def detectors_figure(
             lw=0,
             label="±3σ of the steady state",
         )
-        top.plot(time[shown], values[shown], color=INK, lw=1.0, label="piezo")
+        top.plot(
+            time[shown],
+            values[shown],
+            color=INK,
+            lw=1.0,
+            label=pinch.layout.vibration[column].sensor,
+        )
         # Zoomed to where detectors decide: the contact itself runs out of the picture.
         top.set_ylim(mean - 12 * sigma, mean + 20 * sigma)
         top.set_ylabel(label)

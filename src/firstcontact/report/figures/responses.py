@@ -1,4 +1,4 @@
-"""Piezo responses by stiffness."""
+"""Vibration by stiffness."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ def response_figure(blocks: Examples, unit: str) -> Figure:
             ax.fill_between(time, low, high, color=colour, alpha=0.18, lw=0)
             ax.plot(time, middle, color=colour, label=f"{level:g}")
         ax.axhline(0, color=INK, lw=0.6)
-        ax.set(xlabel="Time after contact (ms)", ylabel=f"Piezo, finger that touched ({unit})")
+        ax.set(xlabel="Time after contact (ms)", ylabel=f"Vibration, finger that touched ({unit})")
         ax.set_xlim(0, time[-1])
         ax.legend(title="Shore A", title_fontsize=8.5, ncols=1, loc="upper right")
         image = uri(figure)
     return Figure(
         "responses",
-        "Piezo response by stiffness",
+        "Response by stiffness",
         "Median over the pinches of each level (line) and the middle half of them (band), after "
         "filtering, as the models see it.",
         image,
@@ -37,7 +37,7 @@ def response_figure(blocks: Examples, unit: str) -> Figure:
 
 
 def peak_figure(shore_a: NDArray[np.float64], peaks: NDArray[np.float64], unit: str) -> Figure:
-    """Largest piezo amplitude within the window (in ``unit``) against Shore A."""
+    """Largest amplitude within the window (in ``unit``) against Shore A."""
     levels = np.unique(shore_a)
     rng = np.random.default_rng(0)
     with canvas() as (figure, axes):
@@ -60,7 +60,7 @@ def peak_figure(shore_a: NDArray[np.float64], peaks: NDArray[np.float64], unit: 
         ax.errorbar(
             levels, means, yerr=sds, fmt="o-", color=INK, capsize=3, ms=4.5, lw=1, label="mean ± SD"
         )
-        ax.set(xlabel="Shore A", ylabel=f"Peak piezo amplitude ({unit})", ylim=(0, None))
+        ax.set(xlabel="Shore A", ylabel=f"Peak amplitude ({unit})", ylim=(0, None))
         ax.set_xticks(levels)
         ax.legend(loc="upper left")
         image = uri(figure)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.layout import ChannelKind, Layout
+from firstcontact.core.layout import Layout
 from firstcontact.core.palette import INK
 from firstcontact.recording.figure_text import PLAIN, shown
 
@@ -77,18 +77,19 @@ def uri(figure: Canvas) -> str:
     return "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode()
 
 
-def piezo_unit(layout: Layout) -> str:
-    """Unit of the piezo channels, as it is written."""
-    return shown(layout.channels[layout.columns(ChannelKind.PIEZO)[0]].unit, 12)
+def vibration_unit(layout: Layout) -> str:
+    """Unit of the vibration channels, as it is written."""
+    return shown(layout.vibration[0].unit, 12)
 
 
-def piezo_axis(layout: Layout, milli: bool = False) -> tuple[str, float]:
-    """Label of a piezo axis and what values are multiplied by for it.
+def vibration_axis(layout: Layout, milli: bool = False) -> tuple[str, float]:
+    """Label of a vibration axis and what values are multiplied by for it.
 
     ``milli`` asks for mV, which only data in V can be shown in.
     """
-    unit = piezo_unit(layout)
-    return ("Piezo (mV)", 1e3) if milli and unit == "V" else (f"Piezo ({unit})", 1.0)
+    unit = vibration_unit(layout)
+    name = str(layout.vibration[0].sensor).capitalize()
+    return (f"{name} (mV)", 1e3) if milli and unit == "V" else (f"{name} ({unit})", 1.0)
 
 
 def shades(n: int) -> list[Any]:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from firstcontact.core import Finger, Pinch
+from firstcontact.core import Finger, Pinch, finger_name
 from firstcontact.core.layout import ChannelKind
 from firstcontact.core.palette import BLUE, INK, ORANGE
-from firstcontact.report.figures.style import canvas, piezo_axis, uri
+from firstcontact.report.figures.style import canvas, uri, vibration_axis
 from firstcontact.report.findings import Figure
 
-COLOURS = {Finger.INDEX: BLUE, Finger.THUMB: ORANGE}
+COLOURS = {Finger.INDEX: BLUE, Finger.THUMB: ORANGE, None: BLUE}
 
 
 def timing_figure(pinch: Pinch, before: float = 0.030, after: float = 0.110) -> Figure:
-    """Piezo and, where there, force of both fingers around the contacts of a pinch.
+    """Vibration and, where there, force of both fingers around the contacts of a pinch.
 
     ``before`` and ``after`` are seconds around the first contact, which the
     pinch must have.
@@ -26,12 +26,12 @@ def timing_figure(pinch: Pinch, before: float = 0.030, after: float = 0.110) -> 
     time = 1e3 * (np.arange(len(pinch.data)) - zero) / rate
     shown = (time >= -1e3 * before) & (time <= 1e3 * after)
     with canvas(rows, 1, (6.2, 4.4 if rows == 2 else 3.2), sharex=True) as (figure, axes):
-        for column, finger in enumerate(pinch.layout.piezo_fingers):
-            volts = pinch.piezo()[:, column]
+        for column, finger in enumerate(pinch.layout.vibration_fingers):
+            volts = pinch.vibration()[:, column]
             axes[0, 0].plot(
-                time[shown], volts[shown], color=COLOURS[finger], lw=1.1, label=finger.name.lower()
+                time[shown], volts[shown], color=COLOURS[finger], lw=1.1, label=finger_name(finger)
             )
-        axes[0, 0].set_ylabel(piezo_axis(pinch.layout)[0])
+        axes[0, 0].set_ylabel(vibration_axis(pinch.layout)[0])
         axes[0, 0].legend(loc="lower right", ncols=2)
         if rows == 2:
             for finger in Finger:
@@ -55,7 +55,8 @@ def timing_figure(pinch: Pinch, before: float = 0.030, after: float = 0.110) -> 
                 color=INK,
             )
         image = uri(figure)
-    what = "piezo and force" if rows == 2 else "piezo"
+    sensor = pinch.layout.vibration[0].sensor
+    what = f"{sensor} and force" if rows == 2 else sensor
     name = pinch.label.specimen or pinch.label.object or "an object"
     return Figure(
         "timing",

@@ -46,7 +46,7 @@ def contacts(subject: Subject, settings: Settings, runner: Runner) -> PartResult
         everyone = np.arange(len(dataset))
         splits = [Split("all", everyone[:0], everyone)]
         verdicts, _ = _judge(dataset, splits, settings.early, runner)
-    fingers = dataset.layout.piezo_fingers
+    fingers = dataset.layout.vibration_fingers
     start = settings.detector if settings.detector in verdicts else unfitted()
     found = tuple(next(iter(latch(v, fingers, set())), None) for v in verdicts[start])
     missing = sum(contact is None for contact in found)
@@ -116,7 +116,7 @@ def judge(
     job
         Name of the detector, and which of the splits.
     dataset
-        Pinches from where their closings start; only piezo channels are needed.
+        Pinches from where their closings start; only vibration channels are needed.
     splits
         What to learn from and what to judge.
     early
@@ -145,7 +145,7 @@ def _judge(
             split.check(dataset.sessions, dataset.specimens)
     names = [name for name in DETECTORS if name not in failed]
     jobs = [(name, place) for place in range(len(splits)) for name in names]
-    answered = runner.map(judge, jobs, _piezo_only(dataset), splits, early)
+    answered = runner.map(judge, jobs, _vibration_only(dataset), splits, early)
     out: dict[str, dict[int, Verdicts]] = {name: {} for name in DETECTORS}
     for (name, place), answers in zip(jobs, answered, strict=True):
         if isinstance(answers, str):
@@ -156,10 +156,11 @@ def _judge(
     return {n: [found[i] for i in range(len(dataset))] for n, found in whole.items()}, failed
 
 
-def _piezo_only(dataset: Dataset) -> Dataset:
+def _vibration_only(dataset: Dataset) -> Dataset:
     """What travels to the workers: no force, no strips."""
-    columns = list(dataset.layout.columns(ChannelKind.PIEZO))
-    layout = replace(dataset.layout, channels=tuple(dataset.layout.channels[i] for i in columns))
+    columns = list(dataset.layout.columns(ChannelKind.VIBRATION))
+    channels = tuple(replace(c, axes=1, axis=0) for c in dataset.layout.vibration)
+    layout = replace(dataset.layout, channels=channels)
     return replace(
         dataset,
         pinches=tuple(
@@ -183,7 +184,7 @@ def _firsts(
     for name, given in verdicts.items():
         delays = np.full(len(dataset), np.nan)
         for i, (pinch, verdict) in enumerate(zip(dataset.pinches, given, strict=True)):
-            found = latch(verdict, pinch.layout.piezo_fingers, set())
+            found = latch(verdict, pinch.layout.vibration_fingers, set())
             if found and pinch.first is not None:
                 delays[i] = 1e3 * (found[0].decided - pinch.first.sample) / pinch.layout.rate
         out[name] = delays

@@ -1,4 +1,4 @@
-"""What contact looks like on the piezo, by stiffness."""
+"""What contact looks like on the vibration sensor, by stiffness."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from firstcontact.learning.training import DURATION
 from firstcontact.report.figures.responses import peak_figure, response_figure
-from firstcontact.report.figures.style import piezo_unit
+from firstcontact.report.figures.style import vibration_unit
 from firstcontact.report.findings import PartResult
 from firstcontact.study.subject import Subject
 
@@ -22,7 +22,7 @@ def waveforms(subject: Subject) -> PartResult:
     blocks = data.take(~data.test)
     if len(blocks) < 2:
         return PartResult(left_out=["Responses by stiffness: no contact was found to start from."])
-    unit = piezo_unit(subject.dataset.layout)
+    unit = vibration_unit(subject.dataset.layout)
     peaks = np.abs(blocks.X[:, :, 0]).max(axis=1).astype(np.float64)
     by_level = {
         f"{level:g}": {

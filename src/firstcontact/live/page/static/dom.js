@@ -1,7 +1,8 @@
 // Small helpers: nothing is written that is already there, so that nothing is laid out for nothing.
 
-export const FINGERS = ["index", "thumb"];
-export const FINGER_NAMES = ["Index finger", "Thumb"];
+// The last is a sensor that belongs to no finger.
+export const FINGERS = ["index", "thumb", "index"];
+export const FINGER_NAMES = ["Index finger", "Thumb", "Sensor"];
 
 export const byId = (id) => document.getElementById(id);
 

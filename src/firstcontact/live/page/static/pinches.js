@@ -3,7 +3,7 @@
 import { FINGERS, byId, make, number } from "./dom.js";
 
 const SHOWN = 12;
-const SHORT = ["Index", "Thumb"];
+const SHORT = ["Index", "Thumb", "Sensor"];
 
 function cell(row, className, ...inside) {
   const td = make("td", className);

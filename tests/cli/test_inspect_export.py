@@ -56,7 +56,7 @@ def same(one: Dataset, other: Dataset) -> None:
     assert (len(one), one.source) == (len(other), other.source)
     assert [c.name for c in one.layout.channels] == [c.name for c in other.layout.channels]
     assert one.layout.rate == pytest.approx(other.layout.rate, rel=1e-12)
-    assert one.layout.smoothing_alpha == other.layout.smoothing_alpha
+    assert one.layout.smoothing == other.layout.smoothing
     for a, b in zip(one.pinches, other.pinches, strict=True):
         assert a.label == b.label
         assert [(c.finger, c.sample - a.first_sample) for c in a.truth] == [

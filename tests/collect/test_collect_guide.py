@@ -130,7 +130,7 @@ def test_closings_that_touch_nothing_are_no_pinches():
 
 
 def test_without_strips_contacts_are_those_detected_and_the_truth_stays_open():
-    layout = Layout(LAYOUT.channels[:14], LAYOUT.rate, LAYOUT.smoothing_alpha)
+    layout = Layout(LAYOUT.channels[:14], LAYOUT.rate)
     hand, touches = closings(3, seed=5)
     guide = Guide(layout, (BLOCK,), "1", CALIBRATION)
     found = judge(guide, arrivals(hand.raw()[:, :14]))

@@ -51,7 +51,9 @@ def pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
         "second_contact": [
             -1 if p.second is None else p.second.sample - p.first_sample for p in pinches
         ],
-        "first_finger": [Finger.INDEX if p.first is None else p.first.finger for p in pinches],
+        "first_finger": [
+            Finger.INDEX.value if p.first is None else p.first.finger for p in pinches
+        ],
     }
     if any(p.motor_start is not None for p in pinches):
         values["motor_start"] = [

@@ -151,7 +151,7 @@ def _check_channels(detector: Detector) -> None:
     one = detect(detector, Pinch(pinch.data[:, [finger]], single, first_sample=10))
     both = detect(detector, replace(pinch, first_sample=10))
     assert one == [c for c in both if c.finger is finger], "one channel is not enough"
-    strips = Layout(LAYOUT.channels[14:], LAYOUT.rate, LAYOUT.smoothing_alpha)
+    strips = Layout(LAYOUT.channels[14:], LAYOUT.rate)
     refused("no vibration channel", lambda: detector.start(strips))
     if detector.rate is not None:
         other = replace(LAYOUT, rate=2 * detector.rate)

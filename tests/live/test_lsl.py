@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from told_events import DESCRIPTOR, EVENTS, everything, numbered
 
-from firstcontact.core import ChannelKind, InputError
+from firstcontact.core import InputError, VibrationSensor
 from firstcontact.device import Arrival
 from firstcontact.live import told
 from firstcontact.live.lsl import LslSink
@@ -156,13 +156,13 @@ def test_a_listener_gets_every_sample_and_event(loopback: None) -> None:
     assert channels == [
         {
             "label": c.name,
-            "type": c.kind.value,
+            "type": c.sensor or c.kind.value,
             "unit": c.unit,
             "finger": c.finger.name.lower(),
         }
         for c in layout.channels
     ]
-    assert sum(c["type"] == ChannelKind.VIBRATION.value for c in channels) == 2
+    assert sum(c["type"] == VibrationSensor.PIEZO for c in channels) == 2
     assert described.findtext("acquisition/hand") == "linke Händ"
 
 

@@ -165,7 +165,7 @@ def _near(rng: Random, old: Any) -> Any:
     if isinstance(old, int) and abs(old) < 2**64:
         return rng.choice((old + 1, old - 1, -old, old * 2, old * 1000, float(old), str(old)))
     if isinstance(old, float):
-        return rng.choice((old * (1 + 1e-9), -old, old * 1e6, old * 1e-6, old * 1e200, int(old)))
+        return rng.choice((old * (1 + 1e-9), -old, old * 1e6, old * 1e-6, old * 1e200, old // 1))
     if isinstance(old, str):
         return rng.choice((old.upper(), old + text(rng), old[: len(old) // 2], old[:70] * 1000))
     if isinstance(old, list):

@@ -71,6 +71,10 @@ def _lines(recording: Recording) -> Iterator[str]:
     yield f"rate        {layout.rate:g} Hz, {layout.smoothing}"
     names = ", ".join(layout.column_names)
     yield f"channels    {layout.width} ({header.dtype}): {names}"
+    for group in layout.groups:
+        its = group.layout
+        there = sum(len(s.data) for s in recording.groups[group.name])
+        yield f"group       {group.name}: {its.width} channels at {its.rate:g} Hz, {there} samples"
     epochs = len({s.epoch for s in recording.stretches})
     yield (
         f"samples     {recording.samples} in {len(recording.stretches)} stretches of {epochs} "

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
         Channel,
         ChannelKind,
         Finger,
+        Group,
         Layout,
         Physical,
         VibrationSensor,
@@ -31,7 +32,7 @@ else:
             "command": "Command",
             "errors": "InputError",
             "layout": (
-                "Channel ChannelKind Finger Layout Physical VibrationSensor finger_name "
+                "Channel ChannelKind Finger Group Layout Physical VibrationSensor finger_name "
                 "fingertip_layout"
             ),
             "pinch": "Contact Dataset Label Pinch Role",
@@ -48,6 +49,7 @@ __all__ = [
     "Dataset",
     "Finger",
     "ForceCurve",
+    "Group",
     "InputError",
     "Label",
     "Layout",

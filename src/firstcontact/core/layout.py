@@ -28,6 +28,8 @@ PIEZO_OFFSET_VOLTS = 1.65
 
 #: Most channels, and highest number of a taxel: more than any hand has.
 MOST_CHANNELS = 256
+#: Most groups of slower channels.
+MOST_GROUPS = 16
 #: A rate that a sensor of this kind can have, Hz.
 Rate = Annotated[float, Meta(ge=1.0, le=1e7)]
 #: Coefficient of an exponential smoothing.
@@ -135,6 +137,18 @@ class Channel:
 
 
 @dataclass(frozen=True, slots=True)
+class Group:
+    """Slower channels beside the others, with a count and a rate of their own.
+
+    Sample ``k`` was taken at ``k / layout.rate``, on the clock on which sample ``n`` of the
+    layout that it belongs to was taken at ``n / rate``.
+    """
+
+    name: Name
+    layout: Layout
+
+
+@dataclass(frozen=True, slots=True)
 class Layout:
     """The columns of a sample, their rate and what was done to them.
 
@@ -147,11 +161,14 @@ class Layout:
     smoothing_alpha
         Where given, that of all vibration channels, which it is passed on to (it is None
         afterwards): devices and recordings of version 1 say it once.
+    groups
+        Slower ones beside these channels; contacts are not looked for in them.
     """
 
     channels: Annotated[tuple[Channel, ...], Meta(max_length=MOST_CHANNELS)]
     rate: Rate
     smoothing_alpha: Alpha | None = None
+    groups: Annotated[tuple[Group, ...], Meta(max_length=MOST_GROUPS)] = ()
 
     def __post_init__(self) -> None:
         if (alpha := self.smoothing_alpha) is not None:
@@ -238,7 +255,9 @@ class Layout:
             {f.name: v for f in fields(c) if (v := getattr(c, f.name)) != f.default}
             for c in self.channels
         ]
-        return {"channels": channels, "rate": self.rate}
+        groups = [{"name": g.name, "layout": g.layout.to_json()} for g in self.groups]
+        tree = {"channels": channels, "rate": self.rate}
+        return {**tree, "groups": groups} if groups else tree
 
     @property
     def fault(self) -> str:
@@ -251,7 +270,15 @@ class Layout:
             for finger in (*Finger, None):
                 if len(self.columns(kind, finger)) > 1:
                     return f"two {kind} channels of {'no' if finger is None else 'one'} finger"
-        return "two channels of one name" if len(set(self.column_names)) < self.width else ""
+        names = [*self.column_names]
+        for group in self.groups:
+            its = group.layout
+            if not 0 < its.width <= MOST_CHANNELS or its.groups or its.rate > self.rate:
+                return f"a group {group.name!r} that is empty, too large, nested or the faster"
+            names += its.column_names
+        if len({g.name for g in self.groups}) < len(self.groups):
+            return "two groups of one name"
+        return "two channels of one name" if len(set(names)) < len(names) else ""
 
 
 class Physical:

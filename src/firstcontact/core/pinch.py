@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
 from typing import Annotated, Any
@@ -11,6 +11,7 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
+from firstcontact.core.block import Block
 from firstcontact.core.calibration import Calibration
 from firstcontact.core.layout import ChannelKind, Finger, Layout
 from firstcontact.core.records import Name
@@ -90,6 +91,9 @@ class Pinch:
         from which the motor closes the hand freely; None where not known.
     calibration
         Of the fingertips, as its recording has it; None where it has none.
+    groups
+        Samples of the layout's slower groups in the time of the pinch, each with its own
+        count; one of which some are missing is not there.
     """
 
     data: NDArray[Any]
@@ -99,6 +103,7 @@ class Pinch:
     truth: tuple[Contact, ...] = ()
     motor_start: int | None = None
     calibration: Calibration | None = None
+    groups: Mapping[str, Block] = field(default_factory=dict)
 
     @property
     def first(self) -> Contact | None:
@@ -127,6 +132,17 @@ class Pinch:
     def force(self, finger: Finger) -> NDArray[np.float64]:
         """Force channels of a finger in their unit, shape (samples, 6)."""
         return self.layout.physical(self.data, self.layout.columns(ChannelKind.FORCE, finger))
+
+    def group(self, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """A slower group: times from the pinch's first sample, s, and values in their units.
+
+        Shapes (samples,) and (samples, columns); KeyError where it is not there.
+        """
+        block = self.groups[name]
+        layout = next(g.layout for g in self.layout.groups if g.name == name)
+        times = (block.first_sample + np.arange(len(block.data))) / layout.rate
+        values = layout.physical(block.data, tuple(range(layout.width)))
+        return times - self.first_sample / self.layout.rate, values
 
     def strip(self, finger: Finger) -> NDArray[np.float64]:
         """The strip of a finger, shape (samples, 1)."""

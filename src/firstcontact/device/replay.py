@@ -7,6 +7,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -77,7 +78,9 @@ class ReplaySource:
     def descriptor(self) -> Descriptor:
         """What the recording says about what it was made with."""
         h = self._recording.header
-        return Descriptor(h.layout, h.firmware, h.sensor, h.hand, h.source, h.dtype)
+        # What is replayed is what a device sends: the samples that contacts are looked for in.
+        layout = replace(h.layout, groups=())
+        return Descriptor(layout, h.firmware, h.sensor, h.hand, h.source, h.dtype)
 
     @property
     def calibration(self) -> Calibration | None:

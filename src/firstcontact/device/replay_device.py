@@ -8,6 +8,7 @@ import select
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 
@@ -69,7 +70,11 @@ class ReplayDevice:
         if not recording.samples:
             raise InputError(f"{path} holds no samples: there is nothing to replay")
         self.descriptor = Descriptor(
-            header.layout, header.firmware, header.sensor, header.hand, header.source
+            replace(header.layout, groups=()),
+            header.firmware,
+            header.sensor,
+            header.hand,
+            header.source,
         )
         #: Whether it was recorded with a calibration, which stays behind.
         self.calibrated = header.calibration is not None

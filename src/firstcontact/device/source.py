@@ -35,7 +35,7 @@ def layout_to_send(layout: Layout) -> dict[str, Any]:
     plain = all(
         c.sensor is VibrationSensor.PIEZO and c.finger is not None for c in layout.vibration
     )
-    if not plain or len(alphas) != 1 or layout.width > len(layout.channels):
+    if not plain or layout.groups or len(alphas) != 1 or layout.width > len(layout.channels):
         return layout.to_json()
     names = ("name", "kind", "finger", "unit", "scale", "offset", "taxel")
     channels = [{name: getattr(c, name) for name in names} for c in layout.channels]

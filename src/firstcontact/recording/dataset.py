@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import re
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
-from firstcontact.core import Dataset, InputError, Pinch
+from numpy.typing import NDArray
+
+from firstcontact.core import Block, Dataset, InputError, Pinch
 from firstcontact.core.files import files_below
 from firstcontact.core.temporary import is_temporary
 from firstcontact.recording.header import Header, PinchMark
@@ -78,15 +82,16 @@ def load_dataset(path: Path | Sequence[Path]) -> Dataset:
 
 def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
     """The samples of a pinch, or None if any of them is missing."""
-    stretches = recording.stretches
-    place = bisect_right(
-        stretches, (mark.epoch, mark.first_sample), key=lambda s: (s.epoch, s.first_sample)
-    )
-    stretch = stretches[place - 1] if place else None
-    if stretch is None or stretch.epoch != mark.epoch or mark.end > stretch.end:
+    data = _within(recording.stretches, mark.epoch, mark.first_sample, mark.end)
+    if data is None:
         return None
-    start = mark.first_sample - stretch.first_sample
-    data = stretch.data[start : start + mark.end - mark.first_sample]
+    groups = {}
+    for group in recording.header.layout.groups:
+        pace = group.layout.rate / recording.header.layout.rate
+        first, end = (math.ceil(sample * pace) for sample in (mark.first_sample, mark.end))
+        its = _within(recording.groups[group.name], mark.epoch, first, end)
+        if its is not None:
+            groups[group.name] = Block(its, first, mark.epoch)
     label = mark.label
     if not label.session:
         label = replace(label, session=recording.header.session)
@@ -99,7 +104,17 @@ def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
         mark.truth,
         mark.motor_start,
         header.calibration,
+        groups,
     )
+
+
+def _within(stretches: Sequence[Block], epoch: int, first: int, end: int) -> NDArray[Any] | None:
+    """Samples of an epoch, or None if any of them is missing."""
+    place = bisect_right(stretches, (epoch, first), key=lambda s: (s.epoch, s.first_sample))
+    stretch = stretches[place - 1] if place else None
+    if stretch is None or stretch.epoch != epoch or end > stretch.end:
+        return None
+    return stretch.data[first - stretch.first_sample : end - stretch.first_sample]
 
 
 def write_dataset(dataset: Dataset, directory: Path, header: Header) -> tuple[Path, ...]:

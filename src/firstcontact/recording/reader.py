@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -12,6 +12,7 @@ import numpy as np
 from mcap.records import Channel, McapRecord, Message
 
 from firstcontact.core import Block, InputError
+from firstcontact.core.layout import MOST_GROUPS
 from firstcontact.recording import samples
 from firstcontact.recording.chunks import scan
 from firstcontact.recording.header import (
@@ -29,6 +30,8 @@ T = TypeVar("T")
 
 #: Channel numbers that the format fixes, for a file whose first chunk is lost.
 TOPICS = {1: "/header", 2: "/samples", 3: "/pinch", 4: "/marker"}
+#: Number of the first group's channel; the others follow in the order of the layout.
+FIRST_GROUP = 5
 #: So many gaps in the count of pinches are told one by one.
 _TOLD = 10
 
@@ -50,6 +53,8 @@ class Recording:
         Marks of the pinches.
     markers
         Words pinned to samples.
+    groups
+        Unbroken samples of each slower group, by their own count.
     skipped
         What was damaged, lost, doubled or out of order: one sentence each.
     """
@@ -60,6 +65,7 @@ class Recording:
     pinches: tuple[PinchMark, ...] = ()
     markers: tuple[Marker, ...] = ()
     skipped: tuple[str, ...] = ()
+    groups: Mapping[str, tuple[Block, ...]] = field(default_factory=dict)
 
     @property
     def samples(self) -> int:
@@ -74,12 +80,13 @@ class Recording:
 
 @dataclass(slots=True)
 class _Found:
-    """Messages by topic, in the order of the file."""
+    """Messages by topic, in the order of the file; those of groups by topic or number."""
 
     headers: list[bytes] = field(default_factory=list)
     blocks: list[bytes] = field(default_factory=list)
     pinches: list[bytes] = field(default_factory=list)
     markers: list[bytes] = field(default_factory=list)
+    groups: dict[str, list[bytes]] = field(default_factory=dict)
 
 
 def read_recording(path: Path) -> Recording:
@@ -97,8 +104,15 @@ def read_recording(path: Path) -> Recording:
     scanned = scan(path)
     found = _sorted(scanned.records)
     header = _header(path, found.headers)
-    blocks, bad = _blocks(path, found.blocks, header)
+    blocks, bad = _blocks(path, "/samples", found.blocks, header.dtype, header.layout.width)
     stretches, losses = join(blocks)
+    groups = {}
+    for number, group in enumerate(header.layout.groups, FIRST_GROUP):
+        topic = f"/samples/{group.name}"
+        messages = found.groups.get(str(number), []) + found.groups.get(topic, [])
+        its, its_bad = _blocks(path, topic, messages, header.dtype, group.layout.width)
+        groups[group.name], its_losses = join(its)
+        losses += tuple(f"group {group.name}: {said}" for said in (*its_bad, *its_losses))
     pinches, lost_marks = _read(found.pinches, read_mark, "pinch marks")
     markers, lost_markers = _read(found.markers, read_marker, "markers")
     skipped = (
@@ -109,7 +123,7 @@ def read_recording(path: Path) -> Recording:
         *lost_marks,
         *lost_markers,
     )
-    return Recording(path, header, stretches, pinches, markers, skipped)
+    return Recording(path, header, stretches, pinches, markers, skipped, groups)
 
 
 def _sorted(records: Iterable[McapRecord]) -> _Found:
@@ -125,9 +139,12 @@ def _sorted(records: Iterable[McapRecord]) -> _Found:
         if isinstance(record, Channel):
             topics[record.id] = record.topic
         elif isinstance(record, Message):
-            known = lists.get(topics.get(record.channel_id, ""))
+            topic = topics.get(record.channel_id, str(record.channel_id))
+            known = lists.get(topic)
             if known is not None:
                 known.append(record.data)
+            elif record.channel_id < FIRST_GROUP + MOST_GROUPS:
+                found.groups.setdefault(topic, []).append(record.data)
     return found
 
 
@@ -145,20 +162,21 @@ def _header(path: Path, headers: list[bytes]) -> Header:
     )
 
 
-def _blocks(path: Path, messages: list[bytes], header: Header) -> tuple[list[Block], list[str]]:
+def _blocks(
+    path: Path, topic: str, messages: list[bytes], dtype: str, columns: int
+) -> tuple[list[Block], list[str]]:
     """The samples of a file, and how many messages hold none."""
     blocks = []
     bad = 0
-    columns = header.layout.width
     for data in messages:
         try:
-            block = samples.decode(data, header.dtype)
+            block = samples.decode(data, dtype)
         except ValueError:
             bad += 1
             continue
         if block.data.shape[1] != columns:
             raise InputError(
-                f"{path}: /samples does not have the {columns} columns of the header's layout: "
+                f"{path}: {topic} does not have the {columns} columns of the header's layout: "
                 "write the file again from its source"
             )
         if block.end > LAST_SAMPLE or not _finite(block):

@@ -79,6 +79,7 @@ class RecordingWriter:
         self._open = True
         self._epoch = 0
         self._end: int | None = None
+        self._layouts = {"": header.layout, **{g.name: g.layout for g in header.layout.groups}}
         self._origin = 0  # added to sample numbers so that time never goes back at a new epoch
         self._latest = 0  # highest sample number so far, with that added
         self._number = 0
@@ -95,15 +96,19 @@ class RecordingWriter:
             path.unlink(missing_ok=True)
             raise failed from error
 
-    def write(self, block: Block) -> None:
-        """Append a block; long ones are cut into several messages.
+    def write(self, block: Block, group: str = "") -> None:
+        """Append a block, of a group where one is named; long ones are cut into several messages.
 
         Raises
         ------
         InputError
             Wrong columns or type, the disk is full, or the writer is closed.
         """
-        columns = self.header.layout.width
+        layout = self._layouts.get(group)
+        if layout is None:
+            raise InputError(f"{self.path}: the header's layout has no group {group!r}")
+        pace = self.header.layout.rate / layout.rate
+        columns = layout.width
         if block.data.ndim != 2 or block.data.shape[1] != columns:
             raise InputError(
                 f"{self.path}: a block of shape {block.data.shape} does not have "
@@ -120,18 +125,22 @@ class RecordingWriter:
                 "start the device again"
             )
         if block.epoch != self._epoch:
-            self._origin = max(self._origin, self._latest - block.first_sample)
+            self._origin = max(self._origin, self._latest - round(block.first_sample * pace))
             self._epoch = block.epoch
-        longest = max(1, int(self.header.layout.rate * LONGEST_MESSAGE))
+        longest = max(1, int(layout.rate * LONGEST_MESSAGE))
         for start in range(0, len(block.data), longest):
             first = block.first_sample + start
             piece = Block(block.data[start : start + longest], first, block.epoch)
-            self._add(self._samples, samples.encode(piece, self.header.dtype), first)
+            data = samples.encode(piece, self.header.dtype)
+            self._add(self._samples[group], data, round(first * pace))
+            if group:
+                continue
             self._until_header -= len(piece.data)
             if self._until_header <= 0 < self._until_header + len(piece.data):
                 self._add(self._headers, self._head, first)
-        self._end = block.end
-        self._latest = max(self._latest, self._origin + block.end)
+        if not group:
+            self._end = block.end
+        self._latest = max(self._latest, self._origin + round(block.end * pace))
 
     def mark(self, mark: PinchMark) -> None:
         """Append where a pinch lies and what is known about it.
@@ -163,6 +172,8 @@ class RecordingWriter:
         epoch = self._epoch + new
         block = Block(pinch.data, pinch.first_sample, epoch)
         self.write(block)
+        for name, its in pinch.groups.items():
+            self.write(Block(its.data, its.first_sample, epoch), name)
         self.mark(
             PinchMark(
                 self._number,
@@ -222,9 +233,11 @@ class RecordingWriter:
 
         self._headers = json_channel("/header", "firstcontact.Header")
         kind = ("firstcontact_msgs/msg/Samples", "ros2msg", samples.schema(self.header.dtype))
-        self._samples = self._file.register("/samples", "cdr", kind)
+        self._samples = {"": self._file.register("/samples", "cdr", kind)}
         self._pinches = json_channel("/pinch", "firstcontact.PinchMark")
         self._markers = json_channel("/marker", "firstcontact.Marker")
+        for group in self.header.layout.groups:
+            self._samples[group.name] = self._file.register(f"/samples/{group.name}", "cdr", kind)
         # Filled up with spaces to a whole chunk, so that it does not wait for samples.
         self._add(self._headers, self._head.ljust(self._chunk_size), 0)
 

@@ -82,6 +82,7 @@ def _resample_pinch(pinch: Pinch, new: float) -> Pinch:
         tuple(Contact(c.finger, at(c.sample), at(c.decided)) for c in pinch.truth),
         None if pinch.motor_start is None else at(pinch.motor_start),
         pinch.calibration,
+        pinch.groups,
     )
 
 

@@ -1,0 +1,37 @@
+"""A contact on a sensor that belongs to no finger is told as what it is."""
+
+from __future__ import annotations
+
+import json
+
+from firstcontact.core import Block, Channel, ChannelKind, Contact, Layout, VibrationSensor
+from firstcontact.device import Arrival, Descriptor, Health
+from firstcontact.live import told
+from firstcontact.live.events import PinchDone, Touched
+from firstcontact.live.page.state import State
+from firstcontact.live.sink import Update
+from firstcontact.live.text import pinch_line
+from firstcontact.testing.closings import closing
+
+MICROPHONE = Channel(
+    "microphone", ChannelKind.VIBRATION, None, "Pa", sensor=VibrationSensor.MICROPHONE
+)
+LAYOUT = Layout((MICROPHONE,), 4936.0)
+CONTACT = Contact(None, 100, 110)
+TOUCHED = Touched(CONTACT, True, 0, 0.0)
+DONE = PinchDone(0, 0, 400, 0, (CONTACT,), (), ())
+
+
+def test_in_json_and_in_words() -> None:
+    (channel,) = told.of_descriptor(Descriptor(LAYOUT))["channels"]
+    assert channel == {"name": "microphone", "kind": "microphone", "finger": None, "unit": "Pa"}
+    assert json.loads(told.text(told.of_event(TOUCHED)))["finger"] is None
+    assert pinch_line(DONE, LAYOUT.rate) == "pinch 0: sensor first"
+
+
+def test_on_the_page() -> None:
+    state = State(Descriptor(LAYOUT), {}, controls=False)
+    assert json.loads(state.hello)["fingers"] == [2]  # the third of its names and colours
+    block = Block(closing(1).data[:400, :1], 0)
+    state.take(Update((Arrival(block, 0.0),), (TOUCHED, DONE), health=Health()))
+    assert json.loads(state.changed({})["pinches"])[0]["finger"] == 2

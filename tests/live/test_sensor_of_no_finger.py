@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+from io import StringIO
 
 from firstcontact.core import Block, Channel, ChannelKind, Contact, Layout, VibrationSensor
 from firstcontact.device import Arrival, Descriptor, Health
-from firstcontact.live import told
 from firstcontact.live.events import PinchDone, Touched
+from firstcontact.live.json_lines import JsonLinesSink
 from firstcontact.live.page.state import State
 from firstcontact.live.sink import Update
 from firstcontact.live.text import pinch_line
@@ -23,9 +24,15 @@ DONE = PinchDone(0, 0, 400, 0, (CONTACT,), (), ())
 
 
 def test_in_json_and_in_words() -> None:
-    (channel,) = told.of_descriptor(Descriptor(LAYOUT))["channels"]
+    stream = StringIO()
+    sink = JsonLinesSink(stream)
+    sink.open(Descriptor(LAYOUT))
+    sink.take(Update(events=(TOUCHED,)))
+    descriptor, touched = map(json.loads, stream.getvalue().splitlines()[:2])
+    (channel,) = descriptor["channels"]
     assert channel == {"name": "microphone", "kind": "microphone", "finger": None, "unit": "Pa"}
-    assert json.loads(told.text(told.of_event(TOUCHED)))["finger"] is None
+    assert touched["type"] == "touched"
+    assert touched["finger"] is None
     assert pinch_line(DONE, LAYOUT.rate) == "pinch 0: sensor first"
 
 

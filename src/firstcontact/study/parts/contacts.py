@@ -160,11 +160,11 @@ def _vibration_only(dataset: Dataset) -> Dataset:
     """What travels to the workers: no force, no strips."""
     columns = list(dataset.layout.columns(ChannelKind.VIBRATION))
     channels = tuple(replace(c, axes=1, axis=0) for c in dataset.layout.vibration)
-    layout = replace(dataset.layout, channels=channels, groups=())
+    layout = replace(dataset.layout, channels=channels)
     return replace(
         dataset,
         pinches=tuple(
-            replace(p, data=np.ascontiguousarray(p.data[:, columns]), layout=layout, groups={})
+            replace(p, data=np.ascontiguousarray(p.data[:, columns]), layout=layout)
             for p in dataset.pinches
         ),
     )

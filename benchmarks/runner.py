@@ -21,7 +21,13 @@ from firstcontact.core import Dataset
 from firstcontact.core.cluster import on_cluster
 from firstcontact.core.jobs import Runner, parallel
 from firstcontact.learning.splits import by_session
-from firstcontact.learning.training import DURATION, Examples, Question, examples, held_out
+from firstcontact.learning.training import (
+    DURATION,
+    LabelledWindows,
+    Question,
+    held_out,
+    labelled_windows,
+)
 from firstcontact.recording import load_dataset
 from firstcontact.stiffness import Task
 from firstcontact.twin.simulate import simulate
@@ -45,7 +51,7 @@ def cluster(workers: int) -> Iterator[None]:
         yield
 
 
-def regressions(data: Examples, runner: Runner) -> float:
+def regressions(data: LabelledWindows, runner: Runner) -> float:
     """Seconds for all folds."""
     question = Question("svm", Task.REGRESSION, data, by_session(data.sessions, data.y, 0, 10))
     begin = time.perf_counter()
@@ -63,9 +69,9 @@ def pinches(each: int, workers: int) -> float:
         return time.perf_counter() - begin
 
 
-def learned(dataset: Dataset) -> Examples:
+def learned(dataset: Dataset) -> LabelledWindows:
     """Windows of the pinches at their known contacts."""
-    return examples(dataset, [p.first for p in dataset.pinches], DURATION, dataset.shore_a)
+    return labelled_windows(dataset, [p.first for p in dataset.pinches], DURATION, dataset.shore_a)
 
 
 def main() -> None:

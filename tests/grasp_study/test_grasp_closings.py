@@ -9,11 +9,11 @@ from firstcontact.core.jobs import Serial, parallel
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.grasp_study.learning import Models, learn, loaded
 from firstcontact.grasp_study.search import search
-from firstcontact.grasp_study.settings import KINDS, Settings
-from firstcontact.grasp_study.trials import Row, Scene, Trial, plant_of, played, run_trial
+from firstcontact.grasp_study.settings import KINDS, GraspStudySettings
+from firstcontact.grasp_study.trials import PinchSetup, Row, Trial, plant_of, played, run_trial
 from firstcontact.grasp_study.variants import unmodulated, variants
 
-SMALL = Settings(
+SMALL = GraspStudySettings(
     sessions=2,
     latencies=(0.020,),
     training=20,
@@ -34,7 +34,7 @@ def models(tmp_path_factory: pytest.TempPathFactory) -> Models:
 
 
 def closings(models: Models, session: int = 0, latency: float = 0.020) -> dict[str, Row]:
-    trial = Trial(Scene("block 20", session), VARIANTS, (latency,), TUNED)
+    trial = Trial(PinchSetup("block 20", session), VARIANTS, (latency,), TUNED)
     return {row.variant: row for row in run_trial(trial, models)}
 
 
@@ -42,19 +42,21 @@ def test_every_policy_closes_on_the_same_pinch() -> None:
     data = []
     for variant in VARIANTS:
         # Force arrays differ between variants; what piezos and strips say does not.
-        plant = plant_of(Scene("block 5", 3), variant, 0.04)
+        plant = plant_of(PinchSetup("block 5", 3), variant, 0.04)
         block = plant.advance(900)
         data.append(np.concatenate([block[:, :2], block[:, 14:]], axis=1).tobytes())
         assert plant.limit == np.inf
     assert len(set(data)) == 1
-    eggs = {plant_of(Scene("egg shell", 1), v, lat).limit for v in VARIANTS for lat in (0.0, 0.08)}
+    eggs = {
+        plant_of(PinchSetup("egg shell", 1), v, lat).limit for v in VARIANTS for lat in (0.0, 0.08)
+    }
     assert len(eggs) == 1
 
 
 def test_scenes_differ_in_chance_and_none_was_learned_from() -> None:
-    scenes = [Scene("block 20", s, g) for s in range(4) for g in ("grasp", "search")]
-    plants = [plant_of(scene, VARIANTS[0], 0.02) for scene in scenes]
-    assert len({plant.advance(500).tobytes() for plant in plants}) == len(scenes)
+    setups = [PinchSetup("block 20", s, g) for s in range(4) for g in ("grasp", "search")]
+    plants = [plant_of(setup, VARIANTS[0], 0.02) for setup in setups]
+    assert len({plant.advance(500).tobytes() for plant in plants}) == len(setups)
 
 
 def test_at_the_first_contact_they_still_share_their_past(models: Models) -> None:
@@ -64,9 +66,9 @@ def test_at_the_first_contact_they_still_share_their_past(models: Models) -> Non
 
 
 def test_the_estimate_comes_and_the_hand_is_told_after_the_contact(models: Models) -> None:
-    scene = Scene("block 60", 1)
-    plant = plant_of(scene, BY_KEY["early_exit"], 0.020)
-    told = played(plant, scene, BY_KEY["early_exit"], TUNED, models)
+    setup = PinchSetup("block 60", 1)
+    plant = plant_of(setup, BY_KEY["early_exit"], 0.020)
+    told = played(plant, setup, BY_KEY["early_exit"], TUNED, models)
     first = plant.outcome.first_contact
     assert first is not None
     assert len(told.estimates) == len(SMALL.windows)
@@ -87,7 +89,9 @@ def test_gentle_at_touch_presses_less_than_no_modulation(models: Models) -> None
 
 def test_same_seed_same_rows_on_one_worker_and_two(models: Models) -> None:
     trials = [
-        Trial(Scene(kind, s), VARIANTS, (0.020,), TUNED) for s in range(2) for kind in SMALL.kinds
+        Trial(PinchSetup(kind, s), VARIANTS, (0.020,), TUNED)
+        for s in range(2)
+        for kind in SMALL.kinds
     ]
     alone = Serial().map(run_trial, trials, models)
     with parallel(2) as runner:
@@ -101,14 +105,14 @@ def test_the_search_finds_what_holds_and_asks_other_pinches_than_the_report() ->
         assert one.tried == 4
         assert one.unsteady == 0
     reported, searched = (
-        plant_of(Scene("block 5", 0, group), unmodulated(), 0.02).advance(400)
+        plant_of(PinchSetup("block 5", 0, group), unmodulated(), 0.02).advance(400)
         for group in ("grasp", "search")
     )
     assert (reported != searched).any()
 
 
 def test_quick_is_part_of_the_whole() -> None:
-    quick = Settings().quick()
+    quick = GraspStudySettings().quick()
     assert set(quick.kinds) < set(KINDS)
-    assert set(quick.latencies) < set(Settings().latencies)
+    assert set(quick.latencies) < set(GraspStudySettings().latencies)
     assert all(round(d * FINGERTIP_RATE) > 0 for d in quick.windows)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from firstcontact.contact import ThresholdDetector
-from firstcontact.contact.detector import Verdicts
+from firstcontact.contact.detector import WindowDecisions
 from firstcontact.core import (
     Block,
     Contact,
@@ -42,14 +42,14 @@ class Scripted:
     def start(self, layout: Layout) -> None:
         pass
 
-    def judge(self, block: Block) -> Verdicts:
+    def judge(self, block: Block) -> WindowDecisions:
         fired = np.zeros((len(ENDS), 2), dtype=np.bool_)
         onsets = np.full((len(ENDS), 2), -1)
         for end, finger, onset in self.firings:
             row = int(np.searchsorted(ENDS, end))
             fired[row, finger] = True
             onsets[row, finger] = onset
-        return Verdicts(ENDS, fired, onsets)
+        return WindowDecisions(ENDS, fired, onsets)
 
 
 def pinch(truth: int | None = TRUTH) -> Pinch:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from firstcontact.contact import Detector, detect
 from firstcontact.core import Block, Dataset, Pinch
 from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Refused, Touched
-from firstcontact.live.pipeline import Answerer, Pipeline
+from firstcontact.live.pipeline import CalibratedModel, Pipeline
 from firstcontact.signal import contact_windows
 
 
@@ -57,7 +57,9 @@ def cut(block: Block, edges: list[int]) -> list[Block]:
     return [Block(block.data[a:b], block.first_sample + a, block.epoch) for a, b in pairs]
 
 
-def offline(detector: Detector, answerer: Answerer, pinch: Pinch) -> tuple[object, float | None]:
+def offline(
+    detector: Detector, answerer: CalibratedModel, pinch: Pinch
+) -> tuple[object, float | None]:
     """First contact and answer as the study finds them."""
     contacts = detect(detector, pinch)
     first = contacts[0] if contacts else None

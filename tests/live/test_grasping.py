@@ -15,7 +15,7 @@ from firstcontact.grasp.policies.registry import live_policies, live_policy
 from firstcontact.grasp.printing import PrintHand
 from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Touched
 from firstcontact.live.grasping import Grasping, grasp_lines
-from firstcontact.live.pipeline import Answerer, Pipeline
+from firstcontact.live.pipeline import CalibratedModel, Pipeline
 
 LAYOUT = fingertip_layout()
 FRAME = 5
@@ -51,7 +51,7 @@ def hand() -> PrintHand:
 
 @pytest.mark.parametrize("name", live_policies())
 def test_every_policy_closes_first_and_stays_within_its_grip(
-    name: str, hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[Answerer]
+    name: str, hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
 ) -> None:
     grip = Grip()
     grasping = Grasping(live_policy(name, grip), hand, LAYOUT)
@@ -69,7 +69,7 @@ def test_every_policy_closes_first_and_stays_within_its_grip(
 
 
 def test_the_estimate_is_acted_upon_with_the_sample_that_brings_it(
-    hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[Answerer]
+    hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
 ) -> None:
     grip = Grip()
     grasping = Grasping(live_policy("first_contact", grip), hand, LAYOUT)
@@ -87,7 +87,7 @@ def test_the_estimate_is_acted_upon_with_the_sample_that_brings_it(
 
 
 def test_what_comes_after_the_deadline_is_a_miss_and_the_fallback_holds(
-    hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[Answerer]
+    hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
 ) -> None:
     grip = Grip()
     # A deadline that the window alone takes longer than.
@@ -103,7 +103,7 @@ def test_what_comes_after_the_deadline_is_a_miss_and_the_fallback_holds(
 
 
 def test_a_slow_computer_misses_the_deadline(
-    hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[Answerer]
+    hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
 ) -> None:
     policy = live_policy("first_contact")
     assert policy.deadline is not None
@@ -119,7 +119,7 @@ def test_a_slow_computer_misses_the_deadline(
 
 
 def test_an_estimate_that_is_not_to_be_used_is_not(
-    hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[Answerer]
+    hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
 ) -> None:
     grip = Grip()
     grasping = Grasping(live_policy("first_contact", grip), hand, LAYOUT)
@@ -134,7 +134,7 @@ def test_an_estimate_that_is_not_to_be_used_is_not(
 
 
 def test_the_end_says_what_was_told(
-    hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[Answerer]
+    hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
 ) -> None:
     grasping = Grasping(live_policy("early_exit"), hand, LAYOUT)
     with hand:

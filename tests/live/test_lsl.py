@@ -18,7 +18,7 @@ from told_events import DESCRIPTOR, EVENTS, everything, numbered
 
 from firstcontact.core import InputError, VibrationSensor
 from firstcontact.device import Arrival
-from firstcontact.live import told
+from firstcontact.live import event_json
 from firstcontact.live.lsl import LslSink
 from firstcontact.live.sink import Update
 
@@ -140,8 +140,11 @@ def test_a_listener_gets_every_sample_and_event(loopback: None) -> None:
     shift = sink._shift
     assert times[0] == pytest.approx(now + shift, abs=1e-3)
 
-    texts = [told.text(told.of_marker(marker)), *(told.text(told.of_event(e)) for e in EVENTS)]
-    assert got["texts"] == [*texts, told.text(told.of_failure("page", "OSError: no"))]
+    texts = [
+        event_json.text(event_json.of_marker(marker)),
+        *(event_json.text(event_json.of_event(e)) for e in EVENTS),
+    ]
+    assert got["texts"] == [*texts, event_json.text(event_json.of_failure("page", "OSError: no"))]
     stamps = np.array(got["told"])
     assert (np.diff(stamps) >= 0).all()
     # The pinch is known with its last sample; nothing before the marker goes back behind it.

@@ -11,7 +11,7 @@ from streams import cut, offline, run, told
 from firstcontact.contact import Detector, ThresholdDetector
 from firstcontact.core import Block, Dataset, Finger, InputError, fingertip_layout
 from firstcontact.live.events import Case, Estimated, PinchDone, Refused, Touched
-from firstcontact.live.pipeline import Answerer, Pipeline
+from firstcontact.live.pipeline import CalibratedModel, Pipeline
 
 LAYOUT = fingertip_layout()
 
@@ -22,7 +22,10 @@ def blocks_of(dataset: Dataset) -> list[Block]:
 
 
 def test_an_answer_that_is_not_finite_is_refused_aloud(
-    fresh: Dataset, detector: Detector, answerers: list[Answerer], monkeypatch: pytest.MonkeyPatch
+    fresh: Dataset,
+    detector: Detector,
+    answerers: list[CalibratedModel],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Weights can overflow for one window and not for another: the page must hear of it."""
     model = answerers[1].model
@@ -36,7 +39,9 @@ def test_an_answer_that_is_not_finite_is_refused_aloud(
         Pipeline(LAYOUT, detector, [answerers[1]])  # one that never answers is not begun with
 
 
-def test_live_is_offline(fresh: Dataset, detector: Detector, answerers: list[Answerer]) -> None:
+def test_live_is_offline(
+    fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
+) -> None:
     done = [
         e
         for e in run(Pipeline(LAYOUT, detector, answerers), blocks_of(fresh))
@@ -53,7 +58,7 @@ def test_live_is_offline(fresh: Dataset, detector: Detector, answerers: list[Ans
 @settings(max_examples=25)
 @given(data=st.data())
 def test_blocks_do_not_matter(
-    fresh: Dataset, detector: Detector, answerers: list[Answerer], data: st.DataObject
+    fresh: Dataset, detector: Detector, answerers: list[CalibratedModel], data: st.DataObject
 ) -> None:
     some = fresh.take([0, 1, 2])
     whole = told(run(Pipeline(LAYOUT, detector, answerers), blocks_of(some)))
@@ -66,7 +71,7 @@ def test_blocks_do_not_matter(
 
 @pytest.mark.parametrize("size", [1, 5, 14, 15, 16, 74, 494])
 def test_block_sizes_do_not_matter(
-    size: int, fresh: Dataset, detector: Detector, answerers: list[Answerer]
+    size: int, fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
 ) -> None:
     some = fresh.take([3, 4])
     whole = told(run(Pipeline(LAYOUT, detector, answerers), blocks_of(some)))
@@ -75,7 +80,7 @@ def test_block_sizes_do_not_matter(
 
 
 def test_samples_wait_for_what_is_due_and_for_nothing_else(
-    fresh: Dataset, detector: Detector, answerers: list[Answerer]
+    fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
 ) -> None:
     """Each thing is told with the frame that makes it known, though few frames are worked on."""
     pipeline = Pipeline(LAYOUT, detector, answerers)
@@ -101,7 +106,7 @@ def test_truth_is_read_off_the_strips(fresh: Dataset, detector: Detector) -> Non
 
 
 def test_an_estimate_says_whether_the_second_finger_was_there(
-    fresh: Dataset, detector: Detector, answerers: list[Answerer]
+    fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
 ) -> None:
     events = run(Pipeline(LAYOUT, detector, answerers), blocks_of(fresh))
     cases = set()
@@ -115,7 +120,7 @@ def test_an_estimate_says_whether_the_second_finger_was_there(
 
 
 def test_in_hindsight_the_computation_and_the_real_instant_count(
-    fresh: Dataset, detector: Detector, answerers: list[Answerer]
+    fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
 ) -> None:
     ticks = iter(range(10**9))
     slow = 1 / LAYOUT.rate  # each look at the clock takes a sample
@@ -135,7 +140,7 @@ def test_in_hindsight_the_computation_and_the_real_instant_count(
 
 
 def test_a_window_across_a_gap_is_refused(
-    fresh: Dataset, detector: Detector, answerers: list[Answerer]
+    fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
 ) -> None:
     pinch = fresh.pinches[0]
     contact = offline(detector, answerers[-1], pinch)[0]
@@ -151,7 +156,7 @@ def test_a_window_across_a_gap_is_refused(
 
 
 def test_a_stream_that_ends_early_says_so(
-    fresh: Dataset, detector: Detector, answerers: list[Answerer]
+    fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
 ) -> None:
     pinch = fresh.pinches[0]
     contact = offline(detector, answerers[-1], pinch)[0]
@@ -168,7 +173,7 @@ def test_a_stream_that_ends_early_says_so(
 
 @pytest.mark.parametrize("level", [0, 16_384, 32_736], ids=["low rail", "flat", "high rail"])
 def test_a_dead_piezo_gives_no_estimate(
-    level: int, fresh: Dataset, detector: Detector, answerers: list[Answerer]
+    level: int, fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
 ) -> None:
     pinch = fresh.pinches[0]
     data = np.array(pinch.data)
@@ -190,7 +195,7 @@ def test_an_answer_that_is_no_number_is_refused(
     value: float,
     fresh: Dataset,
     detector: Detector,
-    answerers: list[Answerer],
+    answerers: list[CalibratedModel],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     model = answerers[-1].model
@@ -203,7 +208,7 @@ def test_an_answer_that_is_no_number_is_refused(
 
 
 def test_motor_vibration_without_contact_says_nothing(
-    fresh: Dataset, detector: Detector, answerers: list[Answerer]
+    fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
 ) -> None:
     quiet = [
         Block(p.data[: p.truth[0].sample - p.first_sample], p.first_sample, i)
@@ -213,14 +218,18 @@ def test_motor_vibration_without_contact_says_nothing(
     assert not [e for e in events if isinstance(e, Touched | Estimated | PinchDone)]
 
 
-def test_a_model_for_another_rate_is_refused(detector: Detector, answerers: list[Answerer]) -> None:
+def test_a_model_for_another_rate_is_refused(
+    detector: Detector, answerers: list[CalibratedModel]
+) -> None:
     from dataclasses import replace
 
     with pytest.raises(InputError, match="4936"):
         Pipeline(replace(LAYOUT, rate=8000.0), ThresholdDetector(), answerers)
 
 
-def test_the_ledger_adds_up(fresh: Dataset, detector: Detector, answerers: list[Answerer]) -> None:
+def test_the_ledger_adds_up(
+    fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
+) -> None:
     ticks = iter(range(10**9))
     pipeline = Pipeline(LAYOUT, detector, answerers[-1:], clock=lambda: float(next(ticks)))
     events = run(pipeline, blocks_of(fresh))

@@ -23,8 +23,8 @@ from firstcontact.core import (
 from firstcontact.device import Descriptor
 from firstcontact.device.replay import ReplaySource
 from firstcontact.live.events import Event, PinchDone
-from firstcontact.live.pipeline import Answerer, Pipeline
-from firstcontact.live.session import Session
+from firstcontact.live.pipeline import CalibratedModel, Pipeline
+from firstcontact.live.session import LiveSession
 from firstcontact.live.sink import Update
 from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
 from firstcontact.twin.filter import DeviceFilter
@@ -82,19 +82,19 @@ def recorded(stream: np.ndarray, calibration: Calibration, tmp_path: Path) -> Pa
 
 
 def run(
-    path: Path, detector: Detector, answerers: list[Answerer], **more: object
-) -> tuple[Session, Keeper]:
+    path: Path, detector: Detector, answerers: list[CalibratedModel], **more: object
+) -> tuple[LiveSession, Keeper]:
     source = ReplaySource(path, float("inf"))
     keeper = Keeper()
     with source:
         pipeline = Pipeline(LAYOUT, detector, answerers, source.calibration)
-        session = Session(source, pipeline, **more)  # type: ignore[arg-type]
+        session = LiveSession(source, pipeline, **more)  # type: ignore[arg-type]
         session.run([keeper])
     return session, keeper
 
 
 def test_a_replay_gives_exactly_what_offline_gives(
-    recorded: Path, stream: np.ndarray, detector: Detector, answerers: list[Answerer]
+    recorded: Path, stream: np.ndarray, detector: Detector, answerers: list[CalibratedModel]
 ) -> None:
     _, keeper = run(recorded, detector, answerers)
     assert len(keeper.done) >= 4
@@ -122,14 +122,14 @@ def test_a_recording_of_a_session_is_a_dataset_that_replays_the_same(
     stream: np.ndarray,
     calibration: Calibration,
     detector: Detector,
-    answerers: list[Answerer],
+    answerers: list[CalibratedModel],
     tmp_path: Path,
 ) -> None:
     source = ReplaySource(recorded, float("inf"))
     keeper = Keeper()
     with source:
         pipeline = Pipeline(LAYOUT, detector, answerers, source.calibration)
-        session = Session(source, pipeline, (), tmp_path / "made", calibration)
+        session = LiveSession(source, pipeline, (), tmp_path / "made", calibration)
         path = session.start_recording()
         session.run([keeper])
     again = read_recording(path)
@@ -167,7 +167,7 @@ def test_an_actor_that_raises_ends_the_session_and_closes_everything(
     source = ReplaySource(recorded, float("inf"))
     keeper = Keeper()
     with source:
-        session = Session(source, Pipeline(LAYOUT, detector), [Failing()], tmp_path)
+        session = LiveSession(source, Pipeline(LAYOUT, detector), [Failing()], tmp_path)
         path = session.start_recording()
         with pytest.raises(RuntimeError, match="at Armed"):
             session.run([keeper])
@@ -200,7 +200,7 @@ def test_a_second_start_disturbs_nothing_of_the_recording_that_runs(
 
     with ReplaySource(recorded, float("inf")) as source:
         pipeline = Pipeline(LAYOUT, detector, (), calibration)
-        session = Session(source, pipeline, [Again()], tmp_path)
+        session = LiveSession(source, pipeline, [Again()], tmp_path)
         path = session.start_recording()
         session.run()
     marks = read_recording(path).pinches
@@ -213,7 +213,7 @@ def test_a_folder_that_cannot_be_made_is_told(
 ) -> None:
     (tmp_path / "file").touch()
     with ReplaySource(recorded, float("inf")) as source:
-        session = Session(source, Pipeline(LAYOUT, detector), (), tmp_path / "file" / "folder")
+        session = LiveSession(source, Pipeline(LAYOUT, detector), (), tmp_path / "file" / "folder")
         with pytest.raises(InputError, match="--recordings"):
             session.start_recording()
 
@@ -229,7 +229,7 @@ def test_a_sink_that_raises_costs_the_recording_nothing(
 
     source = ReplaySource(recorded, float("inf"))
     with source:
-        session = Session(source, Pipeline(LAYOUT, detector), (), tmp_path)
+        session = LiveSession(source, Pipeline(LAYOUT, detector), (), tmp_path)
         path = session.start_recording()
         session.run([Raiser()])
     assert session.fanout is not None
@@ -243,7 +243,7 @@ def test_it_ends_after_so_many_pinches_or_when_it_is_told(
     for bound in ({"pinches": 2}, {"seconds": 0.0}, {"stopped": lambda: True}):
         source = ReplaySource(recorded, float("inf"))
         with source:
-            session = Session(source, Pipeline(LAYOUT, detector, (), source.calibration))
+            session = LiveSession(source, Pipeline(LAYOUT, detector, (), source.calibration))
             session.run([], **bound)  # type: ignore[arg-type]
             assert not source.ended
             assert session.pinches == bound.get("pinches", 0)
@@ -256,6 +256,6 @@ def test_it_ends_when_nobody_is_left_to_tell(recorded: Path, detector: Detector)
 
     source = ReplaySource(recorded, 1.0)  # or all may be read before anybody has left
     with source:
-        session = Session(source, Pipeline(LAYOUT, detector))
+        session = LiveSession(source, Pipeline(LAYOUT, detector))
         session.run([Leaver()], patient=True)
         assert not source.ended

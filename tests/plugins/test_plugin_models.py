@@ -14,9 +14,9 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 from firstcontact.study.run import run_study
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 small = replace(
-    Settings(), block_pinches=20, object_pinches=4, durations=(0.015,), folds=3, brief=True,
+    StudySettings(), block_pinches=20, object_pinches=4, durations=(0.015,), folds=3, brief=True,
     calls=20, detector="energy", workers=1,
 )
 run_study(small, Path(sys.argv[1]), Path(sys.argv[2]), True, "none")

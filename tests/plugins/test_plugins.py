@@ -15,9 +15,9 @@ STUDY = """
 import sys
 from pathlib import Path
 from firstcontact.grasp_study.run import run_grasp_study
-from firstcontact.grasp_study.settings import Settings
+from firstcontact.grasp_study.settings import GraspStudySettings
 kinds = ("block 5", "block 60", "egg shell")
-small = Settings(1, (0.02,), 20, (0.015,), 1, True, kinds, workers=1)
+small = GraspStudySettings(1, (0.02,), 20, (0.015,), 1, True, kinds, workers=1)
 run_grasp_study(small, Path(sys.argv[1]), True, "none")
 """
 CHECKS = """

@@ -31,7 +31,9 @@ def test_objects_may_have_any_name(make_shore: Callable[..., Dataset], name: str
     data = subject.windows(0.015)
     for figure in (
         boxes_figure("svm", data, data.y + 1.0),
-        hardness_figure(subject.examples(0.015, subject.dataset.hardness_rank), np.ones(len(data))),
+        hardness_figure(
+            subject.labelled_windows(0.015, subject.dataset.hardness_rank), np.ones(len(data))
+        ),
         timing_figure(pinches[0]),
     ):
         assert figure.image.startswith("data:image/svg+xml")

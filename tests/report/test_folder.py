@@ -14,7 +14,7 @@ from firstcontact.core import InputError
 from firstcontact.core.files import write_json
 from firstcontact.core.jobs import Serial
 from firstcontact.grasp_study.learning import learn
-from firstcontact.grasp_study.settings import Settings
+from firstcontact.grasp_study.settings import GraspStudySettings
 from firstcontact.report.folder import MARK, fresh, sole_use
 
 ASKED = {"verb": "study", "recordings": None, "seed": 0, "durations": (0.003, 0.015)}
@@ -110,5 +110,5 @@ def test_a_grasp_study_removes_nobodys_folders(tmp_path: Path, name: str) -> Non
     (tmp_path / name).mkdir()
     (tmp_path / name / "precious").touch()
     with pytest.raises(InputError, match=f"{name} was not made by a study"):
-        learn(Settings().quick(), tmp_path, Serial())
+        learn(GraspStudySettings().quick(), tmp_path, Serial())
     assert (tmp_path / name / "precious").exists()

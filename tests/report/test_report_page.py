@@ -17,7 +17,7 @@ from firstcontact.report.figures.offsets import offset_figure
 from firstcontact.report.findings import Findings, PartResult
 from firstcontact.report.page import render
 from firstcontact.report.state import State
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 
 CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium")
 #: Writes the scale at which each figure is displayed, pixels an own pixel, into the page.
@@ -40,7 +40,7 @@ def page(subjects: int) -> str:
         its.take(PartResult({"contact": {"early_ms": 0.0}}, figures))
         its.figures["timing"] = both
         findings.append(its)
-    state = State("firstcontact study", asdict(Settings()), False, findings, [])
+    state = State("firstcontact study", asdict(StudySettings()), False, findings, [])
     return render(state)
 
 
@@ -68,5 +68,7 @@ def test_text_in_figures_has_one_size(subjects: int, width: int, tmp_path: Path)
 
 
 def test_a_command_that_is_not_utf8_is_shown_all_the_same() -> None:
-    state = State("firstcontact study --out \udcff", asdict(Settings()), False, [Findings("a")], [])
+    state = State(
+        "firstcontact study --out \udcff", asdict(StudySettings()), False, [Findings("a")], []
+    )
     assert "study --out ?" in render(state)

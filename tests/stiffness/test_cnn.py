@@ -12,7 +12,7 @@ import pytest
 import torch
 
 from firstcontact.core import InputError
-from firstcontact.stiffness import Card, Task, load_model, save_model
+from firstcontact.stiffness import Provenance, Task, load_model, save_model
 from firstcontact.stiffness.cnn import Cnn, as_input
 from firstcontact.stiffness.cnn_model import CnnModel
 from firstcontact.stiffness.efficientnet import ConvNorm, EfficientNet
@@ -147,7 +147,7 @@ def test_a_model_travels_between_processes() -> None:
 def test_running_a_saved_model_imports_no_training_library(tmp_path: Path) -> None:
     X, y, _ = toy_windows(32)
     model = Cnn(Task.REGRESSION, RATE, epochs=1).fit(X, y)
-    save_model(model, tmp_path / "model", Card())
+    save_model(model, tmp_path / "model", Provenance())
     assert load_model(tmp_path / "model").predict_one(X[0]) == model.predict_one(X[0])
     np.save(tmp_path / "window.npy", X[0])
     script = (

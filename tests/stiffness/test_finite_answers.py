@@ -16,9 +16,9 @@ from saved import vouch
 from firstcontact.core import InputError
 from firstcontact.stiffness import (
     ESTIMATORS,
-    Card,
     Interval,
     Model,
+    Provenance,
     Spec,
     Task,
     load_model,
@@ -116,7 +116,7 @@ def test_windows_at_the_ends_of_float32(name: str, task: Task, scale: float) -> 
 def test_weights_of_a_file_that_overflow(name: str, task: Task, tmp_path: Path) -> None:
     X, y, _ = toy_windows(24)
     estimator = make_estimator(name, task, RATE, **ESTIMATORS[name].quick)
-    folder = save_model(estimator.fit(X, y), tmp_path / "m", Card())
+    folder = save_model(estimator.fit(X, y), tmp_path / "m", Provenance())
     arrays = load_file(folder / WEIGHTS)
     for key, array in arrays.items():
         if key == "weights":

@@ -18,8 +18,8 @@ from saved import edit
 
 from firstcontact.core import InputError
 from firstcontact.stiffness import (
-    Card,
     Interval,
+    Provenance,
     Task,
     load_interval,
     load_model,
@@ -162,7 +162,7 @@ def test_too_little_to_calibrate_on(n: int, names: list[str], words: str) -> Non
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     model = make_estimator("peak", Task.REGRESSION, RATE).fit(*toy_windows(60))
-    card = Card(interval=STEPPED, calibration={"pinches": 60})
+    card = Provenance(interval=STEPPED, calibration={"pinches": 60})
     return save_model(model, tmp_path / "m", card)
 
 
@@ -214,7 +214,7 @@ def test_models_of_one_training_are_found(folder: Path, tmp_path: Path) -> None:
     assert model_folders(folder / "card.json") == [folder]
     many = tmp_path / "many"
     for name in ("15ms", "03ms", "08ms"):
-        save_model(load_model(folder), many / name, Card())
+        save_model(load_model(folder), many / name, Provenance())
     assert [f.name for f in model_folders(many)] == ["03ms", "08ms", "15ms"]
     with pytest.raises(InputError, match="there is no model here"):
         model_folders(tmp_path / "nothing")

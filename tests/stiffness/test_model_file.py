@@ -16,9 +16,9 @@ from saved import edit, vouch
 
 from firstcontact.core import InputError
 from firstcontact.stiffness import (
-    Card,
     LearnedFrom,
     Model,
+    Provenance,
     Task,
     load_model,
     make_estimator,
@@ -28,7 +28,7 @@ from firstcontact.stiffness import (
 from firstcontact.stiffness.model_file import CARD, WEIGHTS
 from firstcontact.testing.windows import RATE, toy_windows
 
-CONTENT = Card(
+CONTENT = Provenance(
     data=LearnedFrom(source="synthetic", pinches=60, sessions=("a", "b"), specimens=("x",)),
     split="session b held out",
     scores={"rmse": 2.5},
@@ -206,7 +206,7 @@ def test_a_model_that_cannot_be_written_leaves_the_old_one(folder: Path) -> None
     model = make_estimator("train_mean", Task.REGRESSION, RATE).fit(X, y, groups)
     before = {p.name: p.read_bytes() for p in folder.iterdir()}
     with pytest.raises(ValueError, match="JSON"):
-        save_model(model, folder, Card(scores={"rmse": float("nan")}))
+        save_model(model, folder, Provenance(scores={"rmse": float("nan")}))
     assert {p.name: p.read_bytes() for p in folder.iterdir()} == before
 
 
@@ -241,7 +241,7 @@ def test_a_header_that_declares_terabytes(folder: Path) -> None:
 def test_what_could_not_be_read_again_is_not_written(folder: Path) -> None:
     before = {p.name: p.read_bytes() for p in folder.iterdir()}
     with pytest.raises(InputError, match="sessions"):
-        save_model(svm(), folder, Card(data=LearnedFrom(sessions=("x" * 1000,))))
+        save_model(svm(), folder, Provenance(data=LearnedFrom(sessions=("x" * 1000,))))
     assert {p.name: p.read_bytes() for p in folder.iterdir()} == before
 
 
@@ -250,7 +250,7 @@ def test_what_could_not_be_read_again_is_not_written(folder: Path) -> None:
 def test_small_models_with_other_shapes(tmp_path: Path, kind: str, shape: tuple[int, ...]) -> None:
     X, y, _ = toy_windows(60)
     folder = save_model(
-        make_estimator(kind, Task.REGRESSION, RATE).fit(X, y), tmp_path / "s", Card()
+        make_estimator(kind, Task.REGRESSION, RATE).fit(X, y), tmp_path / "s", Provenance()
     )
     (name,) = load_file(folder / WEIGHTS)
     vouch(folder, save({name: np.zeros(shape)}))
@@ -260,7 +260,7 @@ def test_small_models_with_other_shapes(tmp_path: Path, kind: str, shape: tuple[
 
 def test_a_constant_that_is_no_class(tmp_path: Path) -> None:
     model = make_estimator("train_mean", Task.CLASSIFICATION, RATE).fit(*toy_windows(60)[:2])
-    folder = save_model(model, tmp_path / "s", Card())
+    folder = save_model(model, tmp_path / "s", Provenance())
     vouch(folder, save({"value": np.array([11.0])}))
     with pytest.raises(InputError, match="none of the classes"):
         load_model(folder)

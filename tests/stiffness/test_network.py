@@ -13,7 +13,7 @@ from safetensors.numpy import load_file, save
 from saved import vouch
 
 from firstcontact.core import InputError
-from firstcontact.stiffness import Card, Task, load_model, save_model
+from firstcontact.stiffness import Provenance, Task, load_model, save_model
 from firstcontact.stiffness.cnn import Cnn
 from firstcontact.stiffness.efficientnet import EfficientNet
 from firstcontact.stiffness.model_file import WEIGHTS
@@ -200,7 +200,9 @@ def test_bytes_that_were_damaged_are_refused_or_answer(good: bytes) -> None:
 
 def test_a_model_folder_with_a_foreign_graph_is_refused_in_one_sentence(tmp_path: Path) -> None:
     X, y, _ = toy_windows(24)
-    folder = save_model(Cnn(Task.REGRESSION, RATE, epochs=1).fit(X, y), tmp_path / "m", Card())
+    folder = save_model(
+        Cnn(Task.REGRESSION, RATE, epochs=1).fit(X, y), tmp_path / "m", Provenance()
+    )
     arrays = load_file(folder / WEIGHTS)
     raw = changed(arrays["onnx"].tobytes(), external)
     vouch(folder, save(arrays | {"onnx": np.frombuffer(raw, dtype=np.uint8)}))

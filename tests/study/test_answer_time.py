@@ -9,7 +9,7 @@ import pytest
 
 from firstcontact.core import Contact, Dataset, Finger, Pinch, fingertip_layout
 from firstcontact.study.parts.answer_time import answer_time
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 from firstcontact.study.subject import Subject
 
 RATE = 4936.0
@@ -33,7 +33,7 @@ def found(sample: int, decided: int, finger: Finger = Finger.THUMB) -> Contact:
 def answer(*cases: tuple[int | None, Contact | None], rate: float | None = None, **settings):
     dataset = Dataset(tuple(pinch(offset) for offset, _ in cases), recorded_rate=rate)
     subject = Subject("any", dataset, tuple(contact for _, contact in cases))
-    return answer_time(subject, replace(Settings(), **settings)).tree["answer_ms"]
+    return answer_time(subject, replace(StudySettings(), **settings)).tree["answer_ms"]
 
 
 def test_a_window_waits_for_its_end_and_the_filter():
@@ -79,6 +79,6 @@ def test_what_is_decided_before_the_contact_is_no_answer():
 
 def test_without_known_contacts_it_is_left_out():
     blind = replace(pinch(None), truth=())
-    outcome = answer_time(Subject("any", Dataset((blind,)), (None,)), Settings())
+    outcome = answer_time(Subject("any", Dataset((blind,)), (None,)), StudySettings())
     assert not outcome.tree
     assert "Time to an answer" in outcome.left_out[0]

@@ -28,10 +28,10 @@ from firstcontact.study.parts.objects import objects
 from firstcontact.study.parts.second_contact import samples_to_spare
 from firstcontact.study.parts.waveforms import waveforms
 from firstcontact.study.parts.window_length import window_length
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 from firstcontact.study.subject import NO_SESSIONS, Subject
 
-SMALL = replace(Settings(), durations=(0.005, 0.015), folds=3, brief=True, calls=30, workers=1)
+SMALL = replace(StudySettings(), durations=(0.005, 0.015), folds=3, brief=True, calls=30, workers=1)
 MODELS = ("train_mean", "peak", "svm")
 
 

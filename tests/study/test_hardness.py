@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from firstcontact.core import Dataset
 from firstcontact.core.jobs import Serial
 from firstcontact.study.parts.hardness import hardness, spectral_centroid
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 from firstcontact.study.subject import Subject
 
 RATE = 4936.0
@@ -33,7 +33,7 @@ def test_centroid_of_a_tone_is_near_its_frequency_and_blind_to_gain(
 
 
 def test_rings_that_are_faster_when_harder_come_in_order(ranks: Dataset) -> None:
-    outcome = hardness(Subject("recordings", ranks), Settings(), Serial())
+    outcome = hardness(Subject("recordings", ranks), StudySettings(), Serial())
     tree = outcome.tree["hardness_order"]
     assert tree["spectral_centroid"]["rho"] > 0.9
     assert tree["spectral_centroid"]["n"] == 6
@@ -46,6 +46,6 @@ def test_rings_that_are_faster_when_harder_come_in_order(ranks: Dataset) -> None
 
 def test_too_few_materials_are_left_out_with_the_reason(ranks: Dataset) -> None:
     few = ranks.take(ranks.hardness_rank == 0)
-    outcome = hardness(Subject("recordings", few), Settings(), Serial())
+    outcome = hardness(Subject("recordings", few), StudySettings(), Serial())
     assert outcome.tree == {}
     assert "Hardness order" in outcome.left_out[0]

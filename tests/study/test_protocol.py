@@ -16,9 +16,9 @@ from firstcontact.report.findings import Findings, PartResult
 from firstcontact.report.state import State
 from firstcontact.study import protocol
 from firstcontact.study.parts.contacts import detection_splits
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 
-SMALL = replace(Settings(), durations=(0.005, 0.015), folds=3, brief=True, calls=30, workers=1)
+SMALL = replace(StudySettings(), durations=(0.005, 0.015), folds=3, brief=True, calls=30, workers=1)
 
 
 def study(dataset: Dataset, out: Path, name: str = "recordings") -> tuple[State, list]:

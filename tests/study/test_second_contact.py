@@ -11,7 +11,7 @@ from firstcontact.core import Contact, Dataset
 from firstcontact.report.tables import second_table
 from firstcontact.study.parts.objects import UNSEEN
 from firstcontact.study.parts.second_contact import misplaced, second_contact
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 from firstcontact.study.subject import Subject
 
 MS = 4.936
@@ -47,7 +47,7 @@ def test_windows_of_false_triggers_have_a_row_of_their_own(
     predicted = np.where(misplaced(its, 0.0)[data.which], data.y + 50.0, data.y + 1.0)
     predicted[~data.test] = np.nan
     its.predictions["svm", UNSEEN] = (data, predicted)
-    outcome = second_contact(its, Settings())
+    outcome = second_contact(its, StudySettings())
     sides = outcome.tree["second_contact_in_window"]["svm"]["objects"]
     assert sides["misplaced"]["n"] == 3
     assert sides["misplaced"]["rmse"] == 50.0

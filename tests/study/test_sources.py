@@ -12,10 +12,10 @@ from scipy.io import wavfile
 
 from firstcontact.core import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 from firstcontact.study.sources import recorded, simulated
 
-TINY = replace(Settings(), block_pinches=2, object_pinches=1, workers=1)
+TINY = replace(StudySettings(), block_pinches=2, object_pinches=1, workers=1)
 
 
 def arrays(path: Path, rate: float = 8000.0) -> Path:

@@ -14,7 +14,7 @@ from firstcontact.core.errors import InputError
 
 if TYPE_CHECKING:
     from firstcontact.core import Dataset
-    from firstcontact.learning.training import Examples
+    from firstcontact.learning.training import LabelledWindows
     from firstcontact.stiffness import Interval, Model
 
 _log = logging.getLogger(__name__)
@@ -40,7 +40,7 @@ class Evaluate:
         from firstcontact.contact.detector_file import load_detector
         from firstcontact.learning.alignment import found, known
         from firstcontact.learning.known_pinches import known_pinches
-        from firstcontact.learning.training import examples
+        from firstcontact.learning.training import labelled_windows
         from firstcontact.recording import load_dataset
         from firstcontact.stiffness import (
             load_digests,
@@ -69,7 +69,7 @@ class Evaluate:
             contacts = known(dataset)
         else:
             contacts = found(dataset, load_detector(self.detector or folder))
-        data = examples(dataset, contacts.contacts, model.spec.duration, values)
+        data = labelled_windows(dataset, contacts.contacts, model.spec.duration, values)
         if not len(data):
             raise InputError(
                 f"{self.data}: none of {len(dataset)} pinches has a contact ({contacts.how}), a "
@@ -106,11 +106,11 @@ def _at_rate(dataset: Dataset, rate: float, data: Path, model: Path) -> Dataset:
 
 
 def _report(
-    title: str, model: Model, interval: Interval | None, data: Examples, target: str
+    title: str, model: Model, interval: Interval | None, data: LabelledWindows, target: str
 ) -> None:
     import numpy as np
 
-    from firstcontact.learning.keeping import covered, score
+    from firstcontact.learning.final_model import covered, score
 
     if model.spec.classes:
         inside = np.isin(data.y, model.spec.classes)
@@ -133,7 +133,7 @@ def _report(
         print(f"  {line}")
 
 
-def _table(data: Examples, predicted: Any, target: str) -> list[str]:
+def _table(data: LabelledWindows, predicted: Any, target: str) -> list[str]:
     from firstcontact.learning.metrics import per_object
 
     each = per_object(data.y, predicted, data.specimens, data.objects)

@@ -44,9 +44,9 @@ class GraspStudy:
         if self.seed < 0:
             raise InputError(f"--seed is {self.seed}: give a whole number from 0 on")
         from firstcontact.grasp_study.run import run_grasp_study
-        from firstcontact.grasp_study.settings import Settings
+        from firstcontact.grasp_study.settings import GraspStudySettings
 
-        settings = Settings(
+        settings = GraspStudySettings(
             model=ESTIMATORS.find(self.model).name,
             detector=None if self.detector is None else DETECTORS.find(self.detector).name,
             seed=self.seed,

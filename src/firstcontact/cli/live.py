@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from firstcontact.device import Source
     from firstcontact.grasp.hand import Hand
     from firstcontact.live.grasping import Grasping
-    from firstcontact.live.pipeline import Answerer
-    from firstcontact.live.session import Session
+    from firstcontact.live.pipeline import CalibratedModel
+    from firstcontact.live.session import LiveSession
     from firstcontact.live.sink import Sink
 
 #: How long a hand is watched at rest before a live run without a calibration, s.
@@ -67,7 +67,7 @@ class Live:
     hand: Annotated[str | None, one_of(HANDS)] = None
     """A hand to drive."""
     hand_port: str | None = None
-    """Of the hand, where it needs one; some have one for a rehearsal without hardware."""
+    """Of the hand, where it needs one; some have one for a trial without hardware."""
     policy: Annotated[str, one_of(live_policies())] = POLICIES.default
     """What decides how the hand closes."""
     record: bool = False
@@ -96,7 +96,7 @@ class Live:
         from firstcontact.core.calibration_file import read_calibration
         from firstcontact.live.grasping import grasp_lines
         from firstcontact.live.pipeline import Pipeline
-        from firstcontact.live.session import Session
+        from firstcontact.live.session import LiveSession
 
         source = open_source(
             self.device, speed=self.speed, condition=self.condition, seed=self.seed
@@ -110,7 +110,7 @@ class Live:
             pipeline = Pipeline(source.descriptor.layout, detector, answerers, calibration)
             with self._driven(source) as grasping:
                 actors = () if grasping is None else (grasping,)
-                session = Session(source, pipeline, actors, self.recordings, calibration)
+                session = LiveSession(source, pipeline, actors, self.recordings, calibration)
                 sinks = self._sinks(session, landmarks)
                 began, used = source.health.samples, time.process_time()
                 if self.record:
@@ -146,9 +146,11 @@ class Live:
     def _check_hand(self, hand: type[Hand]) -> None:
         """Refuse what the hand must not, or cannot, be driven with."""
         device = source_kind(self.device)
-        rehearsed = self.hand_port is not None and self.hand_port == hand.rehearsal
+        rehearsed = self.hand_port is not None and self.hand_port == hand.simulated_port
         if hand.real and not rehearsed and (device.recorded or self.speed != 1.0):
-            instead = "" if hand.rehearsal is None else f", or --hand-port {hand.rehearsal}"
+            instead = (
+                "" if hand.simulated_port is None else f", or --hand-port {hand.simulated_port}"
+            )
             raise InputError(
                 f"--hand {hand.name} is not driven from a recording, nor faster than real time: "
                 f"use --hand {HANDS.default}{instead}"
@@ -198,7 +200,7 @@ class Live:
         except HandError as error:
             raise InputError(f"--hand {self.hand}: {error}") from error
 
-    def _sinks(self, session: Session, landmarks: dict[str, float]) -> list[Sink]:
+    def _sinks(self, session: LiveSession, landmarks: dict[str, float]) -> list[Sink]:
         from firstcontact.live.json_lines import JsonLinesSink
         from firstcontact.live.text import TextSink
 
@@ -215,7 +217,7 @@ class Live:
             sinks.append(page)
         return sinks
 
-    def _report(self, session: Session, source: Source, began: int, cpu: float) -> None:
+    def _report(self, session: LiveSession, source: Source, began: int, cpu: float) -> None:
         from firstcontact.live.summary import ledger_lines
 
         health = source.health
@@ -234,15 +236,15 @@ class Live:
 
 def _models(
     folder: Path, detector: Path | None
-) -> tuple[Detector, list[Answerer], dict[str, float]]:
+) -> tuple[Detector, list[CalibratedModel], dict[str, float]]:
     """Detector, models with their intervals, and the objects that they know."""
     from firstcontact.contact.detector_file import load_detector
-    from firstcontact.live.pipeline import Answerer
+    from firstcontact.live.pipeline import CalibratedModel
     from firstcontact.stiffness import load_interval, load_model, read_card
     from firstcontact.stiffness.model_file import model_folders
 
     folders = model_folders(folder)
-    answerers = [Answerer(load_model(f), load_interval(f)) for f in folders]
+    answerers = [CalibratedModel(load_model(f), load_interval(f)) for f in folders]
     landmarks = dict(read_card(folders[0]).data.objects)
     for loaded, answerer in zip(folders, answerers, strict=True):
         _log.info("model %s: %s", loaded, answerer.model.spec)

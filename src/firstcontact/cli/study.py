@@ -40,14 +40,14 @@ class Study:
     def run(self) -> None:
         """Run the study with its progress on stderr."""
         from firstcontact.core.jobs import asked_workers
-        from firstcontact.study.settings import Settings
+        from firstcontact.study.settings import StudySettings
 
         need("study", "matplotlib", "jinja2")
         if self.recordings is None:
             need("study", "numba")
         if self.seed < 0 or not 0 <= self.early_ms <= 10:
             raise InputError("--seed must not be negative, and --early-ms lies from 0 to 10")
-        settings = Settings(
+        settings = StudySettings(
             seed=self.seed,
             workers=asked_workers(self.workers),
             detector=DETECTORS.find(self.detector).name,

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from firstcontact.core import Dataset
     from firstcontact.core.jobs import Runner
     from firstcontact.learning.alignment import Alignment
-    from firstcontact.learning.keeping import Kept
-    from firstcontact.learning.training import Examples
+    from firstcontact.learning.final_model import FinalModel
+    from firstcontact.learning.training import LabelledWindows
     from firstcontact.stiffness import LearnedFrom
     from firstcontact.stiffness.learned_from import Digests
 
@@ -90,8 +90,8 @@ class Train:
         from firstcontact.cli.losses import warn_of
         from firstcontact.contact.detector_file import save_detector, vouched
         from firstcontact.learning.alignment import fit_detector, found_as_live, known
-        from firstcontact.learning.keeping import learn_to_keep
-        from firstcontact.learning.training import examples
+        from firstcontact.learning.final_model import train_final_model
+        from firstcontact.learning.training import labelled_windows
         from firstcontact.recording import load_dataset
         from firstcontact.stiffness import Task, pinch_digests
 
@@ -113,7 +113,7 @@ class Train:
         contacts = known(dataset) if truth else found_as_live(dataset, detector, self.seed, runner)
         everything = {}
         for ms in folders:
-            cut = examples(dataset, contacts.contacts, 1e-3 * ms, values)
+            cut = labelled_windows(dataset, contacts.contacts, 1e-3 * ms, values)
             if len(cut) < 2:
                 raise InputError(
                     f"{self.data}: {len(cut)} of {len(dataset)} pinches have a contact, a "
@@ -124,7 +124,7 @@ class Train:
         lines = []
         for ms, folder in folders.items():
             data = everything[ms]
-            kept = learn_to_keep(
+            kept = train_final_model(
                 data,
                 self.model,
                 Task(self.task),
@@ -177,7 +177,7 @@ class Train:
         return resampled
 
     def _learned_from(
-        self, data: Examples, dataset: Dataset, contacts: Alignment, target: Target
+        self, data: LabelledWindows, dataset: Dataset, contacts: Alignment, target: Target
     ) -> LearnedFrom:
         from firstcontact.stiffness import LearnedFrom
 
@@ -197,11 +197,11 @@ class Train:
 
 
 def _save(
-    kept: Kept, folder: Path, learned_from: LearnedFrom, digests: Digests, detector: str
+    kept: FinalModel, folder: Path, learned_from: LearnedFrom, digests: Digests, detector: str
 ) -> None:
-    from firstcontact.stiffness import Card, save_model
+    from firstcontact.stiffness import Provenance, save_model
 
-    card = Card(
+    card = Provenance(
         data=learned_from,
         split=f"scores: {kept.split}; the saved model learned from all pinches",
         scores=kept.scores,
@@ -212,7 +212,7 @@ def _save(
     save_model(kept.model, folder, card, digests)
 
 
-def _objects(data: Examples) -> dict[str, float]:
+def _objects(data: LabelledWindows) -> dict[str, float]:
     """Mean Shore A of each named object."""
     names = sorted({str(name) for name in data.objects} - {""})
     return {name: float(data.y[data.objects == name].mean()) for name in names}
@@ -276,7 +276,7 @@ def coverage_in_words(found: Mapping[str, float], level: float) -> str:
     )
 
 
-def _interval_in_words(kept: Kept, target: str) -> str:
+def _interval_in_words(kept: FinalModel, target: str) -> str:
     if kept.interval is None:
         return f"no interval: {kept.calibration['none']}"
     checked = kept.calibration["held_out"]

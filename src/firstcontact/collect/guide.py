@@ -10,7 +10,7 @@ import numpy as np
 
 from firstcontact.collect.closing_check import ClosingCheck
 from firstcontact.collect.plan import Item
-from firstcontact.contact.closing import Began, Closings, Went
+from firstcontact.contact.closing import ClosingBegan, Closings, ClosingSamples
 from firstcontact.contact.threshold import ThresholdDetector
 from firstcontact.core import Block, Calibration, ChannelKind, Label, Layout
 from firstcontact.device import Arrival
@@ -144,11 +144,11 @@ class Guide:
         self._next = (block.end, block.epoch)
         self._noise.update(block)
         for stage in self._closings.update(block):
-            if isinstance(stage, Began):
+            if isinstance(stage, ClosingBegan):
                 judged += self._judge()
                 if not self.paused:
                     self._check = ClosingCheck(self.layout, stage.sample, stage.epoch)
-            elif isinstance(stage, Went) and self._check is not None:
+            elif isinstance(stage, ClosingSamples) and self._check is not None:
                 # A contact beyond its end belongs to no pinch.
                 end = self._check.end
                 for contact in stage.contacts:

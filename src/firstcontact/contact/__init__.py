@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from firstcontact.core.lazy import lazily
 
 if TYPE_CHECKING:
-    from firstcontact.contact.detector import Detector, Verdicts, detect
+    from firstcontact.contact.detector import Detector, WindowDecisions, detect
     from firstcontact.contact.registry import DETECTORS, make_detector, unfitted
     from firstcontact.contact.svm import SvmDetector
     from firstcontact.contact.threshold import ThresholdDetector
@@ -15,7 +15,7 @@ else:
     __getattr__ = lazily(
         __name__,
         {
-            "detector": "Detector Verdicts detect",
+            "detector": "Detector WindowDecisions detect",
             "registry": "DETECTORS make_detector unfitted",
             "svm": "SvmDetector",
             "threshold": "ThresholdDetector",
@@ -27,7 +27,7 @@ __all__ = [
     "Detector",
     "SvmDetector",
     "ThresholdDetector",
-    "Verdicts",
+    "WindowDecisions",
     "detect",
     "make_detector",
     "unfitted",

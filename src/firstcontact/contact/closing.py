@@ -15,7 +15,7 @@ from firstcontact.core.pinch import Contact
 
 
 @dataclass(frozen=True, slots=True)
-class Began:
+class ClosingBegan:
     """A closing began with this sample."""
 
     sample: int
@@ -23,7 +23,7 @@ class Began:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Went:
+class ClosingSamples:
     """Samples of a closing, and the contacts that they made known."""
 
     block: Block
@@ -31,7 +31,7 @@ class Went:
 
 
 @dataclass(frozen=True, slots=True)
-class Ended:
+class ClosingEnded:
     """A closing ended before this sample.
 
     ``whole`` is False where samples are missing behind it: it did not end by itself.
@@ -42,7 +42,7 @@ class Ended:
     whole: bool
 
 
-Stage = Began | Went | Ended
+Stage = ClosingBegan | ClosingSamples | ClosingEnded
 
 
 class Closings:
@@ -115,17 +115,17 @@ class Closings:
                 if follows:
                     yield from self._go_on(block, place, event.sample)
                     place = max(place, event.sample)
-                yield Ended(event.sample, self._epoch_before, follows)
+                yield ClosingEnded(event.sample, self._epoch_before, follows)
                 self._open = False
             else:
                 place = event.sample
                 self._detector.start(self._layout)
                 self._latched = 0
                 self._open = True
-                yield Began(event.sample, block.epoch)
+                yield ClosingBegan(event.sample, block.epoch)
         yield from self._go_on(block, place, block.end)
 
-    def _go_on(self, block: Block, start: int, stop: int) -> Iterator[Went]:
+    def _go_on(self, block: Block, start: int, stop: int) -> Iterator[ClosingSamples]:
         """Feed what belongs to the closing."""
         if not self._open or start >= stop:
             return
@@ -136,4 +136,4 @@ class Closings:
         if self._latched < self._fingers:
             contacts = self._detector.update(piece)
             self._latched += len(contacts)
-        yield Went(piece, tuple(contacts))
+        yield ClosingSamples(piece, tuple(contacts))

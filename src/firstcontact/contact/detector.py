@@ -16,7 +16,7 @@ from firstcontact.core.pinch import Contact, Dataset, Pinch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Verdicts:
+class WindowDecisions:
     """What a detector says of each window, whatever was detected before.
 
     Parameters
@@ -36,7 +36,7 @@ class Verdicts:
 
 
 def latch(
-    verdicts: Verdicts, fingers: Sequence[Finger | None], latched: set[Finger | None]
+    verdicts: WindowDecisions, fingers: Sequence[Finger | None], latched: set[Finger | None]
 ) -> list[Contact]:
     """The first firing of each finger that is not latched yet, and latch it.
 
@@ -107,8 +107,8 @@ class Detector(Protocol):
     def start(self, layout: Layout) -> None:
         """Begin a new closing: forget the stream and release all fingers."""
 
-    def judge(self, block: Block) -> Verdicts:
-        """Verdicts on the windows that this block completes.
+    def judge(self, block: Block) -> WindowDecisions:
+        """WindowDecisions on the windows that this block completes.
 
         A block that does not follow the one before starts a new steady state;
         no window is ever made across a gap, an epoch or a sample that is not

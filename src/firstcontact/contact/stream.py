@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact.detector import Verdicts, latch
+from firstcontact.contact.detector import WindowDecisions, latch
 from firstcontact.contact.onset import pick_onset
 from firstcontact.core.block import Block
 from firstcontact.core.errors import InputError
@@ -159,8 +159,8 @@ class WindowDetector(ABC):
         """So many more samples are needed for the next verdict."""
         return self._window_end - self._next
 
-    def judge(self, block: Block) -> Verdicts:
-        """Verdicts on the windows that this block completes."""
+    def judge(self, block: Block) -> WindowDecisions:
+        """WindowDecisions on the windows that this block completes."""
         if block.epoch != self._epoch:
             self._epoch = block.epoch
             self._restart(block.first_sample)
@@ -174,7 +174,7 @@ class WindowDetector(ABC):
                 self._restart(first)
             parts.append(self._judge_run(run))
         fingers = len(self._columns)
-        return Verdicts(
+        return WindowDecisions(
             np.concatenate([np.zeros(0, np.int64), *(p.ends for p in parts)]),
             np.concatenate([np.zeros((0, fingers), np.bool_), *(p.fired for p in parts)]),
             np.concatenate([np.zeros((0, fingers), np.int64), *(p.onsets for p in parts)]),
@@ -184,7 +184,7 @@ class WindowDetector(ABC):
         """Contacts that this block makes known, each finger once per closing."""
         return latch(self.judge(block), self._fingers, self._latched)
 
-    def _judge_run(self, volts: NDArray[np.float64]) -> Verdicts:
+    def _judge_run(self, volts: NDArray[np.float64]) -> WindowDecisions:
         sizes = self._sizes
         new = volts if self._smoothing is None else self._smoothing.update(volts)
         self._past = np.concatenate([self._past, new])
@@ -194,7 +194,9 @@ class WindowDetector(ABC):
         ends = np.arange(self._window_end, self._next + 1, sizes.step)
         if self._state is None or not len(ends):
             none = np.zeros((0, len(self._columns)))
-            return Verdicts(np.zeros(0, np.int64), none.astype(np.bool_), none.astype(np.int64))
+            return WindowDecisions(
+                np.zeros(0, np.int64), none.astype(np.bool_), none.astype(np.int64)
+            )
         starts = ends - sizes.window - self._past_first
         inside = starts[:, None] + np.arange(sizes.window)
         windows = self._state.normalise(self._past)[inside]
@@ -209,7 +211,7 @@ class WindowDetector(ABC):
         surplus = self._window_end - sizes.window - self._past_first
         self._past = self._past[surplus:].copy()
         self._past_first += surplus
-        return Verdicts(ends - 1, fired, onsets)
+        return WindowDecisions(ends - 1, fired, onsets)
 
 
 def _finite_runs(

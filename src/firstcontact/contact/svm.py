@@ -12,7 +12,7 @@ from firstcontact.contact.closing_start import closings
 from firstcontact.contact.features import feature_count, window_features
 from firstcontact.contact.rbf import RbfMachine
 from firstcontact.contact.stream import WindowDetector
-from firstcontact.contact.training import PHASES, Examples, examples, usable
+from firstcontact.contact.training import PHASES, TrainingWindows, training_windows, usable
 from firstcontact.core.errors import InputError
 from firstcontact.core.layout import Layout
 from firstcontact.core.palette import BLUE
@@ -75,7 +75,7 @@ class SvmDetector(WindowDetector):
         # Evenly spaced, not drawn: every session and object keeps its share.
         spaced = np.linspace(0, max(0, len(able) - 1), min(PINCHES, len(able)))
         subset = dataset.take(able[spaced.round().astype(np.intp)])
-        data = examples(subset, sizes, early, self.seed)
+        data = training_windows(subset, sizes, early, self.seed)
         shown = np.unique(data.pinch[data.positive])
         if len(shown) < 2:
             raise InputError(
@@ -168,7 +168,7 @@ def _groups(sessions: NDArray[np.str_]) -> NDArray[np.intp]:
     return np.arange(len(sessions)) if len(names) < FOLDS else numbers.astype(np.intp)
 
 
-def _train(data: Examples, seed: int) -> RbfMachine:
+def _train(data: TrainingWindows, seed: int) -> RbfMachine:
     """Train on some of each class, add those it finds hardest, and train again."""
     rng = np.random.default_rng(seed)
     sign = np.where(data.positive, 1.0, -1.0)
@@ -184,11 +184,11 @@ def _train(data: Examples, seed: int) -> RbfMachine:
     return machine
 
 
-def _fit(data: Examples, chosen: NDArray[np.intp]) -> RbfMachine:
+def _fit(data: TrainingWindows, chosen: NDArray[np.intp]) -> RbfMachine:
     return RbfMachine.train(data.features[chosen], data.positive[chosen], COST)
 
 
-def _best_threshold(data: Examples, decision: NDArray[np.float64]) -> float:
+def _best_threshold(data: TrainingWindows, decision: NDArray[np.float64]) -> float:
     """Middle of the lowest range of thresholds that detects most first contacts.
 
     A pinch is right when all its windows before the contact stay below and,

@@ -26,7 +26,7 @@ CHANCES = 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Examples:
+class TrainingWindows:
     """Windows of many pinches, as features.
 
     Parameters
@@ -51,9 +51,9 @@ class Examples:
     first: NDArray[np.bool_]
     phase: NDArray[np.intp]
 
-    def take(self, which: NDArray[np.bool_] | NDArray[np.intp]) -> Examples:
+    def take(self, which: NDArray[np.bool_] | NDArray[np.intp]) -> TrainingWindows:
         """Some of them."""
-        return Examples(*(getattr(self, f.name)[which] for f in fields(self)))
+        return TrainingWindows(*(getattr(self, f.name)[which] for f in fields(self)))
 
 
 def usable(pinch: Pinch, sizes: WindowSizes, early: float) -> bool:
@@ -64,7 +64,9 @@ def usable(pinch: Pinch, sizes: WindowSizes, early: float) -> bool:
     return before >= sizes.steady + sizes.step
 
 
-def examples(dataset: Dataset, sizes: WindowSizes, early: float, seed: int) -> Examples:
+def training_windows(
+    dataset: Dataset, sizes: WindowSizes, early: float, seed: int
+) -> TrainingWindows:
     """Windows of all usable pinches.
 
     Negatives: each finger before its own contact, one window a step at a random
@@ -83,7 +85,7 @@ def examples(dataset: Dataset, sizes: WindowSizes, early: float, seed: int) -> E
         For the phases.
     """
     rng = np.random.default_rng(seed)
-    nothing = Examples(
+    nothing = TrainingWindows(
         np.zeros((0, feature_count(sizes.step))),
         np.zeros(0, np.bool_),
         np.zeros(0, np.intp),
@@ -96,8 +98,8 @@ def examples(dataset: Dataset, sizes: WindowSizes, early: float, seed: int) -> E
         if usable(pinch, sizes, early)
         for column in range(len(pinch.layout.vibration_fingers))
     ]
-    joined = (np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Examples))
-    return Examples(*joined)
+    joined = (np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(TrainingWindows))
+    return TrainingWindows(*joined)
 
 
 def _of_finger(
@@ -107,7 +109,7 @@ def _of_finger(
     sizes: WindowSizes,
     early: float,
     rng: np.random.Generator,
-) -> Examples:
+) -> TrainingWindows:
     layout = pinch.layout
     volts = pinch.vibration()[:, column : column + 1]
     smoothing = missing_smoothing(
@@ -133,7 +135,7 @@ def _of_finger(
     windows = sliding_window_view(x, sizes.window)[ends - sizes.window]
     positive = ends > quiet_end
     is_first = np.full(len(ends), touched == [first]) | (ends <= first - margin)
-    return Examples(
+    return TrainingWindows(
         window_features(np.ascontiguousarray(windows), sizes.step),
         positive,
         np.full(len(ends), number, dtype=np.intp),

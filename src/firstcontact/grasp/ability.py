@@ -41,7 +41,7 @@ class AbilityHand(Hand):
 
     name = "ability"
     limits = HandLimits(speed=0.25, force=10.0, rate=100.0, watchdog=0.3)
-    rehearsal = SIMULATED
+    simulated_port = SIMULATED
     separate = True
 
     def __init__(self, port: str | None = None) -> None:

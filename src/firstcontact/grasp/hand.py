@@ -50,7 +50,7 @@ class Hand(ABC):
     #: Whether it moves for real: then no recording drives it, nor a clock that runs faster.
     real: ClassVar[bool] = True
     #: The port under which it works without hardware, for tests and dry runs.
-    rehearsal: ClassVar[str | None] = None
+    simulated_port: ClassVar[str | None] = None
     #: Whether a process of its own drives it, which lets go when the program hangs or is no more.
     separate: ClassVar[bool] = False
     #: Name of the source over which it is driven; it is then made from that source.

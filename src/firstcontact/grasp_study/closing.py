@@ -53,7 +53,7 @@ class PlantHand(Hand):
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class ClosingRecord:
     """What the hand was told in a closing, and by what.
 
     ``estimates`` are those that the pipeline gave, whether or not they were used.
@@ -70,7 +70,7 @@ def close(
     pipeline: Pipeline | None = None,
     windows: int = 0,
     feels: bool = True,
-) -> Told:
+) -> ClosingRecord:
     """Close the hand on what is in the plant, until the object is lifted or lost.
 
     Computing takes no time here, nor does the cable: both belong to the latency.
@@ -111,7 +111,7 @@ def close(
                 grasping.happened(event)
             listening = not (touched and (refused or len(estimates) >= windows))
         grasping.came(block)
-    return Told(tuple(hand.orders), tuple(estimates), grasping.loop.counts)
+    return ClosingRecord(tuple(hand.orders), tuple(estimates), grasping.loop.counts)
 
 
 def _settled(grasping: Grasping) -> bool:

@@ -15,7 +15,7 @@ from firstcontact.grasp.policy import Part
 from firstcontact.grasp_study.closing import Order
 from firstcontact.grasp_study.learning import Models
 from firstcontact.grasp_study.settings import HEADLINE
-from firstcontact.grasp_study.trials import Scene, Tuned, plant_of, played
+from firstcontact.grasp_study.trials import PinchSetup, Tuned, plant_of, played
 from firstcontact.grasp_study.variants import Variant, playing, unmodulated
 from firstcontact.report.figures.style import STYLE
 
@@ -46,14 +46,14 @@ class Take:
 def film(
     path: Path, sessions: int, seed: int, tuned: Tuned, models: Models,
     pictures: int = PICTURES,
-) -> Scene:  # fmt: skip
+) -> PinchSetup:  # fmt: skip
     """Write an animated GIF of no modulation beside the last of the candidates.
 
     Of the sessions, the first is taken whose fingers touch a good while apart.
 
     Returns
     -------
-    Scene
+    PinchSetup
         What is shown.
     """
     from matplotlib import rc_context
@@ -62,11 +62,11 @@ def film(
     from matplotlib.figure import Figure
 
     for number in range(sessions):
-        scene = Scene(KIND, number, seed=seed)
-        before = take(scene, unmodulated(), tuned, models)
+        setup = PinchSetup(KIND, number, seed=seed)
+        before = take(setup, unmodulated(), tuned, models)
         if before.offset is not None and OFFSETS[0] <= before.offset <= OFFSETS[1]:
             break
-    takes = (before, take(scene, filmed(), tuned, models))
+    takes = (before, take(setup, filmed(), tuned, models))
     with rc_context(STYLE):
         figure = Figure(figsize=(7.2, 4.5), layout="constrained")
         FigureCanvasAgg(figure)
@@ -102,7 +102,7 @@ def film(
         FuncAnimation(figure, fixed, frames=pictures, blit=False).save(
             path, writer=PillowWriter(fps=PACE), dpi=90
         )
-    return scene
+    return setup
 
 
 def filmed() -> Variant:
@@ -110,10 +110,10 @@ def filmed() -> Variant:
     return playing(Part.CANDIDATE)[-1]
 
 
-def take(scene: Scene, variant: Variant, tuned: Tuned, models: Models) -> Take:
-    """Close on a scene at the headline's latency."""
-    plant = plant_of(scene, variant, HEADLINE)
-    told = played(plant, scene, variant, tuned, models)
+def take(setup: PinchSetup, variant: Variant, tuned: Tuned, models: Models) -> Take:
+    """Close on a setup at the headline's latency."""
+    plant = plant_of(setup, variant, HEADLINE)
+    told = played(plant, setup, variant, tuned, models)
     outcome = plant.outcome
     first = outcome.first_contact or 0.0
     second = outcome.second_contact

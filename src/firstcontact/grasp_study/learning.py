@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 from firstcontact.contact import Detector
 from firstcontact.core import Dataset, InputError
 from firstcontact.core.jobs import Runner, Serial
-from firstcontact.grasp_study.settings import Settings
-from firstcontact.live.pipeline import Answerer
+from firstcontact.grasp_study.settings import GraspStudySettings
+from firstcontact.live.pipeline import CalibratedModel
 from firstcontact.report.folder import MARK, fresh
 
 if TYPE_CHECKING:
     from firstcontact.learning.alignment import Alignment
-    from firstcontact.learning.keeping import Kept
-    from firstcontact.learning.training import Examples
+    from firstcontact.learning.final_model import FinalModel
+    from firstcontact.learning.training import LabelledWindows
 
 #: The sessions learned from are named by the twin: "blocks-01" and on. Those closed in are not.
 CONDITION = "paper-rig"
@@ -38,10 +38,10 @@ class Models:
     """What the study's hand hears and estimates with."""
 
     detector: Detector
-    answerers: tuple[Answerer, ...]
+    answerers: tuple[CalibratedModel, ...]
 
 
-def learn(settings: Settings, out: Path, runner: Runner) -> Learned:
+def learn(settings: GraspStudySettings, out: Path, runner: Runner) -> Learned:
     """Simulate pinches, learn a detector and a model for each length of window, and save them.
 
     Parameters
@@ -61,7 +61,7 @@ def learn(settings: Settings, out: Path, runner: Runner) -> Learned:
     from firstcontact.contact.detector_file import save_detector, vouched
     from firstcontact.learning.alignment import fit_detector, found_as_live
     from firstcontact.recording import load_dataset
-    from firstcontact.stiffness import Card, LearnedFrom, save_model
+    from firstcontact.stiffness import LearnedFrom, Provenance, save_model
     from firstcontact.twin.simulate import simulate
 
     models = out / "models"
@@ -82,7 +82,7 @@ def learn(settings: Settings, out: Path, runner: Runner) -> Learned:
     learned = runner.map(_learned, settings.windows, dataset, contacts, model, seed)
     rmse, width = {}, {}
     for duration, (cut, kept) in zip(settings.windows, learned, strict=True):
-        card = Card(
+        card = Provenance(
             data=LearnedFrom(
                 source=dataset.source,
                 pinches=len(cut),
@@ -105,14 +105,14 @@ def learn(settings: Settings, out: Path, runner: Runner) -> Learned:
 
 def _learned(
     duration: float, dataset: Dataset, contacts: Alignment, model: str, seed: int
-) -> tuple[Examples, Kept]:
+) -> tuple[LabelledWindows, FinalModel]:
     """A model for one length of window, and the windows that it learned from."""
-    from firstcontact.learning.keeping import learn_to_keep
-    from firstcontact.learning.training import examples
+    from firstcontact.learning.final_model import train_final_model
+    from firstcontact.learning.training import labelled_windows
     from firstcontact.stiffness import Task
 
-    cut = examples(dataset, contacts.contacts, duration, dataset.shore_a)
-    return cut, learn_to_keep(cut, model, Task.REGRESSION, seed, LEVEL, Serial())
+    cut = labelled_windows(dataset, contacts.contacts, duration, dataset.shore_a)
+    return cut, train_final_model(cut, model, Task.REGRESSION, seed, LEVEL, Serial())
 
 
 def loaded(folder: Path) -> Models:
@@ -121,5 +121,7 @@ def loaded(folder: Path) -> Models:
     from firstcontact.stiffness import load_interval, load_model
     from firstcontact.stiffness.model_file import model_folders
 
-    answerers = tuple(Answerer(load_model(f), load_interval(f)) for f in model_folders(folder))
+    answerers = tuple(
+        CalibratedModel(load_model(f), load_interval(f)) for f in model_folders(folder)
+    )
     return Models(load_detector(folder), answerers)

@@ -18,14 +18,14 @@ from firstcontact.grasp_study.learning import Models, learn, loaded
 from firstcontact.grasp_study.numbers import headline, objects_tree, policies_tree
 from firstcontact.grasp_study.report import render
 from firstcontact.grasp_study.search import Found, search
-from firstcontact.grasp_study.settings import Settings
-from firstcontact.grasp_study.trials import Row, Scene, Trial, run_trial
+from firstcontact.grasp_study.settings import GraspStudySettings
+from firstcontact.grasp_study.trials import PinchSetup, Row, Trial, run_trial
 from firstcontact.grasp_study.variants import variants
 from firstcontact.report.folder import sole_use
 from firstcontact.report.state import versions
 
 
-def run_grasp_study(settings: Settings, out: Path, quick: bool, command: str) -> Path:
+def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool, command: str) -> Path:
     """Run everything and write ``report.html``, ``results.json``, ``film.gif`` and ``grasp.png``.
 
     Parameters
@@ -55,7 +55,9 @@ def run_grasp_study(settings: Settings, out: Path, quick: bool, command: str) ->
         return _run(settings, out, quick, command, asked)
 
 
-def _run(settings: Settings, out: Path, quick: bool, command: str, asked: dict[str, Any]) -> Path:
+def _run(
+    settings: GraspStudySettings, out: Path, quick: bool, command: str, asked: dict[str, Any]
+) -> Path:
     from tqdm import tqdm
 
     began = time.monotonic()
@@ -122,13 +124,13 @@ def _run(settings: Settings, out: Path, quick: bool, command: str, asked: dict[s
 
 
 def close_all(
-    settings: Settings, found: dict[str, Found], models: Models, runner: Runner
+    settings: GraspStudySettings, found: dict[str, Found], models: Models, runner: Runner
 ) -> list[Row]:
     """Every policy on every pinch at every latency: same pinch, same chance."""
     tuned = {key: f.settings for key, f in found.items()}
     compared = tuple(variants().values())
     trials = [
-        Trial(Scene(k, s, seed=settings.seed), compared, settings.latencies, tuned)
+        Trial(PinchSetup(k, s, seed=settings.seed), compared, settings.latencies, tuned)
         for s in range(settings.sessions)
         for k in settings.kinds
     ]
@@ -144,7 +146,7 @@ def numbers(rows: Sequence[Row], seed: int) -> dict[str, Any]:
     }
 
 
-def _asked(settings: Settings) -> dict[str, Any]:
+def _asked(settings: GraspStudySettings) -> dict[str, Any]:
     """What the results depend on: settings, but not how many processes."""
     sizes = {name: value for name, value in asdict(settings).items() if name != "workers"}
     return {"verb": "grasp-study", **sizes}

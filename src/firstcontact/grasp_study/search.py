@@ -10,8 +10,8 @@ import numpy as np
 
 from firstcontact.core.jobs import Runner
 from firstcontact.grasp.policy import Policy
-from firstcontact.grasp_study.settings import HEADLINE, KINDS, SOFT, Settings
-from firstcontact.grasp_study.trials import Row, Scene, Trial, run_trial
+from firstcontact.grasp_study.settings import HEADLINE, KINDS, SOFT, GraspStudySettings
+from firstcontact.grasp_study.trials import PinchSetup, Row, Trial, run_trial
 from firstcontact.grasp_study.variants import Variant, unmodulated, variants
 
 #: The best so many of a first round meet again on more pinches.
@@ -41,10 +41,10 @@ class Found:
 class _Try:
     variant: Variant
     settings: dict[str, float]
-    scenes: tuple[Scene, ...]
+    setups: tuple[PinchSetup, ...]
 
 
-def search(settings: Settings, runner: Runner) -> dict[str, Found]:
+def search(settings: GraspStudySettings, runner: Runner) -> dict[str, Found]:
     """Choose the settings of every policy that has some, for each force array.
 
     The best has the lowest mean peak force on soft objects among those with which every
@@ -53,26 +53,26 @@ def search(settings: Settings, runner: Runner) -> dict[str, Found]:
     """
     everything = tuple(k for k in settings.kinds if KINDS[k].fragility is None)
     numbers = range(settings.tuning)
-    wide = tuple(Scene(k, s, "search", settings.seed) for k in everything for s in numbers)
-    short = tuple(Scene(k, s, "search", settings.seed) for k in FIRST_ROUND for s in range(2))
+    wide = tuple(PinchSetup(k, s, "search", settings.seed) for k in everything for s in numbers)
+    short = tuple(PinchSetup(k, s, "search", settings.seed) for k in FIRST_ROUND for s in range(2))
     tuned = {key: v for key, v in variants().items() if v.policy.tunables}
     free = unmodulated()
     limits = {
-        scenes: _summary(rows)[1] * (1 + SLOWER)
-        for scenes, rows in zip(
+        setups: _summary(rows)[1] * (1 + SLOWER)
+        for setups, rows in zip(
             (short, wide),
-            runner.map(_run, [_Try(free, {}, scenes) for scenes in (short, wide)]),
+            runner.map(_run, [_Try(free, {}, setups) for setups in (short, wide)]),
             strict=True,
         )
     }
     found = {}
     rounds = {key: _candidates(v.policy, settings.coarse) for key, v in tuned.items()}
     counts = {key: len(tried) for key, tried in rounds.items()}
-    for scenes in (short, wide):
-        jobs = [_Try(tuned[k], c, scenes) for k, tried in rounds.items() for c in tried]
+    for setups in (short, wide):
+        jobs = [_Try(tuned[k], c, setups) for k, tried in rounds.items() for c in tried]
         done = iter(runner.map(_run, jobs))
         for key, tried in rounds.items():
-            scored = [(_worth(_summary(next(done)), limits[scenes]), c) for c in tried]
+            scored = [(_worth(_summary(next(done)), limits[setups]), c) for c in tried]
             scored.sort(key=lambda pair: pair[0])
             rounds[key] = [c for _, c in scored[:FINALISTS]]
             (_, peak, time, unsteady), best = scored[0]
@@ -88,8 +88,8 @@ def _candidates(policy: type[Policy], coarse: bool) -> list[dict[str, float]]:
 
 def _run(one: _Try) -> list[Row]:
     rows = []
-    for scene in one.scenes:
-        trial = Trial(scene, (one.variant,), (HEADLINE,), {one.variant.key: one.settings})
+    for setup in one.setups:
+        trial = Trial(setup, (one.variant,), (HEADLINE,), {one.variant.key: one.settings})
         rows += run_trial(trial)
     return rows
 

@@ -17,7 +17,7 @@ KINDS = {kind.name: kind for kind in (*BLOCKS, *EVERYDAY_OBJECTS, *BRITTLE)}
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class GraspStudySettings:
     """Size and seed of a grasp study.
 
     Parameters
@@ -56,7 +56,7 @@ class Settings:
     seed: int = 0
     workers: int = 2
 
-    def quick(self) -> Settings:
+    def quick(self) -> GraspStudySettings:
         """The same study, small: every part runs, no number is to be quoted."""
         return replace(
             self,

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from firstcontact.grasp.grip import Grip
-from firstcontact.grasp_study.closing import LAYOUT, Told, close
+from firstcontact.grasp_study.closing import LAYOUT, ClosingRecord, close
 from firstcontact.grasp_study.learning import CONDITION, Models
 from firstcontact.grasp_study.settings import KINDS
 from firstcontact.grasp_study.variants import Variant
@@ -21,7 +21,7 @@ Tuned = Mapping[str, Mapping[str, float]]
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class PinchSetup:
     """One pinch by chance: what is pinched, in which session.
 
     Parameters
@@ -64,30 +64,30 @@ class Row:
     estimates: int
 
 
-def plant_of(scene: Scene, variant: Variant, latency: float) -> GraspPlant:
-    """The hand about to close: same scene and latency, same chance, whatever the policy."""
+def plant_of(setup: PinchSetup, variant: Variant, latency: float) -> GraspPlant:
+    """The hand about to close: same setup and latency, same chance, whatever the policy."""
     rig = condition(CONDITION)
     # A specimen for each session, none of them learned from: those are the first ones.
-    thing = draw_specimen(scene.seed, rig, KINDS[scene.kind], 1 + _specimen(scene))
-    draw = draw_pinch(scene.seed, rig, f"{scene.group}-{scene.session}", thing, scene.kind)
+    thing = draw_specimen(setup.seed, rig, KINDS[setup.kind], 1 + _specimen(setup))
+    draw = draw_pinch(setup.seed, rig, f"{setup.group}-{setup.session}", thing, setup.kind)
     return GraspPlant(draw, Drive(latency=latency), thing, variant.velostat)
 
 
-def _specimen(scene: Scene) -> int:
-    return 2 * scene.session + (scene.group == "grasp")
+def _specimen(setup: PinchSetup) -> int:
+    return 2 * setup.session + (setup.group == "grasp")
 
 
 def played(
     plant: GraspPlant,
-    scene: Scene,
+    setup: PinchSetup,
     variant: Variant,
     tuned: Tuned,
     models: Models | None,
-) -> Told:
-    """Close on the scene, with the variant's policy."""
+) -> ClosingRecord:
+    """Close on the setup, with the variant's policy."""
     # The approach is as it was drawn; the policy is told so.
     grip = Grip(speed=plant.nominal.speed, force=plant.nominal.force)
-    policy = variant.make(grip, KINDS[scene.kind].shore_a, tuned.get(variant.key, {}))
+    policy = variant.make(grip, KINDS[setup.kind].shore_a, tuned.get(variant.key, {}))
     feels = policy.feels()
     if not policy.hears() or models is None:
         return close(plant, policy, feels=feels)
@@ -98,9 +98,9 @@ def played(
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """A scene for all variants and latencies: a job."""
+    """A setup for all variants and latencies: a job."""
 
-    scene: Scene
+    setup: PinchSetup
     variants: tuple[Variant, ...]
     latencies: tuple[float, ...]
     tuned: Tuned
@@ -116,16 +116,16 @@ def run_trial(trial: Trial, models: Models | None = None) -> list[Row]:
 
 
 def _row(trial: Trial, models: Models | None, variant: Variant, latency: float) -> Row:
-    scene = trial.scene
-    plant = plant_of(scene, variant, latency)
-    told = played(plant, scene, variant, trial.tuned, models)
+    setup = trial.setup
+    plant = plant_of(setup, variant, latency)
+    told = played(plant, setup, variant, trial.tuned, models)
     outcome = plant.outcome
     both = outcome.first_contact is not None and outcome.second_contact is not None
     last = told.estimates[-1].value if told.estimates else None
     return Row(
-        kind=scene.kind,
-        shore_a=KINDS[scene.kind].shore_a,
-        session=scene.session,
+        kind=setup.kind,
+        shore_a=KINDS[setup.kind].shore_a,
+        session=setup.session,
         variant=variant.key,
         latency=latency,
         peak=outcome.peak_force,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact.closing_start import closings
-from firstcontact.contact.detector import Detector, Verdicts, latch
+from firstcontact.contact.detector import Detector, WindowDecisions, latch
 from firstcontact.core.block import Block
 from firstcontact.core.errors import InputError
 from firstcontact.core.pinch import Contact, Dataset
@@ -115,7 +115,7 @@ class _Counts:
     alarms: int = 0
 
     def add(
-        self, verdicts: Verdicts, column: int, truth: int, early: int, guard: int, step: int
+        self, verdicts: WindowDecisions, column: int, truth: int, early: int, guard: int, step: int
     ) -> int:
         """Count the windows of one pinch, and return how many quiet steps it had."""
         if not len(verdicts.ends) or truth <= verdicts.ends[0] - step:
@@ -147,7 +147,7 @@ def score_detector(
     detector
         Fitted, on other pinches.
     dataset, early, tolerance
-        As :func:`score_verdicts` takes them.
+        As :func:`score_decisions` takes them.
 
     Raises
     ------
@@ -155,11 +155,11 @@ def score_detector(
         When no pinch has a known first contact.
     """
     verdicts = judged(detector, closings(dataset))
-    return score_verdicts(verdicts, dataset, detector.step, early, tolerance)
+    return score_decisions(verdicts, dataset, detector.step, early, tolerance)
 
 
-def judged(detector: Detector, heard: Dataset) -> list[Verdicts]:
-    """Verdicts on each pinch from its first sample on, as a stream would have given them."""
+def judged(detector: Detector, heard: Dataset) -> list[WindowDecisions]:
+    """WindowDecisions on each pinch from its first sample on, as a stream would have given them."""
     verdicts = []
     for pinch in heard.pinches:
         detector.start(pinch.layout)
@@ -167,8 +167,8 @@ def judged(detector: Detector, heard: Dataset) -> list[Verdicts]:
     return verdicts
 
 
-def score_verdicts(
-    verdicts: Sequence[Verdicts],
+def score_decisions(
+    verdicts: Sequence[WindowDecisions],
     dataset: Dataset,
     step: float,
     early: float = 0.0,

@@ -22,7 +22,7 @@ DURATION = 0.015
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Examples:
+class LabelledWindows:
     """Windows with what is known of them; all arrays share their first axis.
 
     Parameters
@@ -67,9 +67,9 @@ class Examples:
             return self.specimens
         return np.arange(len(self)).astype(np.str_)
 
-    def take(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> Examples:
+    def take(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> LabelledWindows:
         """Those at these positions, or where a mask is true."""
-        return Examples(
+        return LabelledWindows(
             self.X[which],
             self.y[which],
             self.sessions[which],
@@ -106,9 +106,9 @@ def distinct_specimens(dataset: Dataset) -> NDArray[np.str_]:
     return np.array(names, dtype=np.str_)
 
 
-def examples(
+def labelled_windows(
     dataset: Dataset, contacts: Sequence[Contact | None], duration: float, target: Values
-) -> Examples:
+) -> LabelledWindows:
     """Windows of the pinches that have a contact, a whole window and a target.
 
     Parameters
@@ -125,7 +125,7 @@ def examples(
     X, kept = contact_windows(dataset, contacts, duration)
     known = np.isfinite(target[kept])
     which = np.flatnonzero(kept)[known]
-    return Examples(
+    return LabelledWindows(
         X[known],
         target[which],
         dataset.sessions[which],
@@ -159,7 +159,7 @@ class Fit:
 
     model: str
     task: Task
-    learn: Examples
+    learn: LabelledWindows
     ask: Windows
     seed: int
     options: Mapping[str, Any] = field(default_factory=dict)
@@ -181,7 +181,7 @@ class Question:
 
     model: str
     task: Task
-    data: Examples
+    data: LabelledWindows
     splits: Sequence[Split]
     options: Mapping[str, Any] = field(default_factory=dict)
 

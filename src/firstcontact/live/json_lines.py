@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TextIO
 
 from firstcontact.device import Descriptor, Health
-from firstcontact.live import told
+from firstcontact.live import event_json
 from firstcontact.live.lines import write_now
 from firstcontact.live.sink import Update
 
@@ -27,12 +27,12 @@ class JsonLinesSink:
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
-        self._link = told.of_link(Health(connected=True))
+        self._link = event_json.of_link(Health(connected=True))
         self._failed: Mapping[str, str] = {}
 
     def open(self, descriptor: Descriptor) -> None:
         """Write what sends."""
-        self._write([told.of_descriptor(descriptor)])
+        self._write([event_json.of_descriptor(descriptor)])
 
     def take(self, update: Update) -> None:
         """Write markers and events, the link's counts where they changed, and what failed.
@@ -42,13 +42,13 @@ class JsonLinesSink:
         OSError
             Who listened is gone (BrokenPipeError), or it cannot be written.
         """
-        link = told.of_link(update.health)
+        link = event_json.of_link(update.health)
         trees = [link] if link != self._link else []
         self._link = link
-        trees += [told.of_failure(*f) for f in update.failed.items() - self._failed.items()]
+        trees += [event_json.of_failure(*f) for f in update.failed.items() - self._failed.items()]
         self._failed = update.failed
-        trees += [told.of_marker(m) for a in update.arrivals for m in a.markers]
-        trees += [told.of_event(event) for event in update.events]
+        trees += [event_json.of_marker(m) for a in update.arrivals for m in a.markers]
+        trees += [event_json.of_event(event) for event in update.events]
         if trees:
             self._write(trees)
 
@@ -56,4 +56,4 @@ class JsonLinesSink:
         """Nothing is held back."""
 
     def _write(self, trees: Sequence[Mapping[str, Any]]) -> None:
-        write_now(self._stream, "".join(told.text(tree) + "\n" for tree in trees))
+        write_now(self._stream, "".join(event_json.text(tree) + "\n" for tree in trees))

@@ -12,7 +12,7 @@ import numpy as np
 from firstcontact.core import InputError, finger_name
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.clock import DeviceClock
-from firstcontact.live import told
+from firstcontact.live import event_json
 from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Touched
 from firstcontact.live.sink import Update
 
@@ -100,11 +100,11 @@ class LslSink:
             self._send(arrival)
         for what, why in update.failed.items() - self._failed.items():
             at = self._told if np.isfinite(self._told) else self._lsl.local_clock()
-            self._events.push_sample([told.text(told.of_failure(what, why))], at)
+            self._events.push_sample([event_json.text(event_json.of_failure(what, why))], at)
         self._failed = update.failed
         for event in update.events:
             at = self._clock.at(_known(event), event.epoch)
-            self._say(told.text(told.of_event(event)), at)
+            self._say(event_json.text(event_json.of_event(event)), at)
 
     def close(self) -> None:
         """Take both streams off the network. Closing twice is fine."""
@@ -118,7 +118,7 @@ class LslSink:
             self._samples.push_chunk(values.astype(np.float32), stamps.tolist())
         for marker in arrival.markers:
             at = self._clock.at(marker.sample, marker.epoch)
-            self._say(told.text(told.of_marker(marker)), at)
+            self._say(event_json.text(event_json.of_marker(marker)), at)
 
     def _say(self, text: str, host: float) -> None:
         self._told = max(self._told, host + self._shift)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact.closing import Began, Closings, Ended, Went
+from firstcontact.contact.closing import ClosingBegan, ClosingEnded, Closings, ClosingSamples
 from firstcontact.contact.detector import Detector
 from firstcontact.core import (
     Block,
@@ -41,7 +41,7 @@ IDLE = 0.012
 
 
 @dataclass(frozen=True, slots=True)
-class Answerer:
+class CalibratedModel:
     """A model and the interval around its answers, None where it has none."""
 
     model: Model
@@ -112,7 +112,7 @@ class Pipeline:
         self,
         layout: Layout,
         detector: Detector,
-        answerers: Sequence[Answerer] = (),
+        answerers: Sequence[CalibratedModel] = (),
         calibration: Calibration | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -192,7 +192,7 @@ class Pipeline:
         offset = np.array([c.offset for c in self.layout.of_columns])
         windows = WindowStream(self.layout, tuple(self._answerers))
         for stage in closings.update(Block(volts / scale + offset)):
-            if isinstance(stage, Went):
+            if isinstance(stage, ClosingSamples):
                 for window in windows.update(stage.block, stage.contacts[:1]):
                     self._answerers[window.duration].model.predict_one(window.samples)
 
@@ -203,23 +203,23 @@ class Pipeline:
         self._waiting_samples = 0
         for stage in self._closings.update(block):
             match stage:
-                case Began():
+                case ClosingBegan():
                     self._begin(stage)
                     yield Armed(stage.sample, stage.epoch)
-                case Went():
+                case ClosingSamples():
                     yield from self._go_on(stage, host)
-                case Ended():
+                case ClosingEnded():
                     why = "" if stage.whole else "samples were lost"
                     yield from self._end(stage.sample, why)
         window = None if self._pinch is None else self._pinch.windows.due
         self._lot = min(n for n in (self._idle, self._closings.due, window) if n is not None)
         self.ledger.worked(self._clock() - began, len(block.data))
 
-    def _begin(self, stage: Began) -> None:
+    def _begin(self, stage: ClosingBegan) -> None:
         windows = WindowStream(self.layout, tuple(self._answerers))
         self._pinch = _Pinch(stage.sample, stage.epoch, windows, len(self._answerers))
 
-    def _go_on(self, went: Went, host: float) -> list[Event]:
+    def _go_on(self, went: ClosingSamples, host: float) -> list[Event]:
         pinch = self._pinch
         if pinch is None:
             return []

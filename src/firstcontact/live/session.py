@@ -36,7 +36,7 @@ class Actor(Protocol):
         """The session ends, for whatever reason: told before anything else is closed."""
 
 
-class Session:
+class LiveSession:
     """Runs a pipeline on a source until either ends; is what viewers control.
 
     Parameters

@@ -76,7 +76,7 @@ def check_rate(where: str, rate: Any) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class FileSettings:
     """What holds for all pinches of a stranger's file."""
 
     sensor: VibrationSensor
@@ -128,7 +128,7 @@ def find_sensor(where: str, there: Collection[str], remedy: str, end: str = "") 
 
 def read_settings(
     where: str, given: Mapping[str, Any], sensor: VibrationSensor = VibrationSensor.PIEZO
-) -> Settings:
+) -> FileSettings:
     """What a file says of itself and its sensor, under the names of :data:`SETTINGS`.
 
     Raises
@@ -160,7 +160,7 @@ def read_settings(
     if axis is not None and not (axis.isdecimal() and len(axis) < len("100")):
         raise InputError(f"{where}: axis is {shown(axis)} and must count from 0")
     source = check_source(where, given.get("source", "unknown"))
-    return Settings(sensor, rate, unit, smoothing, source, None if axis is None else int(axis))
+    return FileSettings(sensor, rate, unit, smoothing, source, None if axis is None else int(axis))
 
 
 def check_source(where: str, said: Any) -> str:
@@ -220,7 +220,7 @@ def joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
 
 
 def make_layout(
-    settings: Settings,
+    settings: FileSettings,
     sensors: int,
     *,
     scale: float | None = None,

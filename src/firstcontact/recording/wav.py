@@ -16,7 +16,7 @@ from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.core.files import files_below, read_regular
 from firstcontact.core.temporary import is_temporary
 from firstcontact.recording.checks import (
-    Settings,
+    FileSettings,
     check_rate,
     check_samples,
     check_source,
@@ -88,7 +88,7 @@ def import_wav(
     unknown = sorted(set(columns) - _KNOWN)
     notes = [f"{LABELS}: columns not known and left out: {listed(unknown)}"] if unknown else []
     what, source = sensor or VibrationSensor.MICROPHONE, _source(table, columns)
-    settings = Settings(what, float(rate), "full scale", 1.0, source, None)
+    settings = FileSettings(what, float(rate), "full scale", 1.0, source, None)
     scale = 1.0 / _FULL_SCALE[str(first.dtype)]
     layout = make_layout(settings, first.shape[1], scale=scale)
     cuts = [_samples(file, data) for file, (_, data) in zip(files, sounds, strict=True)]

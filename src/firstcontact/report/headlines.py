@@ -18,7 +18,7 @@ Tree = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One value of a card."""
+    """One value of a headline."""
 
     name: str
     value: str
@@ -26,7 +26,7 @@ class Line:
 
 
 @dataclass(frozen=True, slots=True)
-class Card:
+class Headline:
     """A headline."""
 
     title: str
@@ -34,11 +34,16 @@ class Card:
     foot: str
 
 
-def cards(shown: Sequence[Findings]) -> list[Card]:
+def headlines(shown: Sequence[Findings]) -> list[Headline]:
     """Headlines of what has been found so far."""
-    all_ = [_contact_card(shown), _answer_card(shown), _accuracy_card(shown), _object_card(shown)]
-    all_ += [_order_card(shown), _material_card(shown), _time_card(shown)]
-    return [card for card in all_ if card.lines]
+    all_ = [
+        _contact_headline(shown),
+        _answer_headline(shown),
+        _accuracy_headline(shown),
+        _object_headline(shown),
+    ]
+    all_ += [_order_headline(shown), _material_headline(shown), _time_headline(shown)]
+    return [headline for headline in all_ if headline.lines]
 
 
 def _lines(
@@ -69,7 +74,7 @@ def _by_model(
     return out
 
 
-def _contact_card(shown: Sequence[Findings]) -> Card:
+def _contact_headline(shown: Sequence[Findings]) -> Headline:
     accepted = Accepted.of([f.tree for f in shown])
 
     def note(svm: Tree) -> str:
@@ -84,17 +89,17 @@ def _contact_card(shown: Sequence[Findings]) -> Card:
 
     by = next((str(b) for f in shown if (b := get(f.tree, "contact.not_found.by"))), "")
     by = by or DETECTORS.default
-    return Card(
+    return Headline(
         f"First contacts placed, {names.detector(by).title}",
         _lines(shown, f"contact.{by}", lambda s: percent(s["pinch_success"]), note),
         f"of pinches: right finger, contact placed {accepted.placed_fully}, nothing before it",
     )
 
 
-def _answer_card(shown: Sequence[Findings]) -> Card:
+def _answer_headline(shown: Sequence[Findings]) -> Headline:
     twin = any(get(f.tree, "data.source") == "twin" for f in shown)
     known = [f for f in shown if get(f.tree, "answer_ms.before_second") is not None]
-    return Card(
+    return Headline(
         "Answers before the second contact",
         _lines(
             known,
@@ -123,14 +128,14 @@ def _whole(text: str) -> str:
     return text.replace(" ", "\N{NO-BREAK SPACE}")
 
 
-def _accuracy_card(shown: Sequence[Findings]) -> Card:
+def _accuracy_headline(shown: Sequence[Findings]) -> Headline:
     classes = [
         found
         for f in shown
         for model in names.estimators(get(f.tree, "blocks") or ())
         if (found := get(f.tree, f"blocks.{model}.by_session.classes"))
     ]
-    return Card(
+    return Headline(
         f"{len(classes[0])} levels of stiffness told apart" if classes else "",
         _by_model(
             shown,
@@ -142,7 +147,7 @@ def _accuracy_card(shown: Sequence[Findings]) -> Card:
     )
 
 
-def _object_card(shown: Sequence[Findings]) -> Card:
+def _object_headline(shown: Sequence[Findings]) -> Headline:
     floors = [
         f"{floor:.1f}"
         for f in shown
@@ -151,7 +156,7 @@ def _object_card(shown: Sequence[Findings]) -> Card:
     beside = (
         f"; answering the mean always gives {' and '.join(dict.fromkeys(floors))}" if floors else ""
     )
-    return Card(
+    return Headline(
         "Unseen objects",
         _by_model(
             shown,
@@ -163,8 +168,8 @@ def _object_card(shown: Sequence[Findings]) -> Card:
     )
 
 
-def _order_card(shown: Sequence[Findings]) -> Card:
-    return Card(
+def _order_headline(shown: Sequence[Findings]) -> Headline:
+    return Headline(
         "Order of hardness, nothing learned",
         _lines(
             shown,
@@ -176,9 +181,9 @@ def _order_card(shown: Sequence[Findings]) -> Card:
     )
 
 
-def _material_card(shown: Sequence[Findings]) -> Card:
+def _material_headline(shown: Sequence[Findings]) -> Headline:
     chance = get(shown[0].tree, "hardness_order.chance") if shown else None
-    return Card(
+    return Headline(
         "Class of a material never learned",
         _lines(
             shown,
@@ -190,8 +195,8 @@ def _material_card(shown: Sequence[Findings]) -> Card:
     )
 
 
-def _time_card(shown: Sequence[Findings]) -> Card:
-    return Card(
+def _time_headline(shown: Sequence[Findings]) -> Headline:
+    return Headline(
         "One estimate takes (p99)",
         _by_model(
             shown,

@@ -7,7 +7,7 @@ from importlib.resources import files
 from firstcontact.report import texts
 from firstcontact.report.chapters import chapters, subject_title
 from firstcontact.report.comparison import compare, get
-from firstcontact.report.headlines import cards
+from firstcontact.report.headlines import headlines
 from firstcontact.report.state import State, versions
 
 
@@ -30,7 +30,7 @@ def render(state: State) -> str:
         briefly=texts.briefly(trees) if state.quick else "",
         kind=texts.kind(trees),
         subjects=names,
-        cards=cards(shown),
+        headlines=headlines(shown),
         compared=compare(trees, names, twin) if trees else [],
         sections=chapters(shown),
         notes=[(subject_title(f), get(f.tree, "data.notes") or []) for f in shown],

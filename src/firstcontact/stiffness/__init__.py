@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from firstcontact.core.lazy import lazily
 
 if TYPE_CHECKING:
-    from firstcontact.stiffness.card import Card, LearnedFrom, ModelCard
+    from firstcontact.stiffness.card import LearnedFrom, ModelCard, Provenance
     from firstcontact.stiffness.estimator import Estimator
     from firstcontact.stiffness.interval import Interval
     from firstcontact.stiffness.learned_from import pinch_digests
@@ -26,7 +26,7 @@ else:
     __getattr__ = lazily(
         __name__,
         {
-            "card": "Card LearnedFrom ModelCard",
+            "card": "Provenance LearnedFrom ModelCard",
             "estimator": "Estimator",
             "interval": "Interval",
             "learned_from": "pinch_digests",
@@ -41,12 +41,12 @@ else:
 
 __all__ = [
     "ESTIMATORS",
-    "Card",
     "Estimator",
     "Interval",
     "LearnedFrom",
     "Model",
     "ModelCard",
+    "Provenance",
     "Spec",
     "Task",
     "load_digests",

@@ -65,7 +65,7 @@ class LearnedFrom:
 
 
 @dataclass(frozen=True)
-class Card:
+class Provenance:
     """Where a model comes from.
 
     Parameters
@@ -96,7 +96,7 @@ class Card:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelCard:
-    """A card as it stands in the file; see :class:`Card`.
+    """A card as it stands in the file; see :class:`Provenance`.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ class ModelCard:
     channel_order
         What each channel of a window is.
     data, split, scores, interval, calibration, detector
-        See :class:`Card`. Scores, calibration and training are for people:
+        See :class:`Provenance`. Scores, calibration and training are for people:
         nothing is computed from them.
     training
         What the training chose.

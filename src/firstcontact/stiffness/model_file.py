@@ -18,7 +18,7 @@ from firstcontact.core.weights import (
     write_learned,
 )
 from firstcontact.core.weights import read_card as read_checked
-from firstcontact.stiffness.card import Card, ModelCard
+from firstcontact.stiffness.card import ModelCard, Provenance
 from firstcontact.stiffness.interval import Interval
 from firstcontact.stiffness.learned_from import FILE as PINCHES
 from firstcontact.stiffness.learned_from import Digests, read_digests, to_bytes
@@ -35,7 +35,7 @@ LONGEST_WINDOW = 10.0
 
 
 def save_model(
-    model: Model, directory: Path, card: Card, learned_from: Digests | None = None
+    model: Model, directory: Path, card: Provenance, learned_from: Digests | None = None
 ) -> Path:
     """Write a model folder: the weights first, the card that vouches for them last.
 

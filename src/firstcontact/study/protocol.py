@@ -27,7 +27,7 @@ from firstcontact.study.parts.objects import objects
 from firstcontact.study.parts.second_contact import second_contact
 from firstcontact.study.parts.waveforms import waveforms
 from firstcontact.study.parts.window_length import window_length
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 from firstcontact.study.subject import Subject
 
 
@@ -54,7 +54,7 @@ class Step:
 
 
 def plan(
-    sources: Sequence[tuple[str, Callable[[], Dataset]]], settings: Settings, runner: Runner
+    sources: Sequence[tuple[str, Callable[[], Dataset]]], settings: StudySettings, runner: Runner
 ) -> list[Step]:
     """All steps: what is quick for every subject first, then what takes long.
 
@@ -110,7 +110,7 @@ def _titles(estimators: Sequence[str]) -> str:
     return ", ".join([kind.title for kind in kinds if not kind.baseline] + floors)
 
 
-def _hardness(subject: Subject, settings: Settings, runner: Runner) -> PartResult:
+def _hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     if not np.isfinite(subject.dataset.hardness_rank).any():
         return PartResult()
     return hardness(subject, settings, runner)

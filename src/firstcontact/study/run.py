@@ -15,14 +15,14 @@ from firstcontact.report.findings import Findings
 from firstcontact.report.folder import sole_use
 from firstcontact.report.state import State
 from firstcontact.study import protocol
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 from firstcontact.study.sources import CONDITIONS, recorded, simulated
 
 Sources = Sequence[tuple[str, Callable[[], Dataset]]]
 
 
 def run_study(
-    settings: Settings, out: Path, recordings: Path | None, quick: bool, command: str
+    settings: StudySettings, out: Path, recordings: Path | None, quick: bool, command: str
 ) -> Path:
     """Run every part; files are newer after each.
 
@@ -86,7 +86,7 @@ def run_study(
     return out / "report.html"
 
 
-def _asked(settings: Settings, recordings: Path | None) -> dict[str, Any]:
+def _asked(settings: StudySettings, recordings: Path | None) -> dict[str, Any]:
     """What the results depend on: data and settings, but not how many processes."""
     data = None if recordings is None else str(resolved(recordings))
     sizes = {name: value for name, value in asdict(settings).items() if name != "workers"}
@@ -97,7 +97,7 @@ _BAR = "{desc}{percentage:3.0f} %|{bar}| {n_fmt}/{total_fmt} [{elapsed}] {postfi
 
 
 def _sources(
-    settings: Settings, out: Path, recordings: Path | None, within: Callable[[int, int], None]
+    settings: StudySettings, out: Path, recordings: Path | None, within: Callable[[int, int], None]
 ) -> Sources:
     if recordings is not None:
         return [("recordings", lambda: recorded(recordings, out))]

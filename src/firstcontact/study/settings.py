@@ -11,7 +11,7 @@ from firstcontact.stiffness.registry import ESTIMATORS
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class StudySettings:
     """Size and seed of a study.
 
     Parameters
@@ -48,7 +48,7 @@ class Settings:
     seed: int = 0
     workers: int = 2
 
-    def quick(self) -> Settings:
+    def quick(self) -> StudySettings:
         """The same study, small: every part runs, no number is to be quoted."""
         return replace(
             self,

@@ -13,7 +13,7 @@ from firstcontact.core.temporary import is_temporary
 from firstcontact.recording import load_dataset
 from firstcontact.report.folder import MARK, fresh
 from firstcontact.signal import resample_dataset
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 
 #: The twin's conditions, in the order of the report.
 CONDITIONS = ("paper-rig", "everyday")
@@ -23,7 +23,7 @@ LABELS = "labels.csv"
 
 def simulated(
     condition: str,
-    settings: Settings,
+    settings: StudySettings,
     out: Path,
     progress: Callable[[int], object] = lambda done: None,
 ) -> Dataset:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Contact, Dataset
-from firstcontact.learning.training import Examples, distinct_specimens, examples
+from firstcontact.learning.training import LabelledWindows, distinct_specimens, labelled_windows
 
 Values = NDArray[np.float64]
 Contacts = tuple[Contact | None, ...]
@@ -36,7 +36,7 @@ class Subject:
     name: str
     dataset: Dataset
     found: Contacts = ()
-    predictions: dict[tuple[str, str], tuple[Examples, Values]] = field(default_factory=dict)
+    predictions: dict[tuple[str, str], tuple[LabelledWindows, Values]] = field(default_factory=dict)
 
     @property
     def truth(self) -> Contacts:
@@ -59,14 +59,14 @@ class Subject:
         """Whether the labels named no session, so that the import took all as one."""
         return any(NO_SESSIONS in note for note in self.dataset.notes)
 
-    def windows(self, duration: float, contacts: Contacts | None = None) -> Examples:
+    def windows(self, duration: float, contacts: Contacts | None = None) -> LabelledWindows:
         """Windows with a Shore A, from where contacts were found unless told otherwise."""
-        return self.examples(duration, self.dataset.shore_a, contacts)
+        return self.labelled_windows(duration, self.dataset.shore_a, contacts)
 
-    def examples(
+    def labelled_windows(
         self, duration: float, target: Values, contacts: Contacts | None = None
-    ) -> Examples:
+    ) -> LabelledWindows:
         """Windows with a target, shape (pinches,); specimens are told apart by name."""
         starts = self.starts if contacts is None else contacts
-        data = examples(self.dataset, starts, duration, target)
+        data = labelled_windows(self.dataset, starts, duration, target)
         return replace(data, specimens=distinct_specimens(self.dataset)[data.which])

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.extras import absent
-from firstcontact.stiffness.card import Card, LearnedFrom
+from firstcontact.stiffness.card import LearnedFrom, Provenance
 from firstcontact.stiffness.estimator import Estimator
 from firstcontact.stiffness.model import Model
 from firstcontact.stiffness.model_file import load_model, save_model
@@ -139,7 +139,7 @@ def _check_saved(kind: type[Estimator], model: Model) -> None:
     if ESTIMATORS.get(kind.name) is not kind:
         return
     X = toy_windows(40, seed=1)[0]
-    card = Card(data=LearnedFrom(source="synthetic", pinches=180, sessions=("0",)))
+    card = Provenance(data=LearnedFrom(source="synthetic", pinches=180, sessions=("0",)))
     with tempfile.TemporaryDirectory() as folder:
         loaded = load_model(save_model(model, Path(folder) / "mödel", card))
     assert loaded.spec == model.spec, "another spec after loading"

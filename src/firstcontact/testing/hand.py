@@ -26,7 +26,7 @@ def check_hand(kind: type[Hand], port: str | None = None, source: Source | None 
     kind
         The class.
     port
-        Where it is connected; the port of its rehearsal if none is given.
+        Where it is connected; the port of its simulated_port if none is given.
     source
         Open, for a hand that is driven over one.
 
@@ -44,7 +44,7 @@ def check_hand(kind: type[Hand], port: str | None = None, source: Source | None 
     """
 
     def make() -> Hand:
-        hand = make_hand(kind, kind.rehearsal if port is None else port, source)
+        hand = make_hand(kind, kind.simulated_port if port is None else port, source)
         assert hand.name == kind.name, f"it calls itself {hand.name!r}, its class {kind.name!r}"
         return hand
 

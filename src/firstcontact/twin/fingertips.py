@@ -16,7 +16,7 @@ from firstcontact.twin.mechanics import BUFFER, CONTACT_FORCE, INDENTATION
 from firstcontact.twin.noise import pickup
 from firstcontact.twin.sensor import SCAN, VelostatParameters, force_readings, piezo_readings
 
-Sheets = tuple[VelostatParameters, VelostatParameters]
+ForceSheets = tuple[VelostatParameters, VelostatParameters]
 Pickup = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
@@ -36,7 +36,7 @@ class Fingertips(ABC):
         Number of the next scan.
     """
 
-    def __init__(self, draw: PinchDraw, sheets: Sheets | None = None) -> None:
+    def __init__(self, draw: PinchDraw, sheets: ForceSheets | None = None) -> None:
         self._draw = draw
         self.sheets = draw.velostat if sheets is None else sheets
         self.sample = 0
@@ -86,7 +86,7 @@ class PinchFingertips(Fingertips):
     """
 
     def __init__(
-        self, draw: PinchDraw, times: NDArray[np.float64], sheets: Sheets | None = None
+        self, draw: PinchDraw, times: NDArray[np.float64], sheets: ForceSheets | None = None
     ) -> None:
         super().__init__(draw, sheets)
         self._noise = []

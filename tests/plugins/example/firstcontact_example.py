@@ -42,7 +42,7 @@ class DiaryHand(Hand):
     name = "diary"
     limits = HandLimits(speed=0.2, force=10.0, rate=200.0, watchdog=inf)
     real = False
-    rehearsal = "/dev/null"
+    simulated_port = "/dev/null"
 
     def __init__(self, port: str | None = None) -> None:
         self._path = Path(port or "/dev/null")

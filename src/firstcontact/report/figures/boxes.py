@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from firstcontact.core.palette import INK
-from firstcontact.learning.training import Examples, Values
+from firstcontact.learning.training import LabelledWindows, Values
 from firstcontact.recording.figure_text import shown
 from firstcontact.report import names
 from firstcontact.report.figures.style import canvas, uri
 from firstcontact.report.findings import Figure
 
 
-def boxes_figure(model: str, data: Examples, predicted: Values) -> Figure:
+def boxes_figure(model: str, data: LabelledWindows, predicted: Values) -> Figure:
     """One box an object, with its true Shore A as a bar behind it."""
     asked = np.isfinite(predicted)
     things = np.where(data.specimens == "", data.objects, data.specimens)[asked]

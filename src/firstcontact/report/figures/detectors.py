@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from firstcontact.contact.detector import Verdicts
+from firstcontact.contact.detector import WindowDecisions
 from firstcontact.contact.stream import WindowDetector
 from firstcontact.core import Pinch
 from firstcontact.core.palette import GREY, INK, ORANGE, RED
@@ -17,7 +17,7 @@ from firstcontact.report.findings import Figure
 
 def detectors_figure(
     pinch: Pinch,
-    verdicts: Mapping[str, Verdicts],
+    verdicts: Mapping[str, WindowDecisions],
     start: int,
     early: float = 0.0,
     before: float = 0.090,

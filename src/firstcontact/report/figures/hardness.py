@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from firstcontact.core.palette import BLUE, GREY, INK, RED
-from firstcontact.learning.training import Examples, Values
+from firstcontact.learning.training import LabelledWindows, Values
 from firstcontact.recording.figure_text import shown
 from firstcontact.report.figures.style import canvas, shades, uri
 from firstcontact.report.findings import Figure
 
 
-def hardness_figure(data: Examples, centroid: Values) -> Figure:
+def hardness_figure(data: LabelledWindows, centroid: Values) -> Figure:
     """Spectral centroid of every pinch, a row a material."""
     materials = sorted(
         set(data.objects.tolist()),

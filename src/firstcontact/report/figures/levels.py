@@ -7,13 +7,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from firstcontact.core.palette import INK
-from firstcontact.learning.training import Examples, Values
+from firstcontact.learning.training import LabelledWindows, Values
 from firstcontact.report import names
 from firstcontact.report.figures.style import canvas, uri
 from firstcontact.report.findings import Figure
 
 
-def leave_one_out_figure(drawn: Mapping[str, tuple[Examples, Values]]) -> Figure:
+def leave_one_out_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) -> Figure:
     """Predictions with the pinch's own Shore level left out of training."""
     with canvas() as (figure, axes):
         ax = axes[0, 0]

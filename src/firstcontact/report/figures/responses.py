@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.palette import INK
-from firstcontact.learning.training import Examples
+from firstcontact.learning.training import LabelledWindows
 from firstcontact.report.figures.style import canvas, shades, uri
 from firstcontact.report.findings import Figure
 
 
-def response_figure(blocks: Examples, unit: str) -> Figure:
+def response_figure(blocks: LabelledWindows, unit: str) -> Figure:
     """Median waveform of each level with its middle half, from contact on, in ``unit``."""
     levels = np.unique(blocks.y)
     time = 1e3 * np.arange(blocks.X.shape[1]) / blocks.rate

@@ -11,11 +11,11 @@ from firstcontact.learning.detection import quantiles, resampler_lookahead, righ
 from firstcontact.learning.training import DURATION
 from firstcontact.report.findings import PartResult
 from firstcontact.signal import Conditioner, contact_windows, samples_in
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 from firstcontact.study.subject import Subject
 
 
-def answer_time(subject: Subject, settings: Settings) -> PartResult:
+def answer_time(subject: Subject, settings: StudySettings) -> PartResult:
     """Time from the known contact to a complete window, for each window length.
 
     A window answers when it is complete after the filter's look-ahead and the

@@ -17,13 +17,13 @@ from firstcontact.learning.splits import (
     never_learned,
     random_90_10,
 )
-from firstcontact.learning.training import DURATION, Examples, Question, Values, held_out
+from firstcontact.learning.training import DURATION, LabelledWindows, Question, Values, held_out
 from firstcontact.report import names
 from firstcontact.report.figures.confusion import confusion_figure
 from firstcontact.report.figures.levels import leave_one_out_figure
 from firstcontact.report.findings import Figure, PartResult
 from firstcontact.stiffness import ESTIMATORS, Task
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 from firstcontact.study.subject import Subject
 
 #: Splits in the order of the report.
@@ -33,7 +33,7 @@ Splits = dict[tuple[str, Task], list[Split]]
 
 
 def blocks(
-    subject: Subject, settings: Settings, runner: Runner, models: Sequence[str]
+    subject: Subject, settings: StudySettings, runner: Runner, models: Sequence[str]
 ) -> PartResult:
     """Score these models in the random split, by session, and with a level left out.
 
@@ -81,11 +81,11 @@ def blocks(
     return PartResult({"blocks": {**tree, "windows": counts}}, _figures(subject, tree), left_out)
 
 
-def _learnable(subject: Subject, data: Examples) -> Examples:
+def _learnable(subject: Subject, data: LabelledWindows) -> LabelledWindows:
     return data.take(~data.test & np.isin(data.y, subject.levels))
 
 
-def _splits(data: Examples, settings: Settings) -> tuple[Splits, list[str]]:
+def _splits(data: LabelledWindows, settings: StudySettings) -> tuple[Splits, list[str]]:
     """What these windows permit, and why not the rest."""
     counts = np.unique(data.y, return_counts=True)[1]
     out: Splits = {}
@@ -118,7 +118,7 @@ def _splits(data: Examples, settings: Settings) -> tuple[Splits, list[str]]:
     return out, left_out
 
 
-def _one_session(levels: Values, data: Examples) -> str:
+def _one_session(levels: Values, data: LabelledWindows) -> str:
     alone = all(len(np.unique(data.sessions[data.y == level])) == 1 for level in levels)
     where = "in one session each" if alone else "in sessions that are held out together"
     return (
@@ -128,7 +128,7 @@ def _one_session(levels: Values, data: Examples) -> str:
 
 
 def _questions(
-    data: Examples, splits: Splits, models: Sequence[str], settings: Settings
+    data: LabelledWindows, splits: Splits, models: Sequence[str], settings: StudySettings
 ) -> tuple[list[Question], list[tuple[str, str, Task]]]:
     questions, places = [], []
     for (name, task), folds in splits.items():
@@ -139,14 +139,14 @@ def _questions(
     return questions, places
 
 
-def _scores(data: Examples, predicted: Values, task: Task, seed: int) -> dict[str, Any]:
+def _scores(data: LabelledWindows, predicted: Values, task: Task, seed: int) -> dict[str, Any]:
     asked = np.isfinite(predicted)
     truth, clusters = data.y[asked], data.clusters[asked]
     score = classification_scores if task is Task.CLASSIFICATION else regression_scores
     return score(truth, predicted[asked], clusters, seed)
 
 
-def _per_level(data: Examples, predicted: Values, seed: int) -> dict[str, Any]:
+def _per_level(data: LabelledWindows, predicted: Values, seed: int) -> dict[str, Any]:
     return {
         f"{level:g}": regression_scores(
             data.y[data.y == level],

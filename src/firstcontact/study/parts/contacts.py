@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 
 from firstcontact.contact import DETECTORS, make_detector, unfitted
 from firstcontact.contact.closing_start import closing_starts, closings, counted
-from firstcontact.contact.detector import Verdicts, latch
+from firstcontact.contact.detector import WindowDecisions, latch
 from firstcontact.core import Contact, Dataset, InputError
 from firstcontact.core.jobs import Runner
 from firstcontact.core.layout import ChannelKind
-from firstcontact.learning.detection import judged, score_verdicts
+from firstcontact.learning.detection import judged, score_decisions
 from firstcontact.learning.splits import Group, Split, by_session, random_folds
 from firstcontact.report.figures.delays import delay_figure
 from firstcontact.report.figures.detectors import detectors_figure
 from firstcontact.report.findings import Figure, PartResult
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 from firstcontact.study.subject import Subject
 
 #: Where windows start when the detector asked for cannot be trained but labels know the contacts.
@@ -29,7 +29,7 @@ KNOWN = "known"
 FOLDS = 3
 
 
-def contacts(subject: Subject, settings: Settings, runner: Runner) -> PartResult:
+def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Find all first contacts out of fold, and score every detector against the truth.
 
     Sets ``subject.found``, by the detector of the settings. Detectors hear each pinch from
@@ -68,7 +68,7 @@ def contacts(subject: Subject, settings: Settings, runner: Runner) -> PartResult
     if known.any():
         for name, given in verdicts.items():
             step = DETECTORS[name].step
-            tree[name] = score_verdicts(given, dataset, step, settings.early).to_json()
+            tree[name] = score_decisions(given, dataset, step, settings.early).to_json()
         tree["folds"] = _told(splits)
         tree["early_ms"] = 1e3 * settings.early
         example = _example(dataset, found)
@@ -106,7 +106,7 @@ def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
 
 def judge(
     job: tuple[str, int], dataset: Dataset, splits: Sequence[Split], early: float
-) -> list[Verdicts] | str:
+) -> list[WindowDecisions] | str:
     """Fit a detector where there is something to learn, and judge a split's other pinches.
 
     Answers with a sentence where it cannot learn from these pinches.
@@ -134,8 +134,8 @@ def judge(
 
 def _judge(
     dataset: Dataset, splits: Sequence[Split], early: float, runner: Runner
-) -> tuple[dict[str, list[Verdicts]], dict[str, str]]:
-    """Verdicts of every detector, and why some have none."""
+) -> tuple[dict[str, list[WindowDecisions]], dict[str, str]]:
+    """WindowDecisions of every detector, and why some have none."""
     failed: dict[str, str] = {}
     for name, kind in DETECTORS.items():
         if kind.learns and not (splits and len(splits[0].train)):
@@ -146,7 +146,7 @@ def _judge(
     names = [name for name in DETECTORS if name not in failed]
     jobs = [(name, place) for place in range(len(splits)) for name in names]
     answered = runner.map(judge, jobs, _vibration_only(dataset), splits, early)
-    out: dict[str, dict[int, Verdicts]] = {name: {} for name in DETECTORS}
+    out: dict[str, dict[int, WindowDecisions]] = {name: {} for name in DETECTORS}
     for (name, place), answers in zip(jobs, answered, strict=True):
         if isinstance(answers, str):
             failed.setdefault(name, answers)
@@ -177,7 +177,7 @@ def _told(splits: Sequence[Split]) -> dict[str, Any]:
 
 
 def _firsts(
-    dataset: Dataset, verdicts: Mapping[str, Sequence[Verdicts]]
+    dataset: Dataset, verdicts: Mapping[str, Sequence[WindowDecisions]]
 ) -> dict[str, NDArray[np.float64]]:
     """Decision of the first trigger after the truth, ms; NaN where unknown or missed."""
     out = {}

@@ -19,12 +19,12 @@ from firstcontact.learning.splits import (
     never_learned,
     random_folds,
 )
-from firstcontact.learning.training import DURATION, Examples, Question, held_out
+from firstcontact.learning.training import DURATION, LabelledWindows, Question, held_out
 from firstcontact.report import names
 from firstcontact.report.figures.hardness import hardness_figure, materials_figure
 from firstcontact.report.findings import PartResult
 from firstcontact.stiffness import ESTIMATORS, Task
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 from firstcontact.study.subject import Subject
 
 #: The score that orders materials without any training. Declared before any
@@ -59,12 +59,12 @@ def spectral_centroid(X: np.ndarray[Any, np.dtype[np.float32]], rate: float) -> 
     return centroid
 
 
-def hardness(subject: Subject, settings: Settings, runner: Runner) -> PartResult:
+def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Spearman over materials, and models with a whole material left out."""
     dataset = subject.dataset
     rank = dataset.hardness_rank
     known = np.isfinite(rank) & (dataset.objects != "")
-    data = subject.examples(DURATION, np.where(known, rank, np.nan))
+    data = subject.labelled_windows(DURATION, np.where(known, rank, np.nan))
     if len(np.unique(data.y)) < 2 or len(np.unique(data.objects)) < 3:
         return PartResult(
             left_out=[
@@ -121,7 +121,7 @@ def hardness(subject: Subject, settings: Settings, runner: Runner) -> PartResult
 
 
 def _questions(
-    data: Examples, settings: Settings
+    data: LabelledWindows, settings: StudySettings
 ) -> tuple[dict[tuple[str, str], Question], list[str]]:
     """What these windows permit, and why not the rest."""
     out: dict[tuple[str, str], Question] = {}
@@ -164,14 +164,14 @@ def _classifiers() -> list[str]:
     return sorted(able, key=names.is_floor)
 
 
-def _chance(data: Examples) -> float:
+def _chance(data: LabelledWindows) -> float:
     """Accuracy of guessing each class as often as it comes."""
     share = np.unique(data.y, return_counts=True)[1] / len(data)
     return float((share**2).sum())
 
 
 def _by_material(
-    data: Examples, centroid: Values, predicted: Values | None
+    data: LabelledWindows, centroid: Values, predicted: Values | None
 ) -> dict[str, dict[str, Any]]:
     out = {}
     for material in np.unique(data.objects):

@@ -11,11 +11,11 @@ from firstcontact.learning.training import DURATION, Fit, train
 from firstcontact.report.findings import PartResult
 from firstcontact.stiffness import ESTIMATORS, Task, make_estimator
 from firstcontact.stiffness.timing import time_inference
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 from firstcontact.study.subject import Subject
 
 
-def inference(subject: Subject, settings: Settings) -> PartResult:
+def inference(subject: Subject, settings: StudySettings) -> PartResult:
     """p50 and p99 of single-window inference, beside the training library's own predict.
 
     Models learn from all blocks, as they would for use: a support vector

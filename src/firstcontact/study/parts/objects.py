@@ -11,12 +11,12 @@ from firstcontact.core import Dataset
 from firstcontact.core.jobs import Runner
 from firstcontact.learning.metrics import over_objects, per_object, regression_scores
 from firstcontact.learning.splits import Group, Split, learns_one_value, unseen_objects
-from firstcontact.learning.training import DURATION, Examples, Question, Values, held_out
+from firstcontact.learning.training import DURATION, LabelledWindows, Question, Values, held_out
 from firstcontact.report import names
 from firstcontact.report.figures.boxes import boxes_figure
 from firstcontact.report.findings import PartResult
 from firstcontact.stiffness import ESTIMATORS, Task
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 from firstcontact.study.subject import Subject
 
 #: Under this name objects' predictions are kept for later parts.
@@ -24,7 +24,7 @@ UNSEEN = "unseen_objects"
 
 
 def objects(
-    subject: Subject, settings: Settings, runner: Runner, models: Sequence[str]
+    subject: Subject, settings: StudySettings, runner: Runner, models: Sequence[str]
 ) -> PartResult:
     """Learn from all pinches of the role ``train``, ask about those of ``test``."""
     reason = _reason(subject)
@@ -74,7 +74,7 @@ def objects(
     return PartResult({"objects": tree}, figures, said if shares else [])
 
 
-def object_splits(subject: Subject, data: Examples) -> list[Split]:
+def object_splits(subject: Subject, data: LabelledWindows) -> list[Split]:
     """The one split of the roles, or none where it cannot be done with these windows."""
     if _reason(subject) or not data.test.any() or data.test.all():
         return []
@@ -82,7 +82,7 @@ def object_splits(subject: Subject, data: Examples) -> list[Split]:
     return [] if learns_one_value([split], data.y) else [split]
 
 
-def object_scores(data: Examples, predicted: Values, seed: int) -> dict[str, Any]:
+def object_scores(data: LabelledWindows, predicted: Values, seed: int) -> dict[str, Any]:
     """Scores per pinch (objects resampled whole) and per object."""
     asked = np.isfinite(predicted)
     its, answers = data.take(asked), predicted[asked]

@@ -16,11 +16,11 @@ from firstcontact.report.findings import PartResult
 from firstcontact.signal import Conditioner, samples_in
 from firstcontact.study.parts.blocks import SESSION
 from firstcontact.study.parts.objects import UNSEEN
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 from firstcontact.study.subject import Subject
 
 
-def second_contact(subject: Subject, settings: Settings) -> PartResult:
+def second_contact(subject: Subject, settings: StudySettings) -> PartResult:
     """Errors of the predictions made so far, by where the second contact lies.
 
     A window that begins elsewhere than at the first contact (a false trigger, another

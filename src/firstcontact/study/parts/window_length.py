@@ -14,13 +14,13 @@ from firstcontact.report.figures.lengths import lengths_figure
 from firstcontact.report.findings import PartResult
 from firstcontact.stiffness import ESTIMATORS, Task
 from firstcontact.study.parts.objects import object_scores, object_splits
-from firstcontact.study.settings import Settings
+from firstcontact.study.settings import StudySettings
 from firstcontact.study.subject import Subject
 
 KEPT = ("rmse", "mae", "mse", "bias", "n", "intervals")
 
 
-def window_length(subject: Subject, settings: Settings, runner: Runner) -> PartResult:
+def window_length(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Error of the default estimator against the length of the window, blocks and objects.
 
     It learns quickly: there is a training for every length and fold. All lengths are alike.

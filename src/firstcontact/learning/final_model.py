@@ -13,7 +13,13 @@ from firstcontact.core import InputError
 from firstcontact.core.jobs import Runner
 from firstcontact.learning.metrics import classification_scores, regression_scores
 from firstcontact.learning.splits import Group, Split, by_session
-from firstcontact.learning.training import Examples, Fit, Question, held_out_with_spread, train
+from firstcontact.learning.training import (
+    Fit,
+    LabelledWindows,
+    Question,
+    held_out_with_spread,
+    train,
+)
 from firstcontact.stiffness import ESTIMATORS, Interval, Model, Task
 from firstcontact.stiffness.conformal import calibrate, coverage, held_out_bounds, refusal
 from firstcontact.stiffness.folds import inner_folds
@@ -25,7 +31,7 @@ LEAST = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Kept:
+class FinalModel:
     """A model and what is known of its errors.
 
     Parameters
@@ -50,15 +56,15 @@ class Kept:
     calibration: Mapping[str, Any]
 
 
-def learn_to_keep(
-    data: Examples,
+def train_final_model(
+    data: LabelledWindows,
     model: str,
     task: Task,
     seed: int,
     level: float,
     runner: Runner,
     shore: bool = True,
-) -> Kept:
+) -> FinalModel:
     """Train, score and calibrate.
 
     Parameters
@@ -109,10 +115,10 @@ def learn_to_keep(
             "folds": len(splits),
             "held_out": coverage(tested, answers, data.y, spreads),
         }
-    return Kept(whole, scores, words, interval, calibration)
+    return FinalModel(whole, scores, words, interval, calibration)
 
 
-def _none(data: Examples, task: Task, level: float) -> dict[str, Any]:
+def _none(data: LabelledWindows, task: Task, level: float) -> dict[str, Any]:
     """Why there can be no interval, or nothing."""
     if task is Task.CLASSIFICATION:
         return {"none": "a classification answers one of its classes"}
@@ -120,7 +126,7 @@ def _none(data: Examples, task: Task, level: float) -> dict[str, Any]:
     return {"none": why} if why else {}
 
 
-def _splits(data: Examples, folds: int, seed: int) -> tuple[list[Split], str]:
+def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], str]:
     """Folds of whole sessions where they are known, else one fifth at random."""
     if data.has_sessions:
         splits = by_session(data.sessions, data.y, seed, folds)
@@ -131,7 +137,7 @@ def _splits(data: Examples, folds: int, seed: int) -> tuple[list[Split], str]:
     return [Split("random fifth", learn, ask, shares)], words
 
 
-def score(task: str, asked: Examples, answers: Values, seed: int) -> dict[str, Any]:
+def score(task: str, asked: LabelledWindows, answers: Values, seed: int) -> dict[str, Any]:
     """Scores of answers about pinches that their model did not learn from."""
     of = regression_scores if task == "regression" else classification_scores
     return of(asked.y, answers, asked.clusters, seed)

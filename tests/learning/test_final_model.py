@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from firstcontact.core.jobs import Serial
-from firstcontact.learning.keeping import learn_to_keep
-from firstcontact.learning.training import Examples
-from firstcontact.live.pipeline import Answerer
-from firstcontact.stiffness import Card, Task, load_interval, load_model, save_model
+from firstcontact.learning.final_model import train_final_model
+from firstcontact.learning.training import LabelledWindows
+from firstcontact.live.pipeline import CalibratedModel
+from firstcontact.stiffness import Provenance, Task, load_interval, load_model, save_model
 from firstcontact.testing.windows import RATE, toy_windows
 
 
@@ -19,13 +19,13 @@ def test_a_gaussian_process_is_kept_with_its_own_spread(tmp_path: Path) -> None:
     X, y, groups = toy_windows(300)
     which = np.arange(len(X))
     none = np.full(len(X), "")
-    data = Examples(X, y, groups, none, none, np.zeros(len(X), bool), which, RATE)
-    kept = learn_to_keep(data, "gaussian_process", Task.REGRESSION, 0, 0.9, Serial())
+    data = LabelledWindows(X, y, groups, none, none, np.zeros(len(X), bool), which, RATE)
+    kept = train_final_model(data, "gaussian_process", Task.REGRESSION, 0, 0.9, Serial())
     assert kept.interval is not None
     assert kept.interval.scaled
     assert kept.calibration["held_out"]["coverage"] == pytest.approx(0.9, abs=0.06)
-    folder = save_model(kept.model, tmp_path / "m", Card(interval=kept.interval))
-    answerer = Answerer(load_model(folder), load_interval(folder))
+    folder = save_model(kept.model, tmp_path / "m", Provenance(interval=kept.interval))
+    answerer = CalibratedModel(load_model(folder), load_interval(folder))
     value = answerer.model.predict_one(X[0])
     low, high, level = answerer.bounds(value, X[0])
     assert low < value < high

@@ -7,11 +7,13 @@ import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
+from threading import RLock
 from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from tqdm import tqdm
 
 from firstcontact.core import InputError
 from firstcontact.stiffness.efficientnet import ConvNorm, EfficientNet
@@ -118,6 +120,9 @@ def _graph(channels: int, outputs: int) -> Any:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Without what the exporter says about torchvision and its own future."""
+    # PyTorch makes a progress bar that it never shows. Its lock is a semaphore between processes,
+    # which a worker that is ended leaves behind; threads are all that there is to lock out.
+    tqdm.set_lock(RLock())
     log = logging.getLogger("torch.onnx")
     level = log.level
     log.setLevel(logging.ERROR)

@@ -74,6 +74,7 @@ class Assembler:
         self.counts = Counts()
         self.epoch = -1
         self.descriptor: Descriptor | None = None
+        self._width = 0  # of its samples, looked up for every frame
         self._listening = False  # since a descriptor came on this connection
         self._asked = False
         self._fits = False  # some samples frame of this start had the layout's columns
@@ -126,6 +127,7 @@ class Assembler:
         greeting = read_greeting(frame.payload)
         if self.descriptor is None:
             self.descriptor = greeting.descriptor
+            self._width = greeting.descriptor.layout.width
         elif greeting.descriptor.layout != self.descriptor.layout:
             raise InputError(
                 "another device is on this port now, with other channels or another rate: "
@@ -172,8 +174,7 @@ class Assembler:
         return True
 
     def _samples(self, payload: bytes, out: Assembled) -> None:
-        assert self.descriptor is not None
-        sample, overflow, n, data = samples_head(payload, self.descriptor.layout.width)
+        sample, overflow, n, data = samples_head(payload, self._width)
         self._fits = True
         before = self._next
         first = self._account(sample, overflow)
@@ -212,8 +213,7 @@ class Assembler:
         """Make a block of the samples that follow one another."""
         if not self._run:
             return
-        assert self.descriptor is not None
         data = np.frombuffer(bytearray().join(self._run), dtype="<i2")
-        data = data.reshape(-1, self.descriptor.layout.width)
+        data = data.reshape(-1, self._width)
         out.blocks.append(Block(data, self._run_first, self.epoch))
         self._run = []

@@ -70,6 +70,7 @@ class RestMeter:
         self._layout = layout
         self._length = max(2, round(PART * layout.rate))
         self._wanted = max(1, round(seconds / PART))
+        self._every = tuple(range(layout.width))
         self._vibration = layout.columns(ChannelKind.VIBRATION)
         self._parts: list[_Part] = []
         self._waiting: NDArray[np.float64] | None = None
@@ -79,8 +80,7 @@ class RestMeter:
     def update(self, block: Block) -> None:
         """Take the next block; a part never reaches across a gap."""
         self.samples += len(block.data)
-        every = tuple(range(self._layout.width))
-        x = self._layout.physical(block.data, every)
+        x = self._layout.physical(block.data, self._every)
         if self._waiting is not None and (block.first_sample, block.epoch) == self._next:
             x = np.concatenate([self._waiting, x])
         self._next = (block.end, block.epoch)

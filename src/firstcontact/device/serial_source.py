@@ -38,9 +38,9 @@ RETRY = (0.05, 1.0)
 #: The end of the stream is waited for while something comes, and at most so long, s.
 FAREWELL = 10.0
 #: While its reader waits for more samples, the port is left alone: so long at most, s, ...
-NAP = 0.01
-#: ... and up to so long before they are due: a frame's time, and for waking up.
-EARLY = 0.0012
+NAP = 0.02
+#: ... and up to so long before they are due, for waking up.
+EARLY = 0.0004
 #: Bytes of a read after which nothing is waited for: it comes faster than its rate says.
 PILE = 4096
 

@@ -36,8 +36,9 @@ if TYPE_CHECKING:
 #: A pinch is over so long after its first contact (or after the longest window, if
 #: that is longer), s: all offsets are shorter.
 AFTER = 0.2
-#: Where nothing is due, samples are worked on in lots of this length, s.
-IDLE = 0.012
+#: Where nothing is due, samples are worked on in lots of this length, s: each wakes a core that
+#: has grown cold, and a page draws no oftener.
+IDLE = 0.024
 
 
 @dataclass(frozen=True, slots=True)

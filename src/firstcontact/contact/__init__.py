@@ -8,7 +8,9 @@ from firstcontact.core.lazy import lazily
 
 if TYPE_CHECKING:
     from firstcontact.contact.detector import Detector, WindowDecisions, detect
+    from firstcontact.contact.detector_file import load_detector, save_detector
     from firstcontact.contact.registry import DETECTORS, make_detector, unfitted
+    from firstcontact.contact.stream import WindowDetector
     from firstcontact.contact.svm import SvmDetector
     from firstcontact.contact.threshold import ThresholdDetector
 else:
@@ -16,7 +18,9 @@ else:
         __name__,
         {
             "detector": "Detector WindowDecisions detect",
+            "detector_file": "load_detector save_detector",
             "registry": "DETECTORS make_detector unfitted",
+            "stream": "WindowDetector",
             "svm": "SvmDetector",
             "threshold": "ThresholdDetector",
         },
@@ -28,7 +32,10 @@ __all__ = [
     "SvmDetector",
     "ThresholdDetector",
     "WindowDecisions",
+    "WindowDetector",
     "detect",
+    "load_detector",
     "make_detector",
+    "save_detector",
     "unfitted",
 ]

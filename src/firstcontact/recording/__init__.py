@@ -8,7 +8,10 @@ from firstcontact.core.lazy import lazily
 
 if TYPE_CHECKING:
     from firstcontact.recording.dataset import load_dataset, write_dataset
+    from firstcontact.recording.exporting import export
+    from firstcontact.recording.formats import EXPORTERS, IMPORTERS, Exporter, Importer
     from firstcontact.recording.header import Header, Marker, PinchMark
+    from firstcontact.recording.importing import import_path
     from firstcontact.recording.reader import Recording, read_recording
     from firstcontact.recording.writer import RecordingWriter
 else:
@@ -16,18 +19,27 @@ else:
         __name__,
         {
             "dataset": "load_dataset write_dataset",
+            "exporting": "export",
+            "formats": "EXPORTERS IMPORTERS Exporter Importer",
             "header": "Header Marker PinchMark",
+            "importing": "import_path",
             "reader": "Recording read_recording",
             "writer": "RecordingWriter",
         },
     )
 
 __all__ = [
+    "EXPORTERS",
+    "IMPORTERS",
+    "Exporter",
     "Header",
+    "Importer",
     "Marker",
     "PinchMark",
     "Recording",
     "RecordingWriter",
+    "export",
+    "import_path",
     "load_dataset",
     "read_recording",
     "write_dataset",

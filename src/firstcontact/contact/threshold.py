@@ -27,6 +27,14 @@ class ThresholdDetector(WindowDetector):
     ----------
     sigmas
         Height of the threshold.
+
+    Examples
+    --------
+    >>> from firstcontact.contact import detect
+    >>> from firstcontact.testing.closings import closing
+    >>> pinch = closing(5)
+    >>> {contact.finger.name for contact in detect(ThresholdDetector(8.0), pinch)} != set()
+    True
     """
 
     name: ClassVar[str] = "three_sigma"

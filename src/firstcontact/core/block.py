@@ -23,6 +23,13 @@ class Block:
         Device sample number of ``data[0]``.
     epoch
         Counts device starts; samples of two epochs are never joined.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> block = Block(np.zeros((5, 16), np.int16), first_sample=1000)
+    >>> block.end
+    1005
     """
 
     data: NDArray[Any]

@@ -15,6 +15,12 @@ class Command:
         Of closing at each fingertip, m/s; negative opens, 0 stops.
     force
         Limit of what each fingertip may press with, N.
+
+    Examples
+    --------
+    >>> gentle = Command(speed=0.02, force=1.5)
+    >>> gentle.force
+    1.5
     """
 
     speed: float

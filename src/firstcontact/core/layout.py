@@ -163,6 +163,14 @@ class Layout:
         afterwards): devices and recordings of version 1 say it once.
     groups
         Slower ones beside these channels; contacts are not looked for in them.
+
+    Examples
+    --------
+    >>> layout = fingertip_layout()
+    >>> layout.width, layout.rate
+    (16, 4936.0)
+    >>> layout.columns(ChannelKind.VIBRATION, Finger.THUMB)
+    (1,)
     """
 
     channels: Annotated[tuple[Channel, ...], Meta(max_length=MOST_CHANNELS)]

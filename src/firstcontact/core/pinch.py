@@ -94,6 +94,15 @@ class Pinch:
     groups
         Samples of the layout's slower groups in the time of the pinch, each with its own
         count; one of which some are missing is not there.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from firstcontact.core import fingertip_layout
+    >>> first = Contact(Finger.THUMB, 120, 120)
+    >>> pinch = Pinch(np.zeros((500, 16), np.int16), fingertip_layout(), truth=(first,))
+    >>> pinch.first.finger.name, pinch.second
+    ('THUMB', None)
     """
 
     data: NDArray[Any]

@@ -28,6 +28,12 @@ class ExponentialSmoothing:
     ------
     ValueError
         When ``alpha`` is outside (0, 1].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> ExponentialSmoothing(0.5).update(np.array([[0.0], [1.0], [1.0]]))[:, 0].tolist()
+    [0.0, 0.5, 0.75]
     """
 
     def __init__(

@@ -33,6 +33,12 @@ class Interval:
     ------
     ValueError
         Numbers that do not fit together.
+
+    Examples
+    --------
+    >>> interval = Interval(0.9, edges=(30.0,), half_widths=(2.0, 5.0))
+    >>> interval.around(20.0), interval.around(98.0)
+    ((18.0, 22.0), (93.0, 100.0))
     """
 
     level: float

@@ -37,6 +37,12 @@ class Spec:
         Shape of one window.
     classes
         Values of the classes in ascending order; empty for regression.
+
+    Examples
+    --------
+    >>> spec = Spec(Task.REGRESSION, rate=4936.0, samples=74)
+    >>> round(1e3 * spec.duration)
+    15
     """
 
     task: Task

@@ -106,3 +106,9 @@ def test_permutation_p_is_exact_for_few() -> None:
     assert found["p"] == pytest.approx(2 / 24)
     assert found["exact"]
     assert rank_correlation(np.array([1.0, 1.0, 1.0]), np.arange(3.0), 0) == {"n": 3}
+
+
+def test_a_single_class_has_a_confusion_of_one_number() -> None:
+    scores = classification_scores(np.full(4, 10.0), np.full(4, 10.0), np.arange(4), 0)
+    assert scores["confusion"] == [[4]]
+    assert scores["classes"] == [10.0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -132,9 +133,10 @@ def classification_scores(
     columns = np.stack([np.ones_like(right), right], axis=1)
     classes = np.unique(np.concatenate([truth, predicted]))
     numbers = range(len(classes))  # scikit-learn takes values with a fraction for no classes
-    confusion = confusion_matrix(
-        np.searchsorted(classes, truth), np.searchsorted(classes, predicted), labels=numbers
-    )
+    with warnings.catch_warnings(action="ignore"):  # of a single class, though it is named
+        confusion = confusion_matrix(
+            np.searchsorted(classes, truth), np.searchsorted(classes, predicted), labels=numbers
+        )
     return {
         "accuracy": float(right.mean()),
         "n": len(right),

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError, VibrationSensor
 from firstcontact.core.files import open_regular
 from firstcontact.core.records import LONGEST_NAME
+from firstcontact.recording.apart import apart
 from firstcontact.recording.memory import bounded_memory
 from firstcontact.recording.quoting import reason
 from firstcontact.recording.sizes import check_unpacked, most_unpacked
@@ -24,6 +25,8 @@ _ATTRIBUTE = 1 << 16
 #: Most texts that are read at once, and most bytes that these may be.
 _TEXTS = 4096
 _TEXT_BYTES = 64 << 20
+#: How long a file may take, s, and bytes a second of it beside.
+_SECONDS, _SPEED = 10.0, 1e6
 #: What the library itself needs, bytes.
 _SPARE = 128 << 20
 _DAMAGE = (
@@ -52,11 +55,26 @@ def read_hdf5(
         of the file or nowhere, storage outside, a type that cannot be read, or far
         more than the file holds.
     """
+    try:
+        open_regular(path).close()
+        seconds = _SECONDS + path.stat().st_size / _SPEED
+        return apart(seconds, _read, path, frozenset(known), tuple(settings))
+    except InputError:
+        raise
+    except _DAMAGE as error:
+        raise InputError(
+            f"{path} cannot be read as HDF5 ({reason(error)}): write it again"
+        ) from error
+
+
+def _read(
+    path: Path, known: Collection[str], settings: Collection[str]
+) -> tuple[dict[str, NDArray[Any]], list[str]]:
+    """In a process of its own: the library loops or crashes on some damaged files."""
     import h5py
 
     arrays: dict[str, NDArray[Any]] = {}
     try:
-        open_regular(path).close()
         # The library believes what a damaged file says of the size of its parts.
         most = _SPARE + 2 * most_unpacked(path.stat().st_size)
         with bounded_memory(most), h5py.File(path, "r") as file:

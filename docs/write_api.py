@@ -5,6 +5,7 @@ python docs/write_api.py
 
 from __future__ import annotations
 
+import re
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -34,7 +35,8 @@ def said(thing: Any) -> str:
         return f"All {thing.kind}s by name, those of plug-ins among them."
     if isinstance(thing, dict):
         return f"By name: {', '.join(f'`{name}`' for name in thing)}."
-    return " ".join((thing.__doc__ or "").strip().split("\n\n")[0].split()).replace("``", "`")
+    first = " ".join((thing.__doc__ or "").strip().split("\n\n")[0].split())
+    return re.sub(r":\w+:(?=`)", "", first).replace("``", "`")
 
 
 def room(name: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import pickle
 from collections.abc import Callable
@@ -19,6 +18,7 @@ from firstcontact.contact.detector_file import CARD, WEIGHTS, load_detector, sav
 from firstcontact.contact.stream import WindowDetector
 from firstcontact.core import InputError
 from firstcontact.testing.closings import closings
+from saved import edit, vouch
 
 FRESH = closings(8, seed=7).pinches
 
@@ -33,16 +33,6 @@ def svm(fitted: dict[str, Detector]) -> SvmDetector:
 @pytest.fixture
 def folder(svm: SvmDetector, tmp_path: Path) -> Path:
     return save_detector(svm, tmp_path / "mödel", {"pinches": 3})
-
-
-def edit(folder: Path, **changes: Any) -> None:
-    card = json.loads((folder / CARD).read_text(encoding="utf-8"))
-    (folder / CARD).write_text(json.dumps({**card, **changes}), encoding="utf-8")
-
-
-def vouch(folder: Path, weights: bytes) -> None:
-    (folder / WEIGHTS).write_bytes(weights)
-    edit(folder, sha256=hashlib.sha256(weights).hexdigest())
 
 
 def test_every_detector_comes_back_and_finds_the_same(detector: Detector, tmp_path: Path) -> None:
@@ -149,7 +139,7 @@ def test_every_truncation_is_noticed(folder: Path, name: str) -> None:
     ids=str,
 )
 def test_a_card_of_something_else(folder: Path, changes: dict[str, Any]) -> None:
-    edit(folder, **changes)
+    edit(folder, CARD, **changes)
     with pytest.raises(InputError) as caught:
         load_detector(folder)
     assert str(folder) in str(caught.value)
@@ -185,13 +175,13 @@ def _no_width(arrays: dict[str, Any]) -> dict[str, Any]:
     "change", [_without_threshold, _with_nan, _cut, _fewer_features, _no_scale, _no_width]
 )
 def test_arrays_that_do_not_fit(folder: Path, change: Callable[[Any], Any]) -> None:
-    vouch(folder, save(change(load_file(folder / WEIGHTS))))
+    vouch(folder, save(change(load_file(folder / WEIGHTS))), CARD, WEIGHTS)
     with pytest.raises(InputError, match=WEIGHTS):
         load_detector(folder)
 
 
 def test_a_pickle_in_place_of_the_numbers_is_not_run(folder: Path) -> None:
-    vouch(folder, pickle.dumps({"weights": [1.0]}))
+    vouch(folder, pickle.dumps({"weights": [1.0]}), CARD, WEIGHTS)
     with pytest.raises(InputError, match="not a safetensors file"):
         load_detector(folder)
 
@@ -199,6 +189,6 @@ def test_a_pickle_in_place_of_the_numbers_is_not_run(folder: Path) -> None:
 def test_a_decision_that_is_not_finite_is_refused_and_not_taken_for_quiet(folder: Path) -> None:
     arrays = load_file(folder / WEIGHTS)
     for name in ("weights", "support"):
-        vouch(folder, save(arrays | {name: np.full_like(arrays[name], 1e308)}))
+        vouch(folder, save(arrays | {name: np.full_like(arrays[name], 1e308)}), CARD, WEIGHTS)
         with pytest.raises(InputError, match="decision is not a finite number"):
             detect(load_detector(folder), FRESH[0])

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import tyro
 
-from firstcontact.cli.train import aligned_by_truth, coverage_in_words, in_words
+from firstcontact.cli.train import aligned_by_truth, at_rate, coverage_in_words, in_words
 from firstcontact.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class Evaluate:
         loaded = load_dataset(self.data)
         warn_of(loaded)
         familiar = known_pinches(loaded, card.data, load_digests(folder))
-        dataset = _at_rate(loaded, model.spec.rate, self.data, folder)
+        dataset = _at_rate_of(loaded, model.spec.rate, self.data, folder)
         target = card.data.target
         values = dataset.hardness_rank if target == "hardness_rank" else dataset.shore_a
         if aligned_by_truth(self.contacts, dataset, self.data):
@@ -84,18 +84,15 @@ class Evaluate:
                 _report(title, model, interval, data.take(which[data.which]), target)
 
 
-def _at_rate(dataset: Dataset, rate: float, data: Path, model: Path) -> Dataset:
+def _at_rate_of(dataset: Dataset, rate: float, data: Path, model: Path) -> Dataset:
     """The pinches at the model's rate, as a study would resample them; says what was done."""
     from firstcontact.recording.checks import check_rate
-    from firstcontact.signal import resample_dataset
 
-    recorded = dataset.layout.rate
-    check_rate(f"{data}: the rate", recorded)
     check_rate(f"{model}: rate_hz", rate)
+    resampled = at_rate(dataset, rate, data)
+    recorded = dataset.layout.rate
     if recorded == rate:
         return dataset
-    resampled = resample_dataset(dataset, rate)
-    print(resampled.notes[-1])
     if recorded < rate:
         print(
             f"warning: these recordings hold nothing above {recorded / 2:g} Hz, and the model may "

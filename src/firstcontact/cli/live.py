@@ -240,11 +240,11 @@ def _models(
     """Detector, models with their intervals, and the objects that they know."""
     from firstcontact.contact.detector_file import load_detector
     from firstcontact.live.pipeline import CalibratedModel
-    from firstcontact.stiffness import load_interval, load_model, read_card
+    from firstcontact.stiffness import read_card
     from firstcontact.stiffness.model_file import model_folders
 
     folders = model_folders(folder)
-    answerers = [CalibratedModel(load_model(f), load_interval(f)) for f in folders]
+    answerers = [CalibratedModel.load(f) for f in folders]
     landmarks = dict(read_card(folders[0]).data.objects)
     for loaded, answerer in zip(folders, answerers, strict=True):
         _log.info("model %s: %s", loaded, answerer.model.spec)

@@ -103,7 +103,7 @@ class Train:
                 f'{self.data}: all pinches have role "test": none is there to learn from'
             )
         digests = pinch_digests(dataset.pinches)
-        dataset = self._at_rate(dataset)
+        dataset = at_rate(dataset, self.rate, self.data)
         detector = fit_detector(dataset, self.detector)
         if self.detector_only:
             save_detector(detector, making, _learned(detector, dataset))
@@ -163,18 +163,6 @@ class Train:
             raise InputError("--level must lie between 0.5 and 0.99")
         if self.rate is not None:
             check_rate("--rate", self.rate)
-
-    def _at_rate(self, dataset: Dataset) -> Dataset:
-        """The pinches at the rate that was asked for; says what was done."""
-        from firstcontact.recording.checks import check_rate
-        from firstcontact.signal import resample_dataset
-
-        check_rate(f"{self.data}: the rate", dataset.layout.rate)
-        if self.rate is None or self.rate == dataset.layout.rate:
-            return dataset
-        resampled = resample_dataset(dataset, self.rate)
-        print(resampled.notes[-1])
-        return resampled
 
     def _learned_from(
         self, data: LabelledWindows, dataset: Dataset, contacts: Alignment, target: Target
@@ -239,6 +227,19 @@ def _target(dataset: Dataset, path: Path) -> tuple[Target, Any]:
         if np.isfinite(values).any():
             return name, values
     raise InputError(f"{path}: no pinch has a shore_a or a hardness_rank: import it with labels")
+
+
+def at_rate(dataset: Dataset, rate: float | None, path: Path) -> Dataset:
+    """The pinches at that rate, or as they are where it is None; says what was done."""
+    from firstcontact.recording.checks import check_rate
+    from firstcontact.signal import resample_dataset
+
+    check_rate(f"{path}: the rate", dataset.layout.rate)
+    if rate is None or rate == dataset.layout.rate:
+        return dataset
+    resampled = resample_dataset(dataset, rate)
+    print(resampled.notes[-1])
+    return resampled
 
 
 def aligned_by_truth(asked: str, dataset: Dataset, path: Path) -> bool:

@@ -108,7 +108,7 @@ class Detector(Protocol):
         """Begin a new closing: forget the stream and release all fingers."""
 
     def judge(self, block: Block) -> WindowDecisions:
-        """WindowDecisions on the windows that this block completes.
+        """Decisions on the windows that this block completes.
 
         A block that does not follow the one before starts a new steady state;
         no window is ever made across a gap, an epoch or a sample that is not

@@ -160,7 +160,7 @@ class WindowDetector(ABC):
         return self._window_end - self._next
 
     def judge(self, block: Block) -> WindowDecisions:
-        """WindowDecisions on the windows that this block completes."""
+        """Decisions on the windows that this block completes."""
         if block.epoch != self._epoch:
             self._epoch = block.epoch
             self._restart(block.first_sample)

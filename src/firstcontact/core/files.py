@@ -12,7 +12,7 @@ from stat import S_ISREG
 from typing import IO, Any
 
 from firstcontact.core.errors import InputError
-from firstcontact.core.temporary import temporary_beside
+from firstcontact.core.temporary import is_temporary, temporary_beside
 
 #: What a disk says that has no hard links.
 _NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EMLINK, errno.ENOSYS)
@@ -37,7 +37,7 @@ def resolved(path: Path) -> Path:
 def files_below(folder: Path, suffix: str, most: int = MOST_ENTRIES) -> list[Path]:
     """Files with this suffix (in small letters) in a folder and below it, by their names.
 
-    Links to folders are not followed.
+    Links to folders are not followed; what is being made, or was left half made, is not there.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def files_below(folder: Path, suffix: str, most: int = MOST_ENTRIES) -> list[Pat
                 "meant"
             )
         found += [Path(above, name) for name in names if name.lower().endswith(suffix)]
-    return sorted(found)
+    return sorted(path for path in found if not is_temporary(path, folder))
 
 
 def open_regular(path: Path) -> IO[bytes]:

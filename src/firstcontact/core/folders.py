@@ -21,7 +21,7 @@ from uuid import uuid4
 
 from firstcontact.core.errors import InputError
 from firstcontact.core.files import resolved
-from firstcontact.core.temporary import temporary_beside
+from firstcontact.core.temporary import temporaries, temporary_beside
 
 _OLD = re.compile(r"\.(?P<of>.+)\.[0-9a-f]{8}\.old", re.DOTALL)
 
@@ -83,13 +83,11 @@ def _check(path: Path) -> None:
 
 def _check_alone(path: Path, own: Path) -> None:
     """Refuse to work beside another writer; those that were killed have been swept."""
-    name = re.compile(rf"\.{re.escape(path.name)}\.[0-9a-f]{{8}}\.part")
-    for entry in path.parent.iterdir():
-        if name.fullmatch(entry.name) and entry.name != own.name:
-            raise InputError(
-                f"{path}: another process is writing it: wait until it has ended, "
-                "or name another folder"
-            )
+    if any(other.name != own.name for other in temporaries(path.parent, path.name)):
+        raise InputError(
+            f"{path}: another process is writing it: wait until it has ended, "
+            "or name another folder"
+        )
 
 
 def _old(path: Path) -> list[Path]:

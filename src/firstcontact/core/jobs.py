@@ -6,9 +6,10 @@ import os
 import signal
 import threading
 import warnings
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, Literal, Protocol, TypeVar
+from typing import Any, Literal, TypeVar
 
 from firstcontact.core.errors import InputError
 from firstcontact.core.packed import packed, unpacked
@@ -27,25 +28,25 @@ MOST_WORKERS = 512
 _alone = threading.Lock()
 
 
-class Runner(Protocol):
+class Runner(ABC):
     """Does many alike jobs.
 
     ``function(job, *shared)`` is called for every job. Jobs are small; what all of them need is
     shared: it is sent once, and its arrays are read-only.
     """
 
+    @abstractmethod
     def stream(
         self, function: Callable[..., B], jobs: Sequence[A], *shared: object
     ) -> Generator[B, None, None]:
         """Results one by one, in the order of the jobs; the first error ends it."""
-        ...
 
     def map(self, function: Callable[..., B], jobs: Sequence[A], *shared: object) -> list[B]:
         """All results in the order of the jobs; the first error ends it."""
-        ...
+        return list(self.stream(function, jobs, *shared))
 
 
-class Serial:
+class Serial(Runner):
     """One after the other, here, on one thread.
 
     Parameters
@@ -67,12 +68,8 @@ class Serial:
             self._tick(done, len(jobs))
             yield result
 
-    def map(self, function: Callable[..., B], jobs: Sequence[A], *shared: object) -> list[B]:
-        """All results in the order of the jobs; the first error ends it."""
-        return list(self.stream(function, jobs, *shared))
 
-
-class Pool:
+class Pool(Runner):
     """Jobs through :class:`joblib.Parallel`.
 
     Parameters
@@ -106,10 +103,6 @@ class Pool:
             with warnings.catch_warnings():  # that not all results were wanted
                 warnings.simplefilter("ignore")
                 results.close()
-
-    def map(self, function: Callable[..., B], jobs: Sequence[A], *shared: object) -> list[B]:
-        """All results in the order of the jobs; the first error ends it."""
-        return list(self.stream(function, jobs, *shared))
 
 
 @contextmanager

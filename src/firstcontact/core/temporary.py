@@ -52,14 +52,22 @@ def sweep(folder: Path, name: str | None = None) -> None:
 
     What a writer still holds stays, and so does what cannot be locked or removed.
     """
-    try:
-        there = list(os.scandir(folder))
-    except OSError:
-        return
-    for entry in there:
-        match = _NAME.fullmatch(entry.name)
-        if match and name in (None, match["of"]) and not entry.is_symlink():
-            _remove_if_dead(Path(entry.path))
+    with suppress(OSError):  # a folder that is not there
+        for path in temporaries(folder, name):
+            if not path.is_symlink():
+                _remove_if_dead(path)
+
+
+def temporaries(folder: Path, name: str | None = None) -> list[Path]:
+    """What is being made in a folder, or was left there, for one name or for all.
+
+    Raises
+    ------
+    OSError
+        The folder cannot be looked into.
+    """
+    matches = ((entry, _NAME.fullmatch(entry.name)) for entry in folder.iterdir())
+    return [entry for entry, match in matches if match and name in (None, match["of"])]
 
 
 def _make(path: Path) -> tuple[Path, int]:

@@ -118,10 +118,7 @@ def _learned(
 def loaded(folder: Path) -> Models:
     """What was learned and saved."""
     from firstcontact.contact.detector_file import load_detector
-    from firstcontact.stiffness import load_interval, load_model
     from firstcontact.stiffness.model_file import model_folders
 
-    answerers = tuple(
-        CalibratedModel(load_model(f), load_interval(f)) for f in model_folders(folder)
-    )
+    answerers = tuple(map(CalibratedModel.load, model_folders(folder)))
     return Models(load_detector(folder), answerers)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from firstcontact.grasp.grip import Grip
-from firstcontact.grasp.policies.registry import POLICIES
+from firstcontact.grasp.policies.registry import POLICIES, make_policy
 from firstcontact.grasp.policy import ForceArray, Part, Policy, SensorVariant
 from firstcontact.twin.sensor import OPTIMISTIC, VelostatParameters
 
@@ -43,8 +43,7 @@ class Variant:
 
     def make(self, grip: Grip, shore_a: float, settings: Mapping[str, float]) -> Policy:
         """A policy for one pinch, as it was tuned."""
-        made: Callable[..., Policy] = self.policy
-        return made(grip, shore_a) if self.policy.needs_truth else made(grip, **settings)
+        return make_policy(self.policy, grip, shore_a, settings)
 
 
 def variants() -> dict[str, Variant]:

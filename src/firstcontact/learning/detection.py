@@ -159,7 +159,7 @@ def score_detector(
 
 
 def judged(detector: Detector, heard: Dataset) -> list[WindowDecisions]:
-    """WindowDecisions on each pinch from its first sample on, as a stream would have given them."""
+    """Decisions on each pinch from its first sample on, as a stream would have given them."""
     verdicts = []
     for pinch in heard.pinches:
         detector.start(pinch.layout)

@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,6 +48,13 @@ class CalibratedModel:
 
     model: Model
     interval: Interval | None = None
+
+    @classmethod
+    def load(cls, folder: Path) -> CalibratedModel:
+        """As a model's folder holds them; InputError if it is damaged or there is none."""
+        from firstcontact.stiffness import load_interval, load_model
+
+        return cls(load_model(folder), load_interval(folder))
 
     def bounds(self, value: float, window: NDArray[np.float32]) -> tuple[float, float, float]:
         """Lower and upper bound of an answer about a window, and the level of the interval."""

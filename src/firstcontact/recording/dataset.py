@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Block, Dataset, InputError, Pinch
 from firstcontact.core.files import files_below
-from firstcontact.core.temporary import is_temporary
 from firstcontact.recording.header import Header, PinchMark
 from firstcontact.recording.reader import Recording, read_recording
 from firstcontact.recording.writer import RecordingWriter
@@ -180,7 +179,7 @@ def find_recordings(path: Path) -> list[Path]:
     """
     if not path.is_dir():
         return [path]
-    files = [f for f in files_below(path, ".mcap") if not is_temporary(f, path)]
+    files = files_below(path, ".mcap")
     if not files:
         raise InputError(
             f"{path} holds no recording (*.mcap): make some with `firstcontact simulate` or "

@@ -74,31 +74,24 @@ def _read(
     import h5py
 
     arrays: dict[str, NDArray[Any]] = {}
-    try:
-        # The library believes what a damaged file says of the size of its parts.
-        most = _SPARE + 2 * most_unpacked(path.stat().st_size)
-        with bounded_memory(most), h5py.File(path, "r") as file:
-            names = list(file.keys())
-            datasets = {}
-            for name in names:
-                if name in known:
-                    _walk(path, file, name, name)
-                    if isinstance(file[name], h5py.Dataset):
-                        datasets[name] = file[name]
-            for name, dataset in datasets.items():
-                _check(path, name, dataset)
-            check_unpacked(path, sum(_declared(d) for d in datasets.values()))
-            for name, dataset in datasets.items():
-                arrays[name] = _values(path, name, dataset)
-            for holder in (file, *map(datasets.get, VibrationSensor)):
-                if holder is not None:
-                    arrays |= _attributes(path, holder.attrs, settings)
-    except InputError:
-        raise
-    except _DAMAGE as error:
-        raise InputError(
-            f"{path} cannot be read as HDF5 ({reason(error)}): write it again"
-        ) from error
+    # The library believes what a damaged file says of the size of its parts.
+    most = _SPARE + 2 * most_unpacked(path.stat().st_size)
+    with bounded_memory(most), h5py.File(path, "r") as file:
+        names = list(file.keys())
+        datasets = {}
+        for name in names:
+            if name in known:
+                _walk(path, file, name, name)
+                if isinstance(file[name], h5py.Dataset):
+                    datasets[name] = file[name]
+        for name, dataset in datasets.items():
+            _check(path, name, dataset)
+        check_unpacked(path, sum(_declared(d) for d in datasets.values()))
+        for name, dataset in datasets.items():
+            arrays[name] = _values(path, name, dataset)
+        for holder in (file, *map(datasets.get, VibrationSensor)):
+            if holder is not None:
+                arrays |= _attributes(path, holder.attrs, settings)
     return arrays, sorted(set(names) - set(known))
 
 

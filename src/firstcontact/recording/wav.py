@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.core.files import files_below, read_regular
-from firstcontact.core.temporary import is_temporary
 from firstcontact.recording.checks import (
     FileSettings,
     check_rate,
@@ -105,7 +104,7 @@ def _source(table: Path, columns: dict[str, list[str]]) -> str:
 
 def _match(folder: Path, names: list[str]) -> list[Path]:
     """The file of each row; every file has a row and every row a file."""
-    there = [p for p in files_below(folder, ".wav") if not is_temporary(p, folder)]
+    there = files_below(folder, ".wav")
     by_name: dict[str, list[Path]] = {}
     for path in there:
         for name in {path.name, path.relative_to(folder).as_posix()}:

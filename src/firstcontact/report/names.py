@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Container
 from dataclasses import dataclass
+from typing import Any
 
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.core.palette import SKY
+from firstcontact.core.registry import Registry
 from firstcontact.stiffness.registry import ESTIMATORS
 
 #: Keys in results, and how splits are called.
@@ -27,18 +29,17 @@ class Look:
 
 def estimator(name: str) -> Look:
     """Of an estimator; its name where none of that name is installed (any more)."""
-    if name not in ESTIMATORS:
-        return Look(name, SKY)
-    entry = ESTIMATORS[name]
-    return Look(entry.title, entry.colour)
+    return _look(ESTIMATORS, name)
 
 
 def detector(name: str) -> Look:
     """Of a detector, likewise."""
-    if name not in DETECTORS:
-        return Look(name, SKY)
-    entry = DETECTORS[name]
-    return Look(entry.title, entry.colour)
+    return _look(DETECTORS, name)
+
+
+def _look(registry: Registry[Any], name: str) -> Look:
+    entry = registry.get(name)
+    return Look(name, SKY) if entry is None else Look(entry.title, entry.colour)
 
 
 def estimators(found: Container[str], baselines: bool = False) -> list[str]:

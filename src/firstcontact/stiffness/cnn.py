@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core.palette import RED
 from firstcontact.stiffness.cnn_model import CnnModel, compress
-from firstcontact.stiffness.estimator import Estimator, Reference, training_spec
+from firstcontact.stiffness.estimator import Estimator, Reference, target_scale, training_spec
 from firstcontact.stiffness.model import Model
 from firstcontact.stiffness.spec import Task, Values, Windows
 
@@ -60,7 +60,7 @@ class Cnn(Estimator):
         spec = training_spec(self.task, self.rate, X, y, groups)
         scale = _scale(X)
         regression = self.task is Task.REGRESSION
-        target = np.array([y.mean(), y.std() or 1.0]) if regression else np.array([0.0, 1.0])
+        target = target_scale(self.task, y)
         wanted = (
             ((y - target[0]) / target[1])[:, None]
             if regression

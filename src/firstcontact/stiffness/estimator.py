@@ -118,6 +118,13 @@ class Reference:
     inputs: Sequence[Any]
 
 
+def target_scale(task: Task, y: Values) -> NDArray[np.float64]:
+    """Mean and standard deviation that targets are learned in; (0, 1) of classes."""
+    if task is Task.CLASSIFICATION:
+        return np.array([0.0, 1.0])
+    return np.array([y.mean(), y.std() or 1.0])
+
+
 def training_spec(
     task: Task, rate: float, X: Windows, y: Values, groups: NDArray[Any] | None
 ) -> Spec:

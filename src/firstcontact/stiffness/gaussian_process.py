@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError
 from firstcontact.core.kernel import RbfKernel
 from firstcontact.core.palette import PURPLE
-from firstcontact.stiffness.estimator import Estimator, Reference, training_spec
+from firstcontact.stiffness.estimator import Estimator, Reference, target_scale, training_spec
 from firstcontact.stiffness.model import Model
 from firstcontact.stiffness.spec import Arrays, Spec, Task, Values, Windows
-from firstcontact.stiffness.svm_model import shape_and_level
+from firstcontact.stiffness.svm_model import level_of, shape_and_level
 
 #: Windows that a model keeps, and those on which the kernel is chosen.
 KEPT = 800
@@ -149,12 +149,10 @@ class GaussianProcess(Estimator):
     ) -> GaussianProcessModel:
         """See :meth:`Estimator.fit`; the kernel has the highest marginal likelihood."""
         spec = training_spec(self.task, self.rate, X, y, groups)
-        flat = X.reshape(len(X), -1).astype(np.float64)
-        loud = 0.5 * np.log((flat**2).mean(axis=1))
-        level = np.array([loud.mean(), loud.std() or 1.0])
+        level = level_of(X)
         which = _spaced(y, self.kept, seed)
         inputs = shape_and_level(X[which], level)
-        target = np.array([y.mean(), y.std() or 1.0])
+        target = target_scale(self.task, y)
         wanted = (y[which] - target[0]) / target[1]
         few = _spaced(wanted, SEARCHED, seed)
         signal, length, noise = _kernel(inputs[few], wanted[few])

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from firstcontact.core import InputError
 from firstcontact.core.palette import ORANGE
-from firstcontact.stiffness.estimator import Estimator, training_spec
+from firstcontact.stiffness.estimator import Estimator, target_scale, training_spec
 from firstcontact.stiffness.model import Model
 from firstcontact.stiffness.spec import Arrays, Spec, Task, Values, Windows
+from firstcontact.stiffness.svm_model import log_rms
 
 #: Taps of a kernel, and the weight of the three that are not -1.
 TAPS, HIGH = 9, 2.0
@@ -153,9 +154,8 @@ def features(X: Windows, steps: NDArray[Any], biases: NDArray[np.float32]) -> ND
         (convolve(waves, int(step))[:, :, None, :] > bias[:, :, None]).mean(axis=3)
         for step, bias in zip(steps, biases, strict=True)
     ]
-    flat = X.reshape(len(X), -1).astype(np.float64)
-    loud = 0.5 * np.log((flat**2).mean(axis=1))
-    return np.column_stack([*(s.reshape(len(X), -1) for s in shares), loud]).astype(np.float32)
+    every = [*(s.reshape(len(X), -1) for s in shares), log_rms(X)]
+    return np.column_stack(every).astype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -184,7 +184,7 @@ class MiniRocket(Estimator):
         mean, scale = known.mean(axis=0), known.std(axis=0)
         scale = np.where(scale > 1e-6, scale, 1.0).astype(np.float32)
         regression = self.task is Task.REGRESSION
-        target = np.array([y.mean(), y.std() or 1.0]) if regression else np.array([0.0, 1.0])
+        target = target_scale(self.task, y)
         wanted = (
             ((y - target[0]) / target[1])[:, None]
             if regression

@@ -86,7 +86,7 @@ def _filled(
 def _graph(channels: int, outputs: int) -> Any:
     """The exported graph, for windows of any length.
 
-    FinalModel, because an export takes seconds, and folds and window lengths ask for many.
+    Kept, because an export takes seconds, and folds and window lengths ask for many.
     """
     with torch.random.fork_rng(devices=[]), _quiet():
         torch.manual_seed(0)

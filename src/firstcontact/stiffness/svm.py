@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.palette import BLUE
-from firstcontact.stiffness.estimator import Estimator, Reference, training_spec
+from firstcontact.stiffness.estimator import Estimator, Reference, target_scale, training_spec
 from firstcontact.stiffness.folds import inner_folds
 from firstcontact.stiffness.model import Model
 from firstcontact.stiffness.spec import Spec, Task, Values, Windows
-from firstcontact.stiffness.svm_model import SvmModel, shape_and_level
+from firstcontact.stiffness.svm_model import SvmModel, level_of, shape_and_level
 
 #: Windows of a search, unless told otherwise.
 SEARCH_WINDOWS = 800
@@ -55,9 +55,9 @@ class Svm(Estimator):
     ) -> SvmModel:
         """See :meth:`Estimator.fit`; the search is described at :func:`search`."""
         spec = training_spec(self.task, self.rate, X, y, groups)
-        level = _level(X)
+        level = level_of(X)
         inputs = shape_and_level(X, level)
-        target = _target(self.task, y)
+        target = target_scale(self.task, y)
         scaled = (y - target[0]) / target[1]
         parameters = search(self.task, inputs, scaled, groups, seed, self.search_windows)
         machine = machine_of(self.task, parameters).fit(inputs, scaled)
@@ -71,18 +71,6 @@ class Svm(Estimator):
         c, gamma, epsilon = (float(p) for p in arrays["parameters"])
         machine = machine_of(self.task, (c, gamma, epsilon)).fit(inputs, (y - mean) / deviation)
         return Reference("scikit-learn predict", machine.predict, list(inputs[:, None, :]))
-
-
-def _level(X: Windows) -> NDArray[np.float64]:
-    flat = X.reshape(len(X), -1).astype(np.float64)
-    loud = 0.5 * np.log((flat**2).mean(axis=1))
-    return np.array([loud.mean(), loud.std() or 1.0])
-
-
-def _target(task: Task, y: Values) -> NDArray[np.float64]:
-    if task is Task.CLASSIFICATION:
-        return np.array([0.0, 1.0])
-    return np.array([y.mean(), y.std() or 1.0])
 
 
 def machine_of(task: Task, parameters: tuple[float, float, float]) -> Any:

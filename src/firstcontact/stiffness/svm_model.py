@@ -21,6 +21,19 @@ LEVEL_WEIGHT = 3.0
 _NAMES = ("level", "vectors", "weights", "bias", "target", "parameters")
 
 
+def log_rms(X: Windows) -> NDArray[np.float64]:
+    """How loud each window (n, samples, channels) is: the logarithm of its RMS, shape (n,)."""
+    flat = X.reshape(len(X), -1).astype(np.float64)
+    loud: NDArray[np.float64] = 0.5 * np.log((flat**2).mean(axis=1))
+    return loud
+
+
+def level_of(X: Windows) -> NDArray[np.float64]:
+    """What :func:`shape_and_level` takes of training windows (n, samples, channels)."""
+    loud = log_rms(X)
+    return np.array([loud.mean(), loud.std() or 1.0])
+
+
 def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float32]:
     """What the machine sees: the window divided by its own RMS, and how loud it was.
 

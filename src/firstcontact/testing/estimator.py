@@ -63,9 +63,10 @@ def _check_training(make: Callable[[], Estimator], task: Task) -> None:
     X, y, groups = toy_windows(60)
     estimator = make()
     assert (estimator.task, estimator.rate) == (task, RATE), "task and rate are not kept"
-    before: list[NDArray[Any]] = [X.copy(), y.copy(), groups.copy()]
+    given: list[NDArray[Any]] = [X, y, groups]
+    before = [array.copy() for array in given]
     model = estimator.fit(X, y, groups, seed=3)
-    for array, copy in zip((X, y, groups), before, strict=True):
+    for array, copy in zip(given, before, strict=True):
         assert np.array_equal(array, copy), "training changes what it learns from"
     again = make().fit(X, y, groups, seed=3).to_arrays()
     for name, array in model.to_arrays().items():

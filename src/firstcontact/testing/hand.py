@@ -26,7 +26,7 @@ def check_hand(kind: type[Hand], port: str | None = None, source: Source | None 
     kind
         The class.
     port
-        Where it is connected; the port of its simulated_port if none is given.
+        Where it is connected; its ``simulated_port`` if none is given.
     source
         Open, for a hand that is driven over one.
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from math import isfinite
 from random import Random
 
 from firstcontact.core import Command, Contact, Finger
 from firstcontact.grasp.grip import Grip
+from firstcontact.grasp.policies.registry import make_policy
 from firstcontact.grasp.policy import Policy, Stiffness
 
 #: Closings that each rule is held against.
@@ -53,11 +54,6 @@ def check_policy(kind: type[Policy]) -> None:
     _late(kind)
 
 
-def _make(kind: type[Policy], truth: float, grip: Grip, settings: dict[str, float]) -> Policy:
-    made: Callable[..., Policy] = kind
-    return made(grip, truth) if kind.needs_truth else made(grip, **settings)
-
-
 def _settings(kind: type[Policy], chance: Random) -> Iterator[dict[str, float]]:
     """None, and what a study may tune it to."""
     yield {}
@@ -83,7 +79,7 @@ def _declared(kind: type[Policy]) -> None:
 
 def _within_the_hand(kind: type[Policy], settings: dict[str, float], chance: Random) -> None:
     grip = Grip(force=chance.uniform(0.1, 30), speed=chance.uniform(0.001, 0.5))
-    policy = _make(kind, _shore(chance), grip, settings)
+    policy = make_policy(kind, grip, _shore(chance), settings)
     for command in _closing(policy, chance, late=chance.random() < 0.5):
         assert isfinite(command.speed), f"{command}: the speed is not finite"
         assert isfinite(command.force), f"{command}: the force is not finite"
@@ -92,7 +88,7 @@ def _within_the_hand(kind: type[Policy], settings: dict[str, float], chance: Ran
 
 
 def _leaves_nothing(kind: type[Policy], settings: dict[str, float], chance: Random) -> None:
-    policy = _make(kind, 40.0, Grip(), settings)
+    policy = make_policy(kind, Grip(), 40.0, settings)
     state = chance.getstate()
     first = _closing(policy, chance)
     chance.setstate(state)
@@ -118,7 +114,7 @@ def _gentler(kind: type[Policy], chance: Random) -> None:
 
 
 def _late(kind: type[Policy]) -> None:
-    policy = _make(kind, 50.0, Grip(), {})
+    policy = make_policy(kind, Grip(), 50.0, {})
     policy.begin()
     policy.touched(_CONTACT, True)
     fallback = policy.late()
@@ -134,7 +130,7 @@ def _late(kind: type[Policy]) -> None:
 
 
 def _last(kind: type[Policy], truth: float, value: float, half: float) -> Command:
-    policy = _make(kind, truth, Grip(), {})
+    policy = make_policy(kind, Grip(), truth, {})
     return _answers(policy, _around(value, half, 0.015), 0.0)[-1]
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+
 from firstcontact.core import InputError
 from firstcontact.core.registry import Registry
 from firstcontact.grasp.grip import Grip
@@ -22,6 +24,26 @@ POLICIES: Registry[type[Policy]] = Registry(
     },
     default="first_contact",
 )
+
+
+def make_policy(
+    kind: type[Policy], grip: Grip, shore_a: float, settings: Mapping[str, float]
+) -> Policy:
+    """A policy for one pinch.
+
+    Parameters
+    ----------
+    kind
+        A class of policies.
+    grip
+        What is declared of the hand.
+    shore_a
+        Of the object, for a policy that is told the truth.
+    settings
+        That it was tuned to, for one that is not.
+    """
+    made: Callable[..., Policy] = kind
+    return made(grip, shore_a) if kind.needs_truth else made(grip, **settings)
 
 
 def live_policies() -> list[str]:

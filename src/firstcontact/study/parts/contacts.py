@@ -135,7 +135,7 @@ def judge(
 def _judge(
     dataset: Dataset, splits: Sequence[Split], early: float, runner: Runner
 ) -> tuple[dict[str, list[WindowDecisions]], dict[str, str]]:
-    """WindowDecisions of every detector, and why some have none."""
+    """Decisions of every detector, and why some have none."""
     failed: dict[str, str] = {}
     for name, kind in DETECTORS.items():
         if kind.learns and not (splits and len(splits[0].train)):

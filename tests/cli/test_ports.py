@@ -10,7 +10,7 @@ from serial.tools.list_ports_common import ListPortInfo
 
 from firstcontact.cli.main import main
 from firstcontact.device import ports
-from firstcontact.device.twin_device import TwinDevice
+from firstcontact.device._twin_device import TwinDevice
 
 
 def plug(monkeypatch: pytest.MonkeyPatch, *infos: ListPortInfo) -> None:

@@ -18,7 +18,7 @@ import pytest
 from firstcontact.cli.main import main
 from firstcontact.core import Calibration, Finger, VibrationCalibration
 from firstcontact.core.calibration_file import write_calibration
-from firstcontact.device.twin_device import TwinDevice
+from firstcontact.device._twin_device import TwinDevice
 from firstcontact.recording import load_dataset, read_recording
 from firstcontact.recording.dataset import cut
 from processes import children, gone, stop, until

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from firstcontact.contact.onset import pick_onset
+from firstcontact.contact._onset import pick_onset
 
 
 def test_picks_the_change_of_variance():

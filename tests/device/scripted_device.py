@@ -14,8 +14,8 @@ from typing import Self
 from numbered import DESCRIPTOR, check, numbered
 
 from firstcontact.device import Arrival, Descriptor, Source
+from firstcontact.device._responder import Responder
 from firstcontact.device.pseudo_terminal import PseudoTerminal
-from firstcontact.device.responder import Responder
 
 #: What takes longer will never come, s.
 DEAD = 60.0

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Block, InputError, fingertip_layout
+from firstcontact.device._twin_device import TwinDevice
 from firstcontact.device.opening import SOURCES, SourceKind, SourceOptions, source_kind
 from firstcontact.device.replay import ReplaySource
 from firstcontact.device.source import Arrival
-from firstcontact.device.twin_device import TwinDevice
 from firstcontact.recording import Header, RecordingWriter
 from firstcontact.testing import check_source
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from firstcontact.core import fingertip_layout
 from firstcontact.device import protocol
+from firstcontact.device._responder import LONGEST_HEARD, Responder
 from firstcontact.device.protocol import Frame, FrameType, encode
-from firstcontact.device.responder import LONGEST_HEARD, Responder
 from firstcontact.device.source import Descriptor
 
 DESCRIPTOR = Descriptor(fingertip_layout(), "test", "sensor", "hand", "twin")

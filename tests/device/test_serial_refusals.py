@@ -16,10 +16,10 @@ from serial_faults import answering, every_other, wait_for
 
 from firstcontact.core import InputError
 from firstcontact.device import protocol
+from firstcontact.device._transport import SerialTransport
 from firstcontact.device.decoder import Decoder
 from firstcontact.device.protocol import FrameType
 from firstcontact.device.serial_source import SerialSource
-from firstcontact.device.transport import SerialTransport
 
 
 def test_a_port_opened_twice_is_refused_and_the_first_goes_on(device: ScriptedDevice) -> None:

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Command, InputError
 from firstcontact.device import protocol
+from firstcontact.device._twin_device import TwinDevice
 from firstcontact.device.protocol import Frame, FrameError, FrameType, SamplesFrame, encode
 from firstcontact.device.source import Descriptor
-from firstcontact.device.twin_device import TwinDevice
 from firstcontact.device.twin_words import TOLD, held_object, order_text, peak_text
 from firstcontact.twin.filter import DeviceFilter
 from firstcontact.twin.stream import TwinStream
@@ -406,7 +406,7 @@ def test_ctrl_c_is_not_for_the_twin(twin: TwinDevice) -> None:
 
 PARENT = """
 import sys
-from firstcontact.device.twin_device import TwinDevice
+from firstcontact.device._twin_device import TwinDevice
 device = TwinDevice()
 print(device.pid, device.port, flush=True)
 sys.stdin.read()

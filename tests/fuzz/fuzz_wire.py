@@ -15,13 +15,13 @@ from firstcontact.contact.registry import DETECTORS
 from firstcontact.core import Block, InputError
 from firstcontact.core.layout import fingertip_layout
 from firstcontact.device import protocol
+from firstcontact.device._responder import Responder
 from firstcontact.device.assembler import Assembler
 from firstcontact.device.decoder import Decoder
 from firstcontact.device.protocol import FrameType
-from firstcontact.device.responder import Responder
 from firstcontact.device.source import Descriptor
-from firstcontact.live.page.allowance import Allowance
-from firstcontact.live.page.commands import Commands
+from firstcontact.live.page._allowance import Allowance
+from firstcontact.live.page._commands import Commands
 from firstcontact.live.pipeline import Pipeline
 from firstcontact.recording import Header, RecordingWriter, read_recording
 

@@ -19,8 +19,8 @@ from typing import Self
 from hands import PATIENCE
 
 from firstcontact.device.pseudo_terminal import PseudoTerminal
-from firstcontact.grasp.ability_fingers import NEARLY_OPEN, SENSORS
-from firstcontact.grasp.ability_package import load
+from firstcontact.grasp._ability_fingers import NEARLY_OPEN, SENSORS
+from firstcontact.grasp._ability_package import load
 
 #: Time without a command after which the hand leaves the control of the port, s.
 WATCHDOG = 0.3

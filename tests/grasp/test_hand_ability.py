@@ -18,9 +18,9 @@ from hands import PATIENCE
 
 from firstcontact.core import Command, InputError
 from firstcontact.device.pseudo_terminal import PseudoTerminal
+from firstcontact.grasp._ability_fingers import CLOSED, INDEX, LEVERS, NEARLY_OPEN, OPEN, THUMB
+from firstcontact.grasp._ability_package import SIMULATED
 from firstcontact.grasp.ability import AbilityHand
-from firstcontact.grasp.ability_fingers import CLOSED, INDEX, LEVERS, NEARLY_OPEN, OPEN, THUMB
-from firstcontact.grasp.ability_package import SIMULATED
 from firstcontact.grasp.hand import HandError
 from firstcontact.grasp.safe import SafeHand
 

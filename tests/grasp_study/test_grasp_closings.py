@@ -7,10 +7,10 @@ import pytest
 
 from firstcontact.core.jobs import Serial, parallel
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.grasp_study.learning import Models, learn, loaded
-from firstcontact.grasp_study.search import search
+from firstcontact.grasp_study._learning import Models, learn, loaded
+from firstcontact.grasp_study._search import search
+from firstcontact.grasp_study._trials import PinchSetup, Row, Trial, plant_of, played, run_trial
 from firstcontact.grasp_study.settings import KINDS, GraspStudySettings
-from firstcontact.grasp_study.trials import PinchSetup, Row, Trial, plant_of, played, run_trial
 from firstcontact.grasp_study.variants import unmodulated, variants
 
 SMALL = GraspStudySettings(

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from toy_rows import OBJECTS, PEAKS, SESSIONS, row, rows
 
-from firstcontact.grasp_study.numbers import (
+from firstcontact.grasp_study._numbers import (
     compared,
     headline,
     objects_tree,

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 from toy_rows import rows
 
-from firstcontact.grasp_study.chapters import sentences, tables
+from firstcontact.grasp_study._chapters import sentences, tables
+from firstcontact.grasp_study._report import render
 from firstcontact.grasp_study.figures.headline import headline_figure, headline_picture
-from firstcontact.grasp_study.report import render
 from firstcontact.grasp_study.run import numbers
 from firstcontact.grasp_study.variants import variants
 

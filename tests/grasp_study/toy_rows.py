@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from firstcontact.grasp_study._trials import Row
 from firstcontact.grasp_study.settings import HEADLINE, KINDS
-from firstcontact.grasp_study.trials import Row
 from firstcontact.grasp_study.variants import variants
 
 OBJECTS = ("block 5", "block 20", "block 60", "egg shell")

@@ -12,7 +12,7 @@ from firstcontact.learning.final_model import train_final_model
 from firstcontact.learning.training import LabelledWindows
 from firstcontact.live.pipeline import CalibratedModel
 from firstcontact.stiffness import Provenance, Task, load_interval, load_model, save_model
-from firstcontact.testing.windows import RATE, toy_windows
+from firstcontact.testing._windows import RATE, toy_windows
 
 
 def test_a_gaussian_process_is_kept_with_its_own_spread(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import threading
 
 from firstcontact.core import fingertip_layout
 from firstcontact.device import Descriptor
-from firstcontact.live.fanout import WAITING, Fanout
+from firstcontact.live._fanout import WAITING, Fanout
 from firstcontact.live.sink import Update
 
 DESCRIPTOR = Descriptor(fingertip_layout())

@@ -15,8 +15,8 @@ from typing import Any
 from told_events import DESCRIPTOR, ESTIMATE, EVENTS, everything
 
 from firstcontact.device import Health
+from firstcontact.live._fanout import Fanout
 from firstcontact.live.events import Case
-from firstcontact.live.fanout import Fanout
 from firstcontact.live.json_lines import JsonLinesSink
 from firstcontact.live.sink import Sink, Update
 

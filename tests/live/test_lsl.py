@@ -18,7 +18,7 @@ from told_events import DESCRIPTOR, EVENTS, everything, numbered
 
 from firstcontact.core import InputError, VibrationSensor
 from firstcontact.device import Arrival
-from firstcontact.live import event_json
+from firstcontact.live import _event_json as event_json
 from firstcontact.live.lsl import LslSink
 from firstcontact.live.sink import Update
 

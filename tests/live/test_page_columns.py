@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from page_feed import LAYOUT, RATE
 
 from firstcontact.core import Block, Contact, Finger
-from firstcontact.live.page.closeup import AFTER, BEFORE, Closeup
-from firstcontact.live.page.columns import Columns
+from firstcontact.live.page._closeup import AFTER, BEFORE, Closeup
+from firstcontact.live.page._columns import Columns
 
 VOLT = LAYOUT.channels[0].scale
 ZERO = LAYOUT.channels[0].offset

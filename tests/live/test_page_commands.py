@@ -14,8 +14,8 @@ from page_feed import DESCRIPTOR, Asked
 from websockets.sync.client import ClientConnection, connect
 
 from firstcontact.live.page import PageSink
-from firstcontact.live.page.allowance import Allowance
-from firstcontact.live.page.commands import ALL, EACH
+from firstcontact.live.page._allowance import Allowance
+from firstcontact.live.page._commands import ALL, EACH
 
 MARK = '{"do": "mark", "text": "apple"}'
 

@@ -12,7 +12,7 @@ from page_feed import DESCRIPTOR, LANDMARKS, RATE, Feed
 
 from firstcontact.live.events import Estimated, PinchDone
 from firstcontact.live.page import PageSink
-from firstcontact.live.page.pinches import timing
+from firstcontact.live.page._pinches import timing
 
 pytestmark = needs_browser
 #: On both sides of each width at which the page changes.

@@ -23,7 +23,7 @@ from firstcontact.device import Arrival
 from firstcontact.device.protocol import MARKER_BYTES
 from firstcontact.live.events import Case, Estimated, PinchDone
 from firstcontact.live.page import PageSink
-from firstcontact.live.page.pinches import Pinches, timing
+from firstcontact.live.page._pinches import Pinches, timing
 from firstcontact.live.sink import Update
 from firstcontact.recording import Marker, PinchMark
 
@@ -252,7 +252,7 @@ def test_viewers_that_never_read_cost_nothing(page: PageSink) -> None:
 def test_a_deaf_viewer_is_let_go_and_its_place_is_free(
     page: PageSink, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("firstcontact.live.page.server.PATIENCE", 0.5)
+    monkeypatch.setattr("firstcontact.live.page._server.PATIENCE", 0.5)
     feed = Feed()
     page.take(feed.update())
     line = deaf(page)
@@ -390,7 +390,7 @@ def test_a_page_whose_thread_died_says_so(monkeypatch: pytest.MonkeyPatch) -> No
     async def dies(*_: object) -> None:
         raise RuntimeError("no loop")
 
-    monkeypatch.setattr("firstcontact.live.page.server.PageServer.run", dies)
+    monkeypatch.setattr("firstcontact.live.page._server.PageServer.run", dies)
     sink = PageSink(port=0)
     sink.open(DESCRIPTOR)
     assert sink._thread is not None

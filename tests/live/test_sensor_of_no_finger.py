@@ -9,7 +9,7 @@ from firstcontact.core import Block, Channel, ChannelKind, Contact, Layout, Vibr
 from firstcontact.device import Arrival, Descriptor, Health
 from firstcontact.live.events import PinchDone, Touched
 from firstcontact.live.json_lines import JsonLinesSink
-from firstcontact.live.page.state import State
+from firstcontact.live.page._state import State
 from firstcontact.live.sink import Update
 from firstcontact.live.text import pinch_line
 from firstcontact.testing.closings import closing

@@ -32,6 +32,7 @@ def test_plain_names_stay_as_they_are() -> None:
     for name in ("block 10", "Schwamm, weich (gelb)", r"$\frac{$", "µ 60 °C"):
         assert shown(name) == name
     assert shown("苹") == "U+82F9"
+    assert shown("\uf400") == "U+F400"  # the font has a glyph for it, and no standard does
     assert shown("a\n b") == "a b"
     assert shown("n" * 29) == "n" * 27 + "…"
 

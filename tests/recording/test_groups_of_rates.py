@@ -24,7 +24,7 @@ from firstcontact.core import (
 from firstcontact.device.replay import ReplaySource
 from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
 from firstcontact.recording.dataset import write_dataset
-from firstcontact.signal.resample import resample_dataset
+from firstcontact.signal._resample import resample_dataset
 
 SLOW = Layout(
     tuple(Channel(f"e{k}", ChannelKind.FORCE, Finger.INDEX, "", 0.5, taxel=k) for k in range(3)),

@@ -20,10 +20,10 @@ from mcap.records import Chunk
 from firstcontact.cli.main import main
 from firstcontact.core import Block, Contact, Finger, InputError, Label, fingertip_layout
 from firstcontact.recording import Header, PinchMark, RecordingWriter, load_dataset, read_recording
-from firstcontact.recording import samples as messages
+from firstcontact.recording import _samples as messages
+from firstcontact.recording._chunks import _candidates
+from firstcontact.recording._sizes import most_unpacked
 from firstcontact.recording.chunk_file import MAGIC, ChunkFile
-from firstcontact.recording.chunks import _candidates
-from firstcontact.recording.sizes import most_unpacked
 
 LAYOUT = fingertip_layout()
 HEADER = Header(LAYOUT, "synthetic").to_json()

@@ -14,7 +14,7 @@ from firstcontact.core import InputError
 from firstcontact.recording import load_dataset
 from firstcontact.recording.dataset import find_recordings
 from firstcontact.recording.importing import import_path
-from firstcontact.study.sources import recorded
+from firstcontact.study._sources import recorded
 
 # Dies when all recordings are written and none has its place yet.
 KILLED = """

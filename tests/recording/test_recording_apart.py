@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from firstcontact.core import InputError
-from firstcontact.recording.apart import apart
+from firstcontact.recording._apart import apart
 
 
 def double(x: np.ndarray) -> np.ndarray:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Contact, Finger
+from firstcontact.recording._labels import make_contacts
 from firstcontact.recording.checks import make_layout, read_settings
-from firstcontact.recording.labels import make_contacts
 
 RATE = 4936.0
 SETTINGS = read_settings("x", {"sample_rate_hz": RATE, "piezo_unit": "V"})

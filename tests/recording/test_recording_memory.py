@@ -7,7 +7,7 @@ import resource
 import numpy as np
 import pytest
 
-from firstcontact.recording.memory import bounded_memory
+from firstcontact.recording._memory import bounded_memory
 
 MIB = 1 << 20
 

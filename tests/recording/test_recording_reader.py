@@ -6,7 +6,7 @@ from mcap.writer import Writer
 
 from firstcontact.core import Contact, Finger, InputError, Label, Pinch
 from firstcontact.recording import Header, RecordingWriter, read_recording
-from firstcontact.recording.chunks import MAGIC, _candidates
+from firstcontact.recording._chunks import MAGIC, _candidates
 
 
 def chunk_ends(path):

@@ -28,7 +28,7 @@ from firstcontact.core import (
 from firstcontact.device.source import Descriptor
 from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
 from firstcontact.signal import WindowStream, contact_windows
-from firstcontact.signal.smoothing import ExponentialSmoothing, missing_smoothing
+from firstcontact.signal._smoothing import ExponentialSmoothing, missing_smoothing
 
 #: Written by firstcontact before version 2 of the format, byte for byte.
 VERSION_1 = Path(__file__).with_name("version1.mcap")

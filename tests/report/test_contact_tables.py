@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from firstcontact.report.contact_tables import answer_table, contact_table
-from firstcontact.report.tables import Table, inference_table
+from firstcontact.report._contact_tables import answer_table, contact_table
+from firstcontact.report._tables import Table, inference_table
 
 SCORES = {
     "n": 10,

@@ -12,7 +12,7 @@ from firstcontact.core import Dataset
 from firstcontact.report.figures.boxes import boxes_figure
 from firstcontact.report.figures.hardness import hardness_figure
 from firstcontact.report.figures.timing import timing_figure
-from firstcontact.study.subject import Subject
+from firstcontact.study._subject import Subject
 
 NAMES = [
     r"$\frac{$", "$x^2$", r"\alpha", "a\nb", "\x1b[31mred", "\x00", "x" * 5000, "苹果苹果苹果苹果",

@@ -13,7 +13,7 @@ import pytest
 from firstcontact.core import InputError
 from firstcontact.core.files import write_json
 from firstcontact.core.jobs import Serial
-from firstcontact.grasp_study.learning import learn
+from firstcontact.grasp_study._learning import learn
 from firstcontact.grasp_study.settings import GraspStudySettings
 from firstcontact.report.folder import MARK, fresh, sole_use
 

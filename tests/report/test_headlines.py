@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from firstcontact.report._headlines import headlines
 from firstcontact.report.findings import Findings
-from firstcontact.report.headlines import headlines
 
 
 def test_both_models_stand_in_a_headline_whichever_is_better() -> None:

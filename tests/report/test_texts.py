@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 
 from firstcontact.core import Dataset
-from firstcontact.report import texts
-from firstcontact.report.chapters import chapters
+from firstcontact.report import _texts as texts
+from firstcontact.report._chapters import chapters
+from firstcontact.report._tables import block_table, data_table, hardness_table, length_table
 from firstcontact.report.findings import Findings
-from firstcontact.report.tables import block_table, data_table, hardness_table, length_table
+from firstcontact.study._subject import Subject
 from firstcontact.study.parts.data import describe
-from firstcontact.study.subject import Subject
 
 
 def starting(way: str, **more: Any) -> dict[str, Any]:

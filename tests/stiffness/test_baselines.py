@@ -6,7 +6,7 @@ import numpy as np
 
 from firstcontact.stiffness import Task
 from firstcontact.stiffness.baselines import Peak, TrainMean
-from firstcontact.testing.windows import RATE
+from firstcontact.testing._windows import RATE
 
 
 def windows(peaks: np.ndarray) -> np.ndarray:

@@ -13,13 +13,13 @@ import torch
 
 from firstcontact.core import InputError
 from firstcontact.stiffness import Provenance, Task, load_model, save_model
+from firstcontact.stiffness._cnn_model import CnnModel
+from firstcontact.stiffness._efficientnet import ConvNorm, EfficientNet
+from firstcontact.stiffness._network import Network
+from firstcontact.stiffness._network_export import export
 from firstcontact.stiffness.cnn import Cnn, as_input
-from firstcontact.stiffness.cnn_model import CnnModel
-from firstcontact.stiffness.efficientnet import ConvNorm, EfficientNet
-from firstcontact.stiffness.network import Network
-from firstcontact.stiffness.network_export import export
 from firstcontact.stiffness.spec import Spec
-from firstcontact.testing.windows import RATE, toy_windows
+from firstcontact.testing._windows import RATE, toy_windows
 
 
 def used(channels: int, outputs: int, samples: int = 74) -> tuple[EfficientNet, torch.Tensor]:
@@ -51,7 +51,7 @@ def test_a_trained_network_answers_as_in_pytorch(
     task: Task, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from firstcontact.stiffness import cnn
-    from firstcontact.stiffness.cnn_model import compress
+    from firstcontact.stiffness._cnn_model import compress
 
     trained = []
     train = cnn._train
@@ -70,8 +70,8 @@ def test_the_same_weights_are_the_same_bytes_in_another_process(tmp_path: Path) 
     script = (
         "import sys, torch, multiprocessing.synchronize as s; "
         "s.SemLock.__init__ = None; "  # no semaphore, which an ended worker would leave behind
-        "from firstcontact.stiffness.efficientnet import EfficientNet; "
-        "from firstcontact.stiffness.network_export import export; "
+        "from firstcontact.stiffness._efficientnet import EfficientNet; "
+        "from firstcontact.stiffness._network_export import export; "
         "export(EfficientNet(2, 3), 15); "
         "n = EfficientNet(1, 1); n.load_state_dict(torch.load(sys.argv[1])); "
         "sys.stdout.buffer.write(export(n, 74))"

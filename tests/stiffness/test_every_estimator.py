@@ -15,7 +15,7 @@ from firstcontact.stiffness import ESTIMATORS, Estimator, Model, Spec, Task, mak
 from firstcontact.stiffness.estimator import training_spec
 from firstcontact.stiffness.registry import model_kind
 from firstcontact.testing import check_estimator
-from firstcontact.testing.windows import RATE, toy_windows
+from firstcontact.testing._windows import RATE, toy_windows
 
 EACH = [(name, task) for name, kind in ESTIMATORS.items() for task in kind.tasks]
 

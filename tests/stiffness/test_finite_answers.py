@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from safetensors.numpy import load_file, save
-from saved import vouch
 
 from firstcontact.core import InputError
 from firstcontact.stiffness import (
@@ -26,7 +25,8 @@ from firstcontact.stiffness import (
     save_model,
 )
 from firstcontact.stiffness.model_file import WEIGHTS
-from firstcontact.testing.windows import RATE, toy_windows
+from firstcontact.testing._windows import RATE, toy_windows
+from saved import vouch
 
 
 class Told(Model):

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from saved import edit
 
 from firstcontact.core import InputError
 from firstcontact.stiffness import (
@@ -35,7 +34,8 @@ from firstcontact.stiffness.conformal import (
     refusal,
 )
 from firstcontact.stiffness.interval import SHORE_A
-from firstcontact.testing.windows import RATE, toy_windows
+from firstcontact.testing._windows import RATE, toy_windows
+from saved import edit
 
 STEPPED = Interval(0.9, (20.0, 40.0), (1.0, 3.0, 8.0))
 

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 from safetensors.numpy import load_file, save
-from saved import edit, vouch
 
 from firstcontact.core import InputError
 from firstcontact.stiffness import (
@@ -26,7 +25,8 @@ from firstcontact.stiffness import (
     save_model,
 )
 from firstcontact.stiffness.model_file import CARD, WEIGHTS
-from firstcontact.testing.windows import RATE, toy_windows
+from firstcontact.testing._windows import RATE, toy_windows
+from saved import edit, vouch
 
 CONTENT = Provenance(
     data=LearnedFrom(source="synthetic", pinches=60, sessions=("a", "b"), specimens=("x",)),

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from onnx import ModelProto, StringStringEntryProto, TensorProto, helper, numpy_helper
 from safetensors.numpy import load_file, save
-from saved import vouch
 
 from firstcontact.core import InputError
 from firstcontact.stiffness import Provenance, Task, load_model, save_model
+from firstcontact.stiffness._efficientnet import EfficientNet
+from firstcontact.stiffness._network import LARGEST, Network
+from firstcontact.stiffness._network_export import export
 from firstcontact.stiffness.cnn import Cnn
-from firstcontact.stiffness.efficientnet import EfficientNet
 from firstcontact.stiffness.model_file import WEIGHTS
-from firstcontact.stiffness.network import LARGEST, Network
-from firstcontact.stiffness.network_export import export
-from firstcontact.testing.windows import RATE, toy_windows
+from firstcontact.testing._windows import RATE, toy_windows
+from saved import vouch
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from firstcontact.stiffness import Task
 from firstcontact.stiffness.folds import inner_folds
 from firstcontact.stiffness.svm import Svm, _first_close, machine_of
 from firstcontact.stiffness.svm_model import LEVEL_WEIGHT, SvmModel, shape_and_level
-from firstcontact.testing.windows import RATE, toy_windows
+from firstcontact.testing._windows import RATE, toy_windows
 
 
 @pytest.mark.parametrize("classes", [2, 3, 5])

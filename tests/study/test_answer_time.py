@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Contact, Dataset, Finger, Pinch, fingertip_layout
+from firstcontact.study._subject import Subject
 from firstcontact.study.parts.answer_time import answer_time
 from firstcontact.study.settings import StudySettings
-from firstcontact.study.subject import Subject
 
 RATE = 4936.0
 FIRST = 600

@@ -14,11 +14,12 @@ import pytest
 from firstcontact.core import Contact, Dataset, InputError, Label, Pinch, Role
 from firstcontact.core.jobs import Serial
 from firstcontact.learning.training import DURATION, distinct_specimens
-from firstcontact.recording.labels import make_labels
+from firstcontact.recording._labels import make_labels
 from firstcontact.report.findings import Findings, PartResult
 from firstcontact.report.state import State
 from firstcontact.signal import Conditioner, samples_in
-from firstcontact.study import protocol
+from firstcontact.study import _protocol as protocol
+from firstcontact.study._subject import NO_SESSIONS, Subject
 from firstcontact.study.parts.blocks import blocks
 from firstcontact.study.parts.contacts import contacts, detection_splits
 from firstcontact.study.parts.data import describe
@@ -29,7 +30,6 @@ from firstcontact.study.parts.second_contact import samples_to_spare
 from firstcontact.study.parts.waveforms import waveforms
 from firstcontact.study.parts.window_length import window_length
 from firstcontact.study.settings import StudySettings
-from firstcontact.study.subject import NO_SESSIONS, Subject
 
 SMALL = replace(StudySettings(), durations=(0.005, 0.015), folds=3, brief=True, calls=30, workers=1)
 MODELS = ("train_mean", "peak", "svm")

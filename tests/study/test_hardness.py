@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from firstcontact.core import Dataset
 from firstcontact.core.jobs import Serial
+from firstcontact.study._subject import Subject
 from firstcontact.study.parts.hardness import hardness, spectral_centroid
 from firstcontact.study.settings import StudySettings
-from firstcontact.study.subject import Subject
 
 RATE = 4936.0
 

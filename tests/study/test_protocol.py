@@ -14,7 +14,7 @@ from firstcontact.core import Dataset
 from firstcontact.core.jobs import Serial
 from firstcontact.report.findings import Findings, PartResult
 from firstcontact.report.state import State
-from firstcontact.study import protocol
+from firstcontact.study import _protocol as protocol
 from firstcontact.study.parts.contacts import detection_splits
 from firstcontact.study.settings import StudySettings
 

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from firstcontact.core import Contact, Dataset
-from firstcontact.report.tables import second_table
+from firstcontact.report._tables import second_table
+from firstcontact.study._subject import Subject
 from firstcontact.study.parts.objects import UNSEEN
 from firstcontact.study.parts.second_contact import misplaced, second_contact
 from firstcontact.study.settings import StudySettings
-from firstcontact.study.subject import Subject
 
 MS = 4.936
 

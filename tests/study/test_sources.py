@@ -12,8 +12,8 @@ from scipy.io import wavfile
 
 from firstcontact.core import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.study._sources import recorded, simulated
 from firstcontact.study.settings import StudySettings
-from firstcontact.study.sources import recorded, simulated
 
 TINY = replace(StudySettings(), block_pinches=2, object_pinches=1, workers=1)
 

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.pinch import Label, Pinch
+from firstcontact.twin._parameters import FingerParameters, ObjectParameters
 from firstcontact.twin.conditions import PAPER_RIG, Condition
 from firstcontact.twin.draw import PinchDraw, draw_pinch, draw_specimen
 from firstcontact.twin.mechanics import FINGER_STATES, OUTPUTS, STATES, contact_stiffness, integrate
 from firstcontact.twin.objects import TwinObject
-from firstcontact.twin.parameters import FingerParameters, ObjectParameters
 from firstcontact.twin.pinch import simulate_pinch
 
 SEED = 20

@@ -15,10 +15,10 @@ from pinches import drawn
 from firstcontact.core.command import Command
 from firstcontact.core.errors import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.twin._noise import MotorNoise
 from firstcontact.twin.draw import PinchDraw
 from firstcontact.twin.drive import Drive
 from firstcontact.twin.mechanics import CONTACT_FORCE, DRIVE_SPEED, INDENTATION
-from firstcontact.twin.noise import MotorNoise
 from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS, TwinObject
 from firstcontact.twin.pinch import BURN_IN
 from firstcontact.twin.run import PinchRun

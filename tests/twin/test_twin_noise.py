@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import signal, stats
 
-from firstcontact.twin.noise import MotorNoise, phalanx_force, pickup
+from firstcontact.twin._noise import MotorNoise, phalanx_force, pickup
 
 RATE = 19_744.0
 QUIET = replace(MotorNoise(), rotor=0.0, mesh=0.0, friction=0.0, mains=0.0, click_rate=0.0)

@@ -10,23 +10,31 @@ import pytest
 
 from firstcontact.core import physics
 from firstcontact.twin import (
+    _noise as noise,
+)
+from firstcontact.twin import (
+    _outcome as outcome,
+)
+from firstcontact.twin import (
+    _plan as plan,
+)
+from firstcontact.twin import (
+    _stream_moves as stream_moves,
+)
+from firstcontact.twin import (
     draw,
-    noise,
     objects,
-    outcome,
     pinch,
-    plan,
     plant,
     run,
     stream,
-    stream_moves,
 )
+from firstcontact.twin._noise import MotorNoise
+from firstcontact.twin._parameters import FingerParameters, ObjectParameters
 from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition, Spread
 from firstcontact.twin.drive import Drive
 from firstcontact.twin.filter import FORCE_READINGS
-from firstcontact.twin.noise import MotorNoise
 from firstcontact.twin.objects import BLOCKS, BRITTLE, EVERYDAY_OBJECTS
-from firstcontact.twin.parameters import FingerParameters, ObjectParameters
 from firstcontact.twin.sensor import OPTIMISTIC, VelostatParameters
 
 PAGE = Path(__file__).parents[2] / "docs/reference/twin-parameters.md"

@@ -14,11 +14,11 @@ from pinches import SEED, drawn, simulated
 from firstcontact.core.command import Command
 from firstcontact.core.layout import FINGERTIP_RATE, ChannelKind, fingertip_layout
 from firstcontact.core.physics import GRAVITY
+from firstcontact.twin._outcome import needed_force, slide, stable_from
 from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition
 from firstcontact.twin.draw import generator
 from firstcontact.twin.drive import Drive
 from firstcontact.twin.objects import BLOCKS, BRITTLE, Fragility, TwinObject, block
-from firstcontact.twin.outcome import needed_force, slide, stable_from
 from firstcontact.twin.pinch import DURATION
 from firstcontact.twin.plant import LIFT, WATCHED, GraspPlant
 from firstcontact.twin.sensor import OPTIMISTIC, VelostatParameters

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from firstcontact.collect.closing_check import ClosingCheck
+from firstcontact.collect._closing_check import ClosingCheck
 from firstcontact.collect.plan import Item
 from firstcontact.contact.closing import ClosingBegan, Closings, ClosingSamples
 from firstcontact.contact.threshold import ThresholdDetector

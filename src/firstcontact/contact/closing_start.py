@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
+from firstcontact.contact._rest_floor import FEW, rest_floor
 from firstcontact.contact.gate import STEP, STEPS, ClosingGate, Turn
-from firstcontact.contact.rest_floor import FEW, rest_floor
 from firstcontact.core.block import Block
 from firstcontact.core.calibration import Calibration
 from firstcontact.core.layout import Layout

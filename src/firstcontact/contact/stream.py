@@ -11,8 +11,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.contact._onset import pick_onset
 from firstcontact.contact.detector import WindowDecisions, latch
-from firstcontact.contact.onset import pick_onset
 from firstcontact.core.block import Block
 from firstcontact.core.errors import InputError
 from firstcontact.core.layout import ChannelKind, Finger, Layout, Physical

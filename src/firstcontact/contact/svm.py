@@ -8,11 +8,11 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.contact._rbf import RbfMachine
+from firstcontact.contact._training import PHASES, TrainingWindows, training_windows, usable
 from firstcontact.contact.closing_start import closings
 from firstcontact.contact.features import feature_count, window_features
-from firstcontact.contact.rbf import RbfMachine
 from firstcontact.contact.stream import WindowDetector
-from firstcontact.contact.training import PHASES, TrainingWindows, training_windows, usable
 from firstcontact.core.errors import InputError
 from firstcontact.core.layout import Layout
 from firstcontact.core.palette import BLUE

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from firstcontact.core import Block, InputError
-from firstcontact.device.handshake import read_greeting, refusal
+from firstcontact.device._handshake import read_greeting, refusal
 from firstcontact.device.protocol import (
     Frame,
     FrameError,

@@ -13,10 +13,10 @@ from itertools import groupby
 from pathlib import Path
 
 from firstcontact.core import Block, InputError
+from firstcontact.device._responder import Responder
 from firstcontact.device.decoder import Decoder
 from firstcontact.device.protocol import FRAME_SAMPLES, FrameType
 from firstcontact.device.pseudo_terminal import PseudoTerminal
-from firstcontact.device.responder import Responder
 from firstcontact.device.source import Descriptor
 from firstcontact.recording import Marker, Recording, read_recording
 

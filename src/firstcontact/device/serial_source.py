@@ -15,13 +15,13 @@ from typing import Self
 import numpy as np
 
 from firstcontact.core import Block, InputError
+from firstcontact.device._transport import LinkError, SerialTransport
 from firstcontact.device.assembler import Assembled, Assembler
 from firstcontact.device.clock import ClockFit
 from firstcontact.device.decoder import Decoder
 from firstcontact.device.opening import SourceOptions
 from firstcontact.device.protocol import VERSION, FrameType, marker_text
 from firstcontact.device.source import Arrival, Descriptor, Health
-from firstcontact.device.transport import LinkError, SerialTransport
 from firstcontact.device.twin_words import TWIN
 from firstcontact.recording import Marker
 

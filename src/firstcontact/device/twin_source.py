@@ -7,9 +7,9 @@ from functools import partial
 from typing import Self
 
 from firstcontact.core.extras import need
+from firstcontact.device._twin_device import TwinDevice
 from firstcontact.device.opening import SourceOptions
 from firstcontact.device.serial_source import SerialSource
-from firstcontact.device.twin_device import TwinDevice
 from firstcontact.twin.drive import LATENCY
 
 

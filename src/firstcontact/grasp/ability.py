@@ -8,8 +8,8 @@ from math import inf
 from typing import Any, Self
 
 from firstcontact.core import Command
-from firstcontact.grasp.ability_fingers import RELEASED, Felt, Fingers
-from firstcontact.grasp.ability_package import SIMULATED, check, claimed, open_client
+from firstcontact.grasp._ability_fingers import RELEASED, Felt, Fingers
+from firstcontact.grasp._ability_package import SIMULATED, check, claimed, open_client
 from firstcontact.grasp.hand import Hand, HandError, HandLimits
 
 #: Time without an answer after which the hand is taken for lost, s.

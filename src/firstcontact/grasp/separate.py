@@ -10,8 +10,8 @@ from typing import Any, Self
 
 from firstcontact.core import Command, InputError
 from firstcontact.core.children import Child
+from firstcontact.grasp._separate_process import ENDED
 from firstcontact.grasp.hand import Hand, HandError
-from firstcontact.grasp.separate_process import ENDED
 
 #: Longest wait for the hand to be there, s.
 START = 30.0
@@ -82,7 +82,7 @@ class SeparateHand(Hand):
             child.end(ENDED)
 
     def __enter__(self) -> Self:
-        child = Child("firstcontact.grasp.separate_process", *self._words, *self._port, wakes=True)
+        child = Child("firstcontact.grasp._separate_process", *self._words, *self._port, wakes=True)
         try:
             word, _, rest = child.answer(START).partition(" ")
         except TimeoutError:

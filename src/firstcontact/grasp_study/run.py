@@ -13,13 +13,13 @@ from typing import Any
 from firstcontact.core.files import write_json, write_text
 from firstcontact.core.jobs import Runner, parallel
 from firstcontact.grasp.grip import Grip
-from firstcontact.grasp_study.film import PICTURES, film
-from firstcontact.grasp_study.learning import Models, learn, loaded
-from firstcontact.grasp_study.numbers import headline, objects_tree, policies_tree
-from firstcontact.grasp_study.report import render
-from firstcontact.grasp_study.search import Found, search
+from firstcontact.grasp_study._film import PICTURES, film
+from firstcontact.grasp_study._learning import Models, learn, loaded
+from firstcontact.grasp_study._numbers import headline, objects_tree, policies_tree
+from firstcontact.grasp_study._report import render
+from firstcontact.grasp_study._search import Found, search
+from firstcontact.grasp_study._trials import PinchSetup, Row, Trial, run_trial
 from firstcontact.grasp_study.settings import GraspStudySettings
-from firstcontact.grasp_study.trials import PinchSetup, Row, Trial, run_trial
 from firstcontact.grasp_study.variants import variants
 from firstcontact.report.folder import sole_use
 from firstcontact.report.state import versions

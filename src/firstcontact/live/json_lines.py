@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TextIO
 
 from firstcontact.device import Descriptor, Health
-from firstcontact.live import event_json
-from firstcontact.live.lines import write_now
+from firstcontact.live import _event_json as event_json
+from firstcontact.live._lines import write_now
 from firstcontact.live.sink import Update
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from firstcontact.core import InputError, finger_name
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.clock import DeviceClock
-from firstcontact.live import event_json
+from firstcontact.live import _event_json as event_json
 from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Touched
 from firstcontact.live.sink import Update
 

@@ -25,8 +25,8 @@ from firstcontact.core import (
     joined,
 )
 from firstcontact.core.pinch import first_closed
+from firstcontact.live._ledger import Ledger
 from firstcontact.live.events import Armed, Case, Estimated, Event, PinchDone, Refused, Touched
-from firstcontact.live.ledger import Ledger
 from firstcontact.signal import samples_in
 from firstcontact.signal.windowing import ContactWindow, WindowStream
 

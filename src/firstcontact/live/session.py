@@ -11,8 +11,8 @@ from typing import Protocol
 from firstcontact.core import Block, Calibration, Contact, InputError, joined
 from firstcontact.device import Arrival, Source
 from firstcontact.device.recorder import Recorder, RecorderStatus
+from firstcontact.live._fanout import Fanout
 from firstcontact.live.events import Event, PinchDone
-from firstcontact.live.fanout import Fanout
 from firstcontact.live.pipeline import Pipeline
 from firstcontact.live.sink import Sink, Update
 from firstcontact.recording import Header, PinchMark

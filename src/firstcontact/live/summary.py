@@ -20,7 +20,7 @@ def ledger_lines(figures: Mapping[str, float], samples: float, cpu: float) -> It
     Parameters
     ----------
     figures
-        :meth:`firstcontact.live.ledger.Ledger.summary`.
+        :meth:`firstcontact.live._ledger.Ledger.summary`.
     samples
         Length of what was worked on, s of the device's time.
     cpu

@@ -8,8 +8,8 @@ from typing import TextIO
 from firstcontact.core import finger_name
 from firstcontact.device import Descriptor, Health
 from firstcontact.device.link_news import link_news
+from firstcontact.live._lines import write_now
 from firstcontact.live.events import Case, Estimated, PinchDone
-from firstcontact.live.lines import write_now
 from firstcontact.live.sink import Update
 
 

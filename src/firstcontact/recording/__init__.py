@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 from firstcontact.core.lazy import lazily
 
 if TYPE_CHECKING:
+    from firstcontact.recording._reader import Recording, read_recording
+    from firstcontact.recording._writer import RecordingWriter
     from firstcontact.recording.dataset import load_dataset, write_dataset
     from firstcontact.recording.exporting import export
     from firstcontact.recording.formats import EXPORTERS, IMPORTERS, Exporter, Importer
     from firstcontact.recording.header import Header, Marker, PinchMark
     from firstcontact.recording.importing import import_path
-    from firstcontact.recording.reader import Recording, read_recording
-    from firstcontact.recording.writer import RecordingWriter
 else:
     __getattr__ = lazily(
         __name__,
@@ -23,8 +23,8 @@ else:
             "formats": "EXPORTERS IMPORTERS Exporter Importer",
             "header": "Header Marker PinchMark",
             "importing": "import_path",
-            "reader": "Recording read_recording",
-            "writer": "RecordingWriter",
+            "_reader": "Recording read_recording",
+            "_writer": "RecordingWriter",
         },
     )
 

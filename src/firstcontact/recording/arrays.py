@@ -20,6 +20,9 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.core.layout import TAXELS
+from firstcontact.recording._hdf5 import read_hdf5
+from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
+from firstcontact.recording._npz import read_npz
 from firstcontact.recording.checks import (
     SETTINGS,
     check_samples,
@@ -29,9 +32,6 @@ from firstcontact.recording.checks import (
     read_settings,
 )
 from firstcontact.recording.formats import Importer
-from firstcontact.recording.hdf5 import read_hdf5
-from firstcontact.recording.labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
-from firstcontact.recording.npz import read_npz
 from firstcontact.recording.quoting import listed
 
 _SHAPES = {"force": (2, TAXELS), "strip": (2,)}

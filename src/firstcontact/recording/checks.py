@@ -27,9 +27,9 @@ from firstcontact.core.layout import (
     PIEZO_OFFSET_VOLTS,
     TAXELS,
 )
+from firstcontact.recording._samples import LARGEST
 from firstcontact.recording.header import SOURCES
 from firstcontact.recording.quoting import shown, text_of
-from firstcontact.recording.samples import LARGEST
 
 #: What holds for all pinches of a file; the rate and the sensor's unit must be given, and of
 #: vectors the axis.

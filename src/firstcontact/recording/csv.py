@@ -4,7 +4,7 @@ Columns: ``pinch`` (what it is called; its rows follow each other),
 ``piezo_index``, optional ``piezo_thumb`` (or another sensor's: ``accelerometer_index_x``;
 ``microphone`` where it belongs to no finger), ``force_index_0`` ...
 ``force_thumb_5``, ``strip_index``, ``strip_thumb``; optional ``time_s``; per
-pinch the labels and contacts of :mod:`firstcontact.recording.labels`; one
+pinch the labels and contacts of :mod:`firstcontact.recording._labels`; one
 value for all rows of ``sample_rate_hz``, ``piezo_unit`` (V where it is not
 said), ``smoothing_alpha``, ``source`` and ``axis``.
 """
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.core.layout import TAXELS
+from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
 from firstcontact.recording.checks import (
     SETTINGS,
     check_rate,
@@ -30,7 +31,6 @@ from firstcontact.recording.checks import (
     read_settings,
 )
 from firstcontact.recording.formats import Importer
-from firstcontact.recording.labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
 from firstcontact.recording.quoting import listed, shown
 from firstcontact.recording.table import read_columns
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Block, Dataset, InputError, Pinch
 from firstcontact.core.files import files_below
+from firstcontact.recording._reader import Recording, read_recording
+from firstcontact.recording._writer import RecordingWriter
 from firstcontact.recording.header import Header, PinchMark
-from firstcontact.recording.reader import Recording, read_recording
-from firstcontact.recording.writer import RecordingWriter
 
 #: Marked pinches may hold so many times the samples of their recording: those that overlap
 #: more were not marked by a hand that closed.

@@ -15,8 +15,9 @@ MOST = 28
 def shown(name: str, most: int = MOST) -> str:
     """A name from a recording as it is written in a figure.
 
-    On one line and of bounded length. A character that the font of the figures has not
-    is given by its number, as U+82F9; the report's tables have the name itself.
+    On one line and of bounded length. A character that the font of the figures has not, or
+    whose glyph means something to the font's makers only, is given by its number, as U+82F9;
+    the report's tables have the name itself.
 
     Parameters
     ----------
@@ -29,7 +30,8 @@ def shown(name: str, most: int = MOST) -> str:
     line = " ".join("".join(_printable(c) for c in name[: 4 * most]).split())
     out = ""
     for character in line:
-        written = character if ord(character) in there else f"U+{ord(character):04X}"
+        known = ord(character) in there and character.isprintable()
+        written = character if known else f"U+{ord(character):04X}"
         if len(out) + len(written) > most:
             return f"{out[: most - 1]}…"
         out += written

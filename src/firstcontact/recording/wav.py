@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.core.files import files_below, read_regular
+from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
 from firstcontact.recording.checks import (
     FileSettings,
     check_rate,
@@ -22,7 +23,6 @@ from firstcontact.recording.checks import (
     make_layout,
 )
 from firstcontact.recording.formats import Importer
-from firstcontact.recording.labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
 from firstcontact.recording.quoting import listed, reason
 from firstcontact.recording.table import read_columns
 

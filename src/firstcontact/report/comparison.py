@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import Any
 
-from firstcontact.report import names, published
+from firstcontact.report import _published as published
+from firstcontact.report import names
 from firstcontact.report.accepted import Accepted
 
 Tree = Mapping[str, Any]

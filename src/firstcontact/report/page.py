@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from importlib.resources import files
 
-from firstcontact.report import texts
-from firstcontact.report.chapters import chapters, subject_title
+from firstcontact.report import _texts as texts
+from firstcontact.report._chapters import chapters, subject_title
+from firstcontact.report._headlines import headlines
 from firstcontact.report.comparison import compare, get
-from firstcontact.report.headlines import headlines
 from firstcontact.report.state import State, versions
 
 

@@ -1,8 +1,8 @@
 """Filters that carry their state, resampling, and windows after a contact."""
 
-from firstcontact.signal.resample import lookahead, resample, resample_dataset
-from firstcontact.signal.savgol import SavitzkyGolay
-from firstcontact.signal.smoothing import ExponentialSmoothing, missing_smoothing
+from firstcontact.signal._resample import lookahead, resample, resample_dataset
+from firstcontact.signal._savgol import SavitzkyGolay
+from firstcontact.signal._smoothing import ExponentialSmoothing, missing_smoothing
 from firstcontact.signal.windowing import (
     Conditioner,
     ContactWindow,

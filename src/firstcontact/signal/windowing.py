@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from firstcontact.core.block import Block
 from firstcontact.core.layout import ChannelKind, Layout, Physical
 from firstcontact.core.pinch import Contact, Dataset
-from firstcontact.signal.savgol import SavitzkyGolay
-from firstcontact.signal.smoothing import missing_smoothing
+from firstcontact.signal._savgol import SavitzkyGolay
+from firstcontact.signal._smoothing import missing_smoothing
 
 #: The baseline is the mean of this much quiet before the contact, s ...
 BASELINE = 0.020

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.palette import RED
-from firstcontact.stiffness.cnn_model import CnnModel, compress
+from firstcontact.stiffness._cnn_model import CnnModel, compress
 from firstcontact.stiffness.estimator import Estimator, Reference, target_scale, training_spec
 from firstcontact.stiffness.model import Model
 from firstcontact.stiffness.spec import Task, Values, Windows
@@ -19,7 +19,7 @@ from firstcontact.stiffness.spec import Task, Values, Windows
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from firstcontact.stiffness.efficientnet import EfficientNet
+    from firstcontact.stiffness._efficientnet import EfficientNet
 
 #: As published.
 LEARNING_RATE = 1e-3
@@ -55,7 +55,7 @@ class Cnn(Estimator):
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> CnnModel:
         """See :meth:`Estimator.fit`. Leaves PyTorch's random state as it was."""
-        from firstcontact.stiffness.network_export import export
+        from firstcontact.stiffness._network_export import export
 
         spec = training_spec(self.task, self.rate, X, y, groups)
         scale = _scale(X)
@@ -74,7 +74,7 @@ class Cnn(Estimator):
         """Eager PyTorch, with fresh weights, which change no time."""
         import torch
 
-        from firstcontact.stiffness.efficientnet import EfficientNet
+        from firstcontact.stiffness._efficientnet import EfficientNet
 
         network = EfficientNet(model.spec.channels, len(model.spec.classes) or 1).eval()
         network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
@@ -111,7 +111,7 @@ def _train(
     """A trained network in evaluation mode: same seed and threads, same weights."""
     import torch
 
-    from firstcontact.stiffness.efficientnet import EfficientNet
+    from firstcontact.stiffness._efficientnet import EfficientNet
 
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)

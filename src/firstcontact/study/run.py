@@ -14,9 +14,9 @@ from firstcontact.core.jobs import parallel
 from firstcontact.report.findings import Findings
 from firstcontact.report.folder import sole_use
 from firstcontact.report.state import State
-from firstcontact.study import protocol
+from firstcontact.study import _protocol as protocol
+from firstcontact.study._sources import CONDITIONS, recorded, simulated
 from firstcontact.study.settings import StudySettings
-from firstcontact.study.sources import CONDITIONS, recorded, simulated
 
 Sources = Sequence[tuple[str, Callable[[], Dataset]]]
 

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.layout import TAXELS
+from firstcontact.twin._noise import MotorNoise
+from firstcontact.twin._parameters import FingerParameters, ObjectParameters, Timing
 from firstcontact.twin.conditions import Condition, Spread
-from firstcontact.twin.noise import MotorNoise
 from firstcontact.twin.objects import TwinObject, specimen, stiffened
-from firstcontact.twin.parameters import FingerParameters, ObjectParameters, Timing
 from firstcontact.twin.sensor import VelostatParameters
 
 #: Published offset between the contacts, s: mean and standard deviation.

@@ -20,7 +20,7 @@ LATENCY = 0.020
 class Drive:
     """Where each number comes from is in ``docs/reference/twin-parameters.md``.
 
-    A drive is a speed loop (:class:`firstcontact.twin.parameters.FingerParameters`)
+    A drive is a speed loop (:class:`firstcontact.twin._parameters.FingerParameters`)
     that follows a reference. When it is stalled it pushes with ``speed_gain`` times
     the commanded speed, or with the commanded force where that is less: a slow
     command is a gentle one, and a stop lets go of what was squeezed.

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from firstcontact.core.layout import FINGERTIP_RATE, TAXELS, Finger
 from firstcontact.core.pinch import Contact, first_closed
+from firstcontact.twin._noise import pickup
 from firstcontact.twin.draw import PinchDraw
 from firstcontact.twin.mechanics import BUFFER, CONTACT_FORCE, INDENTATION
-from firstcontact.twin.noise import pickup
 from firstcontact.twin.sensor import SCAN, VelostatParameters, force_readings, piezo_readings
 
 ForceSheets = tuple[VelostatParameters, VelostatParameters]
@@ -44,7 +44,7 @@ class Fingertips(ABC):
 
     @abstractmethod
     def _pickup(self, samples: int) -> list[Pickup]:
-        """As of :func:`firstcontact.twin.noise.pickup`, of either fingertip's next samples."""
+        """As of :func:`firstcontact.twin._noise.pickup`, of either fingertip's next samples."""
 
     def read(self, motion: NDArray[np.float64]) -> NDArray[np.uint16]:
         """Scans of the next samples.

@@ -19,7 +19,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from firstcontact.core.physics import contact_modulus, hertz_stiffness
-from firstcontact.twin.parameters import FingerParameters, ObjectParameters
+from firstcontact.twin._parameters import FingerParameters, ObjectParameters
 
 #: States of a finger: positions and speeds of drive, phalanx, board and skin,
 #: the Maxwell arms of pad and contact, the piezo's leaked voltage, the buffer.

@@ -10,7 +10,7 @@ import numpy as np
 from firstcontact.core.errors import InputError
 from firstcontact.core.physics import gent_modulus
 from firstcontact.core.pinch import Role
-from firstcontact.twin.parameters import ObjectParameters
+from firstcontact.twin._parameters import ObjectParameters
 
 #: Of silicone on silicone, and of silicone on the skin of fruit.
 FRICTION = 0.7

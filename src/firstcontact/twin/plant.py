@@ -11,13 +11,13 @@ from firstcontact.core.command import Command
 from firstcontact.core.layout import FINGERTIP_RATE, fingertip_layout
 from firstcontact.core.physics import GRAVITY
 from firstcontact.core.pinch import Contact
+from firstcontact.twin._outcome import DROPPED, GraspOutcome, needed_force, slide, stable_from
 from firstcontact.twin.draw import PinchDraw
 from firstcontact.twin.drive import Drive
 from firstcontact.twin.filter import DeviceFilter, settled_filter
 from firstcontact.twin.fingertips import PinchFingertips, strip_contacts
 from firstcontact.twin.mechanics import CONTACT_FORCE, FACE, INDENTATION, OUTPUTS
 from firstcontact.twin.objects import TwinObject
-from firstcontact.twin.outcome import DROPPED, GraspOutcome, needed_force, slide, stable_from
 from firstcontact.twin.pinch import BURN_IN
 from firstcontact.twin.run import PinchRun
 from firstcontact.twin.sensor import VelostatParameters

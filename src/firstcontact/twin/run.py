@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from firstcontact.core.command import Command
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.twin.approach import Approach
+from firstcontact.twin._approach import Approach
+from firstcontact.twin._noise import PhalanxNoise
+from firstcontact.twin._parameters import ObjectParameters
 from firstcontact.twin.draw import PinchDraw
 from firstcontact.twin.drive import Drive, DriveReference
 from firstcontact.twin.mechanics import (
@@ -21,9 +23,7 @@ from firstcontact.twin.mechanics import (
     contact_stiffness,
     integrate,
 )
-from firstcontact.twin.noise import PhalanxNoise
 from firstcontact.twin.objects import CRUSHED, stiffened
-from firstcontact.twin.parameters import ObjectParameters
 
 #: Steps per sampling interval after the first contact, half as many before: 20 us
 #: each, where halving them moves the piezo's waveform by less than 0.1 %.
@@ -40,7 +40,7 @@ class PinchRun:
     """One drawn pinch on its way.
 
     It closes as drawn until the first order takes effect, and each finger touches as
-    :class:`firstcontact.twin.approach.Approach` has it. The first order fixes where the object
+    :class:`firstcontact.twin._approach.Approach` has it. The first order fixes where the object
     is: where a finger still on its way would have met it at the drawn speed. From then on a
     finger touches when its skin gets there, and the motor is as loud as it is fast.
 

@@ -28,7 +28,7 @@ def headline_figure(policies: Mapping[str, Any], ms: str) -> str:
     Parameters
     ----------
     policies
-        See :func:`firstcontact.grasp_study.numbers.policies_tree`.
+        See :func:`firstcontact.grasp_study._numbers.policies_tree`.
     ms
         The latency.
 

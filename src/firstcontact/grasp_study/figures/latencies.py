@@ -18,7 +18,7 @@ def over_latency(
     Parameters
     ----------
     policies
-        See :func:`firstcontact.grasp_study.numbers.policies_tree`.
+        See :func:`firstcontact.grasp_study._numbers.policies_tree`.
     group
         Of objects.
     number

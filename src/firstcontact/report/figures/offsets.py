@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core.palette import BLUE, GREY, INK, RED
 from firstcontact.learning.training import DURATION
-from firstcontact.report import published
+from firstcontact.report import _published as published
 from firstcontact.report.figures.style import canvas, uri
 from firstcontact.report.findings import Figure
 

@@ -11,8 +11,8 @@ from firstcontact.learning.detection import quantiles, resampler_lookahead, righ
 from firstcontact.learning.training import DURATION
 from firstcontact.report.findings import PartResult
 from firstcontact.signal import Conditioner, contact_windows, samples_in
+from firstcontact.study._subject import Subject
 from firstcontact.study.settings import StudySettings
-from firstcontact.study.subject import Subject
 
 
 def answer_time(subject: Subject, settings: StudySettings) -> PartResult:

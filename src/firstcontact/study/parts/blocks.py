@@ -23,8 +23,8 @@ from firstcontact.report.figures.confusion import confusion_figure
 from firstcontact.report.figures.levels import leave_one_out_figure
 from firstcontact.report.findings import Figure, PartResult
 from firstcontact.stiffness import ESTIMATORS, Task
+from firstcontact.study._subject import Subject
 from firstcontact.study.settings import StudySettings
-from firstcontact.study.subject import Subject
 
 #: Splits in the order of the report.
 RANDOM, SESSION, LEVEL = "random_90_10", "by_session", "leave_one_shore_out"

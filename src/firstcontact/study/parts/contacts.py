@@ -20,8 +20,8 @@ from firstcontact.learning.splits import Group, Split, by_session, random_folds
 from firstcontact.report.figures.delays import delay_figure
 from firstcontact.report.figures.detectors import detectors_figure
 from firstcontact.report.findings import Figure, PartResult
+from firstcontact.study._subject import Subject
 from firstcontact.study.settings import StudySettings
-from firstcontact.study.subject import Subject
 
 #: Where windows start when the detector asked for cannot be trained but labels know the contacts.
 KNOWN = "known"

@@ -12,7 +12,7 @@ from firstcontact.learning.training import DURATION, distinct_specimens
 from firstcontact.report.figures.offsets import offset_figure
 from firstcontact.report.figures.timing import timing_figure
 from firstcontact.report.findings import Figure, PartResult
-from firstcontact.study.subject import Subject
+from firstcontact.study._subject import Subject
 
 
 def describe(subject: Subject) -> PartResult:

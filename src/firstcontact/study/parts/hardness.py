@@ -24,8 +24,8 @@ from firstcontact.report import names
 from firstcontact.report.figures.hardness import hardness_figure, materials_figure
 from firstcontact.report.findings import PartResult
 from firstcontact.stiffness import ESTIMATORS, Task
+from firstcontact.study._subject import Subject
 from firstcontact.study.settings import StudySettings
-from firstcontact.study.subject import Subject
 
 #: The score that orders materials without any training. Declared before any
 #: result was seen: a harder surface gives a shorter contact (Hertz), so more

@@ -11,8 +11,8 @@ from firstcontact.learning.training import DURATION, Fit, train
 from firstcontact.report.findings import PartResult
 from firstcontact.stiffness import ESTIMATORS, Task, make_estimator
 from firstcontact.stiffness.timing import time_inference
+from firstcontact.study._subject import Subject
 from firstcontact.study.settings import StudySettings
-from firstcontact.study.subject import Subject
 
 
 def inference(subject: Subject, settings: StudySettings) -> PartResult:

@@ -16,8 +16,8 @@ from firstcontact.report import names
 from firstcontact.report.figures.boxes import boxes_figure
 from firstcontact.report.findings import PartResult
 from firstcontact.stiffness import ESTIMATORS, Task
+from firstcontact.study._subject import Subject
 from firstcontact.study.settings import StudySettings
-from firstcontact.study.subject import Subject
 
 #: Under this name objects' predictions are kept for later parts.
 UNSEEN = "unseen_objects"

@@ -14,10 +14,10 @@ from firstcontact.report import names
 from firstcontact.report.figures.second import second_figure
 from firstcontact.report.findings import PartResult
 from firstcontact.signal import Conditioner, samples_in
+from firstcontact.study._subject import Subject
 from firstcontact.study.parts.blocks import SESSION
 from firstcontact.study.parts.objects import UNSEEN
 from firstcontact.study.settings import StudySettings
-from firstcontact.study.subject import Subject
 
 
 def second_contact(subject: Subject, settings: StudySettings) -> PartResult:

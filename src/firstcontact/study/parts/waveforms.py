@@ -9,7 +9,7 @@ from firstcontact.learning.training import DURATION
 from firstcontact.report.figures.responses import peak_figure, response_figure
 from firstcontact.report.figures.style import vibration_unit
 from firstcontact.report.findings import PartResult
-from firstcontact.study.subject import Subject
+from firstcontact.study._subject import Subject
 
 
 def waveforms(subject: Subject) -> PartResult:

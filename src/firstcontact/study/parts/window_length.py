@@ -13,9 +13,9 @@ from firstcontact.learning.training import Question, held_out
 from firstcontact.report.figures.lengths import lengths_figure
 from firstcontact.report.findings import PartResult
 from firstcontact.stiffness import ESTIMATORS, Task
+from firstcontact.study._subject import Subject
 from firstcontact.study.parts.objects import object_scores, object_splits
 from firstcontact.study.settings import StudySettings
-from firstcontact.study.subject import Subject
 
 KEPT = ("rmse", "mae", "mse", "bias", "n", "intervals")
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.twin.parameters import Timing
+from firstcontact.twin._parameters import Timing
 
 
 class Approach:

@@ -13,8 +13,9 @@ from mcap.records import Channel, McapRecord, Message
 
 from firstcontact.core import Block, InputError
 from firstcontact.core.layout import MOST_GROUPS
-from firstcontact.recording import samples
-from firstcontact.recording.chunks import scan
+from firstcontact.recording import _samples as samples
+from firstcontact.recording._chunks import scan
+from firstcontact.recording._stretches import join
 from firstcontact.recording.header import (
     LAST_SAMPLE,
     Header,
@@ -24,7 +25,6 @@ from firstcontact.recording.header import (
     read_mark,
     read_marker,
 )
-from firstcontact.recording.stretches import join
 
 T = TypeVar("T")
 

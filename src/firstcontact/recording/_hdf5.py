@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError, VibrationSensor
 from firstcontact.core.files import open_regular
 from firstcontact.core.records import LONGEST_NAME
-from firstcontact.recording.apart import apart
-from firstcontact.recording.memory import bounded_memory
+from firstcontact.recording._apart import apart
+from firstcontact.recording._memory import bounded_memory
+from firstcontact.recording._sizes import check_unpacked, most_unpacked
 from firstcontact.recording.quoting import reason
-from firstcontact.recording.sizes import check_unpacked, most_unpacked
 
 #: Soft links that may lead to one another.
 _LINKS = 8

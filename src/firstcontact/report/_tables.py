@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from firstcontact.report import names
+from firstcontact.report._texts import source
 from firstcontact.report.comparison import get, percent
-from firstcontact.report.texts import source
 from firstcontact.stiffness.registry import ESTIMATORS
 
 Tree = Mapping[str, Any]

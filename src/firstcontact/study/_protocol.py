@@ -17,6 +17,7 @@ from firstcontact.core.jobs import Runner
 from firstcontact.report.findings import Findings, PartResult
 from firstcontact.report.state import State
 from firstcontact.stiffness.registry import ESTIMATORS
+from firstcontact.study._subject import Subject
 from firstcontact.study.parts.answer_time import answer_time
 from firstcontact.study.parts.blocks import blocks
 from firstcontact.study.parts.contacts import contacts
@@ -28,7 +29,6 @@ from firstcontact.study.parts.second_contact import second_contact
 from firstcontact.study.parts.waveforms import waveforms
 from firstcontact.study.parts.window_length import window_length
 from firstcontact.study.settings import StudySettings
-from firstcontact.study.subject import Subject
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from firstcontact.grasp.grip import Grip
-from firstcontact.grasp_study.closing import LAYOUT, ClosingRecord, close
-from firstcontact.grasp_study.learning import CONDITION, Models
+from firstcontact.grasp_study._closing import LAYOUT, ClosingRecord, close
+from firstcontact.grasp_study._learning import CONDITION, Models
 from firstcontact.grasp_study.settings import KINDS
 from firstcontact.grasp_study.variants import Variant
 from firstcontact.live.pipeline import Pipeline

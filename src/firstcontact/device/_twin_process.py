@@ -1,6 +1,6 @@
 """The process in which the twin is a device: paced samples on a pseudo terminal.
 
-Started by :class:`firstcontact.device.twin_device.TwinDevice`, which talks to it through
+Started by :class:`firstcontact.device._twin_device.TwinDevice`, which talks to it through
 its standard input, one word a line, and ends it by closing that. When its parent is killed
 it is killed, too (:mod:`firstcontact.core.parent`).
 """
@@ -19,9 +19,9 @@ from collections.abc import Sequence
 from firstcontact import __version__
 from firstcontact.core import Command, InputError, fingertip_layout
 from firstcontact.core.layout import FINGERTIP_RATE, TAXELS
+from firstcontact.device._responder import Responder
 from firstcontact.device.protocol import FRAME_SAMPLES
 from firstcontact.device.pseudo_terminal import PseudoTerminal, port_folder
-from firstcontact.device.responder import Responder
 from firstcontact.device.source import Descriptor
 from firstcontact.device.twin_words import HAND, OBJECT, TOLD, TWIN, peak_text, read_order
 

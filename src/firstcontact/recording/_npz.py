@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from firstcontact.core import InputError
 from firstcontact.core.files import open_regular
+from firstcontact.recording._sizes import check_unpacked
 from firstcontact.recording.quoting import reason
-from firstcontact.recording.sizes import check_unpacked
 
 _HEADERS = {b"\1\0": npy.read_array_header_1_0, b"\2\0": npy.read_array_header_2_0}
 _ENCRYPTED = 0x1

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from firstcontact.contact.registry import DETECTORS
-from firstcontact.report import names, published
+from firstcontact.report import _published as published
+from firstcontact.report import names
 from firstcontact.report.accepted import Accepted
 from firstcontact.report.comparison import get, percent
 from firstcontact.report.findings import Findings

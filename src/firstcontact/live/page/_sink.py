@@ -13,10 +13,10 @@ from types import MappingProxyType
 
 from firstcontact.core import InputError
 from firstcontact.device import Descriptor
-from firstcontact.live.page.files import load
+from firstcontact.live.page._files import load
+from firstcontact.live.page._server import PageServer
+from firstcontact.live.page._state import State
 from firstcontact.live.page.guard import TOKEN_LENGTH, Guard, is_loopback
-from firstcontact.live.page.server import PageServer
-from firstcontact.live.page.state import State
 from firstcontact.live.sink import Controls, Update
 
 #: Bytes that the system may hold for one viewer.

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.palette import INK
 from firstcontact.grasp.policy import Part
-from firstcontact.grasp_study.closing import Order
-from firstcontact.grasp_study.learning import Models
+from firstcontact.grasp_study._closing import Order
+from firstcontact.grasp_study._learning import Models
+from firstcontact.grasp_study._trials import PinchSetup, Tuned, plant_of, played
 from firstcontact.grasp_study.settings import HEADLINE
-from firstcontact.grasp_study.trials import PinchSetup, Tuned, plant_of, played
 from firstcontact.grasp_study.variants import Variant, playing, unmodulated
 from firstcontact.report.figures.style import STYLE
 

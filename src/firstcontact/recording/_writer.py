@@ -13,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 
 from firstcontact.core import Block, InputError, Pinch
-from firstcontact.recording import samples
+from firstcontact.recording import _samples as samples
 from firstcontact.recording.chunk_file import ChunkFile
 from firstcontact.recording.header import (
     LAST_SAMPLE,

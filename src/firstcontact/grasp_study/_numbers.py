@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from firstcontact.grasp.policy import Part
+from firstcontact.grasp_study._trials import Row
 from firstcontact.grasp_study.settings import HEADLINE, KINDS, SOFT
-from firstcontact.grasp_study.trials import Row
 from firstcontact.grasp_study.variants import playing
 from firstcontact.learning.metrics import Values, cluster_intervals
 

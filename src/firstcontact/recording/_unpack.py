@@ -11,7 +11,7 @@ from mcap.exceptions import McapError
 from mcap.records import Chunk, McapRecord
 from mcap.stream_reader import breakup_chunk
 
-from firstcontact.recording.sizes import most_unpacked
+from firstcontact.recording._sizes import most_unpacked
 
 #: Of a compressor's window, bytes.
 _WINDOW = 1 << 27

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from firstcontact.core import InputError
 from firstcontact.core.extras import need
+from firstcontact.stiffness._network import Network
 from firstcontact.stiffness.model import Model
-from firstcontact.stiffness.network import Network
 from firstcontact.stiffness.spec import Arrays, Spec, Windows
 
 #: Windows that ONNX Runtime is given at once: more of them only cost memory.
@@ -123,7 +123,7 @@ class CnnModel(Model):
         }
         if older and "onnx" not in arrays:
             need(cls.extra, "torch", "onnxscript")
-            from firstcontact.stiffness.network_export import export_older
+            from firstcontact.stiffness._network_export import export_older
 
             raw = export_older(older, spec.samples, spec.channels, len(spec.classes) or 1)
         else:

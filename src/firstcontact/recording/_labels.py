@@ -19,8 +19,8 @@ from firstcontact.core import (
     Pinch,
     Role,
 )
-from firstcontact.recording import cells
-from firstcontact.recording.cells import Columns, each
+from firstcontact.recording import _cells as cells
+from firstcontact.recording._cells import Columns, each
 from firstcontact.recording.dataset import pause_between
 from firstcontact.recording.quoting import shown
 

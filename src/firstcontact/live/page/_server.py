@@ -17,10 +17,10 @@ from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from firstcontact.live.page.allowance import Allowance
-from firstcontact.live.page.commands import EACH, LONGEST, Commands
+from firstcontact.live.page._allowance import Allowance
+from firstcontact.live.page._commands import EACH, LONGEST, Commands
+from firstcontact.live.page._state import State
 from firstcontact.live.page.guard import Guard, NotAllowedError
-from firstcontact.live.page.state import State
 from firstcontact.live.sink import Controls
 
 #: Between two messages to a viewer, s.

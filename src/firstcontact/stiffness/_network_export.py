@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from firstcontact.core import InputError
-from firstcontact.stiffness.efficientnet import ConvNorm, EfficientNet
-from firstcontact.stiffness.network import INPUT, OPSET
+from firstcontact.stiffness._efficientnet import ConvNorm, EfficientNet
+from firstcontact.stiffness._network import INPUT, OPSET
 from firstcontact.stiffness.spec import Arrays
 
 

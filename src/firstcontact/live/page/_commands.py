@@ -11,7 +11,7 @@ import msgspec
 from firstcontact.core import InputError
 from firstcontact.core.records import read_record
 from firstcontact.device.protocol import marker_text
-from firstcontact.live.page.allowance import Allowance
+from firstcontact.live.page._allowance import Allowance
 from firstcontact.live.sink import Controls
 
 #: Longest message of a viewer, bytes.

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from firstcontact.grasp.policy import Part
-from firstcontact.grasp_study.chapters import pictures, sentences, tables
-from firstcontact.grasp_study.film import filmed
+from firstcontact.grasp_study._chapters import pictures, sentences, tables
+from firstcontact.grasp_study._film import filmed
 from firstcontact.grasp_study.variants import playing
 from firstcontact.report.page import duration
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from firstcontact.device.twin_words import concerns_hand
 from firstcontact.live.events import Case, Estimated, PinchDone
-from firstcontact.live.page.closeup import finger_place
+from firstcontact.live.page._closeup import finger_place
 from firstcontact.recording import Marker, PinchMark
 
 #: Rows that are held.

@@ -16,9 +16,9 @@ from firstcontact.core import ChannelKind, Finger, joined
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.recorder import RecorderStatus
 from firstcontact.live.events import Estimated, Event, PinchDone, Refused, Touched
-from firstcontact.live.page.closeup import Closeup, finger_place
-from firstcontact.live.page.columns import SECONDS, Columns
-from firstcontact.live.page.pinches import Pinches, chosen, hindsight, timing, value
+from firstcontact.live.page._closeup import Closeup, finger_place
+from firstcontact.live.page._columns import SECONDS, Columns
+from firstcontact.live.page._pinches import Pinches, chosen, hindsight, timing, value
 from firstcontact.live.sink import Update
 
 #: Mean time from the first to the second contact, as published, ms.

@@ -80,7 +80,7 @@ class TwinDevice:
         options.append(f"--latency={latency}")
         options += [f"--object={name}" for name in objects or ()]
         self._lock = threading.Lock()
-        self._child = Child("firstcontact.device.twin_process", *options)
+        self._child = Child("firstcontact.device._twin_process", *options)
         #: What to open as a serial port.
         self.port = ""
         try:

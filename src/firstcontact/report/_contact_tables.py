@@ -7,9 +7,9 @@ from typing import Any
 
 from firstcontact.contact.closing_start import told
 from firstcontact.report import names
+from firstcontact.report._tables import Cell, Row, Table
 from firstcontact.report.accepted import Accepted
 from firstcontact.report.comparison import get, percent
-from firstcontact.report.tables import Cell, Row, Table
 
 Tree = Mapping[str, Any]
 

@@ -23,7 +23,7 @@ from mcap.records import McapRecord, Statistics
 
 from firstcontact.core import InputError
 from firstcontact.core.files import open_regular
-from firstcontact.recording.unpack import Unpacker
+from firstcontact.recording._unpack import Unpacker
 
 MAGIC = b"\x89MCAP0\r\n"
 # Record: opcode, length; chunk: start and end time, size, CRC, compression.

@@ -15,7 +15,7 @@ from firstcontact.contact.detector_file import load_detector, save_detector
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.core import Block, Contact, Finger, InputError, Layout, Pinch
 from firstcontact.signal import samples_in
-from firstcontact.testing.checks import refused
+from firstcontact.testing._checks import refused
 from firstcontact.testing.closings import LAYOUT, SAMPLES, closing, closings
 
 

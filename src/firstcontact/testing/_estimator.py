@@ -18,8 +18,8 @@ from firstcontact.stiffness.model import Model
 from firstcontact.stiffness.model_file import load_model, save_model
 from firstcontact.stiffness.registry import ESTIMATORS
 from firstcontact.stiffness.spec import Task
-from firstcontact.testing.checks import refused
-from firstcontact.testing.windows import RATE, toy_windows
+from firstcontact.testing._checks import refused
+from firstcontact.testing._windows import RATE, toy_windows
 
 #: Answers about one window, and about it among others, may differ by so much: sums in another
 #: order in float32.

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any
 
-from firstcontact.report import texts
-from firstcontact.report.comparison import get
-from firstcontact.report.contact_tables import answer_table, contact_table
-from firstcontact.report.findings import Figure, Findings
-from firstcontact.report.tables import (
+from firstcontact.report import _texts as texts
+from firstcontact.report._contact_tables import answer_table, contact_table
+from firstcontact.report._tables import (
     Table,
     block_table,
     data_table,
@@ -22,6 +20,8 @@ from firstcontact.report.tables import (
     per_object_table,
     second_table,
 )
+from firstcontact.report.comparison import get
+from firstcontact.report.findings import Figure, Findings
 
 Tree = Mapping[str, Any]
 Maker = Callable[[Tree], Table | None]

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.twin._parameters import FingerParameters
 from firstcontact.twin.mechanics import INDENTATION
-from firstcontact.twin.parameters import FingerParameters
 from firstcontact.twin.run import PinchRun
 
 #: The motor gets to another speed in this time, s.

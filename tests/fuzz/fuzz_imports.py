@@ -38,6 +38,23 @@ def wav(rng: Random, seeds: Seeds, path: Path) -> Path:
     return path
 
 
+def events(rng: Random, seeds: Seeds, path: Path) -> tuple[Path, Path]:
+    """WAV files, one of them perhaps alone, and a table of the contacts in them."""
+    shutil.copytree(seeds.wav, path)
+    (path / "labels.csv").unlink()
+    sound, table = path / f"{rng.randrange(3)}.wav", path / "events.csv"
+    unit = rng.choice(("onset_s", "onset_sample"))
+    times = ("0.05", "0.0668") if unit == "onset_s" else ("250", "330")
+    rows = [["file", unit, "channel", "shore_a", "first_finger"]]
+    rows += [[f"{i}.wav", at, "0", "20", "index"] for i in range(3) for at in times]
+    table.write_bytes(mutate.table(rng, rows))
+    if rng.random() < 0.3:
+        sound.write_bytes(_riff(rng, sound.read_bytes()))
+    elif rng.random() < 0.2:
+        _moved(rng, rng.choice((sound, table)), path)
+    return (sound if rng.random() < 0.3 else path), table
+
+
 def _moved(rng: Random, file: Path, folder: Path) -> None:
     if not file.is_file():
         return

@@ -129,6 +129,12 @@ def _model(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
 
 
 def _import(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
+    if rng.random() < 0.12:
+        path, events = fuzz_imports.events(rng, seeds, folder / "wav")
+        case.commands.append(
+            ["import", str(path), "--events", str(events), "--out", str(folder / "out")]
+        )
+        return
     make, name = rng.choice(
         (
             (fuzz_imports.wav, "wav"),

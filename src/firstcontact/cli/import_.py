@@ -31,13 +31,17 @@ class Import:
     sensor: Literal["piezo", "accelerometer", "microphone", "hydrophone"] | None = None
     """What was recorded with, where the files do not say it: of WAV files a microphone."""
 
+    events: Path | None = None
+    """CSV that says where the contacts are in a long WAV file, or in each of a folder's: a row
+    each, with its time in onset_s or its sample in onset_sample, and any labels."""
+
     def run(self) -> None:
         """Import, and say what came in and what was assumed."""
         from firstcontact.core import VibrationSensor
         from firstcontact.recording.importing import import_path
 
         sensor = None if self.sensor is None else VibrationSensor(self.sensor)
-        dataset = import_path(self.path, self.out, self.rate, self.source, sensor)
+        dataset = import_path(self.path, self.out, self.rate, self.source, sensor, self.events)
         layout = dataset.layout
         sessions = len(set(dataset.sessions.tolist()))
         print(

@@ -54,7 +54,8 @@ def name(value: Any) -> str:
     return text
 
 
-def _number(value: Any) -> float:
+def number(value: Any) -> float:
+    """A finite number."""
     try:
         number = float(text_of(value).strip())
     except ValueError:
@@ -66,26 +67,26 @@ def _number(value: Any) -> float:
 
 def whole(value: Any) -> int:
     """A whole number."""
-    number = _number(value)
-    if number != int(number):
+    found = number(value)
+    if found != int(found):
         raise ValueError("which is not a whole number")
-    return int(number)
+    return int(found)
 
 
 def ranked(value: Any) -> int:
     """A hardness rank."""
-    number = whole(value)
-    if abs(number) > HIGHEST_RANK:
+    found = whole(value)
+    if abs(found) > HIGHEST_RANK:
         raise ValueError(f"and ranks go to {HIGHEST_RANK}")
-    return number
+    return found
 
 
 def shore(value: Any) -> float:
     """Shore A."""
-    number = _number(value)
-    if not 0 <= number <= 100:
+    found = number(value)
+    if not 0 <= found <= 100:
         raise ValueError("and Shore A goes from 0 to 100")
-    return number
+    return found
 
 
 def rank(value: Any) -> int:

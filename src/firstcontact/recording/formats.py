@@ -35,6 +35,9 @@ class Importer:
         Whether its files need not say their own rate.
     asks_sensor
         Whether they do not say what they were recorded with.
+    asks_events
+        Whether a table says where their contacts are; ``read`` takes it after the sensor. Any
+        folder is then taken.
     """
 
     name: str
@@ -44,11 +47,12 @@ class Importer:
     marker: str | None = None
     asks_rate: bool = False
     asks_sensor: bool = False
+    asks_events: bool = False
 
     def accepts(self, path: Path) -> bool:
         """Whether this is for it."""
         if path.is_dir():
-            return self.marker is not None and (path / self.marker).exists()
+            return self.asks_events or (self.marker is not None and (path / self.marker).exists())
         return path.suffix.lower() in self.suffixes
 
 
@@ -80,6 +84,7 @@ IMPORTERS: Registry[Importer] = Registry(
     "firstcontact.importers",
     {
         "wav": f"{_HERE}.wav:WAV",
+        "events": f"{_HERE}.events:EVENTS",
         "hdf5": f"{_HERE}.arrays:HDF5",
         "npz": f"{_HERE}.arrays:NPZ",
         "csv": f"{_HERE}.csv:CSV",

@@ -19,6 +19,7 @@ def import_path(
     rate: float | None = None,
     source: str | None = None,
     sensor: VibrationSensor | None = None,
+    events: Path | None = None,
 ) -> Dataset:
     """Import what one of the importers takes into a new folder.
 
@@ -35,6 +36,8 @@ def import_path(
         say it.
     sensor
         What was recorded with, for a file that does not say it.
+    events
+        Table of where the contacts are, for long files.
 
     Returns
     -------
@@ -53,10 +56,11 @@ def import_path(
             raise InputError(f"{out} is there and not an empty folder: choose another --out")
     except OSError as error:
         raise _unwritable(out, error) from error
-    importer = _importer(path, rate)
+    importer = _importer(path, rate, events)
     if sensor is not None and not importer.asks_sensor:
         raise InputError(f"{path} says what its sensor is: leave --sensor out")
-    given = (sensor,) if importer.asks_sensor else ()
+    given: tuple[object, ...] = (sensor,) if importer.asks_sensor else ()
+    given += (events,) if importer.asks_events else ()
     dataset = _from(importer.read(path, rate, *given), path, source)
     first = dataset.pinches[0]
     name = path.name.encode("utf-8", "replace").decode()
@@ -95,18 +99,21 @@ def _unwritable(out: Path, error: OSError) -> InputError:
     return InputError(f"{out} cannot be written ({error.strerror}): check the folder and its disk")
 
 
-def _importer(path: Path, rate: float | None) -> Importer:
+def _importer(path: Path, rate: float | None, events: Path | None) -> Importer:
     """The first that takes it; what a folder lacks is said by the first that takes folders."""
     if not path.exists():
         raise InputError(f"{path} does not exist: check the path")
-    every = list(IMPORTERS.values())
+    every = [i for i in IMPORTERS.values() if i.asks_events == (events is not None)]
+    if events is not None and not any(i.accepts(path) for i in every):
+        asked = " or ".join(i.title for i in every)
+        raise InputError(f"{path} is not for --events: give {asked}, or leave --events out")
     folders = [i for i in every if i.marker is not None and path.is_dir()]
     found = next((i for i in every if i.accepts(path)), folders[0] if folders else None)
     if rate is not None and (found is None or not found.asks_rate):
-        asked = " or ".join(i.title for i in every if i.asks_rate)
+        asked = " or ".join(i.title for i in IMPORTERS.values() if i.asks_rate)
         raise InputError(f"{path} says its own rate: leave --rate out (it is for {asked})")
     if found is None:
         hint = ": it is a recording already" if path.suffix == ".mcap" else ""
-        *others, last = (i.title for i in every)
+        *others, last = (i.title for i in IMPORTERS.values())
         raise InputError(f"{path} cannot be imported{hint}: give {', '.join(others)}, or {last}")
     return found

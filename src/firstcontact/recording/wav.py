@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import struct
 import warnings
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -45,7 +46,7 @@ _DAMAGE = (
     UserWarning,  # of which its own are made
 )
 #: Type that scipy gives to WAV samples: full scale in raw steps.
-_FULL_SCALE = {"uint8": 128.0, "int16": 2.0**15, "int32": 2.0**31, "float32": 1.0, "float64": 1.0}
+FULL_SCALE = {"uint8": 128.0, "int16": 2.0**15, "int32": 2.0**31, "float32": 1.0, "float64": 1.0}
 
 
 def import_wav(
@@ -67,17 +68,9 @@ def import_wav(
     if "file" not in columns:
         raise InputError(f"{table} has no column file: name the WAV file of each row")
     files = _match(folder, columns["file"])
-    sounds = [_read(file) for file in files]
+    sounds = [read_wav(file) for file in files]
     rate, first = sounds[0]
-    for file, (other, data) in zip(files, sounds, strict=True):
-        if other != rate:
-            raise InputError(f"{file} has {other} Hz and {files[0].name} {rate} Hz: import apart")
-        if (data.dtype, data.shape[1]) != (first.dtype, first.shape[1]):
-            raise InputError(
-                f"{file} has {data.shape[1]} channels of {data.dtype}, {files[0].name} has "
-                f"{first.shape[1]} of {first.dtype}: convert the one or import apart"
-            )
-    check_rate(f"{files[0]}: the sample rate", rate)
+    check_alike(files, sounds)
     for row, said in enumerate(columns.get("sample_rate_hz", [])):
         if check_rate(f"{table}: sample_rate_hz of row {row}", said) != rate:
             raise InputError(
@@ -86,15 +79,15 @@ def import_wav(
             )
     unknown = sorted(set(columns) - _KNOWN)
     notes = [f"{LABELS}: columns not known and left out: {listed(unknown)}"] if unknown else []
-    what, source = sensor or VibrationSensor.MICROPHONE, _source(table, columns)
+    what, source = sensor or VibrationSensor.MICROPHONE, source_of(table, columns)
     settings = FileSettings(what, float(rate), "full scale", 1.0, source, None)
-    scale = 1.0 / _FULL_SCALE[str(first.dtype)]
+    scale = 1.0 / FULL_SCALE[str(first.dtype)]
     layout = make_layout(settings, first.shape[1], scale=scale)
-    cuts = [_samples(file, data) for file, (_, data) in zip(files, sounds, strict=True)]
+    cuts = [wav_samples(file, data) for file, (_, data) in zip(files, sounds, strict=True)]
     return labelled(str(table), cuts, layout, columns, source, notes)
 
 
-def _source(table: Path, columns: dict[str, list[str]]) -> str:
+def source_of(table: Path, columns: dict[str, list[str]]) -> str:
     """What the table says the files come from."""
     said = sorted(set(columns.get("source", ["unknown"])))
     if len(said) > 1:
@@ -129,7 +122,28 @@ def _match(folder: Path, names: list[str]) -> list[Path]:
     return files
 
 
-def _read(file: Path) -> tuple[int, NDArray[Any]]:
+def check_alike(files: Sequence[Path], sounds: Sequence[tuple[int, NDArray[Any]]]) -> None:
+    """Refuse files that differ in rate, type or channels, and a rate that no sensor has."""
+    rate, first = sounds[0]
+    for file, (other, data) in zip(files, sounds, strict=True):
+        if other != rate:
+            raise InputError(f"{file} has {other} Hz and {files[0].name} {rate} Hz: import apart")
+        if (data.dtype, data.shape[1]) != (first.dtype, first.shape[1]):
+            raise InputError(
+                f"{file} has {data.shape[1]} channels of {data.dtype}, {files[0].name} has "
+                f"{first.shape[1]} of {first.dtype}: convert the one or import apart"
+            )
+    check_rate(f"{files[0]}: the sample rate", rate)
+
+
+def read_wav(file: Path) -> tuple[int, NDArray[Any]]:
+    """Rate in Hz and samples as they are in the file, shape (samples, 1 or 2).
+
+    Raises
+    ------
+    InputError
+        Names the file and what keeps it from being read.
+    """
     from scipy.io import wavfile
 
     try:
@@ -152,7 +166,7 @@ def _read(file: Path) -> tuple[int, NDArray[Any]]:
         raise InputError(
             f"{file} has {values.shape[1]} channels: give one, or one for each of two fingers"
         )
-    if str(values.dtype) not in _FULL_SCALE:
+    if str(values.dtype) not in FULL_SCALE:
         raise InputError(f"{file} holds {values.dtype}: convert it to PCM WAV of at most 32 bits")
     if not len(values):
         raise InputError(f"{file} holds no samples: remove it and its row")
@@ -174,7 +188,8 @@ def _check_length(file: Path, data: BytesIO) -> None:
     data.seek(0)
 
 
-def _samples(file: Path, data: NDArray[Any]) -> NDArray[Any]:
+def wav_samples(file: Path, data: NDArray[Any]) -> NDArray[Any]:
+    """Samples as recordings keep them, around 0; InputError where some are not finite."""
     if data.dtype == np.uint8:
         return data.astype(np.int16) - np.int16(128)
     if data.dtype.kind == "i":

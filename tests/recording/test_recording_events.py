@@ -1,0 +1,148 @@
+"""Long WAV files with a table of their contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.io import wavfile
+
+from firstcontact.cli.main import main
+from firstcontact.core import Finger
+from firstcontact.recording import load_dataset
+from firstcontact.recording.events import AFTER, BEFORE, import_events
+
+RATE = 8000
+SAMPLES = 20_000
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Two long files whose samples count up, so that a cut says where it is from."""
+    (tmp_path / "in").mkdir()
+    count = np.arange(SAMPLES, dtype=np.int16)
+    wavfile.write(tmp_path / "in" / "mono.wav", RATE, count)
+    wavfile.write(tmp_path / "in" / "stereo.wav", RATE, np.stack([count, -count], axis=1))
+    return tmp_path / "in"
+
+
+def table(folder: Path, *lines: str) -> Path:
+    path = folder / "events.csv"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.fixture
+def refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., None]:
+    def check(path: Path, events: Path | None, *words: str) -> None:
+        more = [] if events is None else ["--events", str(events)]
+        assert main(["import", str(path), "--out", str(tmp_path / "out"), *more]) == 2
+        said = capsys.readouterr().err
+        assert said.count("\n") == 1
+        for word in words:
+            assert word in said, said
+        assert not (tmp_path / "out").exists()
+
+    return check
+
+
+def test_seconds_and_samples_name_the_same_contacts(folder: Path, tmp_path: Path) -> None:
+    found = []
+    for name, cells in (("onset_s", ("0.25", "1.5")), ("onset_sample", ("2000", "12000"))):
+        events = table(folder, f"{name},shore_a", *(f"{cell},20" for cell in cells))
+        out = tmp_path / name
+        words = ["--events", str(events), "--sensor", "piezo", "--source", "real"]
+        assert main(["import", str(folder / "mono.wav"), "--out", str(out), *words]) == 0
+        dataset = load_dataset(out)
+        found.append([(p.data[:, 0].tolist(), p.first) for p in dataset.pinches])
+        for pinch, onset in zip(dataset.pinches, (2000, 12_000), strict=True):
+            assert pinch.first is not None
+            assert pinch.first.finger is Finger.INDEX
+            assert pinch.data[pinch.first.sample - pinch.first_sample, 0] == onset
+            assert len(pinch.data) == (BEFORE + AFTER) * RATE
+    assert found[0] == found[1]
+    assert dataset.layout.rate == RATE
+    assert set(dataset.sessions) == {"mono"}
+
+
+@given(st.lists(st.integers(0, SAMPLES - 1), min_size=1, max_size=12, unique=True))
+def test_cuts_hold_their_contact_and_share_no_sample(onsets: list[int]) -> None:
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as place:
+        path = Path(place) / "long.wav"
+        wavfile.write(path, RATE, np.arange(SAMPLES, dtype=np.int16))
+        events = table(Path(place), "onset_sample", *map(str, onsets))
+        dataset = import_events(path, events=events)
+    seen: list[int] = []
+    for pinch, onset in zip(dataset.pinches, onsets, strict=True):
+        samples = pinch.data[:, 0].tolist()
+        assert pinch.first is not None
+        assert samples[pinch.first.sample - pinch.first_sample] == onset
+        assert onset - BEFORE * RATE <= samples[0] <= samples[-1] < onset + AFTER * RATE
+        seen += samples
+    assert len(seen) == len(set(seen))
+
+
+def test_of_files_with_more_channels_the_named_one_comes(folder: Path) -> None:
+    events = table(
+        folder,
+        "file,onset_sample,channel,object,hardness_class",
+        "stereo.wav,9000,1,mat,soft",
+        "mono.wav,9000,0,table,hard",
+    )
+    dataset = import_events(folder, events=events)
+    assert [p.data[640, 0] for p in dataset.pinches] == [-9000, 9000]
+    assert dataset.objects.tolist() == ["mat", "table"]
+    assert dataset.sessions.tolist() == ["stereo", "mono"]
+    assert dataset.hardness_rank.tolist() == [0, 2]
+
+
+def test_what_is_passed_over_is_counted(folder: Path) -> None:
+    rows = ("file,onset_sample,channel,remark", "mono.wav,9000,0,loud", "stereo.wav,9000,0,")
+    events = table(folder, *rows)
+    notes = " ".join(import_events(folder / "mono.wav", events=events).notes)
+    assert "1 contacts are in other files" in notes
+    assert "remark" in notes
+    notes = " ".join(import_events(folder, events=table(folder, *rows[:2])).notes)
+    assert "1 WAV files have no contact in events.csv" in notes
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        (("file,object", "mono.wav,mat"), ("onset_s", "onset_sample")),
+        (("file,onset_s,onset_sample", "mono.wav,1,8000"), ("onset_s and onset_sample",)),
+        (("file,onset_s", "mono.wav,soon"), ("onset_s of row 0", "soon", "not a number")),
+        (("file,onset_s", "mono.wav,2.5"), ("row 0", "outside mono.wav", "2.49987 s")),
+        (("file,onset_sample", "mono.wav,-1"), ("row 0", "outside mono.wav", "19999")),
+        (("file,onset_sample", "mono.wav,12.5"), ("row 0", "whole number")),
+        (("file,onset_sample", "other.wav,12"), ("row 0", "other.wav", "not in the folder")),
+        (("onset_sample", "12"), ("no column file",)),
+        (("file,onset_sample", "mono.wav,9", "mono.wav,9"), ("rows 0 and 1", "one contact")),
+        (("file,onset_sample,channel", "mono.wav,9,1"), ("channel of row 0", "has 1")),
+        (("file,onset_sample,first_contact", "mono.wav,9,1"), ("first_contact", "within a pinch")),
+        (("file,onset_sample", "mono.wav,9", "stereo.wav,9"), ("2 channels", "1 of int16")),
+        (("file,onset_sample,shore_a", "mono.wav,9,200"), ("shore_a of pinch 0", "200")),
+    ],
+)
+def test_a_bad_table_is_refused_in_one_sentence(
+    folder: Path, refused: Callable[..., None], lines: tuple[str, ...], words: tuple[str, ...]
+) -> None:
+    refused(folder, table(folder, *lines), *words)
+
+
+def test_events_are_for_wav_files_only_and_wav_files_alone_need_them(
+    folder: Path, refused: Callable[..., None], tmp_path: Path
+) -> None:
+    events = table(folder, "onset_s", "1")
+    (tmp_path / "some.npz").write_bytes(b"")
+    refused(tmp_path / "some.npz", events, "not for --events", "leave --events out")
+    refused(folder / "mono.wav", None, "with --events")
+    refused(folder / "mono.wav", tmp_path / "none.csv", "none.csv cannot be read")
+    one = table(folder, "file,onset_s", "stereo.wav,1")
+    refused(folder / "mono.wav", one, "no row has file", "mono.wav")

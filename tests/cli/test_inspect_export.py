@@ -147,6 +147,12 @@ def test_inspect_says_what_is_in_a_recording(recordings, capsys):
         assert words in said
 
 
+def test_inspect_says_that_a_session_was_assumed(tmp_path, dataset, capsys):
+    write_dataset(dataset, tmp_path, Header(dataset.layout, session_assumed=True))
+    assert main(["inspect", str(min(tmp_path.iterdir()))]) == 0
+    assert "session     s0 (assumed: nobody named one)" in capsys.readouterr().out
+
+
 def test_inspect_says_what_is_damaged(recordings, capsys):
     file = sorted(recordings.iterdir())[0]
     file.write_bytes(file.read_bytes()[:-2000])

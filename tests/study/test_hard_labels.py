@@ -19,7 +19,7 @@ from firstcontact.report.findings import Findings, PartResult
 from firstcontact.report.state import State
 from firstcontact.signal import Conditioner, samples_in
 from firstcontact.study import _protocol as protocol
-from firstcontact.study._subject import NO_SESSIONS, Subject
+from firstcontact.study._subject import Subject
 from firstcontact.study.parts.blocks import blocks
 from firstcontact.study.parts.contacts import contacts, detection_splits
 from firstcontact.study.parts.data import describe
@@ -158,10 +158,9 @@ def test_windows_of_one_session_only(make_shore: Callable[..., Dataset], tmp_pat
 def test_sessions_nobody_named_may_be_shared_and_that_is_said(
     make_shore: Callable[..., Dataset], tmp_path: Path
 ) -> None:
-    labels, notes = make_labels("labels.csv", {"shore_a": ["10", "20"]}, 2)
-    assert any(NO_SESSIONS in note for note in notes)
+    labels, _ = make_labels("labels.csv", {"shore_a": ["10", "20"]}, 2)
     dataset = relabel(make_shore(), lambda i, label: replace(label, session=labels[0].session))
-    tree = whole_study(replace(dataset, notes=tuple(notes)), tmp_path)
+    tree = whole_study(replace(dataset, sessions_assumed=True), tmp_path)
     assert tree["objects"]["svm"]["n"] == 12
     assert tree["objects"]["shares"] == ["session"]
     assert any("sessions are not known and may be shared" in r for r in tree["left_out"])

@@ -64,7 +64,8 @@ def _lines(recording: Recording) -> Iterator[str]:
     yield f"source      {header.source}"
     for field in ("session", "sensor", "hand", "firmware", "created"):
         if value := getattr(header, field):
-            yield f"{field:11} {value}"
+            assumed = field == "session" and header.session_assumed
+            yield f"{field:11} {value}{' (assumed: nobody named one)' if assumed else ''}"
     for i, line in enumerate(header.notes.splitlines()):
         yield f"{'' if i else 'notes':11} {line}"
     yield from _calibration(header.calibration)

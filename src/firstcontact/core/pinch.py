@@ -168,7 +168,8 @@ class Dataset:
     (resampling, skipped chunks), one sentence each, for the report;
     ``recorded_rate`` is the rate, Hz, before the pinches were resampled to
     that of their layout, None where they were not; ``losses`` are those of the notes
-    that say what of the files could not be used.
+    that say what of the files could not be used; ``sessions_assumed`` is whether pinches are
+    in it whose session nobody named, so that an importer took all as one.
     """
 
     pinches: tuple[Pinch, ...]
@@ -176,6 +177,7 @@ class Dataset:
     notes: tuple[str, ...] = ()
     recorded_rate: float | None = None
     losses: tuple[str, ...] = ()
+    sessions_assumed: bool = False
 
     def __len__(self) -> int:
         return len(self.pinches)

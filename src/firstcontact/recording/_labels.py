@@ -84,7 +84,12 @@ def labelled(
         Pinch(cut, layout, label, 0, truth, motor)
         for cut, label, truth, motor in zip(cuts, labels, contacts, motors, strict=True)
     ]
-    return Dataset(pause_between(pinches), source, (*assumed, *guessed, *notes))
+    return Dataset(
+        pause_between(pinches),
+        source,
+        (*assumed, *guessed, *notes),
+        sessions_assumed="session" not in columns,
+    )
 
 
 def make_labels(where: str, columns: Columns, pinches: int) -> tuple[list[Label], list[str]]:

@@ -41,6 +41,7 @@ def load_dataset(path: Path | Sequence[Path]) -> Dataset:
     pinches: list[Pinch] = []
     notes: list[str] = []
     losses: list[str] = []
+    assumed = False
     first: Recording | None = None
     for file in files:
         try:
@@ -53,6 +54,7 @@ def load_dataset(path: Path | Sequence[Path]) -> Dataset:
         if first is None:
             first = recording
         _same_kind(first, recording)
+        assumed |= recording.header.session_assumed
         said = recording.header.notes.splitlines()
         notes += [line for line in said if line not in notes]
         losses += [f"{file.name}: {sentence}" for sentence in recording.skipped]
@@ -76,7 +78,13 @@ def load_dataset(path: Path | Sequence[Path]) -> Dataset:
             "marks, or use `firstcontact import` or `firstcontact simulate`"
         )
     source = first.header.source
-    return Dataset(tuple(pinches), source, (*notes, *losses), losses=tuple(losses))
+    return Dataset(
+        tuple(pinches),
+        source,
+        (*notes, *losses),
+        losses=tuple(losses),
+        sessions_assumed=assumed,
+    )
 
 
 def cut(recording: Recording, mark: PinchMark) -> Pinch | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Annotated, Any
 
 from msgspec import Meta
@@ -25,6 +25,9 @@ LAST_SAMPLE = 1 << 53
 LONGEST_TEXT = 20_000
 #: Most bytes of a mark or marker.
 LONGEST_MARK = 1 << 17
+
+#: What importers wrote into the notes before ``session_assumed`` was there.
+_OLD_ASSUMPTION = "no session column: all pinches were taken as one session"
 
 Sample = Annotated[int, Meta(ge=0, le=LAST_SAMPLE)]
 Epoch = Annotated[int, Meta(ge=0, lt=1 << 32)]
@@ -53,6 +56,8 @@ class Header:
         seed must give the same bytes.
     calibration
         What was measured of the fingertips, where that was done.
+    session_assumed
+        Whether nobody named a session, so that an importer took all pinches as one.
     """
 
     layout: Layout
@@ -65,6 +70,7 @@ class Header:
     notes: Notes = ""
     created: Name = ""
     calibration: Calibration | None = None
+    session_assumed: bool = False
 
     def __post_init__(self) -> None:
         if fault := self.layout.fault:
@@ -79,6 +85,8 @@ class Header:
         tree = {"format": FORMAT, "version": VERSION, **asdict(self)}
         if self.calibration is None:
             del tree["calibration"]
+        if not self.session_assumed:
+            del tree["session_assumed"]
         return {**tree, "layout": self.layout.to_json()}
 
 
@@ -111,7 +119,10 @@ def read_header(data: bytes, where: str) -> Header:
             f"{where} says format version {head.version!r} and this reader knows {VERSION}: "
             "install the firstcontact that wrote it"
         )
-    return read_record(data, Header, where, remedy)
+    header = read_record(data, Header, where, remedy)
+    if _OLD_ASSUMPTION in header.notes.splitlines():
+        return replace(header, session_assumed=True)
+    return header
 
 
 @dataclass(frozen=True, slots=True)

@@ -65,7 +65,13 @@ def import_path(
     first = dataset.pinches[0]
     name = path.name.encode("utf-8", "replace").decode()
     notes = "\n".join((f"imported from {name}", *dataset.notes))
-    header = Header(first.layout, dataset.source, str(first.data.dtype), notes=notes)
+    header = Header(
+        first.layout,
+        dataset.source,
+        str(first.data.dtype),
+        notes=notes,
+        session_assumed=dataset.sessions_assumed,
+    )
     try:
         with temporary_beside(out) as temporary:
             temporary.mkdir()

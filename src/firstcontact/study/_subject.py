@@ -12,8 +12,6 @@ from firstcontact.learning.training import LabelledWindows, distinct_specimens, 
 
 Values = NDArray[np.float64]
 Contacts = tuple[Contact | None, ...]
-#: What the import notes where labels have no sessions.
-NO_SESSIONS = "no session column"
 
 
 @dataclass(slots=True, eq=False)
@@ -53,11 +51,6 @@ class Subject:
         """Distinct Shore A of the pinches to learn from."""
         shore = self.dataset.shore_a[~self.dataset.test]
         return np.unique(shore[np.isfinite(shore)])
-
-    @property
-    def sessions_assumed(self) -> bool:
-        """Whether the labels named no session, so that the import took all as one."""
-        return any(NO_SESSIONS in note for note in self.dataset.notes)
 
     def windows(self, duration: float, contacts: Contacts | None = None) -> LabelledWindows:
         """Windows with a Shore A, from where contacts were found unless told otherwise."""

@@ -93,7 +93,7 @@ def object_scores(data: LabelledWindows, predicted: Values, seed: int) -> dict[s
 
 
 def _sessions_unknown(subject: Subject) -> bool:
-    return subject.sessions_assumed or "" in subject.dataset.sessions
+    return subject.dataset.sessions_assumed or "" in subject.dataset.sessions
 
 
 def _reason(subject: Subject) -> str:
@@ -110,7 +110,7 @@ def _reason(subject: Subject) -> str:
             "unseen."
         )
     sessions = set(dataset.sessions[dataset.test]) & set(dataset.sessions[~dataset.test]) - {""}
-    if sessions and not subject.sessions_assumed:
+    if sessions and not subject.dataset.sessions_assumed:
         return f"Unseen objects: the session {str(min(sessions))!r} has pinches of both roles."
     return ""
 

@@ -39,7 +39,7 @@ from firstcontact.core import (
     fingertip_layout,
 )
 from firstcontact.live.events import PinchDone
-from firstcontact.live.pipeline import CalibratedModel, Pipeline
+from firstcontact.live.pipeline import ModelWithInterval, Pipeline
 from firstcontact.signal import contact_windows
 from firstcontact.stiffness import load_interval, load_model
 from firstcontact.stiffness.svm import machine_of
@@ -143,7 +143,7 @@ def main() -> None:
         os.environ["XDG_CACHE_HOME"] = cache
         folder = twin_model("paper-rig", 0)
         detector, model = load_detector(folder), load_model(folder)
-        answerers = [CalibratedModel(model, load_interval(Path(folder)))]
+        models = [ModelWithInterval(model, load_interval(Path(folder)))]
         assert isinstance(model, SvmModel)
         twin = TwinStream("paper-rig", None, settings.seed)
         data = DeviceFilter().update(twin.read(round(settings.seconds * LAYOUT.rate)))
@@ -153,7 +153,7 @@ def main() -> None:
         )
 
         for size in (LONG, FRAME):
-            pipeline = Pipeline(LAYOUT, detector, answerers, calibration)
+            pipeline = Pipeline(LAYOUT, detector, models, calibration)
             spent, done = replayed(pipeline, blocks_of(data, size))
             figures = pipeline.ledger.summary()
             print(

@@ -1,7 +1,7 @@
 """A long WAV file with two knocks, and the table that says where they are.
 
-    python examples/long_wav.py
-    firstcontact import long.wav --events events.csv --sensor piezo --source synthetic --out knocks
+python examples/long_wav.py
+firstcontact import long.wav --events events.csv --sensor piezo --source synthetic --out knocks
 """
 
 from __future__ import annotations

@@ -145,7 +145,7 @@ def test_a_regression_has_an_interval_that_was_checked_on_other_folds(
         (("a", "b", "c", "d"), ("--level", 0.95), "60 pinches are too few"),
     ],
 )
-def test_without_enough_to_calibrate_on_there_is_no_interval(
+def test_without_enough_for_it_there_is_no_interval(
     tmp_path: Path,
     sessions: tuple[str, ...],
     words: tuple[Any, ...],

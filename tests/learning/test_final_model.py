@@ -10,7 +10,7 @@ import pytest
 from firstcontact.core.jobs import Serial
 from firstcontact.learning.final_model import train_final_model
 from firstcontact.learning.training import LabelledWindows
-from firstcontact.live.pipeline import CalibratedModel
+from firstcontact.live.pipeline import ModelWithInterval
 from firstcontact.stiffness import Provenance, Task, load_interval, load_model, save_model
 from firstcontact.testing._windows import RATE, toy_windows
 
@@ -23,10 +23,10 @@ def test_a_gaussian_process_is_kept_with_its_own_spread(tmp_path: Path) -> None:
     kept = train_final_model(data, "gaussian_process", Task.REGRESSION, 0, 0.9, Serial())
     assert kept.interval is not None
     assert kept.interval.scaled
-    assert kept.calibration["held_out"]["coverage"] == pytest.approx(0.9, abs=0.06)
+    assert kept.conformal["held_out"]["coverage"] == pytest.approx(0.9, abs=0.06)
     folder = save_model(kept.model, tmp_path / "m", Provenance(interval=kept.interval))
-    answerer = CalibratedModel(load_model(folder), load_interval(folder))
-    value = answerer.model.predict_one(X[0])
-    low, high, level = answerer.bounds(value, X[0])
+    entry = ModelWithInterval(load_model(folder), load_interval(folder))
+    value = entry.model.predict_one(X[0])
+    low, high, level = entry.bounds(value, X[0])
     assert low < value < high
     assert level == 0.9

@@ -9,7 +9,7 @@ import pytest
 
 from firstcontact.contact import Detector, SvmDetector, detect
 from firstcontact.core import Dataset, Label, Pinch
-from firstcontact.live.pipeline import CalibratedModel
+from firstcontact.live.pipeline import ModelWithInterval
 from firstcontact.signal import contact_windows
 from firstcontact.stiffness import Task, make_estimator
 from firstcontact.twin.conditions import PAPER_RIG
@@ -49,7 +49,7 @@ def detector(training: Dataset) -> Detector:
 
 
 @pytest.fixture(scope="session")
-def answerers(training: Dataset, detector: Detector) -> list[CalibratedModel]:
+def models(training: Dataset, detector: Detector) -> list[ModelWithInterval]:
     """For windows of 3 and of 15 ms."""
     out = []
     for duration in (0.003, 0.015):
@@ -57,5 +57,5 @@ def answerers(training: Dataset, detector: Detector) -> list[CalibratedModel]:
         windows, kept = contact_windows(training, found, duration)
         estimator = make_estimator("svm", Task.REGRESSION, training.layout.rate)
         model = estimator.fit(windows, np.asarray(training.shore_a[kept]), seed=0)
-        out.append(CalibratedModel(model))
+        out.append(ModelWithInterval(model))
     return out

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from firstcontact.contact import Detector, detect
 from firstcontact.core import Block, Dataset, Pinch
 from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Refused, Touched
-from firstcontact.live.pipeline import CalibratedModel, Pipeline
+from firstcontact.live.pipeline import ModelWithInterval, Pipeline
 from firstcontact.signal import contact_windows
 
 
@@ -58,12 +58,12 @@ def cut(block: Block, edges: list[int]) -> list[Block]:
 
 
 def offline(
-    detector: Detector, answerer: CalibratedModel, pinch: Pinch
+    detector: Detector, entry: ModelWithInterval, pinch: Pinch
 ) -> tuple[object, float | None]:
     """First contact and answer as the study finds them."""
     contacts = detect(detector, pinch)
     first = contacts[0] if contacts else None
-    windows, kept = contact_windows(Dataset((pinch,)), [first], answerer.model.spec.duration)
+    windows, kept = contact_windows(Dataset((pinch,)), [first], entry.model.spec.duration)
     if not kept.any():
         return first, None
-    return first, float(answerer.model.predict_one(windows[0]))
+    return first, float(entry.model.predict_one(windows[0]))

@@ -15,7 +15,7 @@ from firstcontact.grasp.policies.registry import live_policies, live_policy
 from firstcontact.grasp.printing import PrintHand
 from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Touched
 from firstcontact.live.grasping import Grasping, grasp_lines
-from firstcontact.live.pipeline import CalibratedModel, Pipeline
+from firstcontact.live.pipeline import ModelWithInterval, Pipeline
 
 LAYOUT = fingertip_layout()
 FRAME = 5
@@ -51,11 +51,11 @@ def hand() -> PrintHand:
 
 @pytest.mark.parametrize("name", live_policies())
 def test_every_policy_closes_first_and_stays_within_its_grip(
-    name: str, hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
+    name: str, hand: PrintHand, fresh: Dataset, detector: Detector, models: list[ModelWithInterval]
 ) -> None:
     grip = Grip()
     grasping = Grasping(live_policy(name, grip), hand, LAYOUT)
-    pipeline = Pipeline(LAYOUT, detector, answerers, clock=still)
+    pipeline = Pipeline(LAYOUT, detector, models, clock=still)
     with hand:
         events = drive(fresh, pipeline, grasping, still)
         told = list(hand.told)
@@ -69,11 +69,11 @@ def test_every_policy_closes_first_and_stays_within_its_grip(
 
 
 def test_the_estimate_is_acted_upon_with_the_sample_that_brings_it(
-    hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
+    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[ModelWithInterval]
 ) -> None:
     grip = Grip()
     grasping = Grasping(live_policy("first_contact", grip), hand, LAYOUT)
-    pipeline = Pipeline(LAYOUT, detector, answerers[-1:], clock=still)
+    pipeline = Pipeline(LAYOUT, detector, models[-1:], clock=still)
     with hand:
         for event in drive(fresh.take([0]), pipeline, grasping, still):
             if isinstance(event, Touched) and event.first:
@@ -87,12 +87,12 @@ def test_the_estimate_is_acted_upon_with_the_sample_that_brings_it(
 
 
 def test_what_comes_after_the_deadline_is_a_miss_and_the_fallback_holds(
-    hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
+    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[ModelWithInterval]
 ) -> None:
     grip = Grip()
     # A deadline that the window alone takes longer than.
     grasping = Grasping(live_policy("first_contact", grip), hand, LAYOUT, deadline=0.005)
-    pipeline = Pipeline(LAYOUT, detector, answerers[-1:], clock=still)
+    pipeline = Pipeline(LAYOUT, detector, models[-1:], clock=still)
     with hand:
         events = drive(fresh, pipeline, grasping, still)
     contacts = sum(isinstance(e, PinchDone) for e in events)
@@ -103,13 +103,13 @@ def test_what_comes_after_the_deadline_is_a_miss_and_the_fallback_holds(
 
 
 def test_a_slow_computer_misses_the_deadline(
-    hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
+    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[ModelWithInterval]
 ) -> None:
     policy = live_policy("first_contact")
     assert policy.deadline is not None
     grasping = Grasping(policy, hand, LAYOUT)
     # The estimate comes a whole deadline after the block that completed its window.
-    pipeline = Pipeline(LAYOUT, detector, answerers[-1:], clock=lambda: policy.deadline or 0.0)
+    pipeline = Pipeline(LAYOUT, detector, models[-1:], clock=lambda: policy.deadline or 0.0)
     with hand:
         events = drive(fresh, pipeline, grasping, still)
     used = [e for e in events if isinstance(e, Estimated) and e.used]
@@ -119,11 +119,11 @@ def test_a_slow_computer_misses_the_deadline(
 
 
 def test_an_estimate_that_is_not_to_be_used_is_not(
-    hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
+    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[ModelWithInterval]
 ) -> None:
     grip = Grip()
     grasping = Grasping(live_policy("first_contact", grip), hand, LAYOUT)
-    pipeline = Pipeline(LAYOUT, detector, answerers[-1:], clock=still)
+    pipeline = Pipeline(LAYOUT, detector, models[-1:], clock=still)
     with hand:
         events = drive(fresh, pipeline, grasping, still)
     used = sum(isinstance(e, Estimated) and e.used for e in events)
@@ -134,11 +134,11 @@ def test_an_estimate_that_is_not_to_be_used_is_not(
 
 
 def test_the_end_says_what_was_told(
-    hand: PrintHand, fresh: Dataset, detector: Detector, answerers: list[CalibratedModel]
+    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[ModelWithInterval]
 ) -> None:
     grasping = Grasping(live_policy("early_exit"), hand, LAYOUT)
     with hand:
-        drive(fresh, Pipeline(LAYOUT, detector, answerers, clock=still), grasping, still)
+        drive(fresh, Pipeline(LAYOUT, detector, models, clock=still), grasping, still)
     counts = grasping.loop.counts
     said = "\n".join(grasp_lines(grasping))
     for number in (counts.commands, counts.closings, counts.estimates, counts.misses):

@@ -23,7 +23,7 @@ from firstcontact.core import (
 from firstcontact.device import Descriptor
 from firstcontact.device.replay import ReplaySource
 from firstcontact.live.events import Event, PinchDone
-from firstcontact.live.pipeline import CalibratedModel, Pipeline
+from firstcontact.live.pipeline import ModelWithInterval, Pipeline
 from firstcontact.live.session import LiveSession
 from firstcontact.live.sink import Update
 from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
@@ -82,27 +82,27 @@ def recorded(stream: np.ndarray, calibration: Calibration, tmp_path: Path) -> Pa
 
 
 def run(
-    path: Path, detector: Detector, answerers: list[CalibratedModel], **more: object
+    path: Path, detector: Detector, models: list[ModelWithInterval], **more: object
 ) -> tuple[LiveSession, Keeper]:
     source = ReplaySource(path, float("inf"))
     keeper = Keeper()
     with source:
-        pipeline = Pipeline(LAYOUT, detector, answerers, source.calibration)
+        pipeline = Pipeline(LAYOUT, detector, models, source.calibration)
         session = LiveSession(source, pipeline, **more)  # type: ignore[arg-type]
         session.run([keeper])
     return session, keeper
 
 
 def test_a_replay_gives_exactly_what_offline_gives(
-    recorded: Path, stream: np.ndarray, detector: Detector, answerers: list[CalibratedModel]
+    recorded: Path, stream: np.ndarray, detector: Detector, models: list[ModelWithInterval]
 ) -> None:
-    _, keeper = run(recorded, detector, answerers)
+    _, keeper = run(recorded, detector, models)
     assert len(keeper.done) >= 4
     for done in keeper.done:
         cut = stream[done.armed - 12_345 : done.end - 12_345]
         pinch = Pinch(cut, LAYOUT, first_sample=done.armed)
-        for estimate, answerer in zip(done.estimates, answerers, strict=True):
-            first, value = offline(detector, answerer, pinch)
+        for estimate, entry in zip(done.estimates, models, strict=True):
+            first, value = offline(detector, entry, pinch)
             assert (done.contacts[0], estimate.value) == (first, value)
 
 
@@ -122,13 +122,13 @@ def test_a_recording_of_a_session_is_a_dataset_that_replays_the_same(
     stream: np.ndarray,
     calibration: Calibration,
     detector: Detector,
-    answerers: list[CalibratedModel],
+    models: list[ModelWithInterval],
     tmp_path: Path,
 ) -> None:
     source = ReplaySource(recorded, float("inf"))
     keeper = Keeper()
     with source:
-        pipeline = Pipeline(LAYOUT, detector, answerers, source.calibration)
+        pipeline = Pipeline(LAYOUT, detector, models, source.calibration)
         session = LiveSession(source, pipeline, (), tmp_path / "made", calibration)
         path = session.start_recording()
         session.run([keeper])
@@ -143,7 +143,7 @@ def test_a_recording_of_a_session_is_a_dataset_that_replays_the_same(
     assert [[c.sample for c in p.truth] for p in pinches] == [
         [s for _, s in d.strips] for d in keeper.done
     ]
-    _, repeated = run(path, detector, answerers)
+    _, repeated = run(path, detector, models)
     assert [[e.value for e in d.estimates] for d in repeated.done] == [
         [e.value for e in d.estimates] for d in keeper.done
     ]

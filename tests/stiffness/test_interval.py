@@ -28,7 +28,7 @@ from firstcontact.stiffness import (
 )
 from firstcontact.stiffness.conformal import (
     RANGE_PINCHES,
-    calibrate,
+    conformal_interval,
     coverage,
     held_out_bounds,
     refusal,
@@ -79,16 +79,14 @@ def test_numbers_that_do_not_fit(changes: dict[str, Any]) -> None:
     st.integers(10, 19).map(lambda k: k / 20),
     st.integers(0, 2**32 - 1),
 )
-def test_calibration_is_the_conformal_quantile_of_each_range(
-    n: int, level: float, seed: int
-) -> None:
+def test_it_is_the_conformal_quantile_of_each_range(n: int, level: float, seed: int) -> None:
     """Closed form: the ceil((n + 1) level)-th smallest residual of the range."""
     rng = np.random.default_rng(seed)
     answers = rng.uniform(0, 100, n)
     truth = answers + rng.normal(0, 0.1 + answers / 10)
     if refusal(answers, rng.permuted(np.arange(n) % 3).astype(str), level):
         return
-    interval = calibrate(answers, truth, level, limits=None)
+    interval = conformal_interval(answers, truth, level, limits=None)
     member = np.searchsorted(interval.edges, answers, side="right")
     for number, half in enumerate(interval.half_widths):
         residuals = np.sort(np.abs(truth - answers)[member == number])
@@ -102,20 +100,20 @@ def test_calibration_is_the_conformal_quantile_of_each_range(
 def test_soft_objects_have_bounds_of_their_own() -> None:
     rng = np.random.default_rng(0)
     answers = rng.uniform(0, 100, 1000)
-    interval = calibrate(answers, answers + rng.normal(0, 0.1 + answers / 10))
+    interval = conformal_interval(answers, answers + rng.normal(0, 0.1 + answers / 10))
     assert len(interval.half_widths) == 5
     assert list(interval.half_widths) == sorted(interval.half_widths)
 
 
 @pytest.mark.parametrize("level", [0.5, 0.8, 0.9, 0.95])
 def test_new_truths_are_held_as_often_as_the_level_says(level: float) -> None:
-    """Over many calibrations the mean coverage of fresh data is the level, or a little more."""
+    """Over many intervals the mean coverage of fresh data is the level, or a little more."""
     rng = np.random.default_rng(1)
     held = []
     for _ in range(40):
         answers = rng.uniform(0, 60, (2, 200))
         truth = answers + rng.normal(0, 1 + answers / 20)
-        interval = calibrate(answers[0], truth[0], level)
+        interval = conformal_interval(answers[0], truth[0], level)
         everyone = np.ones(200, dtype=bool)
         held.append(coverage([(interval, everyone)], answers[1], truth[1])["coverage"])
     assert level - 0.02 < np.mean(held) < level + 0.04
@@ -123,7 +121,7 @@ def test_new_truths_are_held_as_often_as_the_level_says(level: float) -> None:
 
 def test_answers_that_are_all_alike_make_one_range() -> None:
     answers = np.full(200, 29.0)
-    interval = calibrate(answers, answers + np.linspace(-5, 5, 200))
+    interval = conformal_interval(answers, answers + np.linspace(-5, 5, 200))
     assert all(h == pytest.approx(4.5, abs=0.1) for h in interval.half_widths)
     low, high = interval.around(29.0)
     assert high - low == pytest.approx(9.0, abs=0.2)
@@ -152,7 +150,7 @@ def test_a_fold_is_asked_with_what_the_others_taught() -> None:
         (200, ["a", "b", "c"], ""),
     ],
 )
-def test_too_little_to_calibrate_on(n: int, names: list[str], words: str) -> None:
+def test_too_little_for_an_interval(n: int, names: list[str], words: str) -> None:
     sessions = np.array([names[i % len(names)] for i in range(n)])
     said = refusal(np.zeros(n), sessions, 0.9)
     assert said.startswith(words)
@@ -162,7 +160,7 @@ def test_too_little_to_calibrate_on(n: int, names: list[str], words: str) -> Non
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     model = make_estimator("peak", Task.REGRESSION, RATE).fit(*toy_windows(60))
-    card = Provenance(interval=STEPPED, calibration={"pinches": 60})
+    card = Provenance(interval=STEPPED, conformal={"pinches": 60})
     return save_model(model, tmp_path / "m", card)
 
 
@@ -244,8 +242,8 @@ def test_an_interval_on_a_spread_is_wide_where_the_spread_is_and_holds_its_level
     answers = rng.uniform(20, 80, 4000)
     truth = answers + spreads * rng.normal(0, 3.0, 4000)
     first, rest = np.arange(4000) < 2000, np.arange(4000) >= 2000
-    scaled = calibrate(answers[first], truth[first], 0.9, None, spreads[first])
-    plain = calibrate(answers[first], truth[first], 0.9, None)
+    scaled = conformal_interval(answers[first], truth[first], 0.9, None, spreads[first])
+    plain = conformal_interval(answers[first], truth[first], 0.9, None)
     assert scaled.scaled
     assert not plain.scaled
     held = coverage([(scaled, rest)], answers, truth, spreads)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from firstcontact.device import Source
     from firstcontact.grasp.hand import Hand
     from firstcontact.live.grasping import Grasping
-    from firstcontact.live.pipeline import CalibratedModel
+    from firstcontact.live.pipeline import ModelWithInterval
     from firstcontact.live.session import LiveSession
     from firstcontact.live.sink import Sink
 
@@ -101,13 +101,11 @@ class Live:
         source = open_source(
             self.device, speed=self.speed, condition=self.condition, seed=self.seed
         )
-        detector, answerers, landmarks = _models(
-            self.model or self._own_model(source), self.detector
-        )
+        detector, models, landmarks = _models(self.model or self._own_model(source), self.detector)
         given = None if self.calibration is None else read_calibration(self.calibration)
         with stopping() as stop, source:
             calibration = given or self._measured(source)
-            pipeline = Pipeline(source.descriptor.layout, detector, answerers, calibration)
+            pipeline = Pipeline(source.descriptor.layout, detector, models, calibration)
             with self._driven(source) as grasping:
                 actors = () if grasping is None else (grasping,)
                 session = LiveSession(source, pipeline, actors, self.recordings, calibration)
@@ -236,19 +234,19 @@ class Live:
 
 def _models(
     folder: Path, detector: Path | None
-) -> tuple[Detector, list[CalibratedModel], dict[str, float]]:
+) -> tuple[Detector, list[ModelWithInterval], dict[str, float]]:
     """Detector, models with their intervals, and the objects that they know."""
     from firstcontact.contact.detector_file import load_detector
-    from firstcontact.live.pipeline import CalibratedModel
+    from firstcontact.live.pipeline import ModelWithInterval
     from firstcontact.stiffness import read_card
     from firstcontact.stiffness.model_file import model_folders
 
     folders = model_folders(folder)
-    answerers = [CalibratedModel.load(f) for f in folders]
+    models = [ModelWithInterval.load(f) for f in folders]
     landmarks = dict(read_card(folders[0]).data.objects)
-    for loaded, answerer in zip(folders, answerers, strict=True):
-        _log.info("model %s: %s", loaded, answerer.model.spec)
-    return load_detector(detector or folders[0]), answerers, landmarks
+    for loaded, entry in zip(folders, models, strict=True):
+        _log.info("model %s: %s", loaded, entry.model.spec)
+    return load_detector(detector or folders[0]), models, landmarks
 
 
 def _say(line: str) -> None:

@@ -63,7 +63,7 @@ class Train:
     """A Dask cluster that does the work instead of this machine: tcp://HOST:PORT."""
 
     def run(self) -> None:
-        """Score and calibrate on held-out sessions, then learn from everything and save."""
+        """Score on held-out sessions, with an interval; then learn from everything and save."""
         estimator = ESTIMATORS.find(self.model)
         need(estimator.extra, *estimator.modules)
         self._check()
@@ -194,7 +194,7 @@ def _save(
         split=f"scores: {kept.split}; the saved model learned from all pinches",
         scores=kept.scores,
         interval=kept.interval,
-        calibration=kept.calibration,
+        conformal=kept.conformal,
         detector=detector,
     )
     save_model(kept.model, folder, card, digests)
@@ -279,10 +279,10 @@ def coverage_in_words(found: Mapping[str, float], level: float) -> str:
 
 def _interval_in_words(kept: FinalModel, target: str) -> str:
     if kept.interval is None:
-        return f"no interval: {kept.calibration['none']}"
-    checked = kept.calibration["held_out"]
+        return f"no interval: {kept.conformal['none']}"
+    checked = kept.conformal["held_out"]
     if not checked:
         return f"interval at level {kept.interval.level:g}: too few pinches to check it on"
     words = coverage_in_words(checked, kept.interval.level)
     unit = " Shore A" if target == "shore_a" else ""
-    return f"held out, calibrated on other folds: {words}{unit}"
+    return f"held out, interval from other folds: {words}{unit}"

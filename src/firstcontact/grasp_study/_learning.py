@@ -11,7 +11,7 @@ from firstcontact.contact import Detector
 from firstcontact.core import Dataset, InputError
 from firstcontact.core.jobs import Runner, Serial
 from firstcontact.grasp_study.settings import GraspStudySettings
-from firstcontact.live.pipeline import CalibratedModel
+from firstcontact.live.pipeline import ModelWithInterval
 from firstcontact.report.folder import MARK, fresh
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ class Models:
     """What the study's hand hears and estimates with."""
 
     detector: Detector
-    answerers: tuple[CalibratedModel, ...]
+    stiffness: tuple[ModelWithInterval, ...]
 
 
 def learn(settings: GraspStudySettings, out: Path, runner: Runner) -> Learned:
@@ -93,11 +93,11 @@ def learn(settings: GraspStudySettings, out: Path, runner: Runner) -> Learned:
             split=kept.split,
             scores=kept.scores,
             interval=kept.interval,
-            calibration=kept.calibration,
+            conformal=kept.conformal,
             detector=vouched(models),
         )
         save_model(kept.model, models / f"{1e3 * duration:04.1f}ms", card)
-        held_out = kept.calibration.get("held_out") or {}
+        held_out = kept.conformal.get("held_out") or {}
         rmse[f"{1e3 * duration:g}"] = float(kept.scores["rmse"])
         width[f"{1e3 * duration:g}"] = float(held_out.get("mean_width", 0.0))
     return Learned(models, rmse, width)
@@ -120,5 +120,5 @@ def loaded(folder: Path) -> Models:
     from firstcontact.contact.detector_file import load_detector
     from firstcontact.stiffness.model_file import model_folders
 
-    answerers = tuple(map(CalibratedModel.load, model_folders(folder)))
-    return Models(load_detector(folder), answerers)
+    stiffness = tuple(map(ModelWithInterval.load, model_folders(folder)))
+    return Models(load_detector(folder), stiffness)

@@ -91,7 +91,7 @@ def played(
     feels = policy.feels()
     if not policy.hears() or models is None:
         return close(plant, policy, feels=feels)
-    wanted = models.answerers if policy.deadline is not None else ()
+    wanted = models.stiffness if policy.deadline is not None else ()
     pipeline = Pipeline(LAYOUT, models.detector, wanted, clock=lambda: 0.0)
     return close(plant, policy, pipeline, len(wanted), feels)
 

@@ -1,4 +1,4 @@
-"""A model to keep: trained on everything, scored and calibrated on what was held out."""
+"""A model to keep: trained on everything, with scores and an interval from what was held out."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from firstcontact.learning.training import (
     train,
 )
 from firstcontact.stiffness import ESTIMATORS, Interval, Model, Task
-from firstcontact.stiffness.conformal import calibrate, coverage, held_out_bounds, refusal
+from firstcontact.stiffness.conformal import conformal_interval, coverage, held_out_bounds, refusal
 from firstcontact.stiffness.folds import inner_folds
 from firstcontact.stiffness.interval import SHORE_A
 from firstcontact.stiffness.spec import Values
@@ -44,8 +44,8 @@ class FinalModel:
     split
         What the folds were, in words.
     interval
-        Calibrated on the same answers; None where there is none.
-    calibration
+        From the same answers; None where there is none.
+    conformal
         For the card.
     """
 
@@ -53,7 +53,7 @@ class FinalModel:
     scores: Mapping[str, Any]
     split: str
     interval: Interval | None
-    calibration: Mapping[str, Any]
+    conformal: Mapping[str, Any]
 
 
 def train_final_model(
@@ -65,7 +65,7 @@ def train_final_model(
     runner: Runner,
     shore: bool = True,
 ) -> FinalModel:
-    """Train, score and calibrate.
+    """Train, score and put an interval around the answers.
 
     Parameters
     ----------
@@ -101,21 +101,21 @@ def train_final_model(
     [whole] = runner.map(train, [Fit(model, task, data, data.X[:0], seed)])
     asked = np.isfinite(answers)
     scores = score(task, data.take(asked), answers[asked], seed)
-    interval, calibration = None, _none(data, task, level)
-    if not calibration:
+    interval, conformal = None, _none(data, task, level)
+    if not conformal:
         limits = SHORE_A if shore else None
         folds = np.zeros(len(data), dtype=np.intp)
         for number, split in enumerate(splits):
             folds[split.test] = number
-        interval = calibrate(answers, data.y, level, limits, spreads)
+        interval = conformal_interval(answers, data.y, level, limits, spreads)
         tested = held_out_bounds(answers, data.y, folds, level, limits, spreads)
-        calibration = {
+        conformal = {
             "pinches": len(data),
             "sessions": len(np.unique(data.sessions)),
             "folds": len(splits),
             "held_out": coverage(tested, answers, data.y, spreads),
         }
-    return FinalModel(whole, scores, words, interval, calibration)
+    return FinalModel(whole, scores, words, interval, conformal)
 
 
 def _none(data: LabelledWindows, task: Task, level: float) -> dict[str, Any]:

@@ -50,7 +50,7 @@ class Estimated:
     low, high
         Bounds of the interval; equal to the value where the model has none.
     level
-        Share of intervals that hold the truth, as calibrated; 0 without one.
+        Share of intervals that are to hold the truth; 0 without one.
     duration
         Of the window, s.
     complete

@@ -43,14 +43,14 @@ IDLE = 0.024
 
 
 @dataclass(frozen=True, slots=True)
-class CalibratedModel:
+class ModelWithInterval:
     """A model and the interval around its answers, None where it has none."""
 
     model: Model
     interval: Interval | None = None
 
     @classmethod
-    def load(cls, folder: Path) -> CalibratedModel:
+    def load(cls, folder: Path) -> ModelWithInterval:
         """As a model's folder holds them; InputError if it is damaged or there is none."""
         from firstcontact.stiffness import load_interval, load_model
 
@@ -97,7 +97,7 @@ class Pipeline:
         The columns of the blocks.
     detector
         Fitted or loaded.
-    answerers
+    models
         Models, each for windows of its own length; an estimate comes as soon as
         each window is complete.
     calibration
@@ -121,12 +121,12 @@ class Pipeline:
         self,
         layout: Layout,
         detector: Detector,
-        answerers: Sequence[CalibratedModel] = (),
+        models: Sequence[ModelWithInterval] = (),
         calibration: Calibration | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        for answerer in answerers:
-            spec = answerer.model.spec
+        for entry in models:
+            spec = entry.model.spec
             spec.require_rate(layout.rate)
             if spec.channels != 1:
                 raise InputError(
@@ -135,15 +135,15 @@ class Pipeline:
                 )
         self.layout = layout
         self.ledger = Ledger(layout.rate)
-        self._answerers = {a.model.spec.duration: a for a in answerers}
-        if len(self._answerers) < len(answerers):
+        self._models = {a.model.spec.duration: a for a in models}
+        if len(self._models) < len(models):
             raise InputError(
                 "two models are for windows of the same length: give one of each length"
             )
         self._rehearse(Closings(layout, detector))
         self._closings = Closings(layout, detector, calibration)
         self._clock = clock
-        longest = max((a.model.spec.duration for a in answerers), default=0.0)
+        longest = max((a.model.spec.duration for a in models), default=0.0)
         self._after = samples_in(max(AFTER, 1.5 * longest), layout.rate)
         self._idle = samples_in(IDLE, layout.rate)
         self._strips = {f: layout.columns(ChannelKind.STRIP, f) for f in Finger}
@@ -199,11 +199,11 @@ class Pipeline:
         volts = 0.005 * noise + 0.5 * ring[:, None]
         scale = np.array([c.scale for c in self.layout.of_columns])
         offset = np.array([c.offset for c in self.layout.of_columns])
-        windows = WindowStream(self.layout, tuple(self._answerers))
+        windows = WindowStream(self.layout, tuple(self._models))
         for stage in closings.update(Block(volts / scale + offset)):
             if isinstance(stage, ClosingSamples):
                 for window in windows.update(stage.block, stage.contacts[:1]):
-                    self._answerers[window.duration].model.predict_one(window.samples)
+                    self._models[window.duration].model.predict_one(window.samples)
 
     def _work(self, host: float) -> Iterator[Event]:
         began = self._clock()
@@ -225,8 +225,8 @@ class Pipeline:
         self.ledger.worked(self._clock() - began, len(block.data))
 
     def _begin(self, stage: ClosingBegan) -> None:
-        windows = WindowStream(self.layout, tuple(self._answerers))
-        self._pinch = _Pinch(stage.sample, stage.epoch, windows, len(self._answerers))
+        windows = WindowStream(self.layout, tuple(self._models))
+        self._pinch = _Pinch(stage.sample, stage.epoch, windows, len(self._models))
 
     def _go_on(self, went: ClosingSamples, host: float) -> list[Event]:
         pinch = self._pinch
@@ -266,10 +266,10 @@ class Pipeline:
     def _estimate(
         self, pinch: _Pinch, window: ContactWindow, known: int, host: float, waited: float
     ) -> Estimated | Refused:
-        answerer = self._answerers[window.duration]
+        entry = self._models[window.duration]
         try:
-            value = answerer.model.predict_one(window.samples)
-            low, high, level = answerer.bounds(value, window.samples)
+            value = entry.model.predict_one(window.samples)
+            low, high, level = entry.bounds(value, window.samples)
         except InputError as error:
             return self._refuse(pinch, str(error))
         if not (math.isfinite(value) and math.isfinite(low) and math.isfinite(high)):
@@ -283,7 +283,7 @@ class Pipeline:
             low=low,
             high=high,
             level=level,
-            duration=answerer.model.spec.duration,
+            duration=entry.model.spec.duration,
             complete=known,
             epoch=pinch.epoch,
             case=Case.TOO_LATE if late else Case.IN_TIME,
@@ -326,7 +326,7 @@ class Pipeline:
         if pinch is None or not pinch.contacts:
             return []
         events: list[Event] = []
-        if len(pinch.estimates) < len(self._answerers) and not pinch.refused:
+        if len(pinch.estimates) < len(self._models) and not pinch.refused:
             events.append(self._refuse(pinch, why or "the closing ended before the window"))
         self._number += 1
         strips = sorted(pinch.strips.items(), key=lambda item: item[1])

@@ -78,8 +78,8 @@ class Provenance:
         On data that the scored model did not learn from.
     interval
         Around the answers of a regression; None where there is none.
-    calibration
-        What the interval was calibrated on and how many truths it held, or
+    conformal
+        What the interval was computed from and how many truths it held, or
         ``none`` with the reason why there is no interval.
     detector
         SHA-256 of the card of the detector that goes with the model; None for
@@ -90,7 +90,7 @@ class Provenance:
     split: str = ""
     scores: Mapping[str, Any] = field(default_factory=dict)
     interval: Interval | None = None
-    calibration: Mapping[str, Any] = field(default_factory=dict)
+    conformal: Mapping[str, Any] = field(default_factory=dict)
     detector: str | None = None
 
 
@@ -106,9 +106,11 @@ class ModelCard:
         What it takes and answers.
     channel_order
         What each channel of a window is.
-    data, split, scores, interval, calibration, detector
+    data, split, scores, interval, detector
         See :class:`Provenance`. Scores, calibration and training are for people:
         nothing is computed from them.
+    calibration
+        What is called ``conformal`` in :class:`Provenance`; files keep the name that they had.
     training
         What the training chose.
     versions

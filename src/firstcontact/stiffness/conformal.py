@@ -1,4 +1,4 @@
-"""Calibrates intervals with MAPIE, on answers of models that had not seen the session.
+"""Conformal intervals by MAPIE, from answers of models that had not seen the session.
 
 Split conformal prediction with absolute residuals (Lei et al. 2018), by itself in
 each range of answers (Mondrian; Vovk et al. 2005): soft objects get bounds of
@@ -25,18 +25,18 @@ SESSIONS = 3
 
 
 def refusal(answers: Values, sessions: NDArray[np.str_], level: float) -> str:
-    """Why nothing can be calibrated on these, or ""."""
+    """Why these give no interval, or ""."""
     names = np.unique(sessions)
     if len(names) < SESSIONS or "" in names:
         known = len(names[names != ""])
-        return f"{known} known sessions are too few to calibrate on: record {SESSIONS} or more"
+        return f"{known} known sessions are too few for an interval: record {SESSIONS} or more"
     least = _least(level)
     if len(answers) < least:
-        return f"{len(answers)} pinches are too few to calibrate on: record {least} or more"
+        return f"{len(answers)} pinches are too few for an interval: record {least} or more"
     return ""
 
 
-def calibrate(
+def conformal_interval(
     answers: Values,
     truth: Values,
     level: float = 0.9,
@@ -129,16 +129,16 @@ def held_out_bounds(
     limits: tuple[float, float] | None = SHORE_A,
     spreads: Values | None = None,
 ) -> Iterator[tuple[Interval, NDArray[np.bool_]]]:
-    """Each fold with an interval that was calibrated on the other folds.
+    """Each fold with an interval from the other folds.
 
     Parameters
     ----------
     answers, truth
-        As for :func:`calibrate`.
+        As for :func:`conformal_interval`.
     folds
         Number of each answer's fold; a session lies in one. Shape (n,).
     level, limits, spreads
-        As for :func:`calibrate`.
+        As for :func:`conformal_interval`.
 
     Yields
     ------
@@ -150,7 +150,7 @@ def held_out_bounds(
         asked = folds == fold
         if (~asked).sum() >= _least(level):
             its = None if spreads is None else spreads[~asked]
-            yield calibrate(answers[~asked], truth[~asked], level, limits, its), asked
+            yield conformal_interval(answers[~asked], truth[~asked], level, limits, its), asked
 
 
 def coverage(

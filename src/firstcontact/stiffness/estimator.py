@@ -46,7 +46,7 @@ class Estimator(ABC):
     baseline: ClassVar[bool] = False
     #: Whether training takes long: a report is to be readable before.
     slow: ClassVar[bool] = False
-    #: Folds on which the interval of a model to keep is calibrated.
+    #: Folds from which the interval of a model to keep is computed.
     folds: ClassVar[int] = 5
     #: Modules that training needs and the base install lacks, and the extra that brings them.
     modules: ClassVar[tuple[str, ...]] = ()

@@ -55,7 +55,7 @@ class Model(ABC):
         """Standard deviation that the model itself gives each answer; None where it has none.
 
         For usable windows (n, samples, channels), shape (n,), above 0, in the unit of the
-        answer. Intervals are then so many of them wide, calibrated like any other.
+        answer. Intervals are then so many of them wide, conformal like any other.
         """
         return None
 

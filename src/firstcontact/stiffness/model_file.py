@@ -80,7 +80,7 @@ def save_model(
         "split": card.split,
         "scores": dict(card.scores),
         "interval": None if card.interval is None else card.interval.to_json(),
-        "calibration": dict(card.calibration),
+        "calibration": dict(card.conformal),
         "detector": card.detector,
         "pinches_sha256": None if digests is None else digest(digests),
     }

@@ -1,7 +1,9 @@
 """A long WAV file with two knocks, and the table that says where they are.
 
-python examples/long_wav.py
-firstcontact import long.wav --events events.csv --sensor piezo --source synthetic --out knocks
+    python examples/long_wav.py
+    firstcontact import long.wav --events events.csv --sensor piezo --source synthetic --out knocks
+
+The knocks are made up; everything else is as with files of your own.
 """
 
 from __future__ import annotations

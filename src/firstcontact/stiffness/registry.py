@@ -22,6 +22,7 @@ ESTIMATORS: Registry[type[Estimator]] = Registry(
         "cnn": "firstcontact.stiffness.cnn:Cnn",
         "gaussian_process": "firstcontact.stiffness.gaussian_process:GaussianProcess",
         "minirocket": "firstcontact.stiffness.minirocket:MiniRocket",
+        "log_spectrum": "firstcontact.stiffness.log_spectrum:LogSpectrum",
     },
     default="svm",
 )

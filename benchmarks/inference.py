@@ -36,15 +36,16 @@ def main() -> None:
     for name in ("svm", "cnn"):
         for task in Task:
             began = time.perf_counter()
-            model = make_estimator(name, task, dataset.layout.rate).fit(X, y, sessions)
+            estimator = make_estimator(name, task, dataset.layout.rate)
+            model = estimator.fit(X, y, sessions)
             seconds = time.perf_counter() - began
-            spent = time_inference(model, X, y, asked.calls)
+            spent = time_inference(model, X, estimator.reference(model, X, y), asked.calls)
             size = model.notes.get("support_vectors", model.notes.get("parameters"))
             print(
                 f"{name} {task}: trained in {seconds:.1f} s ({size} support vectors or weights), "
-                f"p50 {spent['p50']:.0f} µs, p99 {spent['p99']:.0f} µs, {spent['calls']} calls; "
-                f"{spent['reference']} p50 {spent['reference_p50']:.0f} µs, "
-                f"p99 {spent['reference_p99']:.0f} µs; {spent['speedup']:.1f} times faster"
+                f"p50 {spent.p50:.0f} µs, p99 {spent.p99:.0f} µs, {spent.calls} calls; "
+                f"{spent.reference} p50 {spent.reference_p50:.0f} µs, "
+                f"p99 {spent.reference_p99:.0f} µs; {spent.speedup:.1f} times faster"
             )
 
 

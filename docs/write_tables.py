@@ -12,15 +12,26 @@ from __future__ import annotations
 import argparse
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
+from firstcontact.core.by_name import to_tree
 from firstcontact.grasp.policy import Part
+from firstcontact.grasp_study.results import Comparison, GraspResults, Summary
 from firstcontact.grasp_study.variants import playing, variants
+from firstcontact.learning.detection import DetectionScores
+from firstcontact.learning.scores import Bounded, bounded
 from firstcontact.report.accepted import Accepted
 from firstcontact.report.comparison import percent
+from firstcontact.report.results.contact import AnswerTimes
+from firstcontact.report.results.data import Offsets
+from firstcontact.report.results.file import read_results
+from firstcontact.report.results.hardness import HardnessOrder
+from firstcontact.report.results.stiffness import InferenceTimes
+from firstcontact.report.results.study import FirstSubject, StudyResults, SubjectResults
+from firstcontact.stiffness.timing import InferenceTime
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results"
@@ -46,24 +57,28 @@ FORMS = {
 }
 
 
+R = TypeVar("R")
+S = TypeVar("S")
+Number = float | Bounded | None
+
+
 @dataclass(frozen=True)
-class Row:
-    """One row: what it is, where it lies in the results, what kind it is, what was published."""
+class Row(Generic[R]):
+    """One row: what it is, its number in some results, what kind it is, what was published."""
 
     label: str
-    path: str
+    number: Callable[[R], Number]
     kind: str
     published: str = ABSENT
 
-    def cell(self, tree: Any, intervals: bool = True) -> str:
-        """The value in a tree of results, with its 95 % interval if wanted, or a dash."""
-        *way, last = self.path.split(".")
-        for key in way:
-            tree = tree.get(key) if isinstance(tree, dict) else None
-        if not isinstance(tree, dict) or last not in tree:
+    def cell(self, results: R, intervals: bool = True) -> str:
+        """The number with its 95 % interval, if it has one and it is wanted, or a dash."""
+        found = self.number(results)
+        if found is None:
             return ABSENT
-        shown = self._text(tree[last])
-        if intervals and (ends := tree.get("intervals", {}).get(last)):
+        value, ends = found if isinstance(found, Bounded) else Bounded(found)
+        shown = self._text(value)
+        if intervals and ends:
             low, high = (self._text(end).split(" ")[0] for end in ends)
             shown += f" ({low} to {high})"
         return shown
@@ -75,154 +90,245 @@ class Row:
         return form.format(factor * value)
 
 
-def contact(key: str, name: str, published: str, accepted: Accepted) -> list[Row]:
+def of(find: Callable[[R], S | None], number: Callable[[S], Number]) -> Callable[[R], Number]:
+    """A number of a record that need not be there."""
+
+    def found(results: R) -> Number:
+        record = find(results)
+        return None if record is None else number(record)
+
+    return found
+
+
+Rows = list[Row[SubjectResults]]
+
+
+def contact(key: str, name: str, published: str, accepted: Accepted) -> Rows:
     """Rows of a detector, which say what was accepted."""
-    at = f"contact.{key}"
     after = " after its label" if accepted.early else ""
+
+    def its(number: Callable[[DetectionScores], Number]) -> Callable[[SubjectResults], Number]:
+        return of(lambda r: r.contact.get(key), number)
+
     return [
-        Row(f"contact, {name}: windows right", f"{at}.window_accuracy", "share", published),
-        Row(f"contact, {name}: contact windows found", f"{at}.contact_windows_found", "share"),
-        Row(f"contact, {name}: placed {accepted.placed}, pinches", f"{at}.pinch_success", "share"),
         Row(
-            f"contact, {name}: and decided {accepted.decided}", f"{at}.decided_within_3_ms", "share"
+            f"contact, {name}: windows right", its(lambda s: s.window_accuracy), "share", published
         ),
-        Row(f"contact, {name}: false alarms a minute", f"{at}.false_alarms_per_minute", "rate"),
-        Row(f"contact, {name}: median delay of the decision{after}", f"{at}.delay_ms.median", "ms"),
+        Row(
+            f"contact, {name}: contact windows found",
+            its(lambda s: s.contact_windows_found),
+            "share",
+        ),
+        Row(
+            f"contact, {name}: placed {accepted.placed}, pinches",
+            its(lambda s: s.pinch_success),
+            "share",
+        ),
+        Row(
+            f"contact, {name}: and decided {accepted.decided}",
+            its(lambda s: s.decided_within_3_ms),
+            "share",
+        ),
+        Row(
+            f"contact, {name}: false alarms a minute",
+            its(lambda s: s.false_alarms_per_minute),
+            "rate",
+        ),
+        Row(
+            f"contact, {name}: median delay of the decision{after}",
+            its(lambda s: s.median_delay),
+            "ms",
+        ),
     ]
 
 
-def stiffness(key: str, name: str, accuracy: str, error: str) -> list[Row]:
+def stiffness(key: str, name: str, accuracy: str, error: str) -> Rows:
     """Rows of a model."""
-    blocks, objects = f"blocks.{key}", f"objects.{key}"
-    random, session = f"{blocks}.random_90_10", f"{blocks}.by_session"
+
+    def blocks(split: str, score: str) -> Callable[[SubjectResults], Number]:
+        return of(lambda r: r.blocks.get(key), lambda s: bounded(s.split(split), score))
+
+    def objects(score: str) -> Callable[[SubjectResults], Number]:
+        return lambda r: bounded(r.objects.get(key), score)
+
+    random = blocks("random_90_10", "accuracy")
     return [
-        Row(f"5 blocks, {name}: accuracy, random 90/10", f"{random}.accuracy", "share", accuracy),
-        Row(f"5 blocks, {name}: accuracy, by session", f"{session}.accuracy", "share"),
-        Row(f"5 blocks, {name}: RMSE, by session", f"{session}.rmse", "shore"),
-        Row(f"8 unseen objects, {name}: RMSE", f"{objects}.rmse", "shore"),
-        Row(f"8 unseen objects, {name}: MAE", f"{objects}.mae", "shore"),
-        Row(f"8 unseen objects, {name}: MSE", f"{objects}.mse", "shore", error),
+        Row(f"5 blocks, {name}: accuracy, random 90/10", random, "share", accuracy),
+        Row(f"5 blocks, {name}: accuracy, by session", blocks("by_session", "accuracy"), "share"),
+        Row(f"5 blocks, {name}: RMSE, by session", blocks("by_session", "rmse"), "shore"),
+        Row(f"8 unseen objects, {name}: RMSE", objects("rmse"), "shore"),
+        Row(f"8 unseen objects, {name}: MAE", objects("mae"), "shore"),
+        Row(f"8 unseen objects, {name}: MSE", objects("mse"), "shore", error),
     ]
 
 
-def speed(key: str, name: str, published: str) -> list[Row]:
+def times(key: str) -> Callable[[SubjectResults], InferenceTimes | None]:
+    """How long a model takes."""
+    return lambda r: (r.inference_us or {}).get(key)
+
+
+def speed(key: str, name: str, published: str) -> Rows:
     """Rows of a model's inference."""
-    at = f"inference_us.{key}"
+
+    def classifier(r: SubjectResults) -> InferenceTime | None:
+        found = times(key)(r)
+        return found.classification if found else None
+
     return [
-        Row(f"{name}: one window, median", f"{at}.p50", "us", published),
-        Row(f"{name}: one window, p99", f"{at}.p99", "us"),
-        Row(f"{name}: p99 with preempted calls", f"{at}.p99_with_preempted", "us"),
-        Row(f"{name}: faster than its training library", f"{at}.speedup", "ratio"),
-        Row(f"{name} classifier: one window, p99", f"{at}.classification.p99", "us"),
+        Row(f"{name}: one window, median", of(times(key), lambda t: t.p50), "us", published),
+        Row(f"{name}: one window, p99", of(times(key), lambda t: t.p99), "us"),
+        Row(
+            f"{name}: p99 with preempted calls",
+            of(times(key), lambda t: t.p99_with_preempted),
+            "us",
+        ),
+        Row(
+            f"{name}: faster than its training library",
+            of(times(key), lambda t: t.speedup),
+            "ratio",
+        ),
+        Row(f"{name} classifier: one window, p99", of(classifier, lambda t: t.p99), "us"),
         Row(
             f"{name} classifier: faster than its training library",
-            f"{at}.classification.speedup",
+            of(classifier, lambda t: t.speedup),
             "ratio",
         ),
     ]
 
 
-def detection(trees: Sequence[Any]) -> list[Row]:
+def answer(number: Callable[[AnswerTimes], Number]) -> Callable[[SubjectResults], Number]:
+    """Of the time to an answer."""
+    return of(lambda r: r.answer_ms, number)
+
+
+def detection(found: Sequence[SubjectResults]) -> Rows:
     """Rows of both detectors and of the time to an answer."""
-    accepted = Accepted.of(trees)
+    accepted = Accepted.of(found)
     start = "label of the first contact" if accepted.early else "first contact"
     return [
         *contact("three_sigma", "3σ", "90.6 %", accepted),
         *contact("svm", "SVM", "100 %", accepted),
-        Row(f"{start} to a complete 15 ms window, median", "answer_ms.median", "ms"),
-        Row("– before the second contact", "answer_ms.before_second", "share"),
+        Row(f"{start} to a complete 15 ms window, median", answer(lambda a: a.median), "ms"),
+        Row("– before the second contact", answer(lambda a: a.before_second), "share"),
     ]
 
 
+def offset(number: Callable[[Offsets], Number]) -> Callable[[SubjectResults], Number]:
+    """Of the time between the contacts."""
+    return of(lambda r: r.offset_ms, number)
+
+
+def order(number: Callable[[HardnessOrder], Number]) -> Callable[[SubjectResults], Number]:
+    """Of the order of hardness."""
+    return of(lambda r: r.hardness_order, number)
+
+
+def left_out(model: str) -> Callable[[SubjectResults], Number]:
+    """Accuracy of the class of a material that was left out."""
+    return order(lambda h: bounded(h.classes_left_out().get(model), "accuracy"))
+
+
+def pinches(results: SubjectResults) -> Number:
+    """How many there are."""
+    return results.data.pinches if results.data else None
+
+
 OFFSETS = [
-    Row("pinches", "data.pinches", "count", "2500 + objects"),
-    Row("first to second contact, mean", "offset_ms.mean", "ms", "16.65 ms"),
-    Row("first to second contact, SD", "offset_ms.sd", "ms", "10.35 ms"),
-    Row("second contact within 15 ms", "offset_ms.share_below_15", "share"),
+    Row("pinches", pinches, "count", "2500 + objects"),
+    Row("first to second contact, mean", offset(lambda o: o.mean), "ms", "16.65 ms"),
+    Row("first to second contact, SD", offset(lambda o: o.sd), "ms", "10.35 ms"),
+    Row("second contact within 15 ms", offset(lambda o: o.share_below_15), "share"),
 ]
 STIFFNESS = [
     *stiffness("svm", "SVM", "97.2 %", "4.17 (as “MSE”)"),
     *stiffness("cnn", "CNN", "98.6 %", "2.39 (as “MSE”)"),
 ]
 SPEED = [
-    Row("load of the machine meanwhile", "inference_us.svm.load", "rate"),
+    Row("load of the machine meanwhile", of(times("svm"), lambda t: t.load), "rate"),
     *speed("svm", "SVM", "< 1 ms"),
     *speed("cnn", "CNN", "1.4 ms"),
-    Row("the whole study", "seconds", "s"),
+    Row("the whole study", lambda r: r.seconds if isinstance(r, FirstSubject) else None, "s"),
 ]
 #: What the README shows: no intervals, which stand beside the same numbers in the results.
-HEADLINE = [
-    Row("first contacts placed within ±3 ms (SVM)", "contact.svm.pinch_success", "share"),
-    Row("estimates before the second contact", "answer_ms.before_second", "share"),
-    Row("5 levels of stiffness told apart (SVM)", "blocks.svm.by_session.accuracy", "share"),
-    Row("8 unseen objects: RMSE, Shore A (SVM)", "objects.svm.rmse", "shore"),
-]
-LEFT_OUT = "hardness_order.leave_one_material_out"
-CLASSES = f"{LEFT_OUT}.classification"
-IMPACTS = [Row("impacts", "data.pinches", "count")]
-MATERIALS = [
-    Row("materials", "hardness_order.spectral_centroid.n", "count"),
+HEADLINE: Rows = [
     Row(
-        "Spearman, hardness and spectral centroid", "hardness_order.spectral_centroid.rho", "shore"
+        "first contacts placed within ±3 ms (SVM)",
+        of(lambda r: r.contact.get("svm"), lambda s: s.pinch_success),
+        "share",
     ),
-    Row("– its two-sided p", "hardness_order.spectral_centroid.p", "p"),
-    Row("Spearman, SVM, material left out", f"{LEFT_OUT}.rank_regression.rho", "shore"),
-    Row("accuracy of the class, SVM, material left out", f"{CLASSES}.svm.accuracy", "share"),
-    Row("– peak alone, material left out", f"{CLASSES}.peak.accuracy", "share"),
-    Row("– by chance", "hardness_order.chance", "share"),
-    Row("– SVM, random folds", "hardness_order.random_folds.svm.accuracy", "share"),
+    Row("estimates before the second contact", answer(lambda a: a.before_second), "share"),
+    Row(
+        "5 levels of stiffness told apart (SVM)",
+        of(lambda r: r.blocks.get("svm"), lambda s: bounded(s.by_session, "accuracy")),
+        "share",
+    ),
+    Row(
+        "8 unseen objects: RMSE, Shore A (SVM)", lambda r: bounded(r.objects.get("svm"), "rmse"),
+        "shore",
+    ),
+]  # fmt: skip
+IMPACTS: Rows = [Row("impacts", pinches, "count")]
+MATERIALS = [
+    Row("materials", order(lambda h: h.spectral_centroid.n), "count"),
+    Row(
+        "Spearman, hardness and spectral centroid",
+        order(lambda h: h.spectral_centroid.rho),
+        "shore",
+    ),
+    Row("– its two-sided p", order(lambda h: h.spectral_centroid.p), "p"),
+    Row("Spearman, SVM, material left out", order(lambda h: h.rho_left_out), "shore"),
+    Row("accuracy of the class, SVM, material left out", left_out("svm"), "share"),
+    Row("– peak alone, material left out", left_out("peak"), "share"),
+    Row("– by chance", order(lambda h: h.chance), "share"),
+    Row(
+        "– SVM, random folds",
+        order(lambda h: bounded((h.random_folds or {}).get("svm"), "accuracy")),
+        "share",
+    ),
 ]
 
 #: The columns of one latency.
-GRASP = [
-    Row("", "soft.peak_n", "newton"),
-    Row("", "lasting.time_ms", "whole_ms"),
-    Row("", "brittle.broken", "share"),
-    Row("", "all.dropped", "share"),
+GRASP: list[Row[dict[str, Summary]]] = [
+    Row("", lambda groups: bounded(groups["soft"], "peak_n"), "newton"),
+    Row("", lambda groups: bounded(groups["lasting"], "time_ms"), "whole_ms"),
+    Row("", lambda groups: bounded(groups["brittle"], "broken"), "share"),
+    Row("", lambda groups: bounded(groups["all"], "dropped"), "share"),
 ]
+PEAK: Row[Comparison] = Row("", lambda found: found.soft.peak_change, "change")
+TIME: Row[Comparison] = Row("", lambda found: bounded(found.lasting, "longer"), "change")
 
 
-def grasp_table(tree: Any) -> str:
+def grasp_table(results: GraspResults) -> str:
     """A row a policy, at the headline's latency."""
-    ms = f"{tree['headline']['latency_ms']:g}"
     lines = [["", "peak force, soft objects", "time to grasp", "brittle broken", "dropped"]]
     lines.append(["---"] * len(lines[0]))
     for key, variant in variants().items():
-        if key in tree["policies"]:
-            lines.append([variant.title, *(row.cell(tree["policies"][key][ms]) for row in GRASP)])
+        if key in results.policies:
+            groups = results.policies[key][results.latency]
+            lines.append([variant.title, *(row.cell(groups) for row in GRASP)])
     return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
 
 
-def target_table(tree: Any) -> str:
+def target_table(results: GraspResults) -> str:
     """What is saved against each other policy, at the headline's latency."""
     lines = [["", "against", "peak force, soft", "time to grasp", "drops", "broken"]]
     lines.append(["---"] * len(lines[0]))
     for ours in playing(Part.CANDIDATE):
-        for other, found in tree["headline"].get(ours.key, {}).items():
-            less = {
-                "change": -found["soft"]["less_peak"],
-                "intervals": {
-                    "change": [-end for end in reversed(found["soft"]["intervals"]["less_peak"])]
-                },
-            }
-            cells = [
-                Row("", "change", "change").cell(less),
-                Row("", "longer", "change").cell(found["lasting"]),
-                f"{found['all']['more_dropped']:+d}",
-                f"{found['all']['more_broken']:+d}",
-            ]
+        for other, found in results.headline.get(ours.key, {}).items():
+            counts = [f"{found.all.more_dropped:+d}", f"{found.all.more_broken:+d}"]
+            cells = [PEAK.cell(found), TIME.cell(found), *counts]
             lines.append([ours.title, variants()[other].title, *cells])
     return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
 
 
 def table(
-    rows: Sequence[Row], columns: dict[str, Any], published: bool, intervals: bool = True
+    rows: Rows, columns: Mapping[str, SubjectResults], published: bool, intervals: bool = True
 ) -> str:
     """A Markdown table; rows that no column has are left out."""
     head = ["", *(["published"] if published else []), *columns]
     lines = [head, ["---"] * len(head)]
     for row in rows:
-        cells = [row.cell(tree, intervals) for tree in columns.values()]
+        cells = [row.cell(results, intervals) for results in columns.values()]
         if any(cell != ABSENT for cell in cells):
             lines.append([row.label, *([row.published] if published else []), *cells])
     return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
@@ -233,23 +339,31 @@ def tables(results: Path) -> dict[str, str]:
     names = ("headline", "study", "speed", "real", "grasp", "grasp_target")
     made = dict.fromkeys(names, "*Not run yet.*\n")
     if (results / "study.json").is_file():
-        tree = json.loads((results / "study.json").read_text(encoding="utf-8"))
-        conditions = {"paper rig": tree}
-        if "everyday" in tree:
-            conditions["everyday"] = tree["everyday"]
+        study = read_results(results / "study.json", StudyResults)
+        conditions = {"paper rig": study.about, **study}
         rows = [*OFFSETS, *detection(list(conditions.values())), *STIFFNESS]
         made["headline"] = table(HEADLINE, conditions, published=False, intervals=False)
         made["study"] = table(rows, conditions, published=True)
         made["speed"] = table(SPEED, conditions, published=True)
     if (results / "real.json").is_file():
-        tree = json.loads((results / "real.json").read_text(encoding="utf-8"))
-        rows = [*IMPACTS, *detection([tree]), *MATERIALS]
-        made["real"] = table(rows, {"here": tree}, published=False)
+        real = read_results(results / "real.json", StudyResults).about
+        rows = [*IMPACTS, *detection([real]), *MATERIALS]
+        made["real"] = table(rows, {"here": real}, published=False)
     if (results / "grasp.json").is_file():
-        tree = json.loads((results / "grasp.json").read_text(encoding="utf-8"))
-        made["grasp"] = grasp_table(tree)
-        made["grasp_target"] = target_table(tree)
+        grasp = read_results(results / "grasp.json", GraspResults)
+        made["grasp"] = grasp_table(grasp)
+        made["grasp_target"] = target_table(grasp)
     return made
+
+
+def copy(source: Path, name: str) -> None:
+    """Copy results into the docs; where the data lay on the machine of the run is left out."""
+    kind: Any = GraspResults if name == "grasp" else StudyResults
+    tree = to_tree(read_results(source, kind))
+    tree["study"].pop("asked", None)
+    tree["study"]["command"] = re.sub(r"/\S*/", "", tree["study"]["command"])
+    text = json.dumps(tree, indent=1, ensure_ascii=False) + "\n"
+    (RESULTS / f"{name}.json").write_text(text, encoding="utf-8")
 
 
 def filled(text: str, made: dict[str, str]) -> str:
@@ -282,12 +396,7 @@ def main() -> None:
         ("grasp", options.grasp),
     ):
         if source is not None:
-            tree = json.loads(source.read_text(encoding="utf-8"))
-            # Where the data lay on the machine of the run is nobody's business.
-            tree["study"].pop("asked", None)
-            tree["study"]["command"] = re.sub(r"/\S*/", "", tree["study"]["command"])
-            text = json.dumps(tree, indent=1, ensure_ascii=False) + "\n"
-            (RESULTS / f"{name}.json").write_text(text, encoding="utf-8")
+            copy(source, name)
     made = tables(RESULTS)
     for page in pages(ROOT):
         text = page.read_text(encoding="utf-8")

@@ -7,9 +7,17 @@ import json
 import sys
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pytest
 from pages import ROOT, name
+
+from firstcontact.core import InputError
+from firstcontact.core.by_name import to_tree
+from firstcontact.grasp_study.results import GraspResults
+from firstcontact.report.results.file import read_results
+from firstcontact.report.results.study import StudyResults
+from partial import filled
 
 
 def load() -> ModuleType:
@@ -26,6 +34,34 @@ def load() -> ModuleType:
 numbers = load()
 
 
+def write(path: Path, tree: dict[str, Any]) -> None:
+    """Results of a study with what they need beside this."""
+    path.write_text(json.dumps(filled(StudyResults, tree)))
+
+
+@pytest.mark.parametrize(
+    ("result", "kind"),
+    [("study", StudyResults), ("real", StudyResults), ("grasp", GraspResults)],
+)
+def test_committed_results_are_read_whole_and_written_as_they_are(result: str, kind: Any) -> None:
+    path = numbers.RESULTS / f"{result}.json"
+    again = json.loads(json.dumps(to_tree(read_results(path, kind))))
+    assert again == json.loads(path.read_text(encoding="utf-8"))
+
+
+def test_there_are_no_other_results() -> None:
+    assert {p.name for p in numbers.RESULTS.iterdir()} == {"study.json", "real.json", "grasp.json"}
+
+
+def test_a_field_that_no_record_has_is_refused(tmp_path: Path) -> None:
+    write(tmp_path / "study.json", {"contact": {"svm": {}}})
+    tree = json.loads((tmp_path / "study.json").read_text())
+    tree["contact"]["svm"]["accuracy_of_windows"] = 1.0
+    (tmp_path / "study.json").write_text(json.dumps(tree))
+    with pytest.raises(InputError, match="accuracy_of_windows"):
+        numbers.tables(tmp_path)
+
+
 @pytest.mark.parametrize("page", numbers.pages(ROOT), ids=name)
 def test_tables_agree_with_the_committed_results(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
@@ -35,7 +71,7 @@ def test_tables_agree_with_the_committed_results(page: Path) -> None:
 def test_a_table_has_the_values_of_its_results(tmp_path: Path) -> None:
     condition = {"offset_ms": {"mean": 16.5}, "contact": {"svm": {"window_accuracy": 0.9987}}}
     study = {**condition, "everyday": {"offset_ms": {"mean": 17.25}}, "seconds": 600.4}
-    (tmp_path / "study.json").write_text(json.dumps(study))
+    write(tmp_path / "study.json", study)
     made = numbers.tables(tmp_path)
     assert "| | published | paper rig | everyday |" in made["study"].replace("|  |", "| |")
     assert "| first to second contact, mean | 16.65 ms | 16.50 ms | 17.25 ms |" in made["study"]
@@ -48,7 +84,7 @@ def test_a_table_has_the_values_of_its_results(tmp_path: Path) -> None:
 def test_speed_has_both_conditions_and_the_classifier(tmp_path: Path) -> None:
     svm = {"p50": 20.0, "classification": {"p99": 63.0, "speedup": 9.1}}
     study = {"inference_us": {"svm": svm}, "everyday": {"inference_us": {"svm": {"p50": 31.0}}}}
-    (tmp_path / "study.json").write_text(json.dumps(study))
+    write(tmp_path / "study.json", study)
     made = numbers.tables(tmp_path)["speed"]
     assert "| SVM: one window, median | < 1 ms | 20 µs | 31 µs |" in made
     assert "| SVM classifier: one window, p99 | – | 63 µs | – |" in made
@@ -57,7 +93,7 @@ def test_speed_has_both_conditions_and_the_classifier(tmp_path: Path) -> None:
 
 def test_contact_windows_stand_beside_all_windows(tmp_path: Path) -> None:
     svm = {"window_accuracy": 0.976, "contact_windows_found": 0.0}
-    (tmp_path / "study.json").write_text(json.dumps({"contact": {"svm": svm}}))
+    write(tmp_path / "study.json", {"contact": {"svm": svm}})
     lines = numbers.tables(tmp_path)["study"].splitlines()
     at = lines.index("| contact, SVM: windows right | 100 % | 97.6 % |")
     assert lines[at + 1] == "| contact, SVM: contact windows found | – | 0.0 % |"
@@ -66,7 +102,7 @@ def test_contact_windows_stand_beside_all_windows(tmp_path: Path) -> None:
 def test_late_labels_are_said(tmp_path: Path) -> None:
     svm = {"pinch_success": 1.0, "decided_within_3_ms": 0.25, "delay_ms": {"median": 2.0}}
     real = {"contact": {"svm": svm, "early_ms": 4.0}}
-    (tmp_path / "real.json").write_text(json.dumps(real))
+    write(tmp_path / "real.json", real)
     made = numbers.tables(tmp_path)["real"]
     assert "| contact, SVM: placed −7 to +3 ms from its label, pinches | 100.0 % |" in made
     assert "| contact, SVM: and decided −4 to +3 ms from its label | 25.0 % |" in made
@@ -76,7 +112,7 @@ def test_late_labels_are_said(tmp_path: Path) -> None:
 def test_an_interval_stands_beside_its_value(tmp_path: Path) -> None:
     scores = {"accuracy": 0.5, "rmse": 3.0, "intervals": {"accuracy": [0.41, 0.622]}}
     study = {"blocks": {"svm": {"by_session": scores}}}
-    (tmp_path / "study.json").write_text(json.dumps(study))
+    write(tmp_path / "study.json", study)
     made = numbers.tables(tmp_path)["study"]
     assert "| 5 blocks, SVM: accuracy, by session | – | 50.0 % (41.0 to 62.2) |" in made
     assert "| 5 blocks, SVM: RMSE, by session | – | 3.00 |" in made
@@ -84,7 +120,7 @@ def test_an_interval_stands_beside_its_value(tmp_path: Path) -> None:
 
 def test_a_share_is_not_rounded_up_to_all(tmp_path: Path) -> None:
     study = {"contact": {"svm": {"window_accuracy": 0.99964}}}
-    (tmp_path / "study.json").write_text(json.dumps(study))
+    write(tmp_path / "study.json", study)
     made = numbers.tables(tmp_path)["study"]
     assert "| contact, SVM: windows right | 100 % | 99.964 % |" in made
 

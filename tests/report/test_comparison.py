@@ -5,10 +5,12 @@ from __future__ import annotations
 import pytest
 
 from firstcontact.report.comparison import compare, percent
+from firstcontact.report.results.study import SubjectResults
+from partial import results
 
 
-def remark(tree: dict, label: str, twin: bool = True) -> str:
-    (row,) = [r for r in compare([tree], ["A"], twin) if r.label == label]
+def remark(found: SubjectResults, label: str, twin: bool = True) -> str:
+    (row,) = [r for r in compare([found], ["A"], twin) if r.label == label]
     return row.remark
 
 
@@ -17,9 +19,9 @@ def remark(tree: dict, label: str, twin: bool = True) -> str:
     [(9.0, "A: above both."), (3.0, "A: between."), (1.0, "A: below both.")],
 )
 def test_the_ambiguous_error_is_compared_both_ways(rmse: float, verdict: str) -> None:
-    tree = {"objects": {"svm": {"rmse": rmse, "mae": rmse, "mse": rmse**2}}}
-    assert verdict in remark(tree, "Unseen objects, SVM: RMSE")
-    assert "2.04" in remark(tree, "Unseen objects, SVM: RMSE")
+    found = results(objects={"svm": {"rmse": rmse, "mae": rmse, "mse": rmse**2}})
+    assert verdict in remark(found, "Unseen objects, SVM: RMSE")
+    assert "2.04" in remark(found, "Unseen objects, SVM: RMSE")
 
 
 @pytest.mark.parametrize(
@@ -30,17 +32,17 @@ def test_the_published_accuracy_is_placed_against_the_interval(
     ends: list[float], verdict: str
 ) -> None:
     scores = {"accuracy": 0.97, "n": 250, "intervals": {"accuracy": ends}}
-    tree = {"blocks": {"svm": {"random_90_10": scores}}}
-    assert f"lies {verdict}" in remark(tree, "Blocks, SVM: accuracy, random 90/10")
+    found = results(blocks={"svm": {"random_90_10": scores}})
+    assert f"lies {verdict}" in remark(found, "Blocks, SVM: accuracy, random 90/10")
 
 
 def test_each_subject_is_judged_by_name() -> None:
-    def tree(ends: list[float], rmse: float) -> dict:
+    def found(ends: list[float], rmse: float) -> SubjectResults:
         scores = {"accuracy": 0.97, "n": 250, "intervals": {"accuracy": ends}}
         errors = {"rmse": rmse, "mae": rmse, "mse": rmse**2}
-        return {"blocks": {"svm": {"random_90_10": scores}}, "objects": {"svm": errors}}
+        return results(blocks={"svm": {"random_90_10": scores}}, objects={"svm": errors})
 
-    rows = compare([tree([0.96, 0.98], 9.0), tree([0.5, 0.9], 3.0)], ["A", "B"], True)
+    rows = compare([found([0.96, 0.98], 9.0), found([0.5, 0.9], 3.0)], ["A", "B"], True)
     remarks = {row.label: row.remark for row in rows}
     interval = remarks["Blocks, SVM: accuracy, random 90/10"]
     assert "inside that of A (250 test pinches) and above that of B" in interval
@@ -48,12 +50,12 @@ def test_each_subject_is_judged_by_name() -> None:
 
 
 def test_the_accuracy_over_windows_says_what_silence_would_score() -> None:
-    def tree(windows: int, quiet: int) -> dict:
+    def found(windows: int, quiet: int) -> SubjectResults:
         scores = {"window_accuracy": 0.98, "windows": windows, "quiet_windows": quiet, "n": 10}
-        return {"contact": {"svm": scores}}
+        return results(contact={"svm": scores})
 
     label = "Contact, SVM: 20 ms windows judged right"
-    rows = compare([tree(410, 400), tree(30, 20)], ["A", "B"], True)
+    rows = compare([found(410, 400), found(30, 20)], ["A", "B"], True)
     said = next(row.remark for row in rows if row.label == label)
     assert "never fires has right: 97.6 % (A), 66.7 % (B)." in said
     assert "early all" not in said
@@ -61,10 +63,9 @@ def test_the_accuracy_over_windows_says_what_silence_would_score() -> None:
 
 
 def test_with_late_labels_it_says_what_was_accepted() -> None:
-    tree = judged(0.98, 1.0, 2.0)
-    tree["contact"]["early_ms"] = 4.0
-    tree["contact"]["svm"]["decided_within_3_ms"] = 0.5
-    rows = compare([tree], ["A"], False)
+    scores = {"window_accuracy": 0.98, "pinch_success": 1.0, "decided_within_3_ms": 0.5}
+    found = results(contact={"svm": {**scores, "delay_ms": {"median": 2.0}}, "early_ms": 4.0})
+    rows = compare([found], ["A"], False)
     assert not any("±3" in f"{row.label} {row.remark}" for row in rows)
     remarks = {row.label: row.remark for row in rows}
     placed = remarks["Contact, SVM: contact placed −7 to +3 ms from its label"]
@@ -75,9 +76,9 @@ def test_with_late_labels_it_says_what_was_accepted() -> None:
     assert not any("arget" in row.remark for row in rows)
 
 
-def judged(windows: float, pinches: float, delay: float) -> dict:
+def judged(windows: float, pinches: float, delay: float) -> SubjectResults:
     scores = {"window_accuracy": windows, "pinch_success": pinches, "delay_ms": {"median": delay}}
-    return {"contact": {"svm": scores}}
+    return results(contact={"svm": scores})
 
 
 DELAY = "Contact, SVM: median delay of the decision"
@@ -97,22 +98,22 @@ def test_the_target_has_three_parts(scores: tuple[float, float, float], verdict:
 
 def test_the_target_is_judged_where_it_could_be_and_named() -> None:
     met, missed = judged(1.0, 1.0, 2.0), judged(1.0, 0.9, 2.0)
-    for trees, verdict in (
+    for found, verdict in (
         ([met, missed], "A: reached; B: not reached (pinches)."),
-        ([met, {"data": {}}], ": A: reached."),
+        ([met, results(data={})], ": A: reached."),
     ):
-        rows = compare(trees, ["A", "B"], True)
+        rows = compare(found, ["A", "B"], True)
         assert verdict in next(r.remark for r in rows if r.label == DELAY)
 
 
 def test_agreement_of_an_input_is_not_called_a_result() -> None:
-    tree = {"offset_ms": {"mean": 16.6, "sd": 10.3, "share_below_15": 0.5}}
-    assert "input of the twin" in remark(tree, "First to second contact, mean")
-    assert "input" not in remark(tree, "First to second contact, mean", twin=False)
+    found = results(offset_ms={"mean": 16.6, "sd": 10.3, "share_below_15": 0.5})
+    assert "input of the twin" in remark(found, "First to second contact, mean")
+    assert "input" not in remark(found, "First to second contact, mean", twin=False)
 
 
 def test_what_is_not_there_has_no_row() -> None:
-    assert compare([{"data": {}}], ["A"], True) == []
+    assert compare([results(data={})], ["A"], True) == []
 
 
 def test_percentages_are_not_rounded_up_to_all() -> None:
@@ -121,5 +122,5 @@ def test_percentages_are_not_rounded_up_to_all() -> None:
     assert percent(0.9999999) == "99.999 %"
     assert percent(0.972) == "97.2 %"
     scores = {"accuracy": 0.99, "n": 9, "intervals": {"accuracy": [0.9, 0.9997]}}
-    rows = compare([{"blocks": {"svm": {"by_session": scores}}}], ["A"], True)
+    rows = compare([results(blocks={"svm": {"by_session": scores}})], ["A"], True)
     assert rows[0].here == ["99.0 % [90.0, 99.970]"]

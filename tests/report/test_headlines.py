@@ -4,25 +4,27 @@ from __future__ import annotations
 
 from firstcontact.report._headlines import headlines
 from firstcontact.report.findings import Findings
+from partial import results
 
 
 def test_both_models_stand_in_a_headline_whichever_is_better() -> None:
-    tree = {"objects": {"svm": {"rmse": 9.0}, "cnn": {"rmse": 5.0}, "train_mean": {"rmse": 12.0}}}
-    (headline,) = headlines([Findings("paper-rig", tree)])
+    errors = {"svm": {"rmse": 9.0}, "cnn": {"rmse": 5.0}, "train_mean": {"rmse": 12.0}}
+    found = results(objects=errors)
+    (headline,) = headlines([Findings("paper-rig", found)])
     assert [(line.name, line.value) for line in headline.lines] == [
         ("SVM", "9.0 Shore A"),
         ("CNN", "5.0 Shore A"),
     ]
     assert "12.0" in headline.foot
-    (headline,) = headlines([Findings("paper-rig", tree), Findings("everyday", {})])
+    (headline,) = headlines([Findings("paper-rig", found), Findings("everyday")])
     assert [line.name for line in headline.lines] == ["SVM, Paper rig", "CNN, Paper rig"]
 
 
 def test_what_was_accepted_is_said() -> None:
     svm = {"pinch_success": 1.0, "decided_within_3_ms": 0.5, "delay_ms": {"median": 2.0}}
-    (headline,) = headlines([Findings("a", {"contact": {"svm": svm, "early_ms": 0.0}})])
+    (headline,) = headlines([Findings("a", results(contact={"svm": svm, "early_ms": 0.0}))])
     assert "placed within ±3 ms of the known contact" in headline.foot
-    (headline,) = headlines([Findings("a", {"contact": {"svm": svm, "early_ms": 4.0}})])
+    (headline,) = headlines([Findings("a", results(contact={"svm": svm, "early_ms": 4.0}))])
     assert "from 7 ms before its label" in headline.foot
     assert headline.lines[0].note.startswith("decided −4 to +3 ms from its label in 50.0 %")
     assert "median delay after its label" in headline.lines[0].note
@@ -33,15 +35,15 @@ def test_preempted_calls_and_the_load_are_said() -> None:
         "p99": 90.0, "speedup": 4.0, "reference": "PyTorch", "preempted": 7, "calls": 1000,
         "load": 8.2, "cores": 2,
     }  # fmt: skip
-    (headline,) = headlines([Findings("a", {"inference_us": {"svm": timed}})])
+    (headline,) = headlines([Findings("a", results(inference_us={"svm": timed}))])
     assert headline.lines[0].value == "90 µs"
     assert "(load 8.2 on 2 cores); 7 of 1,000 calls were preempted and are apart" in headline.foot
 
 
 def test_the_answer_is_said_to_be_the_twins() -> None:
-    tree = {"data": {"source": "twin"}, "answer_ms": {"median": 16.0, "before_second": 0.4}}
-    (headline,) = headlines([Findings("paper-rig", tree)])
+    found = results(data={"source": "twin"}, answer_ms={"median": 16.0, "before_second": 0.4})
+    (headline,) = headlines([Findings("paper-rig", found)])
     assert headline.lines[0].value == "40.0 %"
     assert "twin" in headline.foot
     assert "without the estimate's own arithmetic" in headline.foot
-    assert headlines([Findings("recordings", {"answer_ms": {"n": 0, "of": 3}})]) == []
+    assert headlines([Findings("recordings", results(answer_ms={"n": 0, "of": 3}))]) == []

@@ -12,12 +12,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from firstcontact.learning.scores import RegressionScores
 from firstcontact.report.figures.lengths import lengths_figure
 from firstcontact.report.figures.offsets import offset_figure
 from firstcontact.report.findings import Findings, PartResult
 from firstcontact.report.page import render
+from firstcontact.report.results.stiffness import WindowErrors
 from firstcontact.report.state import State
 from firstcontact.study.settings import StudySettings
+from partial import results
 
 CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium")
 #: Writes the scale at which each figure is displayed, pixels an own pixel, into the page.
@@ -30,14 +33,15 @@ MEASURE = """<script>addEventListener("load", () => {
 
 def page(subjects: int) -> str:
     """A report with chapters of one figure and of two, for one subject in the last."""
-    scores = {"svm": {"blocks": {"rmse": 1.0, "intervals": {}}}}
+    errors = RegressionScores(rmse=1.0, mae=1.0, mse=1.0, bias=0.0, n=3, intervals={})
+    scores = {"svm": WindowErrors(blocks=errors)}
     alone = lengths_figure("svm", {"3": scores, "15": scores})
     both = offset_figure(np.array([5.0, 12.0, 20.0]))
     findings = []
     for number in range(subjects):
-        its = Findings(f"subject {number}", {"data": {}})
+        its = Findings(f"subject {number}", results(data={}))
         figures = [both] if number else [both, alone]
-        its.take(PartResult({"contact": {"early_ms": 0.0}}, figures))
+        its.take(PartResult(results(contact={"early_ms": 0.0}), figures))
         its.figures["timing"] = both
         findings.append(its)
     state = State("firstcontact study", asdict(StudySettings()), False, findings, [])

@@ -13,12 +13,14 @@ from firstcontact.report import _texts as texts
 from firstcontact.report._chapters import chapters
 from firstcontact.report._tables import block_table, data_table, hardness_table, length_table
 from firstcontact.report.findings import Findings
+from firstcontact.report.results.study import SubjectResults
 from firstcontact.study._subject import Subject
 from firstcontact.study.parts.data import describe
+from partial import results
 
 
-def starting(way: str, **more: Any) -> dict[str, Any]:
-    return {"contact": {"windows_start_at": way, **more}}
+def starting(way: str, **more: Any) -> SubjectResults:
+    return results(contact={"windows_start_at": way, **more})
 
 
 @pytest.mark.parametrize(
@@ -30,9 +32,9 @@ def starting(way: str, **more: Any) -> dict[str, Any]:
     ],
 )
 def test_only_what_is_said_to_be_real_is_called_real(source: str, kind: str, row: str) -> None:
-    tree = {"data": {**DATA, "source": source}}
-    assert texts.kind([tree]) == kind
-    table = data_table(tree)
+    found = results(data={**DATA, "source": source})
+    assert texts.kind([found]) == kind
+    table = data_table(found)
     assert table is not None
     assert table.rows[0].cells[1].text.startswith(row)
 
@@ -45,12 +47,13 @@ def test_what_could_not_be_read_is_told_with_what_was_left_out(
     damaged = replace(dataset, notes=("assumed", loss), losses=(loss,))
     outcome = describe(Subject("recordings", damaged))
     assert outcome.left_out[0] == f"{loss}."
-    assert outcome.tree["data"]["notes"] == ["assumed"]
+    assert outcome.results.data is not None
+    assert outcome.results.data.notes == ["assumed"]
 
 
 def test_the_data_have_times_only_where_contacts_are_known() -> None:
-    assert "when each finger" in texts.data([{"offset_ms": {}}])
-    assert "when" not in texts.data([{"data": {}}])
+    assert "when each finger" in texts.data([results(offset_ms={})])
+    assert "when" not in texts.data([results(data={})])
 
 
 @pytest.mark.parametrize(
@@ -70,19 +73,19 @@ def test_where_windows_start(way: str, said: str, never: str) -> None:
 
 
 def test_objects_are_counted() -> None:
-    tree = {"objects": {"svm": {"over_objects": {"n": 34}}}}
-    assert "34 here" in texts.objects([tree])
-    assert "few" not in texts.objects([tree])
+    found = results(objects={"svm": {"over_objects": {"n": 34}}})
+    assert "34 here" in texts.objects([found])
+    assert "few" not in texts.objects([found])
 
 
 def test_ranks_beside_shore_values_are_not_said_to_stand_alone() -> None:
-    assert "No error in Shore A" in texts.hardness([{"hardness_order": {}}])
-    assert "No error" not in texts.hardness([{"hardness_order": {}, "blocks": {}}])
+    assert "No error in Shore A" in texts.hardness([results(hardness_order={})])
+    assert "No error" not in texts.hardness([results(hardness_order={}, blocks={"svm": {}})])
 
 
 def test_an_answer_before_the_second_contact_needs_second_contacts() -> None:
-    assert "other finger" in texts.answer([{"answer_ms": {"with_second": 3}}])
-    assert "other finger" not in texts.answer([{"answer_ms": {"n": 3}}])
+    assert "other finger" in texts.answer([results(answer_ms={"with_second": 3})])
+    assert "other finger" not in texts.answer([results(answer_ms={"n": 3})])
     assert "label of the first" in texts.answer([starting("svm", early_ms=4.0)])
 
 
@@ -96,27 +99,28 @@ def test_what_the_detector_learned_from_is_said_where_it_learned() -> None:
         "leave_one_material_out": {"rank_regression": {"n": 3}},
     }
     for way, learned in (("svm", True), ("known", False), ("three_sigma", False)):
-        tree = {**starting(way), "blocks": {"svm": left_out}, "hardness_order": order}
-        table, ranks = block_table(tree, "leave_one_shore_out"), hardness_table(tree)
+        found = results(
+            contact={"windows_start_at": way}, blocks={"svm": left_out}, hardness_order=order
+        )
+        table, ranks = block_table(found, "leave_one_shore_out"), hardness_table(found)
         assert table is not None
         assert ranks is not None
-        for text in (table.caption, ranks.caption, texts.shared([tree])):
+        for text in (table.caption, ranks.caption, texts.shared([found])):
             assert ("has learned from" in text) == learned
 
 
 def test_the_searches_are_told_with_their_sizes() -> None:
     scores = {"rmse": 3.0, "mae": 2.0, "mse": 9.0}
-    tree = {
-        "window_length_ms": {"15": {"svm": {"blocks": scores}}},
-        "window_length_search": {"windows": 400},
-    }
-    table = length_table(tree)
+    found = results(
+        window_length_ms={"15": {"svm": {"blocks": scores}}}, window_length_search={"windows": 400}
+    )
+    table = length_table(found)
     assert table is not None
     assert "up to 400 windows here, on more elsewhere" in table.caption
 
 
 def test_every_chapter_can_be_told_of_little() -> None:
-    (chapter,) = chapters([Findings("recordings", {"data": DATA})])
+    (chapter,) = chapters([Findings("recordings", results(data=DATA))])
     assert chapter.text == "What was touched."
 
 

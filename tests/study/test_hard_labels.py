@@ -12,10 +12,12 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Contact, Dataset, InputError, Label, Pinch, Role
+from firstcontact.core.by_name import to_tree
 from firstcontact.core.jobs import Serial
 from firstcontact.learning.training import DURATION, distinct_specimens
 from firstcontact.recording._labels import make_labels
 from firstcontact.report.findings import Findings, PartResult
+from firstcontact.report.results.study import NOTHING
 from firstcontact.report.state import State
 from firstcontact.signal import Conditioner, samples_in
 from firstcontact.study import _protocol as protocol
@@ -114,7 +116,7 @@ def test_a_specimen_that_was_measured_twice_is_no_stranger(shore: Dataset) -> No
         return fruit if label.role is Role.TEST else label
 
     outcome = objects(Subject("x", relabel(shore, ripened)), SMALL, Serial(), MODELS)
-    assert outcome.tree == {}
+    assert outcome.results is NOTHING
     assert "'fruit 1' of 'fruit' has both roles" in outcome.left_out[0]
 
 
@@ -128,10 +130,10 @@ def test_each_level_in_one_session(make_shore: Callable[..., Dataset]) -> None:
     outcome = blocks(Subject("x", dataset), SMALL, Serial(), MODELS)
     reason = said(outcome, "Discrimination by session")
     assert "levels 10, 30, 60 lie in one session each" in reason
-    scores = outcome.tree["blocks"]["svm"]["by_session"]
-    assert "accuracy" not in scores
-    assert scores["n"] == len(dataset)
-    assert "accuracy" in outcome.tree["blocks"]["svm"]["random_90_10"]
+    scores = to_tree(outcome.results.blocks["svm"])
+    assert "accuracy" not in scores["by_session"]
+    assert scores["by_session"]["n"] == len(dataset)
+    assert "accuracy" in scores["random_90_10"]
 
 
 def test_two_levels_in_a_session_each(make_shore: Callable[..., Dataset], tmp_path: Path) -> None:
@@ -175,7 +177,7 @@ def test_ranks_of_one_material_have_no_class_to_be_found(ranks: Dataset) -> None
     dataset = ranks.take(np.isin(ranks.objects, ["mat", "box", "desk"]))
     outcome = hardness(Subject("x", dataset), SMALL, Serial())
     assert "ranks 0, 1, 2 have one material each" in said(outcome, "with a material left out")
-    tree = outcome.tree["hardness_order"]
+    tree = to_tree(outcome.results.hardness_order)
     assert set(tree["leave_one_material_out"]) == {"rank_regression"}
     assert tree["spectral_centroid"]["n"] == 3
 
@@ -192,7 +194,7 @@ def test_a_rank_with_a_single_pinch(ranks: Dataset) -> None:
     dataset = ranks.take([*chosen, int(np.flatnonzero(ranks.objects == "desk")[0])])
     outcome = hardness(Subject("x", dataset), SMALL, Serial())
     assert "a single pinch" in said(outcome, "random folds")
-    assert "random_folds" not in outcome.tree["hardness_order"]
+    assert "random_folds" not in to_tree(outcome.results.hardness_order)
 
 
 # -- contacts ------------------------------------------------------------------------------
@@ -258,23 +260,29 @@ def test_no_window_at_all(make_shore: Callable[..., Dataset], ranks: Dataset) ->
         hardness(Subject("x", cut(ranks, 0, 510)), SMALL, Serial()),
     ):
         assert outcome.left_out
-        assert set(outcome.tree) <= {"blocks"}
+        assert set(to_tree(outcome.results)) <= {"blocks"}
 
 
 def test_one_pinch_of_every_kind(make_shore: Callable[..., Dataset], ranks: Dataset) -> None:
     singles = make_shore(each=1, sessions=1)
-    assert "sd" not in waveforms(Subject("x", singles)).tree["peak_v"]["10"]
+    peaks = waveforms(Subject("x", singles)).results.peak_v
+    assert peaks is not None
+    assert peaks["10"].sd is None
     assert detection_splits(singles.take([0]), 0) == []
     few = ranks.take(np.unique(ranks.objects, return_index=True)[1])
-    assert hardness(Subject("x", few), SMALL, Serial()).tree["hardness_order"]["n_pinches"] == 6
-    assert contacts(Subject("x", singles), SMALL, Serial()).tree["contact"]["not_found"]["of"] == 3
+    order = hardness(Subject("x", few), SMALL, Serial()).results.hardness_order
+    assert order is not None
+    assert order.n_pinches == 6
+    not_found = contacts(Subject("x", singles), SMALL, Serial()).results.contact.about.not_found
+    assert not_found is not None
+    assert not_found.of == 3
 
 
 def test_the_rate_of_the_recordings_is_told(shore: Dataset) -> None:
-    data = describe(Subject("x", replace(shore, recorded_rate=16000.0))).tree["data"]
+    data = to_tree(describe(Subject("x", replace(shore, recorded_rate=16000.0))).results.data)
     assert data["sample_rate_hz"] == 16000.0
     assert data["model_rate_hz"] == shore.layout.rate
-    assert "model_rate_hz" not in describe(Subject("x", shore)).tree["data"]
+    assert "model_rate_hz" not in to_tree(describe(Subject("x", shore)).results.data)
 
 
 # -- errors in a part ----------------------------------------------------------------------

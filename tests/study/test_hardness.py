@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from firstcontact.core import Dataset
 from firstcontact.core.jobs import Serial
+from firstcontact.report.results.study import NOTHING
 from firstcontact.study._subject import Subject
 from firstcontact.study.parts.hardness import hardness, spectral_centroid
 from firstcontact.study.settings import StudySettings
@@ -34,18 +35,20 @@ def test_centroid_of_a_tone_is_near_its_frequency_and_blind_to_gain(
 
 def test_rings_that_are_faster_when_harder_come_in_order(ranks: Dataset) -> None:
     outcome = hardness(Subject("recordings", ranks), StudySettings(), Serial())
-    tree = outcome.tree["hardness_order"]
-    assert tree["spectral_centroid"]["rho"] > 0.9
-    assert tree["spectral_centroid"]["n"] == 6
-    assert tree["spectral_centroid"]["exact"]
-    left_out = tree["leave_one_material_out"]["classification"]["svm"]
-    assert left_out["n"] == len(ranks)
-    assert tree["chance"] == pytest.approx(1 / 3)
+    order = outcome.results.hardness_order
+    assert order is not None
+    correlation = order.spectral_centroid
+    assert correlation.rho is not None
+    assert correlation.rho > 0.9
+    assert correlation.n == 6
+    assert correlation.exact
+    assert order.classes_left_out()["svm"].n == len(ranks)
+    assert order.chance == pytest.approx(1 / 3)
     assert len(outcome.figures) == 2
 
 
 def test_too_few_materials_are_left_out_with_the_reason(ranks: Dataset) -> None:
     few = ranks.take(ranks.hardness_rank == 0)
     outcome = hardness(Subject("recordings", few), StudySettings(), Serial())
-    assert outcome.tree == {}
+    assert outcome.results is NOTHING
     assert "Hardness order" in outcome.left_out[0]

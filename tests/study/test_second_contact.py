@@ -48,12 +48,15 @@ def test_windows_of_false_triggers_have_a_row_of_their_own(
     predicted[~data.test] = np.nan
     its.predictions["svm", UNSEEN] = (data, predicted)
     outcome = second_contact(its, StudySettings())
-    sides = outcome.tree["second_contact_in_window"]["svm"]["objects"]
-    assert sides["misplaced"]["n"] == 3
-    assert sides["misplaced"]["rmse"] == 50.0
-    assert sides["without"]["rmse"] == 1.0
-    assert sum(side["n"] for side in sides.values()) == int(data.test.sum())
-    table = second_table(outcome.tree)
+    found = outcome.results.second_contact_in_window
+    assert found is not None
+    sides = found["svm"].objects
+    assert sides is not None
+    assert sides["misplaced"].n == 3
+    assert sides["misplaced"].rmse == 50.0
+    assert sides["without"].rmse == 1.0
+    assert sum(side.n for side in sides.values()) == int(data.test.sum())
+    table = second_table(outcome.results)
     assert table is not None
     assert any("does not begin at the first contact" in r.cells[0].small for r in table.rows)
 

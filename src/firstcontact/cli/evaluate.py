@@ -139,9 +139,9 @@ def _table(data: LabelledWindows, predicted: Any, target: str) -> list[str]:
     unit = "true" if target == "shore_a" else "rank"
     lines = [f"{'specimen':<{width}}  {'n':>5}  {unit:>6}  {'mean':>6}  {'sd':>5}  {'rmse':>5}"]
     for name, row in each.items():
-        spread = f"{row['sd']:.1f}" if "sd" in row else "–"
+        spread = f"{row.sd:.1f}" if row.sd is not None else "–"
         lines.append(
-            f"{names[name]:<{width}}  {row['n']:>5}  {row['true']:>6.1f}  {row['mean']:>6.1f}  "
-            f"{spread:>5}  {row['rmse']:>5.1f}"
+            f"{names[name]:<{width}}  {row.n:>5}  {row.true:>6.1f}  {row.mean:>6.1f}  "
+            f"{spread:>5}  {row.rmse:>5.1f}"
         )
     return lines

@@ -13,6 +13,7 @@ from firstcontact.cli.choices import one_of
 from firstcontact.cli.cluster import where
 from firstcontact.cli.train_folder import check_replaceable, folder_name
 from firstcontact.contact.registry import DETECTORS
+from firstcontact.core.by_name import to_tree
 from firstcontact.core.errors import InputError
 from firstcontact.core.extras import need
 from firstcontact.stiffness.registry import ESTIMATORS
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from firstcontact.core.jobs import Runner
     from firstcontact.learning.alignment import Alignment
     from firstcontact.learning.final_model import FinalModel
+    from firstcontact.learning.scores import TaskScores
     from firstcontact.learning.training import LabelledWindows
     from firstcontact.stiffness import LearnedFrom
     from firstcontact.stiffness.learned_from import Digests
@@ -192,7 +194,7 @@ def _save(
     card = Provenance(
         data=learned_from,
         split=f"scores: {kept.split}; the saved model learned from all pinches",
-        scores=kept.scores,
+        scores=to_tree(kept.scores),
         interval=kept.interval,
         conformal=kept.conformal,
         detector=detector,
@@ -259,14 +261,15 @@ def aligned_by_truth(asked: str, dataset: Dataset, path: Path) -> bool:
     return asked == "truth" or (asked == "auto" and known)
 
 
-def in_words(scores: Mapping[str, Any]) -> str:
+def in_words(scores: TaskScores) -> str:
     """Scores on one line."""
-    names = [n for n in ("accuracy", "rmse", "mae", "mse", "bias") if n in scores]
+    names = ("accuracy", "rmse", "mae", "mse", "bias")
+    found = {name: value for name in names if (value := getattr(scores, name, None)) is not None}
     numbers = [
-        f"{name} {100 * scores[name]:.1f} %" if name == "accuracy" else f"{name} {scores[name]:.2f}"
-        for name in names
+        f"{name} {100 * value:.1f} %" if name == "accuracy" else f"{name} {value:.2f}"
+        for name, value in found.items()
     ]
-    return f"{', '.join(numbers)}, {scores['n']} pinches"
+    return f"{', '.join(numbers)}, {scores.n} pinches"
 
 
 def coverage_in_words(found: Mapping[str, float], level: float) -> str:

@@ -10,6 +10,7 @@ from typing import Annotated, TypeVar
 
 import msgspec
 
+from firstcontact.core.by_name import divided
 from firstcontact.core.errors import InputError
 
 T = TypeVar("T")
@@ -36,7 +37,7 @@ def read_record(data: bytes, kind: type[T], where: str, remedy: str, longest: in
     kind
         A dataclass, or any type that msgspec knows. Numbers that are not finite
         or outside a field's bounds are refused; fields that it does not have are
-        left out.
+        left out, or refused by a :class:`firstcontact.core.by_name.Record`.
     where
         What was read, for the message: a file, or a part of one.
     remedy
@@ -53,7 +54,7 @@ def read_record(data: bytes, kind: type[T], where: str, remedy: str, longest: in
     if len(data) > longest:
         raise InputError(f"{where} has {len(data)} bytes of JSON, more than {longest}: {remedy}")
     try:
-        return msgspec.json.decode(data, type=kind)
+        return msgspec.json.decode(data, type=kind, dec_hook=divided)
     except msgspec.ValidationError as error:
         raise InputError(f"{where}: {_sentence(str(error))}: {remedy}") from error
     except (msgspec.DecodeError, UnicodeDecodeError) as error:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from firstcontact.grasp.policies.registry import POLICIES
 from firstcontact.grasp.policy import Part
 from firstcontact.grasp_study.figures.headline import headline_figure
 from firstcontact.grasp_study.figures.latencies import over_latency
 from firstcontact.grasp_study.figures.stiffnesses import over_shore
+from firstcontact.grasp_study.results import GraspResults, Tuning
 from firstcontact.grasp_study.variants import playing, unmodulated, variants
+from firstcontact.learning.scores import Bounded, bounded
 from firstcontact.twin.plant import LIFT
 
 
@@ -38,72 +39,68 @@ def percent(share: float) -> str:
     return f"{100 * share:.0f} %"
 
 
-def _between(tree: Mapping[str, Any], number: str, form: str, factor: float = 1.0) -> str:
-    if number not in tree:
+def _between(found: Bounded | None, form: str, factor: float = 1.0) -> str:
+    if found is None:
         return "–"
-    shown = form.format(factor * tree[number])
-    if ends := tree["intervals"].get(number):
-        low, high = (form.format(factor * end) for end in ends)
+    shown = form.format(factor * found.value)
+    if found.ends:
+        low, high = (form.format(factor * end) for end in found.ends)
         shown += f" ({low} to {high})"
     return shown
 
 
-def sentences(results: Mapping[str, Any]) -> list[str]:
+def sentences(results: GraspResults) -> list[str]:
     """The headline in words, whether or not the target was met."""
-    head = results["headline"]
+    head = results.headline
     said = []
-    best = head["best_feedback"]
     for ours in playing(Part.CANDIDATE):
         for other, found in head[ours.key].items():
-            soft, lasting = found["soft"], found["lasting"]
+            longer = _between(bounded(found.lasting, "longer"), "{:+z.0f}", 100)
             verdict = ""
-            if other == best:
-                verdict = f"Target {'met' if all(found['met'].values()) else 'not met'}."
-            less = {"change": -soft["less_peak"], "intervals": {}}
-            if ends := soft["intervals"].get("less_peak"):
-                less["intervals"]["change"] = [-end for end in reversed(ends)]
+            if other == head.about.best_feedback:
+                verdict = f"Target {'met' if found.met.all else 'not met'}."
             said.append(
                 f"{ours.title.capitalize()} against {variants()[other].title}: "
-                f"peak force on objects up to {head['soft_up_to']:g} Shore A "
-                f"{_between(less, 'change', '{:+z.0f}', 100)} %, "
-                f"time to grasp {_between(lasting, 'longer', '{:+z.0f}', 100)} %, drops "
-                f"{found['all']['more_dropped']:+d}, broken {found['all']['more_broken']:+d} of "
-                f"{found['all']['n']} closings. {verdict}"
+                f"peak force on objects up to {head.about.soft_up_to:g} Shore A "
+                f"{_between(found.soft.peak_change, '{:+z.0f}', 100)} %, "
+                f"time to grasp {longer} %, drops "
+                f"{found.all.more_dropped:+d}, broken {found.all.more_broken:+d} of "
+                f"{found.all.n} closings. {verdict}"
             )
     return said
 
 
-def tables(results: Mapping[str, Any]) -> list[Table]:
+def tables(results: GraspResults) -> list[Table]:
     """Everything at the headline's latency, then what was tuned and what was missed."""
-    ms = f"{results['headline']['latency_ms']:g}"
+    ms = results.latency
     head = (
         "", "Peak, soft (N)", "Peak, firm (N)", "Time to grasp (ms)", "Steady", "Dropped",
         "Brittle broken (%)",
     )  # fmt: skip
     rows = []
     compared = variants()
-    for variant, at in results["policies"].items():
+    for variant, at in results.policies.items():
         groups = at[ms]
         rows.append(
             (
                 compared[variant].title,
-                _between(groups["soft"], "peak_n", "{:.2f}"),
-                _between(groups["firm"], "peak_n", "{:.2f}"),
-                _between(groups["lasting"], "time_ms", "{:.0f}"),
-                percent(groups["lasting"]["steady"]),
-                percent(groups["all"]["dropped"]),
-                _between(groups["brittle"], "broken", "{:.0f}", 100),
+                _between(bounded(groups["soft"], "peak_n"), "{:.2f}"),
+                _between(bounded(groups["firm"], "peak_n"), "{:.2f}"),
+                _between(bounded(groups["lasting"], "time_ms"), "{:.0f}"),
+                percent(groups["lasting"].steady),
+                percent(groups["all"].dropped),
+                _between(bounded(groups["brittle"], "broken"), "{:.0f}", 100),
             )
         )
     late = [
-        (v.title, *(str(at["all"]["misses"]) for at in results["policies"][v.key].values()))
+        (v.title, *(str(at["all"].misses) for at in results.policies[v.key].values()))
         for v in playing(Part.CANDIDATE)
     ]
-    latencies = [f"{m} ms" for m in next(iter(results["policies"].values()))]
-    count = next(iter(results["policies"].values()))[ms]["all"]["n"]
+    latencies = [f"{m} ms" for m in next(iter(results.policies.values()))]
+    count = next(iter(results.policies.values()))[ms]["all"].n
     return [
         Table(f"At {ms} ms brake latency; 95 % intervals draw whole sessions.", head, rows),
-        *_tuned(results["feedback"]),
+        *_tuned(results.feedback),
         Table(
             f"Deadlines missed, of {count} closings at each latency: no estimate came that could "
             "be used, and the hand stayed slow and gentle.",
@@ -113,7 +110,7 @@ def tables(results: Mapping[str, Any]) -> list[Table]:
     ]  # fmt: skip
 
 
-def _tuned(found: Mapping[str, Any]) -> list[Table]:
+def _tuned(found: Mapping[str, Tuning]) -> list[Table]:
     """A table for each policy that was tuned."""
     made = []
     for policy in (p for p in POLICIES.values() if p.tunables):
@@ -121,8 +118,8 @@ def _tuned(found: Mapping[str, Any]) -> list[Table]:
         rows = [
             (
                 v.title,
-                *(f"{t.scale * found[key]['settings'][s]:g} {t.unit}" for s, t in shown.items()),
-                str(found[key]["tried"]),
+                *(f"{t.scale * found[key].settings[s]:g} {t.unit}" for s, t in shown.items()),
+                str(found[key].tried),
             )
             for key, v in variants().items()
             if v.policy is policy
@@ -135,21 +132,21 @@ def _tuned(found: Mapping[str, Any]) -> list[Table]:
     return made
 
 
-def _brittle(results: Mapping[str, Any]) -> str:
+def _brittle(results: GraspResults) -> str:
     """What can break, by name; every object is closed on as often as any other."""
-    kinds = [kind.replace("_", " ") for kind, its in results["objects"].items() if its["breaks"]]
+    kinds = [kind.replace("_", " ") for kind, its in results.objects.items() if its.breaks]
     return f"Those that can: {', '.join(kinds)}, each as often"
 
 
-def pictures(results: Mapping[str, Any]) -> list[Picture]:
+def pictures(results: GraspResults) -> list[Picture]:
     """All figures."""
-    policies = results["policies"]
+    policies = results.policies
     # Its force is so high that nothing else could be told apart beside it.
     free = unmodulated().key
     others = {variant: at for variant, at in policies.items() if variant != free}
-    ms = f"{results['headline']['latency_ms']:g}"
-    soft = results["headline"]["soft_up_to"]
-    peak = policies[free][ms]["soft"]["peak_n"]
+    ms = results.latency
+    soft = results.headline.about.soft_up_to
+    peak = policies[free][ms]["soft"].peak_n
     apart = f"Without modulation it is {peak:.1f} N, which is not drawn."
     bars = "Bars are 95 % bootstrap intervals over sessions."
     return [
@@ -183,7 +180,7 @@ def pictures(results: Mapping[str, Any]) -> list[Picture]:
         ),
         Picture(
             f"Peak force over stiffness, {ms} ms",
-            over_shore(results["objects"]),
+            over_shore(results.objects),
             f"Blocks and everyday objects that cannot break, the mean of each. {apart}",
         ),
     ]

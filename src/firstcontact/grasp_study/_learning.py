@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 
 from firstcontact.contact import Detector
 from firstcontact.core import Dataset, InputError
+from firstcontact.core.by_name import to_tree
 from firstcontact.core.jobs import Runner, Serial
 from firstcontact.grasp_study.settings import GraspStudySettings
+from firstcontact.learning.scores import RegressionScores
 from firstcontact.live.pipeline import ModelWithInterval
 from firstcontact.report.folder import MARK, fresh
 
@@ -91,14 +93,15 @@ def learn(settings: GraspStudySettings, out: Path, runner: Runner) -> Learned:
                 seed=settings.seed,
             ),
             split=kept.split,
-            scores=kept.scores,
+            scores=to_tree(kept.scores),
             interval=kept.interval,
             conformal=kept.conformal,
             detector=vouched(models),
         )
         save_model(kept.model, models / f"{1e3 * duration:04.1f}ms", card)
         held_out = kept.conformal.get("held_out") or {}
-        rmse[f"{1e3 * duration:g}"] = float(kept.scores["rmse"])
+        assert isinstance(kept.scores, RegressionScores)
+        rmse[f"{1e3 * duration:g}"] = kept.scores.rmse
         width[f"{1e3 * duration:g}"] = float(held_out.get("mean_width", 0.0))
     return Learned(models, rmse, width)
 

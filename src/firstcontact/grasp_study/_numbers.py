@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
+from firstcontact.core.by_name import ByName
 from firstcontact.grasp.policy import Part
 from firstcontact.grasp_study._trials import Row
+from firstcontact.grasp_study.results import (
+    Comparison,
+    Difference,
+    Headline,
+    HeadlineConditions,
+    Met,
+    ObjectSummary,
+    Policies,
+    Summary,
+    Target,
+)
 from firstcontact.grasp_study.settings import HEADLINE, KINDS, SOFT
 from firstcontact.grasp_study.variants import playing
 from firstcontact.learning.metrics import Values, cluster_intervals
@@ -36,15 +47,8 @@ def milliseconds(latency: float) -> str:
     return f"{1e3 * latency:g}"
 
 
-def summary(rows: Sequence[Row], seed: int) -> dict[str, Any]:
-    """Means and shares over closings; intervals draw whole sessions.
-
-    Returns
-    -------
-    dict
-        ``peak_n``, ``squeeze_mm``, ``time_ms`` (of the steady grasps), shares ``steady``,
-        ``dropped`` and ``broken``, ``n``, ``misses`` and ``intervals``.
-    """
+def summary(rows: Sequence[Row], seed: int) -> Summary:
+    """Means and shares over closings."""
     steady = np.array([r.time is not None for r in rows], dtype=float)
     columns = np.stack(
         [
@@ -73,15 +77,15 @@ def summary(rows: Sequence[Row], seed: int) -> dict[str, Any]:
         )
     sessions = np.array([r.session for r in rows])
     total = columns.sum(axis=0)
-    return {
+    return Summary(
         **{name: float(of(total)) for name, of in means.items()},
-        "n": len(rows),
-        "misses": sum(r.misses for r in rows),
-        "intervals": cluster_intervals(columns, means, sessions, seed),
-    }
+        n=len(rows),
+        misses=sum(r.misses for r in rows),
+        intervals=cluster_intervals(columns, means, sessions, seed),
+    )
 
 
-def compared(ours: Sequence[Row], theirs: Sequence[Row], seed: int) -> dict[str, Any]:
+def compared(ours: Sequence[Row], theirs: Sequence[Row], seed: int) -> Difference:
     """What one policy does to the same pinches otherwise than another.
 
     Parameters
@@ -90,13 +94,6 @@ def compared(ours: Sequence[Row], theirs: Sequence[Row], seed: int) -> dict[str,
         Rows of the same pinches in the same order.
     seed
         Of the intervals.
-
-    Returns
-    -------
-    dict
-        ``less_peak``: by which share the mean peak force is lower. ``longer``: by which share
-        the mean time to grasp is longer, of pinches steadily held by both. ``more_dropped``
-        and ``more_broken``: pinches. ``intervals`` of the first two.
     """
     same = [(r.kind, r.session, r.latency) for r in ours]
     if same != [(r.kind, r.session, r.latency) for r in theirs]:
@@ -120,54 +117,46 @@ def compared(ours: Sequence[Row], theirs: Sequence[Row], seed: int) -> dict[str,
             s[..., 3] > 0, s[..., 2] / np.maximum(s[..., 3], 1e-9) - 1, 0.0
         )
     total = columns.sum(axis=0)
-    return {
+    return Difference(
         **{name: float(of(total)) for name, of in ratios.items()},
-        "more_dropped": sum(a.dropped - b.dropped for a, b in pairs),
-        "more_broken": sum(a.broken - b.broken for a, b in pairs),
-        "n": len(pairs),
-        "intervals": cluster_intervals(columns, ratios, np.array([r.session for r in ours]), seed),
-    }
+        more_dropped=sum(a.dropped - b.dropped for a, b in pairs),
+        more_broken=sum(a.broken - b.broken for a, b in pairs),
+        n=len(pairs),
+        intervals=cluster_intervals(columns, ratios, np.array([r.session for r in ours]), seed),
+    )
 
 
-def policies_tree(rows: Sequence[Row], seed: int) -> dict[str, Any]:
+def by_policy(rows: Sequence[Row], seed: int) -> Policies:
     """Variant to latency (ms) to group to :func:`summary`."""
-    tree: dict[str, Any] = {}
+    found: Policies = {}
     for variant, latency in dict.fromkeys((r.variant, r.latency) for r in rows):
         its = [r for r in rows if r.variant == variant and r.latency == latency]
         groups = {name: [r for r in its if belongs(r)] for name, belongs in GROUPS.items()}
-        tree.setdefault(variant, {})[milliseconds(latency)] = {
+        found.setdefault(variant, {})[milliseconds(latency)] = {
             name: summary(group, seed) for name, group in groups.items() if group
         }
-    return tree
+    return found
 
 
-def objects_tree(rows: Sequence[Row], seed: int) -> dict[str, Any]:
+def by_object(rows: Sequence[Row], seed: int) -> dict[str, ObjectSummary]:
     """Object to variant to :func:`summary`, at the headline's latency."""
-    tree: dict[str, Any] = {}
+    found = {}
     here = [r for r in rows if r.latency == HEADLINE]
     for kind in dict.fromkeys(r.kind for r in here):
         its = [r for r in here if r.kind == kind]
-        tree[kind] = {
-            "shore_a": KINDS[kind].shore_a,
-            "breaks": KINDS[kind].fragility is not None,
-            "variants": {
+        found[kind] = ObjectSummary(
+            shore_a=KINDS[kind].shore_a,
+            breaks=KINDS[kind].fragility is not None,
+            variants={
                 v: summary([r for r in its if r.variant == v], seed)
                 for v in dict.fromkeys(r.variant for r in its)
             },
-        }
-    return tree
+        )
+    return found
 
 
-def headline(rows: Sequence[Row], seed: int) -> dict[str, Any]:
-    """The target at the headline's latency: each candidate against every baseline and control.
-
-    Returns
-    -------
-    dict
-        ``best_feedback``; for each candidate and each other ``soft``, ``lasting`` and ``all``
-        (see :func:`compared`) and ``met``: lower peak on soft objects, no more drops anywhere,
-        time to grasp.
-    """
+def headline(rows: Sequence[Row], seed: int) -> Headline:
+    """The target at the headline's latency: each candidate against every baseline and control."""
     here = [r for r in rows if r.latency == HEADLINE]
 
     def of(variant: str, group: str) -> list[Row]:
@@ -178,27 +167,24 @@ def headline(rows: Sequence[Row], seed: int) -> dict[str, Any]:
         [v.key for v in playing(part)] for part in (Part.BASELINE, Part.CONTROL, Part.CANDIDATE)
     )
     peaks = {v: float(np.mean([r.peak for r in of(v, "soft")])) for v in baselines}
-    tree: dict[str, Any] = {
-        "latency_ms": 1e3 * HEADLINE,
-        "soft_up_to": SOFT,
-        "best_feedback": min(peaks, key=lambda v: peaks[v]),
-        "target": {"less_peak": LESS_PEAK, "more_dropped": 0, "longer": LONGER},
-    }
+    about = HeadlineConditions(
+        latency_ms=1e3 * HEADLINE,
+        soft_up_to=SOFT,
+        best_feedback=min(peaks, key=lambda v: peaks[v]),
+        target=Target(less_peak=LESS_PEAK, more_dropped=0, longer=LONGER),
+    )
+    found: dict[str, dict[str, Comparison]] = {}
     for variant in candidates:
-        against: dict[str, Any] = {}
+        against = {}
         for other in (*baselines, *controls):
             soft = compared(of(variant, "soft"), of(other, "soft"), seed)
             lasting = compared(of(variant, "lasting"), of(other, "lasting"), seed)
             everything = compared(of(variant, "all"), of(other, "all"), seed)
-            against[other] = {
-                "soft": soft,
-                "lasting": lasting,
-                "all": everything,
-                "met": {
-                    "less_peak": soft["less_peak"] >= LESS_PEAK,
-                    "more_dropped": everything["more_dropped"] <= 0,
-                    "longer": lasting.get("longer", 1.0) <= LONGER,
-                },
-            }
-        tree[variant] = against
-    return tree
+            met = Met(
+                less_peak=soft.less_peak >= LESS_PEAK,
+                more_dropped=everything.more_dropped <= 0,
+                longer=lasting.longer is not None and lasting.longer <= LONGER,
+            )
+            against[other] = Comparison(soft=soft, lasting=lasting, all=everything, met=met)
+        found[variant] = against
+    return ByName(found, about)

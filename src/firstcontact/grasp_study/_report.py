@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 from firstcontact.grasp.policy import Part
 from firstcontact.grasp_study._chapters import pictures, sentences, tables
 from firstcontact.grasp_study._film import filmed
+from firstcontact.grasp_study.results import GraspResults
 from firstcontact.grasp_study.variants import playing
 from firstcontact.report.page import duration
 
 
-def render(results: Mapping[str, Any], film: Path) -> str:
+def render(results: GraspResults, film: Path) -> str:
     """Render the report, HTML.
 
     Parameters
@@ -40,5 +39,5 @@ def render(results: Mapping[str, Any], film: Path) -> str:
         film=f"data:image/gif;base64,{moving}",
         filmed=filmed().title,
         controls=[v.title for v in playing(Part.CONTROL)],
-        elapsed=duration(results["study"]["seconds"]),
+        elapsed=duration(results.study.seconds),
     )

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import product
-from typing import Any
 
 import numpy as np
 
 from firstcontact.core.jobs import Runner
 from firstcontact.grasp.policy import Policy
 from firstcontact.grasp_study._trials import PinchSetup, Row, Trial, run_trial
+from firstcontact.grasp_study.results import Tuning
 from firstcontact.grasp_study.settings import HEADLINE, KINDS, SOFT, GraspStudySettings
 from firstcontact.grasp_study.variants import Variant, unmodulated, variants
 
@@ -23,28 +23,13 @@ FIRST_ROUND = ("block 10", "orange 1")
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
-    """What was chosen, and how it did on the pinches that it was chosen on."""
-
-    settings: dict[str, float]
-    tried: int
-    peak: float
-    time: float
-    unsteady: float
-
-    def to_json(self) -> dict[str, Any]:
-        """A JSON-ready form."""
-        return asdict(self)
-
-
-@dataclass(frozen=True, slots=True)
 class _Try:
     variant: Variant
     settings: dict[str, float]
     setups: tuple[PinchSetup, ...]
 
 
-def search(settings: GraspStudySettings, runner: Runner) -> dict[str, Found]:
+def search(settings: GraspStudySettings, runner: Runner) -> dict[str, Tuning]:
     """Choose the settings of every policy that has some, for each force array.
 
     The best has the lowest mean peak force on soft objects among those with which every
@@ -76,7 +61,9 @@ def search(settings: GraspStudySettings, runner: Runner) -> dict[str, Found]:
             scored.sort(key=lambda pair: pair[0])
             rounds[key] = [c for _, c in scored[:FINALISTS]]
             (_, peak, time, unsteady), best = scored[0]
-            found[key] = Found(best, counts[key], peak, time, unsteady)
+            found[key] = Tuning(
+                settings=best, tried=counts[key], peak=peak, time=time, unsteady=unsteady
+            )
     return found
 
 

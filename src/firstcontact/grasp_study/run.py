@@ -4,24 +4,36 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Sequence
 from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from firstcontact.core.files import write_json, write_text
+from firstcontact.core.files import write_text
 from firstcontact.core.jobs import Runner, parallel
 from firstcontact.grasp.grip import Grip
 from firstcontact.grasp_study._film import PICTURES, film
 from firstcontact.grasp_study._learning import Models, learn, loaded
-from firstcontact.grasp_study._numbers import headline, objects_tree, policies_tree
+from firstcontact.grasp_study._numbers import (
+    by_object,
+    by_policy,
+    headline,
+)
 from firstcontact.grasp_study._report import render
-from firstcontact.grasp_study._search import Found, search
+from firstcontact.grasp_study._search import search
 from firstcontact.grasp_study._trials import PinchSetup, Row, Trial, run_trial
+from firstcontact.grasp_study.results import (
+    Filmed,
+    GraspData,
+    GraspResults,
+    GraspRun,
+    ModelErrors,
+    Tuning,
+)
 from firstcontact.grasp_study.settings import GraspStudySettings
 from firstcontact.grasp_study.variants import variants
 from firstcontact.report.folder import sole_use
+from firstcontact.report.results.file import write_results
 from firstcontact.report.state import versions
 
 
@@ -87,44 +99,45 @@ def _run(
             shown = film(
                 out / "film.gif", settings.sessions, settings.seed, tuned, models, pictures
             )
-    results: dict[str, Any] = {
-        "study": {
-            "command": command,
-            "started": started,
-            "seconds": time.monotonic() - began,
-            "quick": quick,
-            "seed": settings.seed,
-            "workers": settings.workers,
-            "asked": asked,
-            "versions": dict(versions()),
-        },
-        "data": {
-            "source": "twin",
-            "objects": list(settings.kinds),
-            "sessions": settings.sessions,
-            "pinches": settings.sessions * len(settings.kinds),
-            "closings": len(rows),
-            "training": 5 * settings.training,
-            "latencies_ms": [round(1e3 * latency, 3) for latency in settings.latencies],
-        },
-        "models": {"rmse": learned.rmse, "interval_width": learned.width},
-        "grip": asdict(Grip()),
-        "feedback": {key: f.to_json() for key, f in found.items()},
-        **numbers(rows, settings.seed),
-        "film": {"object": shown.kind, "session": shown.session},
-    }
-    write_json(out / "results.json", results)
+    results = GraspResults(
+        study=GraspRun(
+            command=command,
+            started=started,
+            seconds=time.monotonic() - began,
+            quick=quick,
+            seed=settings.seed,
+            workers=settings.workers,
+            asked=asked,
+            versions=versions(),
+        ),
+        data=GraspData(
+            source="twin",
+            objects=list(settings.kinds),
+            sessions=settings.sessions,
+            pinches=settings.sessions * len(settings.kinds),
+            closings=len(rows),
+            training=5 * settings.training,
+            latencies_ms=[round(1e3 * latency, 3) for latency in settings.latencies],
+        ),
+        models=ModelErrors(rmse=learned.rmse, interval_width=learned.width),
+        grip=asdict(Grip()),
+        feedback=found,
+        policies=by_policy(rows, settings.seed),
+        objects=by_object(rows, settings.seed),
+        headline=headline(rows, settings.seed),
+        film=Filmed(object=shown.kind, session=shown.session),
+    )
+    write_results(out / "results.json", results)
     from firstcontact.grasp_study.figures.headline import headline_picture
 
-    ms = f"{results['headline']['latency_ms']:g}"
-    headline_picture(results["policies"], ms, out / "grasp.png")
+    headline_picture(results.policies, results.latency, out / "grasp.png")
     report = out / "report.html"
     write_text(report, render(results, out / "film.gif"))
     return report
 
 
 def close_all(
-    settings: GraspStudySettings, found: dict[str, Found], models: Models, runner: Runner
+    settings: GraspStudySettings, found: dict[str, Tuning], models: Models, runner: Runner
 ) -> list[Row]:
     """Every policy on every pinch at every latency: same pinch, same chance."""
     tuned = {key: f.settings for key, f in found.items()}
@@ -135,15 +148,6 @@ def close_all(
         for k in settings.kinds
     ]
     return [row for rows in runner.map(run_trial, trials, models) for row in rows]
-
-
-def numbers(rows: Sequence[Row], seed: int) -> dict[str, Any]:
-    """All that is computed from the rows."""
-    return {
-        "policies": policies_tree(rows, seed),
-        "objects": objects_tree(rows, seed),
-        "headline": headline(rows, seed),
-    }
 
 
 def _asked(settings: GraspStudySettings) -> dict[str, Any]:

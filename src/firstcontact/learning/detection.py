@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from firstcontact.contact.closing_start import closings
 from firstcontact.contact.detector import Detector, WindowDecisions, latch
 from firstcontact.core.block import Block
+from firstcontact.core.by_name import Record
 from firstcontact.core.errors import InputError
 from firstcontact.core.pinch import Contact, Dataset
 from firstcontact.signal import lookahead, samples_in
@@ -22,8 +22,14 @@ GUARD = 0.001
 TOLERANCE = 0.003
 
 
-@dataclass(frozen=True, slots=True)
-class DetectionScores:
+class Delays(Record, frozen=True, kw_only=True):
+    """Median and 95th percentile, ms."""
+
+    median: float
+    p95: float
+
+
+class DetectionScores(Record, frozen=True, kw_only=True):
     """Scores of a detector over pinches whose first contact is known.
 
     A share of nothing is None.
@@ -85,23 +91,23 @@ class DetectionScores:
     too_soon: int
     windows: int
     quiet_windows: int
-    window_accuracy: float | None
-    quiet_windows_silent: float | None
-    contact_windows_found: float | None
+    window_accuracy: float | None = None
+    quiet_windows_silent: float | None = None
+    contact_windows_found: float | None = None
     pinch_success: float
     decided_within_3_ms: float
     false_alarms: int
     wrong_finger: int
     late: int
     misses: int
-    false_alarms_per_minute: float | None
-    delay_ms: dict[str, float] | None
-    lookahead_ms: float | None
+    false_alarms_per_minute: float | None = None
+    delay_ms: Delays | None = None
+    lookahead_ms: float | None = None
 
-    def to_json(self) -> dict[str, Any]:
-        """A JSON-ready form without the keys of what is not known."""
-        tree = {name: getattr(self, name) for name in self.__dataclass_fields__}
-        return {name: value for name, value in tree.items() if value is not None}
+    @property
+    def median_delay(self) -> float | None:
+        """Of :attr:`delay_ms`, ms."""
+        return None if self.delay_ms is None else self.delay_ms.median
 
 
 @dataclass(slots=True)
@@ -315,6 +321,6 @@ def _share(part: int, whole: int) -> float | None:
     return part / whole if whole else None
 
 
-def quantiles(delays: NDArray[np.float64]) -> dict[str, float]:
-    """Median and 95th percentile."""
-    return {"median": float(np.median(delays)), "p95": float(np.percentile(delays, 95))}
+def quantiles(delays: NDArray[np.float64]) -> Delays:
+    """Of delays in ms."""
+    return Delays(median=float(np.median(delays)), p95=float(np.percentile(delays, 95)))

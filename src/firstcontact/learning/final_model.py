@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError
 from firstcontact.core.jobs import Runner
 from firstcontact.learning.metrics import classification_scores, regression_scores
+from firstcontact.learning.scores import TaskScores
 from firstcontact.learning.splits import Group, Split, by_session
 from firstcontact.learning.training import (
     Fit,
@@ -50,7 +51,7 @@ class FinalModel:
     """
 
     model: Model
-    scores: Mapping[str, Any]
+    scores: TaskScores
     split: str
     interval: Interval | None
     conformal: Mapping[str, Any]
@@ -137,9 +138,11 @@ def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], 
     return [Split("random fifth", learn, ask, shares)], words
 
 
-def score(task: str, asked: LabelledWindows, answers: Values, seed: int) -> dict[str, Any]:
+def score(task: str, asked: LabelledWindows, answers: Values, seed: int) -> TaskScores:
     """Scores of answers about pinches that their model did not learn from."""
-    of = regression_scores if task == "regression" else classification_scores
+    of: Callable[..., TaskScores] = (
+        regression_scores if task == "regression" else classification_scores
+    )
     return of(asked.y, answers, asked.clusters, seed)
 
 

@@ -9,6 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.learning.scores import (
+    ClassificationScores,
+    Ends,
+    MeanErrors,
+    RankCorrelation,
+    RegressionScores,
+    SpecimenErrors,
+)
+
 Values = NDArray[np.float64]
 #: Resamples of a bootstrap interval.
 RESAMPLES = 2000
@@ -29,7 +38,7 @@ def cluster_intervals(
     statistics: Mapping[str, Callable[[Values], Values]],
     clusters: NDArray[Any],
     seed: int,
-) -> dict[str, list[float]]:
+) -> dict[str, Ends]:
     """Percentile bootstrap over whole clusters (Davison and Hinkley 1997, 3.8).
 
     Pinches of one session or specimen are alike, so they are drawn together;
@@ -73,13 +82,13 @@ def cluster_intervals(
             vectorized=True,
             rng=np.random.default_rng(seed),
         ).confidence_interval
-        intervals[name] = [float(found.low), float(found.high)]
+        intervals[name] = (float(found.low), float(found.high))
     return intervals
 
 
 def regression_scores(
     truth: Values, predicted: Values, clusters: NDArray[Any], seed: int
-) -> dict[str, Any]:
+) -> RegressionScores:
     """RMSE, MAE, MSE, bias and Spearman's rho over pinches, with intervals.
 
     Parameters
@@ -90,12 +99,6 @@ def regression_scores(
         What is resampled as a whole, shape (pinches,).
     seed
         Of the resampling.
-
-    Returns
-    -------
-    dict
-        ``rmse``, ``mae``, ``mse``, ``bias`` (predicted minus true), ``n``,
-        ``spearman`` where both sides vary, and ``intervals``.
     """
     from scipy.stats import spearmanr
 
@@ -108,25 +111,19 @@ def regression_scores(
         "bias": lambda s: s[..., 1] / s[..., 0],
     }
     total = columns.sum(axis=0)
-    scores: dict[str, Any] = {name: float(f(total)) for name, f in statistics.items()}
-    scores["n"] = len(error)
-    if np.ptp(truth) > 0 and np.ptp(predicted) > 0:
-        scores["spearman"] = float(spearmanr(truth, predicted).statistic)
-    scores["intervals"] = cluster_intervals(columns, statistics, clusters, seed)
-    return scores
+    vary = np.ptp(truth) > 0 and np.ptp(predicted) > 0
+    return RegressionScores(
+        **{name: float(f(total)) for name, f in statistics.items()},
+        n=len(error),
+        spearman=float(spearmanr(truth, predicted).statistic) if vary else None,
+        intervals=cluster_intervals(columns, statistics, clusters, seed),
+    )
 
 
 def classification_scores(
     truth: Values, predicted: Values, clusters: NDArray[Any], seed: int
-) -> dict[str, Any]:
-    """Accuracy with its interval, and the confusion matrix.
-
-    Returns
-    -------
-    dict
-        ``accuracy``, ``n``, ``classes``, ``confusion`` (rows true, columns
-        predicted, counts) and ``intervals``.
-    """
+) -> ClassificationScores:
+    """Accuracy with its interval, and the confusion matrix."""
     from sklearn.metrics import confusion_matrix
 
     right = (truth == predicted).astype(np.float64)
@@ -137,66 +134,53 @@ def classification_scores(
         confusion = confusion_matrix(
             np.searchsorted(classes, truth), np.searchsorted(classes, predicted), labels=numbers
         )
-    return {
-        "accuracy": float(right.mean()),
-        "n": len(right),
-        "classes": classes.tolist(),
-        "confusion": confusion.tolist(),
-        "intervals": cluster_intervals(
+    return ClassificationScores(
+        accuracy=float(right.mean()),
+        n=len(right),
+        classes=classes.tolist(),
+        confusion=confusion.tolist(),
+        intervals=cluster_intervals(
             columns, {"accuracy": lambda s: s[..., 1] / s[..., 0]}, clusters, seed
         ),
-    }
+    )
 
 
 def per_object(
     truth: Values, predicted: Values, specimens: NDArray[np.str_], objects: NDArray[np.str_]
-) -> dict[str, dict[str, Any]]:
-    """Errors of each specimen by itself: of its pinches, and of their mean.
-
-    Returns
-    -------
-    dict
-        Specimen to ``object``, ``n``, ``true``, ``mean``, ``sd`` (of two
-        pinches or more), ``bias``, ``rmse``, ``mae`` and ``mse``.
-    """
-    out: dict[str, dict[str, Any]] = {}
+) -> dict[str, SpecimenErrors]:
+    """Errors of each specimen by itself: of its pinches, and of their mean."""
+    out = {}
     for specimen in np.unique(specimens):
         its = specimens == specimen
         error = predicted[its] - truth[its]
-        out[str(specimen)] = {
-            "object": str(objects[its][0]),
-            "n": int(its.sum()),
-            "true": float(truth[its].mean()),
-            "mean": float(predicted[its].mean()),
+        out[str(specimen)] = SpecimenErrors(
+            object=str(objects[its][0]),
+            n=int(its.sum()),
+            true=float(truth[its].mean()),
+            mean=float(predicted[its].mean()),
             # Of a single pinch there is no spread to tell.
-            **({"sd": float(predicted[its].std(ddof=1))} if its.sum() > 1 else {}),
-            "bias": float(error.mean()),
-            "rmse": float(np.sqrt((error**2).mean())),
-            "mae": float(np.abs(error).mean()),
-            "mse": float((error**2).mean()),
-        }
+            sd=float(predicted[its].std(ddof=1)) if its.sum() > 1 else None,
+            bias=float(error.mean()),
+            rmse=float(np.sqrt((error**2).mean())),
+            mae=float(np.abs(error).mean()),
+            mse=float((error**2).mean()),
+        )
     return out
 
 
-def over_objects(each: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
-    """Errors of the objects' mean predictions: one number an object, all alike.
-
-    Returns
-    -------
-    dict
-        ``rmse``, ``mae``, ``mse`` and ``bias`` over objects, and ``n``.
-    """
-    error = np.array([o["mean"] - o["true"] for o in each.values()])
-    return {
-        "rmse": float(np.sqrt((error**2).mean())),
-        "mae": float(np.abs(error).mean()),
-        "mse": float((error**2).mean()),
-        "bias": float(error.mean()),
-        "n": len(error),
-    }
+def over_objects(each: Mapping[str, SpecimenErrors]) -> MeanErrors:
+    """Errors of the objects' mean predictions: one number an object, all alike."""
+    error = np.array([o.mean - o.true for o in each.values()])
+    return MeanErrors(
+        rmse=float(np.sqrt((error**2).mean())),
+        mae=float(np.abs(error).mean()),
+        mse=float((error**2).mean()),
+        bias=float(error.mean()),
+        n=len(error),
+    )
 
 
-def rank_correlation(truth: Values, score: Values, seed: int) -> dict[str, Any]:
+def rank_correlation(truth: Values, score: Values, seed: int) -> RankCorrelation:
     """Spearman's rho with a permutation p-value, exact for small n.
 
     Parameters
@@ -205,12 +189,6 @@ def rank_correlation(truth: Values, score: Values, seed: int) -> dict[str, Any]:
         One value a group, shape (n,); ties take their mean rank.
     seed
         Used only where n! is too many to go through.
-
-    Returns
-    -------
-    dict
-        ``rho``, ``n``, ``p`` (two-sided) and ``exact``; without ``rho`` and
-        ``p`` when a side does not vary.
     """
     from math import factorial
 
@@ -218,7 +196,7 @@ def rank_correlation(truth: Values, score: Values, seed: int) -> dict[str, Any]:
 
     n = len(truth)
     if n < 3 or np.ptp(truth) == 0 or np.ptp(score) == 0:
-        return {"n": n}
+        return RankCorrelation(n=n)
     resamples = 9999
     found = permutation_test(
         (truth,),
@@ -227,9 +205,6 @@ def rank_correlation(truth: Values, score: Values, seed: int) -> dict[str, Any]:
         n_resamples=resamples,
         rng=np.random.default_rng(seed),
     )
-    return {
-        "rho": float(found.statistic),
-        "n": n,
-        "p": float(found.pvalue),
-        "exact": factorial(n) <= resamples,
-    }
+    return RankCorrelation(
+        rho=float(found.statistic), n=n, p=float(found.pvalue), exact=factorial(n) <= resamples
+    )

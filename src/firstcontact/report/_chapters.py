@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import Any
 
 from firstcontact.report import _texts as texts
 from firstcontact.report._contact_tables import answer_table, contact_table
@@ -20,11 +19,10 @@ from firstcontact.report._tables import (
     per_object_table,
     second_table,
 )
-from firstcontact.report.comparison import get
 from firstcontact.report.findings import Figure, Findings
+from firstcontact.report.results.study import SubjectResults
 
-Tree = Mapping[str, Any]
-Maker = Callable[[Tree], Table | None]
+Maker = Callable[[SubjectResults], Table | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +48,7 @@ class Chapter:
 class _Plan:
     anchor: str
     title: str
-    text: Callable[[Sequence[Tree]], str]
+    text: Callable[[Sequence[SubjectResults]], str]
     tables: Sequence[Maker]
     figures: Sequence[str]
 
@@ -64,9 +62,9 @@ _PLANS = (
         "Discrimination and regression",
         texts.blocks,
         [
-            lambda tree: block_table(tree, "random_90_10"),
-            lambda tree: block_table(tree, "by_session"),
-            lambda tree: block_table(tree, "leave_one_shore_out"),
+            lambda results: block_table(results, "random_90_10"),
+            lambda results: block_table(results, "by_session"),
+            lambda results: block_table(results, "leave_one_shore_out"),
         ],
         ["confusion-*", "levels"],
     ),
@@ -93,8 +91,7 @@ _PLANS = (
 
 def subject_title(findings: Findings) -> str:
     """Name of a subject as it is written; the twin's says so."""
-    twin = get(findings.tree, "data.source") == "twin"
-    return f"{findings.title} (twin)" if twin else findings.title
+    return f"{findings.title} (twin)" if findings.results.twin else findings.title
 
 
 def chapters(shown: Sequence[Findings]) -> list[Chapter]:
@@ -104,11 +101,11 @@ def chapters(shown: Sequence[Findings]) -> list[Chapter]:
         columns = []
         for findings in shown:
             its = findings.figures.items()
-            tables = [t for make in plan.tables if (t := make(findings.tree)) is not None]
+            tables = [t for make in plan.tables if (t := make(findings.results)) is not None]
             figures = [f for key in plan.figures for k, f in its if fnmatchcase(k, key)]
             if tables or figures:
                 columns.append(Column(subject_title(findings), tables, figures))
         if columns:
-            text = plan.text([findings.tree for findings in shown])
+            text = plan.text([findings.results for findings in shown])
             out.append(Chapter(plan.anchor, plan.title, text, columns))
     return out

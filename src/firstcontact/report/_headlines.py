@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeVar
 
 from firstcontact.contact.registry import DETECTORS
+from firstcontact.learning.detection import DetectionScores
+from firstcontact.learning.scores import Scores
 from firstcontact.report import _published as published
 from firstcontact.report import names
 from firstcontact.report.accepted import Accepted
-from firstcontact.report.comparison import get, percent
+from firstcontact.report.comparison import percent
 from firstcontact.report.findings import Findings
+from firstcontact.report.results.stiffness import InferenceTimes
+from firstcontact.report.results.study import SubjectResults
 from firstcontact.stiffness.registry import ESTIMATORS
 
-Tree = Mapping[str, Any]
+R = TypeVar("R")
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,79 +51,82 @@ def headlines(shown: Sequence[Findings]) -> list[Headline]:
     return [headline for headline in all_ if headline.lines]
 
 
-def _lines(
-    shown: Sequence[Findings], path: str, text: Any, note: Any = lambda value: ""
+def _line(
+    name: str, record: R | None, text: Callable[[R], str | None], note: Callable[[R], str] | None
 ) -> list[Line]:
-    out = []
-    for findings in shown:
-        value = get(findings.tree, path)
-        said = None if value is None else text(value)
-        if said is not None:
-            out.append(Line(findings.title, said, note(value)))
-    return out
+    if record is None or (said := text(record)) is None:
+        return []
+    return [Line(name, said, note(record) if note else "")]
+
+
+def _lines(
+    shown: Sequence[Findings],
+    find: Callable[[SubjectResults], R | None],
+    text: Callable[[R], str | None],
+    note: Callable[[R], str] | None = None,
+) -> list[Line]:
+    return [line for f in shown for line in _line(f.title, find(f.results), text, note)]
 
 
 def _by_model(
-    shown: Sequence[Findings], path: str, text: Any, note: Any = lambda value: ""
+    shown: Sequence[Findings],
+    find: Callable[[SubjectResults], Mapping[str, R | None]],
+    text: Callable[[R], str | None],
+    note: Callable[[R], str] | None = None,
 ) -> list[Line]:
     """A line for each subject and published model, whichever scored better; or for all others."""
     out = []
     for findings in shown:
-        above, _, below = path.partition("{}")
-        found = names.estimators(get(findings.tree, above.strip(".")) or ())
+        records = find(findings.results)
+        found = names.estimators(records)
         for model in [name for name in found if name in published.OBJECT_ERROR] or found:
             title = names.estimator(model).title
-            for line in _lines([findings], f"{above}{model}{below}", text, note):
-                name = f"{title}, {line.name}" if len(shown) > 1 else title
-                out.append(Line(name, line.value, line.note))
+            name = f"{title}, {findings.title}" if len(shown) > 1 else title
+            out += _line(name, records[model], text, note)
     return out
 
 
 def _contact_headline(shown: Sequence[Findings]) -> Headline:
-    accepted = Accepted.of([f.tree for f in shown])
+    accepted = Accepted.of([f.results for f in shown])
 
-    def note(svm: Tree) -> str:
-        said = []
-        if "decided_within_3_ms" in svm:
-            said.append(f"decided {accepted.decided} in {percent(svm['decided_within_3_ms'])}")
-        delay = get(svm, "delay_ms.median")
-        if delay is not None:
-            after = " after its label" if accepted.early else ""
-            said.append(f"median delay{after} {delay:.1f} ms")
-        return ", ".join(said)
+    def note(scores: DetectionScores) -> str:
+        said = f"decided {accepted.decided} in {percent(scores.decided_within_3_ms)}"
+        if scores.median_delay is None:
+            return said
+        after = " after its label" if accepted.early else ""
+        return f"{said}, median delay{after} {scores.median_delay:.1f} ms"
 
-    by = next((str(b) for f in shown if (b := get(f.tree, "contact.not_found.by"))), "")
-    by = by or DETECTORS.default
+    placed = (f.results.contact.about.not_found for f in shown)
+    by = next((its.by for its in placed if its), DETECTORS.default)
     return Headline(
         f"First contacts placed, {names.detector(by).title}",
-        _lines(shown, f"contact.{by}", lambda s: percent(s["pinch_success"]), note),
+        _lines(shown, lambda r: r.contact.get(by), lambda s: percent(s.pinch_success), note),
         f"of pinches: right finger, contact placed {accepted.placed_fully}, nothing before it",
     )
 
 
 def _answer_headline(shown: Sequence[Findings]) -> Headline:
-    twin = any(get(f.tree, "data.source") == "twin" for f in shown)
-    known = [f for f in shown if get(f.tree, "answer_ms.before_second") is not None]
+    twin = any(f.results.twin for f in shown)
     return Headline(
         "Answers before the second contact",
         _lines(
-            known,
-            "answer_ms",
-            lambda a: percent(a["before_second"]),
-            lambda a: f"median {a['median']:.1f} ms after the first" if "median" in a else "",
+            shown,
+            lambda r: r.answer_ms,
+            lambda a: None if a.before_second is None else percent(a.before_second),
+            lambda a: "" if a.median is None else f"median {a.median:.1f} ms after the first",
         ),
         "of pinches with a known second contact; 15 ms window, waits and look-aheads counted, "
         "without the estimate's own arithmetic" + (", twin" if twin else ""),
     )
 
 
-def _ends(scores: Tree, key: str) -> str:
-    ends = get(scores, f"intervals.{key}")
+def _error_ends(scores: Scores) -> str:
+    ends = scores.intervals.get("rmse")
     return _whole(f"95 %: {ends[0]:.1f} to {ends[1]:.1f}") if ends else ""
 
 
-def _accuracy_ends(scores: Tree) -> str:
-    ends = get(scores, "intervals.accuracy") or ()
+def _accuracy_ends(scores: Scores) -> str:
+    ends = scores.intervals.get("accuracy", ())
     shown = " to ".join(percent(end).removesuffix(" %") for end in ends)
     return _whole(f"95 %: {shown}") if shown else ""
 
@@ -131,17 +138,17 @@ def _whole(text: str) -> str:
 
 def _accuracy_headline(shown: Sequence[Findings]) -> Headline:
     classes = [
-        found
+        its.classes
         for f in shown
-        for model in names.estimators(get(f.tree, "blocks") or ())
-        if (found := get(f.tree, f"blocks.{model}.by_session.classes"))
+        for model in names.estimators(f.results.blocks)
+        if (its := f.results.blocks[model].by_session) and its.classes
     ]
     return Headline(
         f"{len(classes[0])} levels of stiffness told apart" if classes else "",
         _by_model(
             shown,
-            "blocks.{}.by_session",
-            lambda s: percent(s["accuracy"]) if "accuracy" in s else None,
+            lambda r: {model: scores.by_session for model, scores in r.blocks.items()},
+            lambda s: None if s.accuracy is None else percent(s.accuracy),
             _accuracy_ends,
         ),
         "accuracy in sessions that were not learned from",
@@ -150,21 +157,14 @@ def _accuracy_headline(shown: Sequence[Findings]) -> Headline:
 
 def _object_headline(shown: Sequence[Findings]) -> Headline:
     floors = [
-        f"{floor:.1f}"
-        for f in shown
-        if (floor := get(f.tree, "objects.train_mean.rmse")) is not None
+        f"{scores.rmse:.1f}" for f in shown if (scores := f.results.objects.get("train_mean"))
     ]
     beside = (
         f"; answering the mean always gives {' and '.join(dict.fromkeys(floors))}" if floors else ""
     )
     return Headline(
         "Unseen objects",
-        _by_model(
-            shown,
-            "objects.{}",
-            lambda s: f"{s['rmse']:.1f} Shore A",
-            lambda s: _ends(s, "rmse"),
-        ),
+        _by_model(shown, lambda r: r.objects, lambda s: f"{s.rmse:.1f} Shore A", _error_ends),
         f"RMSE per pinch{beside}",
     )
 
@@ -174,25 +174,29 @@ def _order_headline(shown: Sequence[Findings]) -> Headline:
         "Order of hardness, nothing learned",
         _lines(
             shown,
-            "hardness_order.spectral_centroid",
-            lambda s: f"ρ = {s['rho']:.2f}".replace("-", "−") if "rho" in s else "–",
-            lambda s: f"n = {s['n']}, p = {s['p']:.3f}" if "p" in s else f"n = {s['n']}",
+            lambda r: r.hardness_order.spectral_centroid if r.hardness_order else None,
+            lambda s: "–" if s.rho is None else f"ρ = {s.rho:.2f}".replace("-", "−"),
+            lambda s: f"n = {s.n}" if s.p is None else f"n = {s.n}, p = {s.p:.3f}",
         ),
         "Spearman over materials, first 15 ms",
     )
 
 
 def _material_headline(shown: Sequence[Findings]) -> Headline:
-    chance = get(shown[0].tree, "hardness_order.chance") if shown else None
+    first = shown[0].results.hardness_order if shown else None
     return Headline(
         "Class of a material never learned",
         _lines(
             shown,
-            f"hardness_order.leave_one_material_out.classification.{ESTIMATORS.default}",
-            lambda s: percent(s["accuracy"]) if "accuracy" in s else None,
+            lambda r: (
+                r.hardness_order.classes_left_out().get(ESTIMATORS.default)
+                if r.hardness_order
+                else None
+            ),
+            lambda s: percent(s.accuracy),
             _accuracy_ends,
         ),
-        "" if chance is None else f"accuracy; chance is {percent(chance)}",
+        "" if first is None else f"accuracy; chance is {percent(first.chance)}",
     )
 
 
@@ -200,31 +204,25 @@ def _time_headline(shown: Sequence[Findings]) -> Headline:
     return Headline(
         "One estimate takes (p99)",
         _by_model(
-            shown,
-            "inference_us.{}",
-            lambda e: f"{e['p99']:.0f} µs",
-            lambda e: (
-                f"{e['speedup']:.1f} × quicker than {e['reference']}" if "speedup" in e else ""
-            ),
+            shown, lambda r: r.inference_us or {}, lambda time: f"{time.p99:.0f} µs", _quicker
         ),
         f"regression, one window at a time, one thread, this machine{_apart(shown)}",
     )
 
 
-def _quicker(entry: Tree) -> str:
-    if "speedup" not in entry:
+def _quicker(time: InferenceTimes) -> str:
+    if time.speedup is None:
         return ""
-    return f"{entry['speedup']:.1f} × quicker than {entry['reference']}"
+    return f"{time.speedup:.1f} × quicker than {time.reference}"
 
 
 def _apart(shown: Sequence[Findings]) -> str:
     """Calls that another process interrupted, and how busy the machine was."""
-    trees = [tree for f in shown for tree in (get(f.tree, "inference_us") or {}).values()]
-    entries = [tree for tree in trees if "load" in tree]
-    if not entries:
+    times = [time for f in shown for time in (f.results.inference_us or {}).values()]
+    if not times:
         return ""
-    busy = max(float(entry["load"]) for entry in entries)
-    preempted = sum(entry["preempted"] for entry in entries)
-    calls = sum(entry["calls"] for entry in entries)
+    busy = max(time.load for time in times)
+    preempted = sum(time.preempted for time in times)
+    calls = sum(time.calls for time in times)
     apart = f"; {preempted:,} of {calls:,} calls were preempted and are apart" if preempted else ""
-    return f" (load {busy:.1f} on {entries[0]['cores']} cores){apart}"
+    return f" (load {busy:.1f} on {times[0].cores} cores){apart}"

@@ -8,6 +8,17 @@ and never computes with them.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+
+class Target(NamedTuple):
+    """Least share of windows and of pinches, and longest median delay, ms."""
+
+    windows: float
+    pinches: float
+    delay: float
+
+
 #: Mean sampling rate, Hz (section II).
 SAMPLE_RATE = 4936.0
 #: Pinches on blocks: 5 levels, 500 each (section III-A).
@@ -20,8 +31,8 @@ OFFSET_SD = 10.35
 #: "Accuracy" of contact detection (section IV); what is counted is not said.
 CONTACT = {"three_sigma": 0.906, "svm": 1.0}
 #: The project's own target for the detector that the paper finds perfect: least share of windows
-#: and of pinches, and longest median delay, ms.
-TARGET = {"svm": {"windows": 0.999, "pinches": 0.995, "delay": 3.0}}
+#: and of pinches, and longest median delay.
+TARGET = {"svm": Target(windows=0.999, pinches=0.995, delay=3.0)}
 #: Accuracy over the five blocks, random 90-10 split (section IV).
 ACCURACY = {"svm": 0.972, "cnn": 0.986}
 #: Called "MSE" and given in Shore A, over the eight objects (section IV). As an

@@ -4,14 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from itertools import chain
 
+from firstcontact.learning.scores import Scores, bounded
 from firstcontact.report import names
 from firstcontact.report._texts import source
-from firstcontact.report.comparison import get, percent
+from firstcontact.report.comparison import percent
+from firstcontact.report.results.data import DataSummary
+from firstcontact.report.results.stiffness import (
+    InferenceTimes,
+    ObjectScores,
+    SplitScores,
+    by_side,
+)
+from firstcontact.report.results.study import SubjectResults
 from firstcontact.stiffness.registry import ESTIMATORS
-
-Tree = Mapping[str, Any]
+from firstcontact.stiffness.timing import InferenceTime
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,13 +47,6 @@ class Table:
     rows: Sequence[Row]
 
 
-def _interval(scores: Tree, key: str, digits: int) -> str:
-    ends = get(scores, f"intervals.{key}")
-    if not ends:
-        return ""
-    return ", ".join(_number(end, digits) for end in ends)
-
-
 def _number(value: float, digits: int, sign: str = "") -> str:
     """A number as it is read: a minus sign, and no sign on a zero."""
     text = f"{value:{sign}.{digits}f}"
@@ -54,30 +55,41 @@ def _number(value: float, digits: int, sign: str = "") -> str:
     return text.replace("-", "−")
 
 
-def _error(scores: Tree, key: str) -> Cell:
-    value = scores.get(key)
-    if value is None:
+def _error(scores: Scores | None, key: str) -> Cell:
+    found = bounded(scores, key)
+    if found is None:
         return Cell("–")
     sign = "+" if key == "bias" else ""
-    digits = 0 if key == "mse" and value >= 100 else 1
-    return Cell(_number(value, 2, sign), _interval(scores, key, digits))
+    digits = 0 if key == "mse" and found.value >= 100 else 1
+    ends = ", ".join(_number(end, digits) for end in found.ends or ())
+    return Cell(_number(found.value, 2, sign), ends)
 
 
-def _accuracy(scores: Tree) -> Cell:
-    if "accuracy" not in scores:
+def _errors(scores: Scores | None, *keys: str) -> list[Cell]:
+    return [_error(scores, key) for key in keys or ("rmse", "mae", "mse", "bias")]
+
+
+def _accuracy(scores: Scores) -> Cell:
+    found = bounded(scores, "accuracy")
+    if found is None:
         return Cell("–")
-    ends = get(scores, "intervals.accuracy") or ()
-    return Cell(percent(scores["accuracy"]), ", ".join(percent(e).removesuffix(" %") for e in ends))
+    return Cell(
+        percent(found.value), ", ".join(percent(e).removesuffix(" %") for e in found.ends or ())
+    )
 
 
-def block_table(tree: Tree, split: str) -> Table | None:
+def block_table(results: SubjectResults, split: str) -> Table | None:
     """All models in one split of the blocks."""
     rows = []
-    models = [m for m in names.estimators(ESTIMATORS, True) if get(tree, f"blocks.{m}.{split}")]
-    for model in models:
-        scores = tree["blocks"][model][split]
+    told_apart = False
+    for model in names.estimators(results.blocks, True):
+        its = results.blocks[model]
+        scores = its.split(split)
+        if scores is None:
+            continue
+        told_apart |= scores.accuracy is not None
         rows.append(_block_row(Cell(names.estimator(model).title), scores, names.is_floor(model)))
-        aligned = get(tree, f"blocks.{model}.strip_aligned.{split}")
+        aligned = its.strip_aligned.split(split) if its.strip_aligned else None
         if aligned is not None:
             name = Cell(names.estimator(model).title, "window starts at the known contact")
             rows.append(_block_row(name, aligned, False))
@@ -88,35 +100,33 @@ def block_table(tree: Tree, split: str) -> Table | None:
         "random_90_10": "Random 90/10, as published. Sessions and specimens lie on both sides.",
         "by_session": "By session: whole sessions held out. Specimens may lie on both sides.",
         "leave_one_shore_out": "One Shore A level left out, sessions on both sides (regression). "
-        + (placed if _learned(tree) else ""),
+        + (placed if _learned(results) else ""),
     }
     head = ["", "Accuracy", "RMSE", "MAE", "MSE", "Bias"]
-    if not any("accuracy" in tree["blocks"][model][split] for model in models):
+    if not told_apart:
         head.remove("Accuracy")
         rows = [Row([row.cells[0], *row.cells[2:]], row.floor) for row in rows]
     return Table(said[split].strip(), head, rows)
 
 
-def _learned(tree: Tree) -> bool:
+def _learned(results: SubjectResults) -> bool:
     """Whether what places the windows is a detector that learned."""
-    return names.learned(get(tree, "contact.windows_start_at"))
+    return names.learned(results.contact.about.windows_start_at)
 
 
-def _block_row(name: Cell, scores: Tree, floor: bool) -> Row:
-    errors = [_error(scores, key) for key in ("rmse", "mae", "mse", "bias")]
-    return Row([name, _accuracy(scores), *errors], floor)
+def _block_row(name: Cell, scores: SplitScores, floor: bool) -> Row:
+    return Row([name, _accuracy(scores), *_errors(scores)], floor)
 
 
-def object_table(tree: Tree) -> Table | None:
+def object_table(results: SubjectResults) -> Table | None:
     """All models on unseen objects, per pinch, and the objects' means."""
     rows = []
-    for model in names.estimators(tree.get("objects", ()), True):
-        scores = tree["objects"][model]
+    for model in names.estimators(results.objects, True):
+        scores = results.objects[model]
         rows.append(_object_row(Cell(names.estimator(model).title), scores, names.is_floor(model)))
-        aligned = get(scores, "strip_aligned")
-        if aligned is not None:
+        if scores.strip_aligned is not None:
             name = Cell(names.estimator(model).title, "window starts at the known contact")
-            rows.append(_object_row(name, aligned, False))
+            rows.append(_object_row(name, scores.strip_aligned, False))
     head = ["", "RMSE", "MAE", "MSE", "Bias", "RMSE of means"]
     return (
         Table("Asked about objects that nothing was learned from; Shore A.", head, rows)
@@ -125,32 +135,31 @@ def object_table(tree: Tree) -> Table | None:
     )
 
 
-def _object_row(name: Cell, scores: Tree, floor: bool) -> Row:
-    means = scores["over_objects"]
-    errors = [_error(scores, key) for key in ("rmse", "mae", "mse", "bias")]
-    each = Cell(f"{means['rmse']:.2f}", f"{means['n']} objects")
-    return Row([name, *errors, each], floor)
+def _object_row(name: Cell, scores: ObjectScores, floor: bool) -> Row:
+    means = scores.over_objects
+    each = Cell(f"{means.rmse:.2f}", f"{means.n} objects")
+    return Row([name, *_errors(scores), each], floor)
 
 
-def per_object_table(tree: Tree) -> Table | None:
+def per_object_table(results: SubjectResults) -> Table | None:
     """Mean, spread and error of each object by each model but the floors."""
-    models = names.estimators(tree.get("objects", ()))
+    models = names.estimators(results.objects)
     if not models:
         return None
-    each = {m: tree["objects"][m]["per_object"] for m in models}
-    things = sorted(each[models[0]], key=lambda s: (each[models[0]][s]["true"], s))
+    each = {m: results.objects[m].per_object for m in models}
+    things = sorted(each[models[0]], key=lambda s: (each[models[0]][s].true, s))
     rows = []
     for name in things:
         first = each[models[0]][name]
-        cells = [Cell(name.replace("_", " "), f"{first['n']} pinches"), Cell(f"{first['true']:g}")]
+        cells = [Cell(name.replace("_", " "), f"{first.n} pinches"), Cell(f"{first.true:g}")]
         for model in models:
             o = each[model].get(name)
             if o is None:
                 cells += [Cell("–"), Cell("–")]
                 continue
-            spread = f" ± {o['sd']:.1f}" if "sd" in o else ""
-            cells.append(Cell(f"{o['mean']:.1f}{spread}", f"RMSE {o['rmse']:.2f}"))
-            cells.append(Cell(_number(o["bias"], 1, "+")))
+            spread = "" if o.sd is None else f" ± {o.sd:.1f}"
+            cells.append(Cell(f"{o.mean:.1f}{spread}", f"RMSE {o.rmse:.2f}"))
+            cells.append(Cell(_number(o.bias, 1, "+")))
         rows.append(Row(cells))
     head = ["", "True"]
     for model in models:
@@ -158,32 +167,25 @@ def per_object_table(tree: Tree) -> Table | None:
     return Table("Each object by itself; Shore A.", head, rows)
 
 
-def length_table(tree: Tree) -> Table | None:
+def length_table(results: SubjectResults) -> Table | None:
     """RMSE and MAE against window length."""
-    lengths = get(tree, "window_length_ms")
+    lengths = results.window_length_ms
     if not lengths:
         return None
     rows = []
     (model,) = names.estimators(next(iter(lengths.values())))
     for ms in sorted(lengths, key=float):
         entry = lengths[ms][model]
-        cells = [Cell(f"{ms} ms")]
-        for side in ("blocks", "objects"):
-            scores = entry.get(side)
-            cells += (
-                [_error(scores, "rmse"), _error(scores, "mae"), _error(scores, "mse")]
-                if scores
-                else [Cell("–")] * 3
-            )
-        rows.append(Row(cells))
+        sides = (_errors(side, "rmse", "mae", "mse") for side in (entry.blocks, entry.objects))
+        rows.append(Row([Cell(f"{ms} ms"), *chain(*sides)]))
     head = ["Window", "Blocks RMSE", "MAE", "MSE", "Objects RMSE", "MAE", "MSE"]
     caption = (
         f"{names.estimator(model).title} regression. Blocks by session, objects unseen; Shore A."
     )
-    if searched := get(tree, "window_length_search.windows"):
+    if results.window_length_search:
         caption += (
-            f" Hyper-parameters are searched on up to {searched} windows here, on more "
-            "elsewhere, so the row of 15 ms can differ from the number above."
+            f" Hyper-parameters are searched on up to {results.window_length_search.windows} "
+            "windows here, on more elsewhere, so the row of 15 ms can differ from the number above."
         )
     return Table(caption, head, rows)
 
@@ -196,69 +198,64 @@ _WHERE = {
 }
 
 
-def second_table(tree: Tree) -> Table | None:
+def second_table(results: SubjectResults) -> Table | None:
     """Error with and without the second contact in the window."""
-    found = get(tree, "second_contact_in_window")
+    found = results.second_contact_in_window
     if not found:
         return None
     rows = [
         Row(
             [
                 Cell(f"{side.capitalize()}, {names.estimator(model).title}", _WHERE[where]),
-                *(_error(scores, key) for key in ("rmse", "mae", "mse", "bias")),
-                Cell(f"{scores['n']:,}"),
+                *_errors(scores),
+                Cell(f"{scores.n:,}"),
             ]
         )
-        for side in ("blocks", "objects")
-        for model in found
-        for where, scores in found[model].get(side, {}).items()
+        for model, side, where, scores in by_side(found)
     ]
     head = ["", "RMSE", "MAE", "MSE", "Bias", "Pinches"]
     return Table("The same predictions, divided; Shore A.", head, rows)
 
 
-def hardness_table(tree: Tree) -> Table | None:
+def hardness_table(results: SubjectResults) -> Table | None:
     """Rank correlations and accuracies, where only ranks are known."""
-    found = get(tree, "hardness_order")
+    found = results.hardness_order
     if not found:
         return None
     rows = []
+    left_out = found.leave_one_material_out
     for label, small, entry in (
-        ("Order, nothing learned", found["score"], found["spectral_centroid"]),
+        ("Order, nothing learned", found.score, found.spectral_centroid),
         (
             f"Order, {names.estimator(ESTIMATORS.default).title} regression of the rank",
             "each material predicted without having been learned",
-            get(found, "leave_one_material_out.rank_regression") or {},
+            left_out and left_out.rank_regression,
         ),
     ):
-        if "rho" in entry:
-            kind = "exact" if entry["exact"] else "sampled"
+        if entry and entry.rho is not None:
+            kind = "exact" if entry.exact else "sampled"
             rows.append(
                 Row(
                     [
                         Cell(label, small),
-                        Cell(f"ρ = {entry['rho']:.2f}".replace("-", "−")),
-                        Cell(
-                            f"n = {entry['n']} materials",
-                            f"{kind} permutation p = {entry['p']:.3f}",
-                        ),
+                        Cell(f"ρ = {entry.rho:.2f}".replace("-", "−")),
+                        Cell(f"n = {entry.n} materials", f"{kind} permutation p = {entry.p:.3f}"),
                     ]
                 )
             )
-    chance = f"chance {percent(found['chance'])}"
-    classes = get(found, "leave_one_material_out.classification") or {}
-    for model, scores in classes.items():
+    chance = f"chance {percent(found.chance)}"
+    for model, scores in found.classes_left_out().items():
         rows.append(
             Row(
                 [
                     Cell(f"Class, {names.estimator(model).title}", "material left out"),
                     _accuracy(scores),
-                    Cell(chance, f"{scores['n']} pinches"),
+                    Cell(chance, f"{scores.n} pinches"),
                 ],
                 names.is_floor(model),
             )
         )
-    for model, random in (get(found, "random_folds") or {}).items():
+    for model, random in (found.random_folds or {}).items():
         rows.append(
             Row(
                 [
@@ -267,13 +264,13 @@ def hardness_table(tree: Tree) -> Table | None:
                         "random folds: the same materials on both sides, so it says little",
                     ),
                     _accuracy(random),
-                    Cell(chance, f"{random['n']} pinches"),
+                    Cell(chance, f"{random.n} pinches"),
                 ],
                 True,
             )
         )
     caption = "Hardness order from the first 15 ms."
-    if _learned(tree):
+    if _learned(results):
         caption += (
             " For a material left out, the detector that places the windows has learned from that "
             "material too."
@@ -281,102 +278,90 @@ def hardness_table(tree: Tree) -> Table | None:
     return Table(caption, ["", "Here", "Beside"], rows)
 
 
-def timed(found: Tree) -> list[tuple[str, Tree]]:
-    """Every model that was timed and its entry, regression first."""
-    out = [(names.estimator(m).title, e) for m, e in found.items()]
-    classifiers = ((m, e.get("classification")) for m, e in found.items())
-    return out + [(f"{names.estimator(m).title}, classification", e) for m, e in classifiers if e]
+def _timed(found: Mapping[str, InferenceTimes]) -> list[tuple[str, InferenceTime]]:
+    """Every model that was timed and its times, regression first."""
+    out = [(names.estimator(m).title, time) for m, time in found.items()]
+    classifiers = [(m, time.classification) for m, time in found.items()]
+    return [
+        *out, *((f"{names.estimator(m).title}, classification", t) for m, t in classifiers if t),
+    ]  # fmt: skip
 
 
-def _vectors(entry: Tree) -> str:
-    count = entry.get("support_vectors")
-    return "" if count is None else f"{count:,} support vectors"
+def _remarks(time: InferenceTime) -> str:
+    vectors = "" if time.support_vectors is None else f"{time.support_vectors:,} support vectors"
+    preempted = f"{time.preempted:,} calls preempted" if time.preempted else ""
+    return "; ".join(said for said in (vectors, preempted) if said)
 
 
-def _preempted(entry: Tree) -> str:
-    return f"{entry['preempted']:,} calls preempted" if entry["preempted"] else ""
+def _with_preempted(time: InferenceTime) -> str:
+    return f"{time.p99_with_preempted:.0f} µs with all" if time.preempted else ""
 
 
-def _with_preempted(entry: Tree) -> str:
-    return f"{entry['p99_with_preempted']:.0f} µs with all" if entry["preempted"] else ""
-
-
-def _beside(entry: Tree) -> list[Cell]:
+def _beside(time: InferenceTime) -> list[Cell]:
     """The training library, and how much quicker the model is."""
-    if "reference" not in entry:
+    if time.reference is None:
         return [Cell("–"), Cell("–")]
-    reference = Cell(f"{entry['reference_p50']:.0f} µs", str(entry["reference"]))
-    return [reference, Cell(f"{entry['speedup']:.1f} ×")]
+    return [Cell(f"{time.reference_p50:.0f} µs", time.reference), Cell(f"{time.speedup:.1f} ×")]
 
 
-def _load(found: Tree) -> str:
-    """How busy the machine was, at most."""
-    entries = [entry for _, entry in timed(found) if "load" in entry]
-    if not entries:
-        return ""
-    busiest = max(entries, key=lambda entry: float(entry["load"]))
-    return f" Load of the machine: {busiest['load']:.1f} on {busiest['cores']} cores."
-
-
-def inference_table(tree: Tree) -> Table | None:
+def inference_table(results: SubjectResults) -> Table | None:
     """p50 and p99 of one window, beside the training library."""
-    found = get(tree, "inference_us")
-    if not found:
+    if not results.inference_us:
         return None
+    found = _timed(results.inference_us)
     rows = [
         Row(
             [
-                Cell(
-                    name, "; ".join(said for said in (_vectors(entry), _preempted(entry)) if said)
-                ),
-                Cell(f"{entry['p50']:.1f} µs"),
-                Cell(f"{entry['p99']:.1f} µs", _with_preempted(entry)),
-                *_beside(entry),
+                Cell(name, _remarks(time)),
+                Cell(f"{time.p50:.1f} µs"),
+                Cell(f"{time.p99:.1f} µs", _with_preempted(time)),
+                *_beside(time),
             ]
         )
-        for name, entry in timed(found)
+        for name, time in found
     ]
-    calls = min(entry["calls"] for _, entry in timed(found))
+    calls = min(time.calls for _, time in found)
+    busiest = max((time for _, time in found), key=lambda time: time.load)
     caption = (
         f"One window at a time, one thread, this machine; {calls:,} calls or more each. How much "
         "quicker is the ratio of the medians. Calls during which another process took the core are "
-        f"apart.{_load(found)}"
+        f"apart. Load of the machine: {busiest.load:.1f} on {busiest.cores} cores."
     )
     return Table(caption, ["", "p50", "p99", "Reference p50", "Quicker by"], rows)
 
 
-def _rate(data: Tree) -> str:
-    recorded = f"{data['sample_rate_hz']:g} Hz"
-    model = data.get("model_rate_hz")
+def _rate(data: DataSummary) -> str:
+    recorded = f"{data.sample_rate_hz:g} Hz"
+    model = data.model_rate_hz
     return recorded if model is None else f"{recorded}, resampled to {model:g} Hz"
 
 
-def data_table(tree: Tree) -> Table | None:
+def data_table(results: SubjectResults) -> Table | None:
     """What the data are."""
-    data = get(tree, "data")
+    data = results.data
     if not data:
         return None
     rows = [
         Row([Cell(label), Cell(text)])
         for label, text in (
-            ("Source", source(tree)),
+            ("Source", source(data.source)),
             (
                 "Pinches",
-                f"{data['pinches']:,} ({data['train_pinches']:,} to learn from, "
-                f"{data['test_pinches']:,} of unseen objects)",
+                f"{data.pinches:,} ({data.train_pinches:,} to learn from, "
+                f"{data.test_pinches:,} of unseen objects)",
             ),
-            ("Specimens", f"{data['specimens']:,}"),
-            ("Sessions", f"{data['sessions']:,}"),
+            ("Specimens", f"{data.specimens:,}"),
+            ("Sessions", f"{data.sessions:,}"),
             ("Rate", _rate(data)),
         )
     ]
-    missing = get(tree, "contact.not_found")
-    if missing and get(tree, "contact.windows_start_at") != "known":
+    missing = results.contact.about.not_found
+    if missing and results.contact.about.windows_start_at != "known":
         rows.append(
             Row(
                 [
                     Cell("Without a detected contact"),
-                    Cell(f"{missing['pinches']:,} of {missing['of']:,}: no window, no estimate"),
+                    Cell(f"{missing.pinches:,} of {missing.of:,}: no window, no estimate"),
                 ]
             )
         )

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.report import names
 from firstcontact.report.accepted import Accepted
-from firstcontact.report.comparison import get
+from firstcontact.report.results.study import SubjectResults
 from firstcontact.stiffness.registry import ESTIMATORS
 
-Tree = Mapping[str, Any]
-Trees = Sequence[Tree]
+Found = Sequence[SubjectResults]
 
 
-def starts_at(trees: Trees) -> list[str]:
+def starts_at(found: Found) -> list[str]:
     """Where windows start, of the subjects that have been asked, each way once."""
-    found = (get(tree, "contact.windows_start_at") for tree in trees)
-    return list(dict.fromkeys(str(way) for way in found if way is not None))
+    ways = (results.contact.about.windows_start_at for results in found)
+    return list(dict.fromkeys(way for way in ways if way is not None))
 
 
 def _start(way: str) -> str:
@@ -35,9 +33,9 @@ def _start(way: str) -> str:
     return f"No detector that learns could be trained: {read} at the known contacts."
 
 
-def detector_learned(trees: Trees) -> bool:
+def detector_learned(found: Found) -> bool:
     """Whether what places the windows has learned from pinches."""
-    return any(names.learned(way) for way in starts_at(trees))
+    return any(names.learned(way) for way in starts_at(found))
 
 
 #: Where data come from, by ``data.source``: on the badge, and in the table.
@@ -49,28 +47,29 @@ _SOURCES = {
 }
 
 
-def kind(trees: Trees) -> str:
+def kind(found: Found) -> str:
     """Whose results these are."""
-    source = get(trees[0], "data.source") if trees else None
-    return "Just begun" if source is None else _SOURCES.get(source, (f"Source: {source}", ""))[0]
+    data = found[0].data if found else None
+    if data is None:
+        return "Just begun"
+    return _SOURCES.get(data.source, (f"Source: {data.source}", ""))[0]
 
 
-def source(tree: Tree) -> str:
+def source(word: str) -> str:
     """Where the data come from."""
-    word = str(get(tree, "data.source"))
     return _SOURCES.get(word, ("", word))[1]
 
 
-def data(trees: Trees) -> str:
+def data(found: Found) -> str:
     """Of the data."""
-    timed = any("offset_ms" in tree for tree in trees)
+    timed = any(results.offset_ms for results in found)
     return f"What was touched{', and when each finger touched it' if timed else ''}."
 
 
-def contact(trees: Trees) -> str:
+def contact(found: Found) -> str:
     """Of contact detection."""
-    said = ["20 ms windows, 3 ms of them new.", *map(_start, starts_at(trees))]
-    if any(names.detectors(tree.get("contact", ())) for tree in trees):
+    said = ["20 ms windows, 3 ms of them new.", *map(_start, starts_at(found))]
+    if any(names.detectors(results.contact) for results in found):
         said.append(
             "Where a contact is placed and when that is decided are two things, because a "
             "detector looks back from its trigger: both are scored."
@@ -78,12 +77,12 @@ def contact(trees: Trees) -> str:
     return " ".join(said)
 
 
-def waveforms(trees: Trees) -> str:
+def waveforms(found: Found) -> str:
     """Of the responses."""
     return "The first 15 ms of vibration, of the finger that touched."
 
 
-def blocks(trees: Trees) -> str:
+def blocks(found: Found) -> str:
     """Of discrimination and regression."""
     return (
         "Every number stands on its floors: the mean (or most frequent class) of what was "
@@ -91,15 +90,10 @@ def blocks(trees: Trees) -> str:
     )
 
 
-def objects(trees: Trees) -> str:
+def objects(found: Found) -> str:
     """Of unseen objects, with how many there are."""
-    counts = [
-        scores["over_objects"]["n"]
-        for tree in trees
-        for name, scores in tree.get("objects", {}).items()
-        if name in ESTIMATORS
-    ]
-    known = list(dict.fromkeys(str(n) for n in counts if n is not None))
+    counts = [scores.over_objects.n for results in found for scores in results.objects.values()]
+    known = list(dict.fromkeys(map(str, counts)))
     many = f" ({' and '.join(known)} here)" if known else ""
     return (
         f"No model has learned from these objects. Small numbers are 95 % bootstrap intervals over "
@@ -107,41 +101,41 @@ def objects(trees: Trees) -> str:
     )
 
 
-def nothing(trees: Trees) -> str:
+def nothing(found: Found) -> str:
     """Of what its title says all."""
     return ""
 
 
-def hardness(trees: Trees) -> str:
+def hardness(found: Found) -> str:
     """Of the order of hardness."""
     order = "whether materials come in the right order of hardness"
-    if any("blocks" in tree or "objects" in tree for tree in trees):
+    if any(results.blocks or results.objects for results in found):
         return f"By their ranks: {order}. Errors in Shore A stand above."
     return f"No error in Shore A can be given from these labels: only {order}."
 
 
-def answer(trees: Trees) -> str:
+def answer(found: Found) -> str:
     """Of the time to an answer."""
-    place = "label of the first contact" if Accepted.of(trees).early else "first contact"
+    place = "label of the first contact" if Accepted.of(found).early else "first contact"
     said = f"How long after the {place} a stiffness could be told"
-    if any(get(tree, "answer_ms.with_second") for tree in trees):
+    if any(results.answer_ms and results.answer_ms.with_second for results in found):
         return f"{said}, and in how many pinches that is before the other finger touches."
     return f"{said}."
 
 
-def shared(trees: Trees) -> str:
+def shared(found: Found) -> str:
     """What both sides of splits have in common."""
     said = []
-    folds = [get(tree, "contact.folds") for tree in trees]
-    if any(found and found["n"] > 1 for found in folds):
+    folds = [results.contact.about.folds for results in found]
+    if any(its and its.n > 1 for its in folds):
         said.append(
             "Folds of contact detection hold out sessions where those are known, and share "
             "specimens."
         )
-    if detector_learned(trees) and any(
-        any("leave_one_shore_out" in scores for scores in tree.get("blocks", {}).values())
-        or get(tree, "hardness_order.leave_one_material_out")
-        for tree in trees
+    if detector_learned(found) and any(
+        any(scores.leave_one_shore_out for scores in results.blocks.values())
+        or (results.hardness_order and results.hardness_order.leave_one_material_out)
+        for results in found
     ):
         said.append(
             "The detector places the windows of a Shore A level or material that is left out, and "
@@ -150,12 +144,12 @@ def shared(trees: Trees) -> str:
     return " ".join(said)
 
 
-def briefly(trees: Trees) -> str:
+def briefly(found: Found) -> str:
     """How estimators learned quickly, for a quick study."""
-    found = {name for tree in trees for name in (*tree.get("blocks", ()), *tree.get("objects", ()))}
+    used = {name for results in found for name in (*results.blocks, *results.objects)}
     said = [
         f"{entry.title} ({', '.join(f'{key} {value}' for key, value in entry.quick.items())})"
         for name, entry in ESTIMATORS.items()
-        if name in found and entry.quick
+        if name in used and entry.quick
     ]
     return f" Briefly trained: {', '.join(said)}." if said else ""

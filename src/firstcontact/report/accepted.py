@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from firstcontact.learning.detection import TOLERANCE
+from firstcontact.report.results.study import SubjectResults
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,10 +25,9 @@ class Accepted:
     tolerance: float = 1e3 * TOLERANCE
 
     @classmethod
-    def of(cls, trees: Sequence[Mapping[str, Any]]) -> Accepted:
+    def of(cls, found: Sequence[SubjectResults]) -> Accepted:
         """As in a study's results; all its subjects have the same."""
-        contacts = [tree["contact"] for tree in trees if "contact" in tree]
-        return cls(max((c.get("early_ms", 0.0) for c in contacts), default=0.0))
+        return cls(max((results.contact.about.early_ms or 0.0 for results in found), default=0.0))
 
     @property
     def place(self) -> str:

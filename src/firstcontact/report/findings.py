@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+
+from firstcontact.report.results.study import NOTHING, SubjectResults, merged
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +36,7 @@ class PartResult:
 
     Parameters
     ----------
-    tree
+    results
         Merged into ``results.json``.
     figures
         For the report.
@@ -43,7 +44,7 @@ class PartResult:
         What the labels did not permit, one sentence each.
     """
 
-    tree: Mapping[str, Any] = field(default_factory=dict)
+    results: SubjectResults = NOTHING
     figures: Sequence[Figure] = ()
     left_out: Sequence[str] = ()
 
@@ -56,7 +57,7 @@ class Findings:
     ----------
     name
         Of the subject.
-    tree
+    results
         Its part of ``results.json``.
     figures
         By their key, in the order they came.
@@ -65,7 +66,7 @@ class Findings:
     """
 
     name: str
-    tree: dict[str, Any] = field(default_factory=dict)
+    results: SubjectResults = NOTHING
     figures: dict[str, Figure] = field(default_factory=dict)
     left_out: list[str] = field(default_factory=list)
 
@@ -76,15 +77,6 @@ class Findings:
 
     def take(self, result: PartResult) -> None:
         """Merge what a part found."""
-        merge(self.tree, result.tree)
+        self.results = merged(self.results, result.results)
         self.figures.update({figure.key: figure for figure in result.figures})
         self.left_out += [why for why in result.left_out if why not in self.left_out]
-
-
-def merge(tree: dict[str, Any], more: Mapping[str, Any]) -> None:
-    """Merge a tree into another, in place; what is not a mapping is replaced."""
-    for key, value in more.items():
-        if isinstance(value, Mapping) and isinstance(tree.get(key), dict):
-            merge(tree[key], value)
-        else:
-            tree[key] = dict(value) if isinstance(value, Mapping) else value

@@ -8,30 +8,17 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from firstcontact.core import InputError
-from firstcontact.core.files import read_regular, write_json
-from firstcontact.core.records import read_record
+from firstcontact.core.files import write_json
+from firstcontact.report.results.file import read_asked
 
 #: Says that a folder of recordings was made by a study and may be made again.
 MARK = "made-by-study.json"
 RESULTS, REPORT = "results.json", "report.html"
-#: No study's results are longer, bytes.
-LONGEST = 1 << 28
 _REMEDY = "choose another --out, or move it away"
-
-
-@dataclass(frozen=True, slots=True)
-class _Head:
-    asked: dict[str, Any]
-
-
-@dataclass(frozen=True, slots=True)
-class _Results:
-    study: _Head
 
 
 @contextmanager
@@ -80,8 +67,7 @@ def _claim(out: Path, asked: Mapping[str, Any]) -> None:
             raise InputError(f"{out / REPORT} was not made by a study: {_REMEDY}")
         return
     try:
-        data = read_regular(results, LONGEST)
-        there = read_record(data, _Results, str(results), _REMEDY, LONGEST).study.asked
+        there = read_asked(results, _REMEDY)
     except (InputError, OSError):
         raise InputError(f"{results} was not made by a study of this version: {_REMEDY}") from None
     mine = json.loads(json.dumps(asked))

@@ -7,7 +7,8 @@ from importlib.resources import files
 from firstcontact.report import _texts as texts
 from firstcontact.report._chapters import chapters, subject_title
 from firstcontact.report._headlines import headlines
-from firstcontact.report.comparison import compare, get
+from firstcontact.report.comparison import compare
+from firstcontact.report.results.study import NOTHING
 from firstcontact.report.state import State, versions
 
 
@@ -19,21 +20,21 @@ def render(state: State) -> str:
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    shown = [f for f in state.findings if f.tree]
-    trees = [f.tree for f in shown]
+    shown = [f for f in state.findings if f.results is not NOTHING]
+    found = [f.results for f in shown]
     names = [subject_title(f) for f in shown]
-    twin = any(get(tree, "data.source") == "twin" for tree in trees)
+    twin = any(results.twin for results in found)
     page = environment.from_string(template).render(
         state=state,
         twin=twin,
-        shared=texts.shared(trees),
-        briefly=texts.briefly(trees) if state.quick else "",
-        kind=texts.kind(trees),
+        shared=texts.shared(found),
+        briefly=texts.briefly(found) if state.quick else "",
+        kind=texts.kind(found),
         subjects=names,
         headlines=headlines(shown),
-        compared=compare(trees, names, twin) if trees else [],
+        compared=compare(found, names, twin) if found else [],
         sections=chapters(shown),
-        notes=[(subject_title(f), get(f.tree, "data.notes") or []) for f in shown],
+        notes=[(subject_title(f), f.results.data.notes) for f in shown if f.results.data],
         left_out=[(subject_title(f), f.left_out) for f in shown if f.left_out],
         versions=versions(),
         elapsed=duration(state.seconds),

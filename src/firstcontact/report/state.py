@@ -9,7 +9,11 @@ from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
+from msgspec.structs import asdict, replace
+
+from firstcontact.core.by_name import ByName
 from firstcontact.report.findings import Findings
+from firstcontact.report.results.study import FirstSubject, StudyResults, StudyRun, SubjectResults
 
 #: Whose versions a result depends on.
 PACKAGES = (
@@ -73,33 +77,34 @@ class State:
         """Time since the study began, s."""
         return time.monotonic() - self.began
 
-    def to_json(self) -> dict[str, Any]:
+    def results(self) -> StudyResults:
         """``results.json``: the first subject at the top, others under their names."""
         first, *others = self.findings
-        tree: dict[str, Any] = dict(first.tree)
-        if first.left_out:
-            tree["left_out"] = list(first.left_out)
-        for other in others:
-            tree[other.name] = dict(other.tree)
-            if other.left_out:
-                tree[other.name]["left_out"] = list(other.left_out)
-        tree["seconds"] = round(self.seconds, 1)
-        tree["part_seconds"] = {k: round(v, 1) for k, v in self.part_seconds.items()}
-        tree["study"] = {
-            "command": self.command,
-            "condition": first.name,
-            "quick": self.quick,
-            "started": self.started,
-            "complete": not self.pending,
-            **({"stopped": self.stopped} if self.stopped else {}),
-            "asked": dict(self.asked),
-            "settings": dict(self.settings),
-            "seed": self.settings["seed"],
-        }
-        tree["versions"] = versions()
-        if self.pending:
-            tree["pending"] = list(self.pending)
-        return tree
+        run = StudyRun(
+            command=self.command,
+            condition=first.name,
+            quick=self.quick,
+            started=self.started,
+            complete=not self.pending,
+            stopped=self.stopped or None,
+            asked=dict(self.asked),
+            settings=dict(self.settings),
+            seed=self.settings["seed"],
+        )
+        whole = FirstSubject(
+            **asdict(_told(first)),
+            seconds=round(self.seconds, 1),
+            part_seconds={k: round(v, 1) for k, v in self.part_seconds.items()},
+            study=run,
+            versions=versions(),
+            pending=list(self.pending) or None,
+        )
+        return ByName({other.name: _told(other) for other in others}, whole)
+
+
+def _told(findings: Findings) -> SubjectResults:
+    """With what was left out."""
+    return replace(findings.results, left_out=findings.left_out or None)
 
 
 def versions() -> dict[str, str]:

@@ -9,9 +9,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.core.by_name import Record
 from firstcontact.stiffness.estimator import Reference
 from firstcontact.stiffness.model import Model
 from firstcontact.stiffness.spec import Windows
@@ -76,9 +78,45 @@ def load() -> float:
     return os.getloadavg()[0]
 
 
+class InferenceTime(Record, frozen=True, kw_only=True):
+    """Single-window inference on one thread, µs.
+
+    Parameters
+    ----------
+    p50, p99
+        Of the calls that no other process interrupted.
+    p99_with_preempted
+        Of all calls.
+    calls, preempted
+        How many there were, and how many of them were interrupted.
+    load, cores
+        Of the machine when it began.
+    reference, reference_p50, reference_p99, reference_calls
+        The training library, and the same of it.
+    speedup
+        Ratio of the medians.
+    support_vectors
+        Of a model that has some.
+    """
+
+    p50: float
+    p99: float
+    p99_with_preempted: float
+    calls: int
+    preempted: int
+    load: float
+    cores: int
+    reference: str | None = None
+    reference_p50: float | None = None
+    reference_p99: float | None = None
+    reference_calls: int | None = None
+    speedup: float | None = None
+    support_vectors: int | None = None
+
+
 def time_inference(
     model: Model, X: Windows, reference: Reference | None, calls: int = 10_000
-) -> dict[str, Any]:
+) -> InferenceTime:
     """Single-window inference on one thread, beside the training library in the same run.
 
     Parameters
@@ -91,37 +129,30 @@ def time_inference(
         What to compare with, if there is anything.
     calls
         Single calls to time.
-
-    Returns
-    -------
-    dict
-        ``p50`` and ``p99``, µs, of the calls that no other process interrupted;
-        ``calls``, all of them; ``preempted``, how many were interrupted;
-        ``p99_with_preempted``, of all calls; ``load`` and ``cores``: of the machine
-        when it began; the same of the ``reference``, and ``speedup``, the ratio of the
-        medians, where there is one.
     """
     import threadpoolctl
 
     busy = load()
     with threadpoolctl.threadpool_limits(1):
         own = timed(model.predict_one, X, calls)
-        found = {
-            "p50": float(np.percentile(own.own, 50)),
-            "p99": float(np.percentile(own.own, 99)),
-            "p99_with_preempted": float(np.percentile(own.microseconds, 99)),
-            "calls": calls,
-            "preempted": int(own.preempted.sum()),
-            "load": busy,
-            "cores": os.cpu_count() or 1,
-        }
+        found = InferenceTime(
+            p50=float(np.percentile(own.own, 50)),
+            p99=float(np.percentile(own.own, 99)),
+            p99_with_preempted=float(np.percentile(own.microseconds, 99)),
+            calls=calls,
+            preempted=int(own.preempted.sum()),
+            load=busy,
+            cores=os.cpu_count() or 1,
+            support_vectors=model.notes.get("support_vectors"),
+        )
         if reference is None:
             return found
         theirs = timed(reference.call, reference.inputs, max(1, calls // REFERENCE_SHARE))
-    return found | {
-        "reference": reference.name,
-        "reference_p50": float(np.percentile(theirs.own, 50)),
-        "reference_p99": float(np.percentile(theirs.own, 99)),
-        "reference_calls": len(theirs.microseconds),
-        "speedup": float(np.percentile(theirs.own, 50) / np.percentile(own.own, 50)),
-    }
+    return msgspec.structs.replace(
+        found,
+        reference=reference.name,
+        reference_p50=float(np.percentile(theirs.own, 50)),
+        reference_p99=float(np.percentile(theirs.own, 99)),
+        reference_calls=len(theirs.microseconds),
+        speedup=float(np.percentile(theirs.own, 50) / np.percentile(own.own, 50)),
+    )

@@ -12,9 +12,10 @@ import numpy as np
 
 from firstcontact.core import Dataset, InputError
 from firstcontact.core.extras import absent
-from firstcontact.core.files import write_json, write_text
+from firstcontact.core.files import write_text
 from firstcontact.core.jobs import Runner
 from firstcontact.report.findings import Findings, PartResult
+from firstcontact.report.results.file import write_results
 from firstcontact.report.state import State
 from firstcontact.stiffness.registry import ESTIMATORS
 from firstcontact.study._subject import Subject
@@ -181,5 +182,5 @@ def write(state: State, out: Path) -> None:
     """Write both files as the study stands."""
     from firstcontact.report.page import render
 
-    write_json(out / "results.json", state.to_json())
+    write_results(out / "results.json", state.results())
     write_text(out / "report.html", render(state))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from firstcontact.grasp_study.results import Policies
 from firstcontact.grasp_study.variants import variants
+from firstcontact.learning.scores import bounded
 from firstcontact.report.figures.style import canvas, uri
 
 if TYPE_CHECKING:
@@ -22,13 +23,13 @@ PANELS = (
 )
 
 
-def headline_figure(policies: Mapping[str, Any], ms: str) -> str:
+def headline_figure(policies: Policies, ms: str) -> str:
     """Draw bars with intervals for every policy.
 
     Parameters
     ----------
     policies
-        See :func:`firstcontact.grasp_study._numbers.policies_tree`.
+            See :func:`firstcontact.grasp_study._numbers.by_policy`.
     ms
         The latency.
 
@@ -45,7 +46,7 @@ def headline_figure(policies: Mapping[str, Any], ms: str) -> str:
         return uri(figure)
 
 
-def headline_picture(policies: Mapping[str, Any], ms: str, image: Path) -> None:
+def headline_picture(policies: Policies, ms: str, image: Path) -> None:
     """Write the same as a PNG, side by side."""
     with canvas(1, 3, size=BESIDE, sharey=True) as (figure, axes):
         for axis, (group, number, factor, form, title) in zip(axes[0], PANELS, strict=True):
@@ -55,22 +56,22 @@ def headline_picture(policies: Mapping[str, Any], ms: str, image: Path) -> None:
         figure.savefig(image, format="png", dpi=150, metadata={"Software": None})
 
 
-def _names(axis: Axes, policies: Mapping[str, Any]) -> None:
+def _names(axis: Axes, policies: Policies) -> None:
     axis.set_yticks(range(len(policies)), [variants()[v].title for v in policies])
     axis.invert_yaxis()
 
 
 def _bars(
-    axis: Axes, policies: Mapping[str, Any], ms: str, group: str, number: str, factor: float,
+    axis: Axes, policies: Policies, ms: str, group: str, number: str, factor: float,
     form: str,
 ) -> None:  # fmt: skip
     for place, (variant, at) in enumerate(policies.items()):
-        tree = at[ms].get(group, {})
-        if number not in tree:
+        found = bounded(at[ms].get(group), number)
+        if found is None:
             axis.text(0, place, " none", va="center", fontsize=8.5)
             continue
-        value = factor * tree[number]
-        low, high = (factor * e for e in tree["intervals"].get(number, [tree[number]] * 2))
+        value = factor * found.value
+        low, high = (factor * end for end in found.ends or [found.value] * 2)
         axis.barh(place, value, color=variants()[variant].colour, height=0.62)
         axis.plot([low, high], [place, place], color="#1F2933", linewidth=1.2)
         axis.text(max(high, value), place, "  " + form.format(value), va="center", fontsize=8.5)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
+from firstcontact.grasp_study.results import Policies
 from firstcontact.grasp_study.variants import variants
+from firstcontact.learning.scores import bounded
 from firstcontact.report.figures.style import canvas, uri
 
 
 def over_latency(
-    policies: Mapping[str, Any], group: str, number: str, label: str, factor: float = 1.0,
+    policies: Policies, group: str, number: str, label: str, factor: float = 1.0,
     least: float = 0.0,
 ) -> str:  # fmt: skip
     """Draw a number with its intervals.
@@ -18,11 +17,11 @@ def over_latency(
     Parameters
     ----------
     policies
-        See :func:`firstcontact.grasp_study._numbers.policies_tree`.
+            See :func:`firstcontact.grasp_study._numbers.by_policy`.
     group
         Of objects.
     number
-        Its name in the tree; ``factor`` times it is drawn.
+        Its name; ``factor`` times it is drawn.
     label
         Of the axis, which reaches up to ``least`` at least.
 
@@ -37,13 +36,13 @@ def over_latency(
         for place, (variant, at) in enumerate(policies.items()):
             # Side by side, or the intervals would hide each other.
             shift = (place - (len(policies) - 1) / 2) * width
-            points = [(float(ms), groups[group]) for ms, groups in at.items() if group in groups]
-            points = [(ms, tree) for ms, tree in points if number in tree]
+            its = [(float(ms), bounded(groups.get(group), number)) for ms, groups in at.items()]
+            points = [(ms, found) for ms, found in its if found is not None]
             if not points:
                 continue
             x = [ms + shift for ms, _ in points]
-            y = [factor * tree[number] for _, tree in points]
-            ends = [tree["intervals"].get(number, [tree[number]] * 2) for _, tree in points]
+            y = [factor * found.value for _, found in points]
+            ends = [found.ends or [found.value] * 2 for _, found in points]
             low = [max(v - factor * e[0], 0.0) for v, e in zip(y, ends, strict=True)]
             high = [max(factor * e[1] - v, 0.0) for v, e in zip(y, ends, strict=True)]
             axis.errorbar(

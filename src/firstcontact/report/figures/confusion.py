@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from firstcontact.core.palette import INK
 from firstcontact.report import names
 from firstcontact.report.figures.style import canvas, uri
 from firstcontact.report.findings import Figure
+from firstcontact.report.results.stiffness import SplitScores
 
 
-def confusion_figure(
-    model: str, split: str, scores: Mapping[str, Any], unit: str = "Shore A"
-) -> Figure:
-    """Confusion matrix, rows as shares of the true class.
-
-    ``scores`` holds ``classes`` and ``confusion`` as
-    :func:`firstcontact.learning.metrics.classification_scores` gives them.
-    """
-    counts = np.array(scores["confusion"])
+def confusion_figure(model: str, split: str, scores: SplitScores, unit: str = "Shore A") -> Figure:
+    """Confusion matrix of a classification, rows as shares of the true class."""
+    counts = np.array(scores.confusion)
     share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
-    ticks = [f"{c:g}" if isinstance(c, float) else str(c) for c in scores["classes"]]
+    ticks = [f"{c:g}" if isinstance(c, float) else str(c) for c in scores.classes or ()]
     with canvas(size=(6.2, 4.2)) as (figure, axes):
         ax = axes[0, 0]
         image_ = ax.imshow(share, cmap="Blues", vmin=0, vmax=1, aspect="auto")
@@ -50,7 +42,7 @@ def confusion_figure(
     return Figure(
         f"confusion-{model}",
         f"Confusion, {names.estimator(model).title}, {names.SPLITS.get(split, split)}",
-        f"{scores['n']:,} pinches, each predicted by a model that did not learn from "
+        f"{scores.n:,} pinches, each predicted by a model that did not learn from "
         + ("its session." if split == "by_session" else "it."),
         image,
     )

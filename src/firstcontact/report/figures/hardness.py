@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from firstcontact.core.palette import BLUE, GREY, INK, RED
+from firstcontact.learning.scores import ClassificationScores
 from firstcontact.learning.training import LabelledWindows, Values
 from firstcontact.recording.figure_text import shown
 from firstcontact.report.figures.style import canvas, shades, uri
@@ -58,7 +56,7 @@ def hardness_figure(data: LabelledWindows, centroid: Values) -> Figure:
 
 
 def materials_figure(
-    left_out: Mapping[str, Any], random: Mapping[str, Any], chance: float
+    left_out: ClassificationScores, random: ClassificationScores, chance: float
 ) -> Figure:
     """Accuracy with a material left out, beside random folds and chance."""
     with canvas(size=(6.2, 2.6)) as (figure, axes):
@@ -68,14 +66,14 @@ def materials_figure(
             ("random folds (not to be trusted)", random, GREY),
         ]
         for row, (_, scores, colour) in enumerate(rows):
-            ax.barh(row, 100 * scores["accuracy"], color=colour, height=0.55)
-            ends = scores["intervals"].get("accuracy")
+            ax.barh(row, 100 * scores.accuracy, color=colour, height=0.55)
+            ends = scores.intervals.get("accuracy")
             if ends:
                 ax.plot([100 * e for e in ends], [row, row], color=INK, lw=1.2)
             ax.text(
                 2,
                 row,
-                f"{100 * scores['accuracy']:.0f} %",
+                f"{100 * scores.accuracy:.0f} %",
                 va="center",
                 color="white",
                 fontweight="bold",

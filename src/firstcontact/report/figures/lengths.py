@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from firstcontact.core.palette import BLUE, RED
 from firstcontact.report import names
 from firstcontact.report.figures.style import canvas, uri
 from firstcontact.report.findings import Figure
+from firstcontact.report.results.stiffness import WindowErrors
 
 
-def lengths_figure(model: str, tree: Mapping[str, Any]) -> Figure:
+def lengths_figure(model: str, found: Mapping[str, Mapping[str, WindowErrors]]) -> Figure:
     """RMSE of a model with intervals against window length (ms), blocks and objects."""
     title = names.estimator(model).title
     with canvas() as (figure, axes):
@@ -21,18 +21,18 @@ def lengths_figure(model: str, tree: Mapping[str, Any]) -> Figure:
             ("objects", RED, "unseen objects"),
         ):
             points = [
-                (float(ms), entry[model][side])
-                for ms, entry in tree.items()
-                if side in entry.get(model, {})
+                (float(ms), scores)
+                for ms, its in found.items()
+                if model in its and (scores := getattr(its[model], side)) is not None
             ]
             if not points:
                 continue
             points.sort(key=lambda point: point[0])
             times = [ms for ms, _ in points]
-            values = [scores["rmse"] for _, scores in points]
+            values = [scores.rmse for _, scores in points]
             ax.plot(times, values, "o-", color=colour, ms=5, label=name)
-            if all("rmse" in scores["intervals"] for _, scores in points):
-                ends = [scores["intervals"]["rmse"] for _, scores in points]
+            if all("rmse" in scores.intervals for _, scores in points):
+                ends = [scores.intervals["rmse"] for _, scores in points]
                 ax.fill_between(
                     times,
                     [e[0] for e in ends],
@@ -41,7 +41,7 @@ def lengths_figure(model: str, tree: Mapping[str, Any]) -> Figure:
                     alpha=0.15,
                     lw=0,
                 )
-        ax.set_xticks([float(ms) for ms in tree])
+        ax.set_xticks([float(ms) for ms in found])
         ax.set(
             xlabel="Window after contact (ms)", ylabel=f"RMSE (Shore A), {title}", ylim=(0, None)
         )

@@ -3,40 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from firstcontact.core.palette import GREY, INK
 from firstcontact.report import names
 from firstcontact.report.figures.style import canvas, uri
 from firstcontact.report.findings import Figure
+from firstcontact.report.results.stiffness import SecondContact, by_side
 
 
-def second_figure(tree: Mapping[str, Any]) -> Figure:
+def second_figure(found: Mapping[str, SecondContact]) -> Figure:
     """RMSE of pinches with and without the second contact in the window."""
-    bars = [
-        (model, side, where, scores)
-        for side in ("blocks", "objects")
-        for model in tree
-        for where, scores in tree[model].get(side, {}).items()
-    ]
+    bars = by_side(found)
     with canvas(size=(6.2, 0.9 + 0.42 * max(len(bars), 4))) as (figure, axes):
         ax = axes[0, 0]
         for row, (model, _, where, scores) in enumerate(bars):
             ax.barh(
                 row,
-                scores["rmse"],
+                scores.rmse,
                 color=names.estimator(model).colour,
                 alpha={"with": 0.85, "without": 0.4}.get(where, 0.12),
                 height=0.7,
             )
-            ends = scores["intervals"].get("rmse")
+            ends = scores.intervals.get("rmse")
             if ends:
                 ax.plot(ends, [row, row], color=INK, lw=1)
-            right = max(scores["rmse"], ends[1] if ends else 0.0)
+            right = max(scores.rmse, ends[1] if ends else 0.0)
             ax.text(
                 right,
                 row,
-                f"  {scores['rmse']:.2f}  (n = {scores['n']:,})",
+                f"  {scores.rmse:.2f}  (n = {scores.n:,})",
                 va="center",
                 fontsize=8,
                 color=INK,

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from msgspec.structs import asdict
 
 from firstcontact.core import Contact, Pinch
 from firstcontact.learning.detection import quantiles, resampler_lookahead, right_and_not_early
 from firstcontact.learning.training import DURATION
 from firstcontact.report.findings import PartResult
+from firstcontact.report.results.contact import Answers, AnswerTimes
+from firstcontact.report.results.study import SubjectResults
 from firstcontact.signal import Conditioner, contact_windows, samples_in
 from firstcontact.study._subject import Subject
 from firstcontact.study.settings import StudySettings
@@ -37,7 +38,8 @@ def answer_time(subject: Subject, settings: StudySettings) -> PartResult:
         for duration in sorted({*settings.durations, DURATION})
     }
     lengths = {f"{1e3 * duration:g}": scores for duration, scores in by_length.items()}
-    return PartResult({"answer_ms": {**by_length[DURATION], "window_length_ms": lengths}})
+    times = AnswerTimes(**asdict(by_length[DURATION]), window_length_ms=lengths)
+    return PartResult(SubjectResults(answer_ms=times))
 
 
 def answered(pinch: Pinch, contact: Contact, duration: float) -> int:
@@ -47,7 +49,7 @@ def answered(pinch: Pinch, contact: Contact, duration: float) -> int:
     return max(contact.decided, last + Conditioner(layout).lookahead)
 
 
-def _at(subject: Subject, duration: float, early: float) -> dict[str, Any]:
+def _at(subject: Subject, duration: float, early: float) -> Answers:
     dataset = subject.dataset
     whole = contact_windows(dataset, subject.found, duration)[1]
     waited = resampler_lookahead(dataset)
@@ -65,9 +67,12 @@ def _at(subject: Subject, duration: float, early: float) -> dict[str, Any]:
         seconds = (answered(pinch, contact, duration) - truth.sample) / rate + waited
         after.append(1e3 * seconds)
         in_time += pinch.offset is not None and seconds < pinch.offset
-    tree: dict[str, Any] = {"n": len(after), "of": of}
-    if after:
-        tree.update(quantiles(np.array(after)))
-    if with_second:
-        tree.update(before_second=in_time / with_second, with_second=with_second)
-    return tree
+    delays = quantiles(np.array(after)) if after else None
+    return Answers(
+        n=len(after),
+        of=of,
+        median=delays.median if delays else None,
+        p95=delays.p95 if delays else None,
+        before_second=in_time / with_second if with_second else None,
+        with_second=with_second or None,
+    )

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from msgspec.structs import asdict, replace
 
+from firstcontact.core.by_name import ByName
 from firstcontact.core.jobs import Runner
 from firstcontact.learning.metrics import classification_scores, regression_scores
+from firstcontact.learning.scores import RegressionScores, TaskScores
 from firstcontact.learning.splits import (
     Split,
     by_session,
@@ -22,6 +25,13 @@ from firstcontact.report import names
 from firstcontact.report.figures.confusion import confusion_figure
 from firstcontact.report.figures.levels import leave_one_out_figure
 from firstcontact.report.findings import Figure, PartResult
+from firstcontact.report.results.stiffness import (
+    BlockConditions,
+    BlockScores,
+    SplitScores,
+    WindowCounts,
+)
+from firstcontact.report.results.study import SubjectResults
 from firstcontact.stiffness import ESTIMATORS, Task
 from firstcontact.study._subject import Subject
 from firstcontact.study.settings import StudySettings
@@ -63,22 +73,25 @@ def blocks(
         questions += more
         places += [("strip", split, task) for _, split, task in more_places]
     answers = held_out(runner, questions, settings.seed)
-    tree: dict[str, Any] = {}
+    by_split: dict[str, dict[str, dict[str, Any]]] = {}
     for (model, split, task), question, predicted in zip(places, questions, answers, strict=True):
-        home = tree.setdefault(reference if model == "strip" else model, {})
-        if model == "strip":
-            home = home.setdefault("strip_aligned", {})
         scores = _scores(question.data, predicted, task, settings.seed)
-        entry = home.setdefault(split, {})
-        intervals = {**entry.get("intervals", {}), **scores["intervals"]}
-        entry.update(scores, intervals=intervals)
+        entry = by_split.setdefault(model, {}).setdefault(split, {"intervals": {}})
+        entry |= {**asdict(scores), "intervals": {**entry["intervals"], **scores.intervals}}
         if task is Task.REGRESSION and model != "strip":
             subject.predictions[model, split] = (question.data, predicted)
             if split == LEVEL:
                 entry["per_level"] = _per_level(question.data, predicted, settings.seed)
+    found = {}
+    for model, its in by_split.items():
+        splits_of: dict[str, Any] = {split: SplitScores(**entry) for split, entry in its.items()}
+        found[model] = BlockScores(**splits_of)
+    if "strip" in found:
+        found[reference] = replace(found[reference], strip_aligned=found.pop("strip"))
     total = int((~subject.dataset.test & np.isfinite(subject.dataset.shore_a)).sum())
-    counts = {"pinches": total, "with_window": len(data)}
-    return PartResult({"blocks": {**tree, "windows": counts}}, _figures(subject, tree), left_out)
+    about = BlockConditions(windows=WindowCounts(pinches=total, with_window=len(data)))
+    results = SubjectResults(blocks=ByName(found, about))
+    return PartResult(results, _figures(subject, found), left_out)
 
 
 def _learnable(subject: Subject, data: LabelledWindows) -> LabelledWindows:
@@ -139,14 +152,16 @@ def _questions(
     return questions, places
 
 
-def _scores(data: LabelledWindows, predicted: Values, task: Task, seed: int) -> dict[str, Any]:
+def _scores(data: LabelledWindows, predicted: Values, task: Task, seed: int) -> TaskScores:
     asked = np.isfinite(predicted)
     truth, clusters = data.y[asked], data.clusters[asked]
-    score = classification_scores if task is Task.CLASSIFICATION else regression_scores
+    score: Callable[..., TaskScores] = (
+        classification_scores if task is Task.CLASSIFICATION else regression_scores
+    )
     return score(truth, predicted[asked], clusters, seed)
 
 
-def _per_level(data: LabelledWindows, predicted: Values, seed: int) -> dict[str, Any]:
+def _per_level(data: LabelledWindows, predicted: Values, seed: int) -> dict[str, RegressionScores]:
     return {
         f"{level:g}": regression_scores(
             data.y[data.y == level],
@@ -158,13 +173,13 @@ def _per_level(data: LabelledWindows, predicted: Values, seed: int) -> dict[str,
     }
 
 
-def _figures(subject: Subject, tree: dict[str, Any]) -> list[Figure]:
-    told = any("confusion" in scores.get(SESSION, {}) for scores in tree.values())
+def _figures(subject: Subject, found: Mapping[str, BlockScores]) -> list[Figure]:
+    told = any(its.by_session and its.by_session.confusion for its in found.values())
     split = SESSION if told else RANDOM
     figures = [
-        confusion_figure(model, split, tree[model][split])
-        for model in names.estimators(tree)
-        if "confusion" in tree.get(model, {}).get(split, {})
+        confusion_figure(model, split, scores)
+        for model in names.estimators(found)
+        if (scores := found[model].split(split)) and scores.confusion
     ]
     drawn = {
         model: subject.predictions[model, LEVEL]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +12,16 @@ from firstcontact.contact import DETECTORS, make_detector, unfitted
 from firstcontact.contact.closing_start import closing_starts, closings, counted
 from firstcontact.contact.detector import WindowDecisions, latch
 from firstcontact.core import Contact, Dataset, InputError
+from firstcontact.core.by_name import ByName
 from firstcontact.core.jobs import Runner
 from firstcontact.core.layout import ChannelKind
-from firstcontact.learning.detection import judged, score_decisions
+from firstcontact.learning.detection import DetectionScores, judged, score_decisions
 from firstcontact.learning.splits import Group, Split, by_session, random_folds
 from firstcontact.report.figures.delays import delay_figure
 from firstcontact.report.figures.detectors import detectors_figure
 from firstcontact.report.findings import Figure, PartResult
+from firstcontact.report.results.contact import ContactConditions, DetectionFolds, NotFound
+from firstcontact.report.results.study import SubjectResults
 from firstcontact.study._subject import Subject
 from firstcontact.study.settings import StudySettings
 
@@ -50,7 +52,7 @@ def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
     start = settings.detector if settings.detector in verdicts else unfitted()
     found = tuple(next(iter(latch(v, fingers, set())), None) for v in verdicts[start])
     missing = sum(contact is None for contact in found)
-    not_found = {"by": start, "pinches": missing, "of": len(dataset)}
+    not_found = NotFound(by=start, pinches=missing, of=len(dataset))
     left_out = []
     if start == settings.detector:
         subject.found = found
@@ -63,14 +65,19 @@ def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
             subject.found = found
         failed[settings.detector] += f"; windows start {where}"
     left_out += [f"{DETECTORS[n].title} contact detector: {why}." for n, why in failed.items()]
-    tree: dict[str, Any] = {"windows_start_at": start, "steady_state": counted(starts)}
+    about = ContactConditions(
+        windows_start_at=start,
+        steady_state=counted(starts),
+        folds=_told(splits) if known.any() else None,
+        early_ms=1e3 * settings.early if known.any() else None,
+        not_found=not_found,
+    )
+    scores: dict[str, DetectionScores] = {}
     figures: list[Figure] = []
     if known.any():
         for name, given in verdicts.items():
             step = DETECTORS[name].step
-            tree[name] = score_decisions(given, dataset, step, settings.early).to_json()
-        tree["folds"] = _told(splits)
-        tree["early_ms"] = 1e3 * settings.early
+            scores[name] = score_decisions(given, dataset, step, settings.early)
         example = _example(dataset, found)
         figures.append(
             detectors_figure(
@@ -83,8 +90,7 @@ def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
         figures.append(delay_figure(dataset, _firsts(dataset, verdicts), settings.early))
     else:
         left_out.append("Scores of contact detection: no pinch has a known first contact.")
-    tree["not_found"] = not_found
-    return PartResult({"contact": tree}, figures, left_out)
+    return PartResult(SubjectResults(contact=ByName(scores, about)), figures, left_out)
 
 
 def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
@@ -170,10 +176,10 @@ def _vibration_only(dataset: Dataset) -> Dataset:
     )
 
 
-def _told(splits: Sequence[Split]) -> dict[str, Any]:
+def _told(splits: Sequence[Split]) -> DetectionFolds:
     shares = sorted(set().union(*(s.shares for s in splits)))
     held_out = "pinches" if Group.SESSION in shares else "sessions"
-    return {"n": len(splits), "held_out": held_out, "shares": [str(s) for s in shares]}
+    return DetectionFolds(n=len(splits), held_out=held_out, shares=[str(s) for s in shares])
 
 
 def _firsts(

@@ -3,48 +3,49 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-from firstcontact.core import Dataset
 from firstcontact.learning.training import DURATION, distinct_specimens
 from firstcontact.report.figures.offsets import offset_figure
 from firstcontact.report.figures.timing import timing_figure
 from firstcontact.report.findings import Figure, PartResult
+from firstcontact.report.results.data import DataSummary, Offsets
+from firstcontact.report.results.study import SubjectResults
 from firstcontact.study._subject import Subject
 
 
 def describe(subject: Subject) -> PartResult:
     """Counts of the data, the offset distribution and the timing of one pinch."""
     dataset = subject.dataset
-    tree: dict[str, Any] = {
-        "data": {
-            "source": dataset.source,
-            "pinches": len(dataset),
-            "specimens": len(set(distinct_specimens(dataset)) - {""}),
-            **_rates(dataset),
-            "sessions": len(set(dataset.sessions) - {""}),
-            "train_pinches": int((~dataset.test).sum()),
-            "test_pinches": int(dataset.test.sum()),
-            "objects": sorted(set(dataset.objects.tolist()) - {""}),
-            "notes": _merged([n for n in dataset.notes if n not in dataset.losses]),
-        }
-    }
+    recorded, rate = dataset.recorded_rate, float(dataset.layout.rate)
+    summary = DataSummary(
+        source=dataset.source,
+        pinches=len(dataset),
+        specimens=len(set(distinct_specimens(dataset)) - {""}),
+        sample_rate_hz=rate if recorded is None else float(recorded),
+        model_rate_hz=None if recorded is None else rate,
+        sessions=len(set(dataset.sessions) - {""}),
+        train_pinches=int((~dataset.test).sum()),
+        test_pinches=int(dataset.test.sum()),
+        objects=sorted(set(dataset.objects.tolist()) - {""}),
+        notes=_merged([n for n in dataset.notes if n not in dataset.losses]),
+    )
+    spread = None
     figures: list[Figure] = []
     # What is missing is told where people look for it, not among what was assumed.
     left_out = [f"{loss.rstrip('.')}." for loss in _merged(dataset.losses)]
     offsets = np.array([1e3 * p.offset for p in dataset.pinches if p.offset is not None])
     if len(offsets):
-        tree["offset_ms"] = {
-            "mean": float(offsets.mean()),
+        spread = Offsets(
+            mean=float(offsets.mean()),
             # Of a single offset there is no spread to tell.
-            **({"sd": float(offsets.std(ddof=1))} if len(offsets) > 1 else {}),
-            "share_below_15": float((offsets < 1e3 * DURATION).mean()),
-            "share_below_8": float((offsets < 8.0).mean()),
-            "median": float(np.median(offsets)),
-            "n": len(offsets),
-        }
+            sd=float(offsets.std(ddof=1)) if len(offsets) > 1 else None,
+            share_below_15=float((offsets < 1e3 * DURATION).mean()),
+            share_below_8=float((offsets < 8.0).mean()),
+            median=float(np.median(offsets)),
+            n=len(offsets),
+        )
         figures.append(offset_figure(offsets))
         middle = min(
             (p for p in dataset.pinches if p.offset is not None),
@@ -55,17 +56,7 @@ def describe(subject: Subject) -> PartResult:
         left_out.append(
             "Offset between the contacts: no pinch has a known first and second contact."
         )
-    return PartResult(tree, figures, left_out)
-
-
-def _rates(dataset: Dataset) -> dict[str, float]:
-    """What the data were recorded at, and what the models are given where that differs."""
-    if dataset.recorded_rate is None:
-        return {"sample_rate_hz": float(dataset.layout.rate)}
-    return {
-        "sample_rate_hz": float(dataset.recorded_rate),
-        "model_rate_hz": float(dataset.layout.rate),
-    }
+    return PartResult(SubjectResults(data=summary, offset_ms=spread), figures, left_out)
 
 
 def _merged(notes: Sequence[str], most: int = 12) -> list[str]:

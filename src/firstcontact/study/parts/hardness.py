@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from msgspec.structs import asdict
 
 from firstcontact.core.jobs import Runner
 from firstcontact.learning.metrics import (
@@ -13,6 +15,7 @@ from firstcontact.learning.metrics import (
     rank_correlation,
     regression_scores,
 )
+from firstcontact.learning.scores import ClassificationScores, RankCorrelation
 from firstcontact.learning.splits import (
     learns_one_value,
     leave_one_out,
@@ -23,6 +26,13 @@ from firstcontact.learning.training import DURATION, LabelledWindows, Question, 
 from firstcontact.report import names
 from firstcontact.report.figures.hardness import hardness_figure, materials_figure
 from firstcontact.report.findings import PartResult
+from firstcontact.report.results.hardness import (
+    HardnessOrder,
+    Material,
+    MaterialLeftOut,
+    RankRegression,
+)
+from firstcontact.report.results.study import SubjectResults
 from firstcontact.stiffness import ESTIMATORS, Task
 from firstcontact.study._subject import Subject
 from firstcontact.study.settings import StudySettings
@@ -84,12 +94,13 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
     )
     ranked = predicted.get((HELD, "rank"))
     by_material = _by_material(data, centroid, ranked)
-    order = np.array([entry["rank"] for entry in by_material.values()])
+    order = np.array([its.rank for its in by_material.values()])
 
-    def correlation(key: str) -> dict[str, Any]:
-        return rank_correlation(order, np.array([e[key] for e in by_material.values()]), seed)
+    def correlation(of: Callable[[Material], float | None]) -> RankCorrelation:
+        values = np.array(list(map(of, by_material.values())), dtype=np.float64)
+        return rank_correlation(order, values, seed)
 
-    def classes(place: str) -> dict[str, dict[str, Any]]:
+    def classes(place: str) -> dict[str, ClassificationScores]:
         return {
             model: classification_scores(data.y, predicted[place, model], data.objects, seed)
             for model in _classifiers()
@@ -97,27 +108,28 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
         }
 
     chance = _chance(data)
-    held: dict[str, Any] = {}
+    regression = None
     if ranked is not None:
         errors = regression_scores(data.y, ranked, data.objects, seed)
-        held["rank_regression"] = {**correlation("predicted"), "errors": errors}
-    if found := classes(HELD):
-        held["classification"] = found
-    tree = {
-        "n_pinches": len(data),
-        "pinches": int(known.sum()),
-        "score": SCORE,
-        "spectral_centroid": correlation("centroid_hz"),
-        "chance": chance,
-        "by_material": by_material,
-    }
-    mixed = classes(MIXED)
-    tree.update({place: part for place, part in ((HELD, held), (MIXED, mixed)) if part})
+        rho = correlation(lambda its: its.predicted)
+        regression = RankRegression(**asdict(rho), errors=errors)
+    found, mixed = classes(HELD), classes(MIXED)
+    held = MaterialLeftOut(rank_regression=regression, classification=found or None)
+    order_found = HardnessOrder(
+        n_pinches=len(data),
+        pinches=int(known.sum()),
+        score=SCORE,
+        spectral_centroid=correlation(lambda its: its.centroid_hz),
+        chance=chance,
+        by_material=by_material,
+        leave_one_material_out=held if regression or found else None,
+        random_folds=mixed or None,
+    )
     figures = [hardness_figure(data, centroid)]
     for model in names.estimators(mixed):
         if model in found:
             figures.append(materials_figure(found[model], mixed[model], chance))
-    return PartResult({"hardness_order": tree}, figures, left_out)
+    return PartResult(SubjectResults(hardness_order=order_found), figures, left_out)
 
 
 def _questions(
@@ -172,15 +184,14 @@ def _chance(data: LabelledWindows) -> float:
 
 def _by_material(
     data: LabelledWindows, centroid: Values, predicted: Values | None
-) -> dict[str, dict[str, Any]]:
+) -> dict[str, Material]:
     out = {}
     for material in np.unique(data.objects):
         its = data.objects == material
-        out[str(material)] = {
-            "rank": float(data.y[its].mean()),
-            "n": int(its.sum()),
-            "centroid_hz": float(centroid[its].mean()),
-        }
-        if predicted is not None:
-            out[str(material)]["predicted"] = float(predicted[its].mean())
+        out[str(material)] = Material(
+            rank=float(data.y[its].mean()),
+            n=int(its.sum()),
+            centroid_hz=float(centroid[its].mean()),
+            predicted=None if predicted is None else float(predicted[its].mean()),
+        )
     return out

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from msgspec.structs import asdict
 
 from firstcontact.core.jobs import one_thread
 from firstcontact.learning.training import DURATION, Fit, train
 from firstcontact.report.findings import PartResult
+from firstcontact.report.results.stiffness import InferenceTimes
+from firstcontact.report.results.study import SubjectResults
 from firstcontact.stiffness import ESTIMATORS, Task, make_estimator
-from firstcontact.stiffness.timing import time_inference
+from firstcontact.stiffness.timing import InferenceTime, time_inference
 from firstcontact.study._subject import Subject
 from firstcontact.study.settings import StudySettings
 
@@ -29,37 +30,30 @@ def inference(subject: Subject, settings: StudySettings) -> PartResult:
                 "Inference time: windows of two Shore A levels or more are needed to train a model."
             ]
         )
-    tree: dict[str, Any] = {}
+    found: dict[str, InferenceTimes] = {}
     for model, entry in ESTIMATORS.items():
         if entry.baseline:
             continue
+        times: dict[Task, InferenceTime] = {}
         for task in entry.tasks:
             # A slow one's arithmetic differs by a few outputs only: once is enough.
-            if tree.get(model) and entry.slow:
+            if times and entry.slow:
                 continue
             fit = Fit(model, task, blocks, blocks.X, settings.seed, entry.quick)
             # Here and nowhere else: the results say which machine, and it is to have nothing else
             # to do.
             with one_thread():
-                found = measure(fit, settings.calls)
-            if task is Task.REGRESSION:
-                tree[model] = found
-            else:
-                tree.setdefault(model, {})[task.value] = found
-    return PartResult({"inference_us": tree})
+                times[task] = measure(fit, settings.calls)
+        classification = times.get(Task.CLASSIFICATION)
+        if regression := times.get(Task.REGRESSION):
+            found[model] = InferenceTimes(**asdict(regression), classification=classification)
+        elif classification:
+            found[model] = InferenceTimes(**asdict(classification))
+    return PartResult(SubjectResults(inference_us=found))
 
 
-def measure(fit: Fit, calls: int) -> dict[str, Any]:
-    """Train, then time the model and its reference on the same windows.
-
-    Returns
-    -------
-    dict
-        As :func:`firstcontact.stiffness.timing.time_inference`, and
-        ``support_vectors`` where the model has some.
-    """
+def measure(fit: Fit, calls: int) -> InferenceTime:
+    """Train, then time the model and its reference on the same windows."""
     model, learn = train(fit), fit.learn
     estimator = make_estimator(fit.model, fit.task, learn.rate)
-    found = time_inference(model, learn.X, estimator.reference(model, learn.X, learn.y), calls)
-    counts = {k: v for k, v in model.notes.items() if k == "support_vectors"}
-    return {**found, **counts}
+    return time_inference(model, learn.X, estimator.reference(model, learn.X, learn.y), calls)

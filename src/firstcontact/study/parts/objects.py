@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
+from msgspec.structs import asdict, replace
+from numpy.typing import NDArray
 
 from firstcontact.core import Dataset
+from firstcontact.core.by_name import ByName
 from firstcontact.core.jobs import Runner
 from firstcontact.learning.metrics import over_objects, per_object, regression_scores
 from firstcontact.learning.splits import Group, Split, learns_one_value, unseen_objects
@@ -15,6 +17,8 @@ from firstcontact.learning.training import DURATION, LabelledWindows, Question, 
 from firstcontact.report import names
 from firstcontact.report.figures.boxes import boxes_figure
 from firstcontact.report.findings import PartResult
+from firstcontact.report.results.stiffness import ObjectConditions, ObjectScores, WindowCounts
+from firstcontact.report.results.study import SubjectResults
 from firstcontact.stiffness import ESTIMATORS, Task
 from firstcontact.study._subject import Subject
 from firstcontact.study.settings import StudySettings
@@ -51,27 +55,27 @@ def objects(
         questions.append(Question(reference, Task.REGRESSION, aligned, aligned_splits, options))
         asked.append("strip")
     answers = held_out(runner, questions, settings.seed)
-    tree: dict[str, Any] = {}
+    found: dict[str, ObjectScores] = {}
     for name, question, predicted in zip(asked, questions, answers, strict=True):
         scores = object_scores(question.data, predicted, settings.seed)
         if name == "strip":
-            tree[reference]["strip_aligned"] = scores
+            found[reference] = replace(found[reference], strip_aligned=scores)
             continue
-        tree[name] = scores
+        found[name] = scores
         subject.predictions[name, UNSEEN] = (question.data, predicted)
     figures = [
         boxes_figure(name, *subject.predictions[name, UNSEEN]) for name in names.estimators(models)
     ]
     known = np.isfinite(subject.dataset.shore_a)
-    tree["windows"] = {
-        "pinches": int((subject.dataset.test & known).sum()),
-        "with_window": int(data.test.sum()),
-    }
-    shares = sorted(splits[0].shares)
-    if shares:
-        tree["shares"] = [str(s) for s in shares]
+    shares = [str(s) for s in sorted(splits[0].shares)]
+    about = ObjectConditions(
+        windows=WindowCounts(
+            pinches=int((subject.dataset.test & known).sum()), with_window=int(data.test.sum())
+        ),
+        shares=shares or None,
+    )
     said = ["Unseen objects: sessions are not known and may be shared by both roles."]
-    return PartResult({"objects": tree}, figures, said if shares else [])
+    return PartResult(SubjectResults(objects=ByName(found, about)), figures, said if shares else [])
 
 
 def object_splits(subject: Subject, data: LabelledWindows) -> list[Split]:
@@ -82,14 +86,18 @@ def object_splits(subject: Subject, data: LabelledWindows) -> list[Split]:
     return [] if learns_one_value([split], data.y) else [split]
 
 
-def object_scores(data: LabelledWindows, predicted: Values, seed: int) -> dict[str, Any]:
+def object_scores(data: LabelledWindows, predicted: Values, seed: int) -> ObjectScores:
     """Scores per pinch (objects resampled whole) and per object."""
     asked = np.isfinite(predicted)
     its, answers = data.take(asked), predicted[asked]
-    things = np.where(its.specimens == "", its.objects, its.specimens)
-    scores = regression_scores(its.y, answers, things, seed)
-    each = per_object(its.y, answers, things, its.objects)
-    return {**scores, "per_object": each, "over_objects": over_objects(each)}
+    scores = regression_scores(its.y, answers, things(its), seed)
+    each = per_object(its.y, answers, things(its), its.objects)
+    return ObjectScores(**asdict(scores), per_object=each, over_objects=over_objects(each))
+
+
+def things(data: LabelledWindows) -> NDArray[np.str_]:
+    """Specimen of each window, or its object where no specimen is named."""
+    return np.where(data.specimens == "", data.objects, data.specimens)
 
 
 def _sessions_unknown(subject: Subject) -> bool:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.learning.detection import outcome
 from firstcontact.learning.metrics import regression_scores
+from firstcontact.learning.scores import RegressionScores
 from firstcontact.learning.training import DURATION, Values
 from firstcontact.report import names
 from firstcontact.report.figures.second import second_figure
 from firstcontact.report.findings import PartResult
+from firstcontact.report.results.stiffness import SecondContact
+from firstcontact.report.results.study import SubjectResults
 from firstcontact.signal import Conditioner, samples_in
 from firstcontact.study._subject import Subject
 from firstcontact.study.parts.blocks import SESSION
@@ -30,7 +31,7 @@ def second_contact(subject: Subject, settings: StudySettings) -> PartResult:
     astray = misplaced(subject, settings.early)
     if not np.isfinite(room).any():
         return PartResult(left_out=["Second contact in the window: second contacts are not known."])
-    tree: dict[str, Any] = {}
+    found: dict[str, dict[str, dict[str, RegressionScores]]] = {}
     for (model, split), (data, predicted) in subject.predictions.items():
         side = {SESSION: "blocks", UNSEEN: "objects"}.get(split)
         if side is None or names.is_floor(model):
@@ -48,12 +49,13 @@ def second_contact(subject: Subject, settings: StudySettings) -> PartResult:
                 scores = regression_scores(
                     data.y[its], predicted[its], clusters[its], settings.seed
                 )
-                tree.setdefault(model, {}).setdefault(side, {})[name] = scores
-    if not tree:
+                found.setdefault(model, {}).setdefault(side, {})[name] = scores
+    if not found:
         return PartResult(
             left_out=["Second contact in the window: no split by session or of unseen objects."]
         )
-    return PartResult({"second_contact_in_window": tree}, [second_figure(tree)])
+    sides = {model: SecondContact(**its) for model, its in found.items()}
+    return PartResult(SubjectResults(second_contact_in_window=sides), [second_figure(sides)])
 
 
 def misplaced(subject: Subject, early: float) -> NDArray[np.bool_]:

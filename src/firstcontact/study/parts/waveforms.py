@@ -9,6 +9,8 @@ from firstcontact.learning.training import DURATION
 from firstcontact.report.figures.responses import peak_figure, response_figure
 from firstcontact.report.figures.style import vibration_unit
 from firstcontact.report.findings import PartResult
+from firstcontact.report.results.data import PeakVoltage
+from firstcontact.report.results.study import SubjectResults
 from firstcontact.study._subject import Subject
 
 
@@ -24,19 +26,13 @@ def waveforms(subject: Subject) -> PartResult:
         return PartResult(left_out=["Responses by stiffness: no contact was found to start from."])
     unit = vibration_unit(subject.dataset.layout)
     peaks = np.abs(blocks.X[:, :, 0]).max(axis=1).astype(np.float64)
-    by_level = {
-        f"{level:g}": {
-            "mean": float(peaks[blocks.y == level].mean()),
-            **_spread(peaks[blocks.y == level]),
-            "n": int((blocks.y == level).sum()),
-        }
-        for level in np.unique(blocks.y)
-    }
+    by_level = {f"{level:g}": _peaks(peaks[blocks.y == level]) for level in np.unique(blocks.y)}
     return PartResult(
-        {"peak_v": by_level},
+        SubjectResults(peak_v=by_level),
         [response_figure(blocks, unit), peak_figure(blocks.y, peaks, unit)],
     )
 
 
-def _spread(values: NDArray[np.float64]) -> dict[str, float]:
-    return {"sd": float(values.std(ddof=1))} if len(values) > 1 else {}
+def _peaks(values: NDArray[np.float64]) -> PeakVoltage:
+    spread = float(values.std(ddof=1)) if len(values) > 1 else None
+    return PeakVoltage(mean=float(values.mean()), sd=spread, n=len(values))

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from msgspec.structs import replace
 
 from firstcontact.core.jobs import Runner
 from firstcontact.learning.metrics import regression_scores
+from firstcontact.learning.scores import RegressionScores
 from firstcontact.learning.splits import by_session, learns_one_value
 from firstcontact.learning.training import Question, held_out
 from firstcontact.report.figures.lengths import lengths_figure
 from firstcontact.report.findings import PartResult
+from firstcontact.report.results.stiffness import WindowErrors, WindowSearch
+from firstcontact.report.results.study import SubjectResults
 from firstcontact.stiffness import ESTIMATORS, Task
 from firstcontact.study._subject import Subject
-from firstcontact.study.parts.objects import object_scores, object_splits
+from firstcontact.study.parts.objects import object_splits, things
 from firstcontact.study.settings import StudySettings
-
-KEPT = ("rmse", "mae", "mse", "bias", "n", "intervals")
 
 
 def window_length(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
@@ -54,19 +54,17 @@ def window_length(subject: Subject, settings: StudySettings, runner: Runner) -> 
     if not done:
         return PartResult(left_out=left_out)
     answers = held_out(runner, questions, settings.seed)
-    tree: dict[str, Any] = {}
+    found: dict[str, dict[str, RegressionScores]] = {}
     for (duration, side), question, predicted in zip(places, questions, answers, strict=True):
         data, asked = question.data, np.isfinite(predicted)
-        scores = (
-            object_scores(data, predicted, settings.seed)
-            if side == "objects"
-            else regression_scores(
-                data.y[asked], predicted[asked], data.clusters[asked], settings.seed
-            )
-        )
-        entry = tree.setdefault(f"{1e3 * duration:g}", {}).setdefault(model, {})
-        entry[side] = {key: scores[key] for key in KEPT}
-    found: dict[str, Any] = {"window_length_ms": tree}
-    if "search_windows" in options:
-        found["window_length_search"] = {"windows": options["search_windows"]}
-    return PartResult(found, [lengths_figure(model, tree)], left_out)
+        its = data.take(asked)
+        clusters = things(its) if side == "objects" else its.clusters
+        scores = regression_scores(its.y, predicted[asked], clusters, settings.seed)
+        found.setdefault(f"{1e3 * duration:g}", {})[side] = replace(scores, spearman=None)
+    lengths = {ms: {model: WindowErrors(**its)} for ms, its in found.items()}
+    searched = options.get("search_windows")
+    results = SubjectResults(
+        window_length_ms=lengths,
+        window_length_search=None if searched is None else WindowSearch(windows=searched),
+    )
+    return PartResult(results, [lengths_figure(model, lengths)], left_out)

@@ -1,0 +1,120 @@
+"""Records of scores, as results hold them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+from firstcontact.core.by_name import Record
+
+#: Low and high end of an interval.
+Ends = tuple[float, float]
+
+
+class RegressionScores(Record, frozen=True, kw_only=True):
+    """Errors over pinches, in the unit of the target.
+
+    Parameters
+    ----------
+    rmse, mae, mse, bias
+        Bias is predicted minus true.
+    n
+        Pinches.
+    spearman
+        Rank correlation, where both sides vary.
+    intervals
+        By the name of the score; empty with fewer than two clusters.
+    """
+
+    rmse: float
+    mae: float
+    mse: float
+    bias: float
+    n: int
+    spearman: float | None = None
+    intervals: dict[str, Ends]
+
+
+class ClassificationScores(Record, frozen=True, kw_only=True):
+    """Accuracy, and which class was taken for which.
+
+    Parameters
+    ----------
+    accuracy
+        Share of pinches.
+    n
+        Pinches.
+    classes
+        Values of the target.
+    confusion
+        Counts; rows true, columns predicted.
+    intervals
+        By the name of the score; empty with fewer than two clusters.
+    """
+
+    accuracy: float
+    n: int
+    classes: list[float]
+    confusion: list[list[int]]
+    intervals: dict[str, Ends]
+
+
+#: Of whatever was asked of a model.
+TaskScores = RegressionScores | ClassificationScores
+
+
+class SpecimenErrors(Record, frozen=True, kw_only=True):
+    """Errors of one specimen: of its pinches, and of their mean; ``sd`` of two pinches or more."""
+
+    object: str
+    n: int
+    true: float
+    mean: float
+    sd: float | None = None
+    bias: float
+    rmse: float
+    mae: float
+    mse: float
+
+
+class MeanErrors(Record, frozen=True, kw_only=True):
+    """Errors of the specimens' mean predictions: ``n`` specimens, all alike."""
+
+    rmse: float
+    mae: float
+    mse: float
+    bias: float
+    n: int
+
+
+class RankCorrelation(Record, frozen=True, kw_only=True):
+    """Spearman's rho over ``n`` groups with its two-sided p; without both where a side is constant.
+
+    ``exact`` says whether all permutations were gone through.
+    """
+
+    rho: float | None = None
+    n: int
+    p: float | None = None
+    exact: bool | None = None
+
+
+class Scores(Protocol):
+    """Any record of scores that has intervals."""
+
+    @property
+    def intervals(self) -> dict[str, Ends]:
+        """By the name of the score."""
+        ...
+
+
+class Bounded(NamedTuple):
+    """A score with its interval, where it has one."""
+
+    value: float
+    ends: Ends | None = None
+
+
+def bounded(scores: Scores | None, name: str) -> Bounded | None:
+    """A score of a record with its interval; None where it is not there."""
+    value = getattr(scores, name, None)
+    return None if scores is None or value is None else Bounded(value, scores.intervals.get(name))

@@ -1,0 +1,42 @@
+"""Records of results out of the few fields that a test is about."""
+
+from __future__ import annotations
+
+import types
+from typing import Any, get_args, get_origin, get_type_hints
+
+import msgspec
+
+from firstcontact.core.by_name import ByName, Record, divided
+from firstcontact.report.results.study import SubjectResults
+
+
+def results(**fields: Any) -> SubjectResults:
+    """A subject's results; what a record needs beside the fields given is zero or empty."""
+    return msgspec.convert(filled(SubjectResults, fields), SubjectResults, dec_hook=divided)
+
+
+def filled(kind: Any, tree: Any) -> Any:
+    """A tree with all that its type needs."""
+    origin, args = get_origin(kind), get_args(kind)
+    if origin is types.UnionType:
+        return filled(args[0], tree)
+    if origin is ByName:
+        each, about = args
+        own = set(about.__struct_fields__)
+        fields = filled(about, {k: v for k, v in tree.items() if k in own})
+        return {k: filled(each, v) for k, v in tree.items() if k not in own} | fields
+    if origin is dict and isinstance(tree, dict):
+        return {name: filled(args[1], its) for name, its in tree.items()}
+    if not (isinstance(kind, type) and issubclass(kind, Record)):
+        return tree
+    hints = get_type_hints(kind)
+    absent = [f.name for f in msgspec.structs.fields(kind) if f.required and f.name not in tree]
+    return {name: filled(hints[name], its) for name, its in tree.items()} | {
+        name: _nothing(hints[name]) for name in absent
+    }
+
+
+def _nothing(kind: Any) -> Any:
+    kind = get_origin(kind) or kind
+    return filled(kind, {}) if issubclass(kind, Record) else kind()

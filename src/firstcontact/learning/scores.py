@@ -11,18 +11,9 @@ Ends = tuple[float, float]
 
 
 class RegressionScores(Record, frozen=True, kw_only=True):
-    """Errors over pinches, in the unit of the target.
+    """Errors over ``n`` pinches in the unit of the target; bias is predicted minus true.
 
-    Parameters
-    ----------
-    rmse, mae, mse, bias
-        Bias is predicted minus true.
-    n
-        Pinches.
-    spearman
-        Rank correlation, where both sides vary.
-    intervals
-        By the name of the score; empty with fewer than two clusters.
+    ``spearman`` where both sides vary; ``intervals`` by score, empty with fewer than two clusters.
     """
 
     rmse: float
@@ -35,21 +26,7 @@ class RegressionScores(Record, frozen=True, kw_only=True):
 
 
 class ClassificationScores(Record, frozen=True, kw_only=True):
-    """Accuracy, and which class was taken for which.
-
-    Parameters
-    ----------
-    accuracy
-        Share of pinches.
-    n
-        Pinches.
-    classes
-        Values of the target.
-    confusion
-        Counts; rows true, columns predicted.
-    intervals
-        By the name of the score; empty with fewer than two clusters.
-    """
+    """Accuracy over ``n`` pinches, and counts of which class (row) was taken for which (column)."""
 
     accuracy: float
     n: int

@@ -79,24 +79,10 @@ def load() -> float:
 
 
 class InferenceTime(Record, frozen=True, kw_only=True):
-    """Single-window inference on one thread, µs.
+    """Single-window inference on one thread, µs: of the calls that no other process interrupted.
 
-    Parameters
-    ----------
-    p50, p99
-        Of the calls that no other process interrupted.
-    p99_with_preempted
-        Of all calls.
-    calls, preempted
-        How many there were, and how many of them were interrupted.
-    load, cores
-        Of the machine when it began.
-    reference, reference_p50, reference_p99, reference_calls
-        The training library, and the same of it.
-    speedup
-        Ratio of the medians.
-    support_vectors
-        Of a model that has some.
+    ``reference`` is the training library, ``speedup`` the ratio of the medians; ``load`` and
+    ``cores`` are of the machine when it began.
     """
 
     p50: float

@@ -23,18 +23,10 @@ class NotFound(Record, frozen=True, kw_only=True):
 
 
 class ContactConditions(Record, frozen=True, kw_only=True):
-    """What holds for all detectors.
+    """For all detectors: where windows start ("known" for the labels), and how closings began.
 
-    Parameters
-    ----------
-    windows_start_at
-        A detector, or "known" for the labels' contacts.
-    steady_state
-        How many closings began in each way.
-    folds, early_ms
-        Where contacts are known: of the scores, and how late a label may be.
-    not_found
-        Of the detector that places the windows.
+    ``folds`` and ``early_ms`` (how late a label may be) are of scores; ``not_found`` is of the one
+    that places windows.
     """
 
     windows_start_at: str | None = None
@@ -49,16 +41,9 @@ ContactResults = ByName[DetectionScores, ContactConditions]
 
 
 class Answers(Record, frozen=True, kw_only=True):
-    """When windows of one length were complete, ms after the contact.
+    """When windows of one length were complete, ms after the contact: ``n`` pinches ``of`` so many.
 
-    Parameters
-    ----------
-    n, of
-        Pinches with an answer, of how many.
-    median, p95
-        Of these, where there are any.
-    before_second, with_second
-        Share answered before the second contact, of how many where it is known.
+    ``before_second``: share that this was before the second contact, of ``with_second`` pinches.
     """
 
     n: int

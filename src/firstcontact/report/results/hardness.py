@@ -29,22 +29,10 @@ class MaterialLeftOut(Record, frozen=True, kw_only=True):
 
 
 class HardnessOrder(Record, frozen=True, kw_only=True):
-    """Rank correlations over materials, and classes.
+    """Rank correlations over materials, and classes, as far as these pinches permit.
 
-    Parameters
-    ----------
-    n_pinches, pinches
-        With a window, and all with a rank.
-    score
-        What orders materials without training, in words.
-    spectral_centroid
-        Of that score.
-    chance
-        Accuracy of guessing each class as often as it comes.
-    by_material
-        By its name.
-    leave_one_material_out, random_folds
-        What these pinches permit.
+    ``n_pinches`` of ``pinches`` with a rank have a window; ``score`` says what orders materials
+    without training; ``chance`` is of guessing each class as often as it comes.
     """
 
     n_pinches: int

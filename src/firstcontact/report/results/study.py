@@ -1,4 +1,7 @@
-"""Everything that a study finds. A new part adds a record of its own and one field here."""
+"""Everything that a study finds: a new part adds a record of its own and one field here.
+
+What each key means is told in ``docs/reference/results-json.md``.
+"""
 
 from __future__ import annotations
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import select
 import sys
-from types import TracebackType
 from typing import Self
 
 from firstcontact.cli.output import reader_gone
@@ -65,12 +64,7 @@ class Terminal:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *exception: object) -> None:
         health = self._source.health
         self._say(
             f"link: {health.samples} samples, {health.lost_samples} lost, "

@@ -37,10 +37,6 @@ class ConstantModel(Model):
         """The same answer for every window, shape (n, 1)."""
         return np.full((len(X), 1), self.value)
 
-    def output(self, window: Windows) -> Values:
-        """The same answer again, shape (1,)."""
-        return np.array([self.value])
-
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
         """Number of the class with that value."""
         return np.searchsorted(self.spec.classes, outputs[:, 0])
@@ -119,11 +115,6 @@ class PeakModel(Model):
             return fitted
         near: Values = -np.abs(peak - self.weights)
         return near
-
-    def output(self, window: Windows) -> Values:
-        """The same for one window."""
-        first: Values = self.outputs(window[None])[0]
-        return first
 
     def to_arrays(self) -> Arrays:
         """The weights."""

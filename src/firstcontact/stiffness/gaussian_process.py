@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,17 +19,16 @@ from firstcontact.core import InputError
 from firstcontact.core.kernel import RbfKernel
 from firstcontact.core.palette import PURPLE
 from firstcontact.stiffness.estimator import Estimator, Reference, target_scale, training_spec
-from firstcontact.stiffness.model import Model
-from firstcontact.stiffness.spec import Arrays, Spec, Task, Values, Windows
+from firstcontact.stiffness.model import ArraysModel, Model
+from firstcontact.stiffness.spec import Spec, Task, Values, Windows
 from firstcontact.stiffness.svm_model import level_of, shape_and_level
 
 #: Windows that a model keeps, and those on which the kernel is chosen.
 KEPT = 800
 SEARCHED = 300
-_NAMES = ("level", "inputs", "weights", "inverse", "kernel", "target")
 
 
-class GaussianProcessModel(Model):
+class GaussianProcessModel(ArraysModel):
     """A squared exponential kernel with noise.
 
     Parameters
@@ -56,6 +55,7 @@ class GaussianProcessModel(Model):
     """
 
     kind: ClassVar[str] = "gaussian_process"
+    names = ("level", "inputs", "weights", "inverse", "kernel", "target")
 
     def __init__(
         self,
@@ -74,9 +74,8 @@ class GaussianProcessModel(Model):
             raise InputError("the arrays of the Gaussian process do not fit together: train again")
         if not (level[1] > 0 and target[1] > 0 and (kernel > 0).all()):
             raise InputError("a scale of the Gaussian process is not above 0: train again")
-        self.spec = spec
+        super().__init__(spec, *given)
         self.target = float(target[0]), float(target[1])
-        self._arrays = dict(zip(_NAMES, given, strict=True))
         self._signal, self._length, self._noise = (float(k) for k in kernel)
         self._shape = RbfKernel(inputs.astype(np.float64) / self._length, 0.5)
 
@@ -101,26 +100,12 @@ class GaussianProcessModel(Model):
         mean: Values = self._covariance(X) @ self._arrays["weights"][:, None]
         return mean
 
-    def output(self, window: Windows) -> Values:
-        """The same for one window, shape (1,)."""
-        mean: Values = self.outputs(window[None])[0]
-        return mean
-
     def spread(self, X: Windows) -> Values:
         """Standard deviation of each answer, noise included, in the unit of the target."""
         known = self._covariance(X) @ self._arrays["inverse"].T
         variance = self._signal + self._noise - np.einsum("ij,ij->i", known, known)
         spread: Values = np.sqrt(np.maximum(variance, self._noise)) * self.target[1]
         return spread
-
-    def to_arrays(self) -> Arrays:
-        """The constructor's arrays, by name."""
-        return dict(self._arrays)
-
-    @classmethod
-    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """The inverse of :meth:`to_arrays`."""
-        return cls(spec, *(arrays[name] for name in _NAMES))
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError
 from firstcontact.core.palette import ORANGE
 from firstcontact.stiffness.estimator import Estimator, target_scale, training_spec
-from firstcontact.stiffness.model import Model
-from firstcontact.stiffness.spec import Arrays, Spec, Task, Values, Windows
+from firstcontact.stiffness.model import ArraysModel, Model
+from firstcontact.stiffness.spec import Spec, Task, Values, Windows
 from firstcontact.stiffness.svm_model import log_rms
 
 #: Taps of a kernel, and the weight of the three that are not -1.
@@ -30,7 +30,6 @@ FEATURES = 1008
 RIDGES = tuple(10.0**k for k in range(6))
 #: Windows that are transformed at once.
 _BATCH = 128
-_NAMES = ("dilations", "biases", "mean", "scale", "weights", "target", "ridge")
 _TRIPLES = np.array(list(combinations(range(TAPS), 3)))
 #: The 84 kernels, shape (84, 9).
 KERNELS = np.full((len(_TRIPLES), TAPS), -1.0, dtype=np.float32)
@@ -58,7 +57,7 @@ def normalised(X: Windows) -> NDArray[np.float32]:
     return np.asarray(flat / rms[:, None])
 
 
-class MiniRocketModel(Model):
+class MiniRocketModel(ArraysModel):
     """Shares of a window above biases, and the logarithm of its level, in a linear model.
 
     Parameters
@@ -85,6 +84,7 @@ class MiniRocketModel(Model):
     """
 
     kind: ClassVar[str] = "minirocket"
+    names = ("dilations", "biases", "mean", "scale", "weights", "target", "ridge")
 
     def __init__(
         self,
@@ -110,9 +110,8 @@ class MiniRocketModel(Model):
             raise InputError("a dilation of MiniRocket does not fit its windows: train again")
         if not ((scale > 0).all() and target[1] > 0):
             raise InputError("a scale of MiniRocket is not above 0: train again")
-        self.spec = spec
+        super().__init__(spec, *given)
         self.target = float(target[0]), float(target[1])
-        self._arrays = dict(zip(_NAMES, given, strict=True))
         self._weights = (weights[:, :-1] / scale).astype(np.float32)
         self._offsets = weights[:, -1] - self._weights @ mean
 
@@ -131,20 +130,6 @@ class MiniRocketModel(Model):
         none = np.zeros((0, len(self._weights)), dtype=np.float32)
         out: NDArray[np.float32] = np.concatenate([none, *parts]) + self._offsets
         return out
-
-    def output(self, window: Windows) -> NDArray[np.float32]:
-        """The same for one window, shape (outputs,)."""
-        first: NDArray[np.float32] = self.outputs(window[None])[0]
-        return first
-
-    def to_arrays(self) -> Arrays:
-        """The constructor's arrays, by name."""
-        return dict(self._arrays)
-
-    @classmethod
-    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """The inverse of :meth:`to_arrays`."""
-        return cls(spec, *(arrays[name] for name in _NAMES))
 
 
 def features(X: Windows, steps: NDArray[Any], biases: NDArray[np.float32]) -> NDArray[np.float32]:

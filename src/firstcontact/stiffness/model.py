@@ -47,9 +47,9 @@ class Model(ABC):
         :meth:`choose` chooses from. It need not be finite.
         """
 
-    @abstractmethod
     def output(self, window: Windows) -> NDArray[Any]:
-        """The same for one window (samples, channels), quickly: shape (outputs,)."""
+        """The same for one window (samples, channels), as quickly as it can be: (outputs,)."""
+        return np.asarray(self.outputs(window[None])[0])
 
     def spread(self, X: Windows) -> Values | None:
         """Standard deviation that the model itself gives each answer; None where it has none.
@@ -116,6 +116,26 @@ class Model(ABC):
         if not sure:
             raise InputError(_NO_ANSWER)
         return answer
+
+
+class ArraysModel(Model):
+    """A model whose constructor takes a spec and arrays; it checks that they fit together."""
+
+    #: Names of the arrays in files, in the order of the constructor.
+    names: ClassVar[tuple[str, ...]]
+
+    def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
+        self.spec = spec
+        self._arrays = dict(zip(self.names, arrays, strict=True))
+
+    def to_arrays(self) -> Arrays:
+        """The constructor's arrays, by name."""
+        return dict(self._arrays)
+
+    @classmethod
+    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
+        """The inverse of :meth:`to_arrays`."""
+        return cls(spec, *(arrays[name] for name in cls.names))
 
 
 _NO_ANSWER = (

@@ -5,20 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import combinations
 from math import inf, log, nan, sqrt
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
 from firstcontact.core.kernel import RbfKernel
-from firstcontact.stiffness.model import Model
-from firstcontact.stiffness.spec import Arrays, Spec, Task, Windows
+from firstcontact.stiffness.model import ArraysModel
+from firstcontact.stiffness.spec import Spec, Task, Windows
 
 #: Weight of the level beside the samples of the shape, each of unit variance.
 #: With 74 samples the level then carries about a tenth of all variance.
 LEVEL_WEIGHT = 3.0
-_NAMES = ("level", "vectors", "weights", "bias", "target", "parameters")
 
 
 def log_rms(X: Windows) -> NDArray[np.float64]:
@@ -57,7 +56,7 @@ def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float3
     return np.column_stack([flat / rms[:, None], loud]).astype(np.float32)
 
 
-class SvmModel(Model):
+class SvmModel(ArraysModel):
     """Support vectors with a radial basis function kernel.
 
     One window costs what :class:`RbfKernel` says and one small product, in float32.
@@ -87,6 +86,7 @@ class SvmModel(Model):
     """
 
     kind: ClassVar[str] = "svm"
+    names = ("level", "vectors", "weights", "bias", "target", "parameters")
 
     def __init__(
         self,
@@ -103,12 +103,11 @@ class SvmModel(Model):
         m = vectors.shape[0] if vectors.ndim else 0
         expected = ((2,), (m, spec.samples * spec.channels + 1), (rows, m), (rows,), (2,), (3,))
         given: tuple[NDArray[Any], ...] = (level, vectors, weights, bias, target, parameters)
-        self._arrays = dict(zip(_NAMES, given, strict=True))
         if tuple(a.shape for a in given) != expected:
             raise InputError("the arrays of the SVM do not fit together: train it again")
         if not (level[1] > 0 and target[1] > 0 and parameters[1] > 0):
             raise InputError("a scale of the SVM is not above 0: train it again")
-        self.spec = spec
+        super().__init__(spec, *given)
         self.parameters = parameters
         self._level, self._slope = float(level[0]), LEVEL_WEIGHT / float(level[1])
         self._kernel = RbfKernel(vectors.astype(np.float32), float(parameters[1]))
@@ -151,12 +150,3 @@ class SvmModel(Model):
         winners = np.where(outputs > 0, self._first, self._second)
         votes = (winners[:, :, None] == np.arange(len(self.spec.classes))).sum(axis=1)
         return np.asarray(votes.argmax(axis=1))
-
-    def to_arrays(self) -> Arrays:
-        """The constructor's arrays, by name."""
-        return dict(self._arrays)
-
-    @classmethod
-    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """The inverse of :meth:`to_arrays`."""
-        return cls(spec, *(arrays[name] for name in _NAMES))

@@ -35,22 +35,17 @@ def test_any_split_gives_the_same_numbers(make, cuts):
 
 
 @pytest.mark.parametrize("make", FILTERS.values(), ids=FILTERS)
-def test_a_constant_stays_and_reset_forgets(make):
-    one = make()
-    constant = np.full((30, 1), 1.65)
-    np.testing.assert_allclose(one.update(constant), 1.65, rtol=1e-14)
-    one.reset()
-    assert np.array_equal(one.update(noise(30)), make().update(noise(30)))
+def test_a_constant_stays(make):
+    np.testing.assert_allclose(make().update(np.full((30, 1), 1.65)), 1.65, rtol=1e-14)
 
 
-@pytest.mark.parametrize("make", FILTERS.values(), ids=FILTERS)
-def test_latency_is_how_far_a_slow_ramp_is_behind(make):
-    one = make()
-    ramp = np.arange(200.0)[:, None]
-    out = one.update(ramp)
+@pytest.mark.parametrize(
+    ("make", "samples"), list(zip(FILTERS.values(), (1.0, 2.0, 3.0), strict=True)), ids=FILTERS
+)
+def test_a_slow_ramp_comes_out_late_by_the_smoothing_or_the_lookahead(make, samples):
     # A ramp of one a sample: the value is the time that the output speaks of.
-    behind = 199.0 - out[-1, 0]
-    assert behind / one.rate == pytest.approx(one.latency)
+    out = make().update(np.arange(200.0)[:, None])
+    assert 199.0 - out[-1, 0] == pytest.approx(samples)
 
 
 def test_smoothing_is_the_recursion_of_the_microcontroller():
@@ -64,10 +59,8 @@ def test_smoothing_is_the_recursion_of_the_microcontroller():
 @pytest.mark.parametrize(("length", "order"), [(5, 2), (7, 3), (9, 4)])
 def test_savgol_leaves_polynomials_up_to_its_order(length, order):
     t = np.linspace(-1.0, 1.0, 40)
-    one = SavitzkyGolay(length, order)
     for power in range(order + 1):
-        one.reset()
-        out = one.update((t**power)[:, None])[:, 0]
+        out = SavitzkyGolay(length, order).update((t**power)[:, None])[:, 0]
         half = length // 2
         np.testing.assert_allclose(out[half:], (t**power)[half : len(out)], atol=1e-12)
 

@@ -135,10 +135,6 @@ def test_a_long_stream_is_forgotten_but_contacts_are_served():
     assert np.array_equal(np.stack([w.samples for w in done]), offline)
 
 
-def test_latency_counts_the_window_and_the_lookahead():
-    assert WindowStream(LAYOUT, [DURATION]).latency == pytest.approx(0.015 + 2 / 4936)
-
-
 def test_a_contact_told_too_late_is_refused():
     p = pinch(20_000)
     stream = WindowStream(LAYOUT, [DURATION])

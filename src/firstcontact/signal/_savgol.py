@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.layout import FINGERTIP_RATE
-
 #: Length and order used throughout. Five points look ahead only two samples
 #: (0.4 ms at 4936 Hz) and remove half of the white noise power, yet a parabola
 #: through them follows everything that the smoothing on the microcontroller
@@ -47,8 +45,6 @@ class SavitzkyGolay:
         Points in the fit, odd.
     order
         Order of the polynomial, below ``length``.
-    rate
-        Sampling rate, Hz; only :attr:`latency` uses it.
 
     Raises
     ------
@@ -60,7 +56,6 @@ class SavitzkyGolay:
         self,
         length: int = SAVGOL_LENGTH,
         order: int = SAVGOL_ORDER,
-        rate: float = FINGERTIP_RATE,
     ) -> None:
         if length < 1 or length % 2 == 0:
             raise ValueError(f"length is {length}; it must be odd and positive")
@@ -68,7 +63,6 @@ class SavitzkyGolay:
             raise ValueError(f"order is {order}; it must be at least 0 and below {length}")
         self.length = length
         self.order = order
-        self.rate = rate
         self._weights = savgol_weights(length, order)
         self._past: NDArray[np.float64] | None = None
 
@@ -76,15 +70,6 @@ class SavitzkyGolay:
     def lookahead(self) -> int:
         """Samples after the current one that its output needs."""
         return self.length // 2
-
-    @property
-    def latency(self) -> float:
-        """Time that the output waits for its look-ahead, s."""
-        return self.lookahead / self.rate
-
-    def reset(self) -> None:
-        """Forget the past."""
-        self._past = None
 
     def update(self, x: NDArray[Any]) -> NDArray[np.float64]:
         """Filter the next samples.

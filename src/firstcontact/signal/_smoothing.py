@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.layout import FINGERTIP_RATE, FINGERTIP_SMOOTHING, ChannelKind, Layout
+from firstcontact.core.layout import FINGERTIP_SMOOTHING, ChannelKind, Layout
 
 
 class ExponentialSmoothing:
@@ -19,8 +19,6 @@ class ExponentialSmoothing:
     ----------
     alpha
         Weight of the newest sample, 0 < alpha <= 1 (1 leaves everything as it is).
-    rate
-        Sampling rate, Hz; only :attr:`latency` uses it.
     which
         The channels that it is for, shape (channels,); others stay as they are.
 
@@ -39,24 +37,13 @@ class ExponentialSmoothing:
     def __init__(
         self,
         alpha: float = FINGERTIP_SMOOTHING,
-        rate: float = FINGERTIP_RATE,
         which: NDArray[np.bool_] | None = None,
     ) -> None:
         if not 0.0 < alpha <= 1.0:
             raise ValueError(f"alpha is {alpha}; it must be above 0 and at most 1")
         self.alpha = alpha
-        self.rate = rate
         self.which = which
         self._state: NDArray[np.float64] | None = None
-
-    @property
-    def latency(self) -> float:
-        """Group delay at low frequencies, s: ``(1 - alpha) / alpha`` samples."""
-        return (1.0 - self.alpha) / self.alpha / self.rate
-
-    def reset(self) -> None:
-        """Forget the past."""
-        self._state = None
 
     def update(self, x: NDArray[Any]) -> NDArray[np.float64]:
         """Filter the next samples.
@@ -101,4 +88,4 @@ def missing_smoothing(
     raw = np.array([every[c].smoothing_alpha == 1.0 for c in chosen], dtype=np.bool_)
     if not raw.any():
         return None
-    return ExponentialSmoothing(FINGERTIP_SMOOTHING, layout.rate, None if raw.all() else raw)
+    return ExponentialSmoothing(FINGERTIP_SMOOTHING, None if raw.all() else raw)

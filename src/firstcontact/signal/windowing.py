@@ -47,17 +47,12 @@ class Conditioner:
 
     def __init__(self, layout: Layout, columns: tuple[int, ...] | None = None) -> None:
         self._smoothing = missing_smoothing(layout, columns)
-        self._savgol = SavitzkyGolay(rate=layout.rate)
+        self._savgol = SavitzkyGolay()
 
     @property
     def lookahead(self) -> int:
         """Samples after the current one that its output needs."""
         return self._savgol.lookahead
-
-    @property
-    def latency(self) -> float:
-        """Time that the output waits for its look-ahead, s."""
-        return self._savgol.latency
 
     def update(self, volts: NDArray[Any]) -> NDArray[np.float64]:
         """Condition the next samples, (n, channels) to (m, channels)."""
@@ -200,11 +195,6 @@ class WindowStream:
         self.refused = 0
         self._pending: list[tuple[Contact, int]] = []
         self._restart(0, 0)
-
-    @property
-    def latency(self) -> float:
-        """Time from a contact to its longest window, complete, s."""
-        return max(self.durations, default=0.0) + self._conditioner.latency
 
     def _restart(self, first_sample: int, epoch: int) -> None:
         self.refused += len(self._pending)

@@ -75,7 +75,6 @@ class GaussianProcessModel(ArraysModel):
         if not (level[1] > 0 and target[1] > 0 and (kernel > 0).all()):
             raise InputError("a scale of the Gaussian process is not above 0: train again")
         super().__init__(spec, *given)
-        self.target = float(target[0]), float(target[1])
         self._signal, self._length, self._noise = (float(k) for k in kernel)
         self._shape = RbfKernel(inputs.astype(np.float64) / self._length, 0.5)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,8 @@ from firstcontact.core.palette import SKY
 from firstcontact.stiffness._spectral_features import KINDS, features
 from firstcontact.stiffness.estimator import Estimator, target_scale, training_spec
 from firstcontact.stiffness.folds import inner_folds
-from firstcontact.stiffness.model import Model
-from firstcontact.stiffness.spec import Arrays, Spec, Task, Values, Windows
+from firstcontact.stiffness.model import ArraysModel, Model
+from firstcontact.stiffness.spec import Spec, Task, Values, Windows
 
 #: Inverse strength of the regularisation, strongest first; with each kind of input it is
 #: searched on groups that the candidate has not seen.
@@ -30,10 +30,9 @@ SEARCH_WINDOWS = 1000
 MOST_GROUPS, FOLDS = 12, 5
 #: A probability counts as at least this: one window does not decide a search.
 LEAST = 1e-3
-_NAMES = ("kind", "scale", "weights", "bias", "target", "parameters")
 
 
-class LogSpectrumModel(Model):
+class LogSpectrumModel(ArraysModel):
     """Weights of standardised features.
 
     Parameters
@@ -58,6 +57,7 @@ class LogSpectrumModel(Model):
     """
 
     kind: ClassVar[str] = "log_spectrum"
+    names = ("kind", "scale", "weights", "bias", "target", "parameters")
 
     def __init__(
         self,
@@ -81,9 +81,7 @@ class LogSpectrumModel(Model):
             raise InputError("the arrays of the log spectrum do not fit together: train again")
         if not ((scale[1] > 0).all() and target[1] > 0):
             raise InputError("a scale of the log spectrum is not above 0: train again")
-        self.spec = spec
-        self.target = float(target[0]), float(target[1])
-        self._arrays = dict(zip(_NAMES, given, strict=True))
+        super().__init__(spec, *given)
 
     @property
     def notes(self) -> Mapping[str, Any]:
@@ -96,20 +94,6 @@ class LogSpectrumModel(Model):
         inputs = (features(self._features, X, self.spec.rate) - mean) / deviation
         out: Values = inputs @ self._arrays["weights"] + self._arrays["bias"]
         return out
-
-    def output(self, window: Windows) -> Values:
-        """The same for one window, shape (outputs,)."""
-        out: Values = self.outputs(window[None])[0]
-        return out
-
-    def to_arrays(self) -> Arrays:
-        """The constructor's arrays, by name."""
-        return dict(self._arrays)
-
-    @classmethod
-    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """The inverse of :meth:`to_arrays`."""
-        return cls(spec, *(arrays[name] for name in _NAMES))
 
 
 @dataclass(frozen=True)

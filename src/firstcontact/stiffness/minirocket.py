@@ -111,7 +111,6 @@ class MiniRocketModel(ArraysModel):
         if not ((scale > 0).all() and target[1] > 0):
             raise InputError("a scale of MiniRocket is not above 0: train again")
         super().__init__(spec, *given)
-        self.target = float(target[0]), float(target[1])
         self._weights = (weights[:, :-1] / scale).astype(np.float32)
         self._offsets = weights[:, -1] - self._weights @ mean
 

@@ -119,7 +119,7 @@ class Model(ABC):
 
 
 class ArraysModel(Model):
-    """A model whose constructor takes a spec and arrays; it checks that they fit together."""
+    """A model whose constructor takes a spec and arrays, ``target`` among them, and checks them."""
 
     #: Names of the arrays in files, in the order of the constructor.
     names: ClassVar[tuple[str, ...]]
@@ -127,6 +127,8 @@ class ArraysModel(Model):
     def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
         self.spec = spec
         self._arrays = dict(zip(self.names, arrays, strict=True))
+        mean, scale = self._arrays["target"]
+        self.target = float(mean), float(scale)
 
     def to_arrays(self) -> Arrays:
         """The constructor's arrays, by name."""

@@ -113,7 +113,6 @@ class SvmModel(ArraysModel):
         self._kernel = RbfKernel(vectors.astype(np.float32), float(parameters[1]))
         self._weights = np.ascontiguousarray(weights, dtype=np.float32)
         self._bias = bias.astype(np.float32)
-        self.target = float(target[0]), float(target[1])
         pairs = np.array(list(combinations(range(k), 2)), dtype=np.intp).reshape(-1, 2)
         self._first, self._second = pairs[:, 0].copy(), pairs[:, 1].copy()
 

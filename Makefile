@@ -7,7 +7,7 @@ OUT    ?= firstcontact-study
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check
 
-# The real impacts: their folder, or one that has it in it; a copy beside the checkout is found.
+# The real sets: a folder that has them in it, or one of them; a copy beside the checkout is found.
 FIRSTCONTACT_DATA ?= ../shared/data
 
 .DELETE_ON_ERROR:
@@ -74,19 +74,8 @@ grasp: $(VENV)/.study ## policies against one another on the twin (5 minutes): f
 quick-grasp: $(VENV)/.study ## the same, small (half a minute): firstcontact-study/quick-grasp/report.html
 	$(BIN)/firstcontact grasp-study --quick --out $(OUT)/quick-grasp
 
-real: $(VENV)/.study ## the study of real impacts (FIRSTCONTACT_DATA): firstcontact-study/real/report.html
-	@# The labels are those of a trigger, which comes up to 4 ms after the hit.
-	@for place in "$(FIRSTCONTACT_DATA)" "$(FIRSTCONTACT_DATA)/impact_hardness"; do \
-		if [ -f "$$place/labels.csv" ]; then \
-			rm -rf "$(OUT)/real-recordings"; \
-			$(BIN)/firstcontact import "$$place" --source real --out "$(OUT)/real-recordings" || exit; \
-			exec $(BIN)/firstcontact study --recordings "$(OUT)/real-recordings" --early-ms 4 --out $(OUT)/real; \
-		fi; \
-	done; \
-	{ echo "make real: no labels.csv in FIRSTCONTACT_DATA=$(FIRSTCONTACT_DATA)"; \
-	echo "Get the recordings (MIT licence) from github.com/Kev-HL/acoustic-hardness-classifier,"; \
-	echo "converted to WAV as docs/how-to/real-impacts.md says, and name their folder:"; \
-	echo "    make real FIRSTCONTACT_DATA=/path/to/impact_hardness"; } >&2; exit 2
+real: $(VENV)/.study ## studies of the real sets in FIRSTCONTACT_DATA: firstcontact-study/real*/report.html
+	@sh examples/real.sh "$(FIRSTCONTACT_DATA)" "$(OUT)" "$(BIN)"
 
 # --- live --------------------------------------------------------------------------------------
 
@@ -133,7 +122,8 @@ bench: $(VENV)/.dev ## what is timed: benchmarks/
 .PHONY: readme-numbers
 readme-numbers: $(VENV)/.study ## copy the numbers of all studies into docs/results and the tables
 	$(BIN)/python docs/write_tables.py --study $(OUT)/results.json \
-		--real $(OUT)/real/results.json --grasp $(OUT)/grasp/results.json
+		--real $(OUT)/real/results.json \
+		--strikes $(OUT)/real-strikes/results.json --grasp $(OUT)/grasp/results.json
 
 .PHONY: clean
 clean: ## remove what was built (studies and .venv stay)

@@ -1,7 +1,7 @@
 """Write the tables of results in the README and the docs from results files.
 
     python docs/write_tables.py                     the tables, from docs/results
-    python docs/write_tables.py --study A --real B --grasp C  copy them to docs/results first
+    python docs/write_tables.py --study A --real B --strikes C --grasp D  copy them there first
 
 Tables stand between ``<!-- numbers: NAME -->`` and ``<!-- /numbers -->``. Nothing in them is
 typed by hand, and a test holds them against docs/results.
@@ -29,8 +29,10 @@ from firstcontact.report.results.contact import AnswerTimes
 from firstcontact.report.results.data import Offsets
 from firstcontact.report.results.file import read_results
 from firstcontact.report.results.hardness import HardnessOrder
+from firstcontact.report.results.real import RealSet
 from firstcontact.report.results.stiffness import InferenceTimes
 from firstcontact.report.results.study import FirstSubject, StudyResults, SubjectResults
+from firstcontact.stiffness.registry import ESTIMATORS
 from firstcontact.stiffness.timing import InferenceTime
 
 ROOT = Path(__file__).parents[1]
@@ -334,9 +336,35 @@ def table(
     return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
 
 
+def short_windows(found: RealSet) -> str:
+    """A row a reading: balanced accuracy of materials left out, by length of the window."""
+    lengths = list(found.material_held_out)
+    lines = [["material left out", *(f"{ms} ms" for ms in lengths)], ["---"] * (1 + len(lengths))]
+    for reading in found.readings:
+        title = ESTIMATORS[reading.estimator].title
+        signal = "published smoothing" if reading.conditioned else "signal as sent"
+        start = "labelled" if reading.known_contacts else "detected"
+        shares = [percent(reading.material_held_out[ms]) for ms in lengths]
+        lines.append([f"{title}, {signal}, {start} contacts", *shares])
+    for material, its in sorted(found.by_material.items(), key=lambda i: (i[1].rank, i[0])):
+        shares = [percent(its.accuracy[ms]) if ms in its.accuracy else ABSENT for ms in lengths]
+        name = material.replace("_", " ")
+        lines.append([f"– {name} (rank {its.rank:g}, n = {its.n}), first row's way", *shares])
+    order = (
+        []
+        if found.rho is None
+        else [
+            f"\nOrder of hardness by the spectral centroid, nothing fitted: ρ = {found.rho:.2f} "
+            f"(n = {found.materials} materials, p = {found.p:.3f}; a perfect order has "
+            f"{found.most_rho:.2f}).\n"
+        ]
+    )
+    return "".join(["| " + " | ".join(cells) + " |\n" for cells in lines] + order)
+
+
 def tables(results: Path) -> dict[str, str]:
     """All tables by name, of the results that are there."""
-    names = ("headline", "study", "speed", "real", "grasp", "grasp_target")
+    names = ("headline", "study", "speed", "real", "impacts", "strikes", "grasp", "grasp_target")
     made = dict.fromkeys(names, "*Not run yet.*\n")
     if (results / "study.json").is_file():
         study = read_results(results / "study.json", StudyResults)
@@ -349,6 +377,10 @@ def tables(results: Path) -> dict[str, str]:
         real = read_results(results / "real.json", StudyResults).about
         rows = [*IMPACTS, *detection([real]), *MATERIALS]
         made["real"] = table(rows, {"here": real}, published=False)
+    for name, file in (("impacts", "real.json"), ("strikes", "strikes.json")):
+        if (results / file).is_file():
+            sets = read_results(results / file, StudyResults).about.real or {}
+            made[name] = "".join(map(short_windows, sets.values())) or made[name]
     if (results / "grasp.json").is_file():
         grasp = read_results(results / "grasp.json", GraspResults)
         made["grasp"] = grasp_table(grasp)
@@ -387,12 +419,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--study", type=Path, help="results.json of `make study`")
     parser.add_argument("--real", type=Path, help="results.json of `make real`")
+    parser.add_argument("--strikes", type=Path, help="results.json of its strikes")
     parser.add_argument("--grasp", type=Path, help="results.json of `firstcontact grasp-study`")
     options = parser.parse_args()
     RESULTS.mkdir(exist_ok=True)
     for name, source in (
         ("study", options.study),
         ("real", options.real),
+        ("strikes", options.strikes),
         ("grasp", options.grasp),
     ):
         if source is not None:

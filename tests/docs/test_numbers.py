@@ -41,7 +41,12 @@ def write(path: Path, tree: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize(
     ("result", "kind"),
-    [("study", StudyResults), ("real", StudyResults), ("grasp", GraspResults)],
+    [
+        ("study", StudyResults),
+        ("real", StudyResults),
+        ("strikes", StudyResults),
+        ("grasp", GraspResults),
+    ],
 )
 def test_committed_results_are_read_whole_and_written_as_they_are(result: str, kind: Any) -> None:
     path = numbers.RESULTS / f"{result}.json"
@@ -50,7 +55,12 @@ def test_committed_results_are_read_whole_and_written_as_they_are(result: str, k
 
 
 def test_there_are_no_other_results() -> None:
-    assert {p.name for p in numbers.RESULTS.iterdir()} == {"study.json", "real.json", "grasp.json"}
+    assert {p.name for p in numbers.RESULTS.iterdir()} == {
+        "study.json",
+        "real.json",
+        "strikes.json",
+        "grasp.json",
+    }
 
 
 def test_a_field_that_no_record_has_is_refused(tmp_path: Path) -> None:

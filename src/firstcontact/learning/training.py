@@ -107,7 +107,12 @@ def distinct_specimens(dataset: Dataset) -> NDArray[np.str_]:
 
 
 def labelled_windows(
-    dataset: Dataset, contacts: Sequence[Contact | None], duration: float, target: Values
+    dataset: Dataset,
+    contacts: Sequence[Contact | None],
+    duration: float,
+    target: Values,
+    *,
+    conditioned: bool = True,
 ) -> LabelledWindows:
     """Windows of the pinches that have a contact, a whole window and a target.
 
@@ -121,8 +126,10 @@ def labelled_windows(
         Of the windows, s.
     target
         Shape (pinches,), NaN where not known.
+    conditioned
+        As for :func:`firstcontact.signal.contact_windows`.
     """
-    X, kept = contact_windows(dataset, contacts, duration)
+    X, kept = contact_windows(dataset, contacts, duration, conditioned=conditioned)
     known = np.isfinite(target[kept])
     which = np.flatnonzero(kept)[known]
     return LabelledWindows(

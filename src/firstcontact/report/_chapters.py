@@ -8,6 +8,7 @@ from fnmatch import fnmatchcase
 
 from firstcontact.report import _texts as texts
 from firstcontact.report._contact_tables import answer_table, contact_table
+from firstcontact.report._short_tables import materials_table, short_table
 from firstcontact.report._tables import (
     Table,
     block_table,
@@ -83,6 +84,13 @@ _PLANS = (
         texts.hardness,
         [hardness_table],
         ["hardness", "materials"],
+    ),
+    _Plan(
+        "short",
+        "Short windows of materials left out",
+        texts.short,
+        [short_table, materials_table],
+        ["short", "short-materials", "short-order"],
     ),
     _Plan("answer", "Time to an answer", texts.answer, [answer_table], []),
     _Plan("time", "Time of one estimate", texts.nothing, [inference_table], []),

@@ -101,6 +101,22 @@ def objects(found: Found) -> str:
     )
 
 
+def short(found: Found) -> str:
+    """Of short windows."""
+    said = (
+        "The class of hardness from the first milliseconds, by models that never met the material. "
+        "Accuracy is the mean over materials, then over classes: a material counts once however "
+        "many pinches there are of it. The rule is the same for all materials: kind of input and "
+        "regularisation are chosen on the other materials, each left out in turn."
+    )
+    if detector_learned(found):
+        said += (
+            " The detector that places windows never learned from the session, but may have met "
+            "the material in another."
+        )
+    return said
+
+
 def nothing(found: Found) -> str:
     """Of what its title says all."""
     return ""

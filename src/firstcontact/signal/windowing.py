@@ -96,7 +96,11 @@ def cut(
 
 
 def contact_windows(
-    dataset: Dataset, contacts: Sequence[Contact | None], duration: float
+    dataset: Dataset,
+    contacts: Sequence[Contact | None],
+    duration: float,
+    *,
+    conditioned: bool = True,
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     """Windows of the fingers that touched, one a pinch.
 
@@ -109,6 +113,9 @@ def contact_windows(
         contact is known.
     duration
         Length of the windows, s.
+    conditioned
+        Whether the signal goes through the :class:`Conditioner`; without it, it is as the
+        device sent it.
 
     Returns
     -------
@@ -138,8 +145,8 @@ def contact_windows(
         if not columns:
             continue
         volts = pinch.layout.physical(pinch.data, columns)
-        conditioned = Conditioner(pinch.layout, columns).update(volts)[:, 0]
-        window = cut(conditioned, contact.sample - pinch.first_sample, length, pinch.layout.rate)
+        signal = Conditioner(pinch.layout, columns).update(volts) if conditioned else volts
+        window = cut(signal[:, 0], contact.sample - pinch.first_sample, length, pinch.layout.rate)
         if window is not None:
             kept[i] = True
             windows.append(window)

@@ -46,6 +46,8 @@ class Estimator(ABC):
     baseline: ClassVar[bool] = False
     #: Whether training takes long: a report is to be readable before.
     slow: ClassVar[bool] = False
+    #: Whether it is made to be asked by another sensor than it learned from.
+    moves: ClassVar[bool] = False
     #: Folds from which the interval of a model to keep is computed.
     folds: ClassVar[int] = 5
     #: Modules that training needs and the base install lacks, and the extra that brings them.

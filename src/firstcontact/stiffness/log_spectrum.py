@@ -112,6 +112,7 @@ class LogSpectrum(Estimator):
     title: ClassVar[str] = "Log spectrum"
     colour: ClassVar[str] = SKY
     model: ClassVar[type[Model]] = LogSpectrumModel
+    moves: ClassVar[bool] = True
     quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"search_windows": 300})
 
     search_windows: int = SEARCH_WINDOWS

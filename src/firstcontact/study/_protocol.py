@@ -27,6 +27,7 @@ from firstcontact.study.parts.hardness import hardness
 from firstcontact.study.parts.inference import inference
 from firstcontact.study.parts.objects import objects
 from firstcontact.study.parts.second_contact import second_contact
+from firstcontact.study.parts.short_windows import short_windows
 from firstcontact.study.parts.waveforms import waveforms
 from firstcontact.study.parts.window_length import window_length
 from firstcontact.study.settings import StudySettings
@@ -55,7 +56,10 @@ class Step:
 
 
 def plan(
-    sources: Sequence[tuple[str, Callable[[], Dataset]]], settings: StudySettings, runner: Runner
+    sources: Sequence[tuple[str, Callable[[], Dataset]]],
+    settings: StudySettings,
+    runner: Runner,
+    set_name: str = "recordings",
 ) -> list[Step]:
     """All steps: what is quick for every subject first, then what takes long.
 
@@ -67,6 +71,8 @@ def plan(
         Size of the study.
     runner
         Where trainings run.
+    set_name
+        What recordings are called in the results.
     """
     subjects: dict[str, Subject] = {}
     able = [name for name, entry in ESTIMATORS.items() if not absent(entry.modules)]
@@ -81,7 +87,7 @@ def plan(
     for name, load in sources:
 
         def opened(name: str = name, load: Callable[[], Dataset] = load) -> PartResult:
-            subjects[name] = Subject(name, load())
+            subjects[name] = Subject(name, load(), set_name=set_name)
             return describe(subjects[name])
 
         steps += [
@@ -91,7 +97,8 @@ def plan(
             step(name, "waveforms", waveforms),
             step(name, f"blocks: {titles[False]}", lambda s: blocks(s, settings, runner, fast)),
             step(name, f"objects: {titles[False]}", lambda s: objects(s, settings, runner, fast)),
-            step(name, "hardness order", lambda s: _hardness(s, settings, runner)),
+            step(name, "hardness order", lambda s: _ranked(hardness, s, settings, runner)),
+            step(name, "short windows", lambda s: _ranked(short_windows, s, settings, runner)),
         ]
     for name, _ in sources:
         steps += [
@@ -111,10 +118,16 @@ def _titles(estimators: Sequence[str]) -> str:
     return ", ".join([kind.title for kind in kinds if not kind.baseline] + floors)
 
 
-def _hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
+def _ranked(
+    part: Callable[[Subject, StudySettings, Runner], PartResult],
+    subject: Subject,
+    settings: StudySettings,
+    runner: Runner,
+) -> PartResult:
+    """A part that needs hardness ranks, where there are some."""
     if not np.isfinite(subject.dataset.hardness_rank).any():
         return PartResult()
-    return hardness(subject, settings, runner)
+    return part(subject, settings, runner)
 
 
 def run(

@@ -29,12 +29,15 @@ class Subject:
         empty until contacts were looked for.
     predictions
         By (model, split): examples and what was predicted for them.
+    set_name
+        What the recordings are called in results.
     """
 
     name: str
     dataset: Dataset
     found: Contacts = ()
     predictions: dict[tuple[str, str], tuple[LabelledWindows, Values]] = field(default_factory=dict)
+    set_name: str = "recordings"
 
     @property
     def truth(self) -> Contacts:
@@ -57,9 +60,14 @@ class Subject:
         return self.labelled_windows(duration, self.dataset.shore_a, contacts)
 
     def labelled_windows(
-        self, duration: float, target: Values, contacts: Contacts | None = None
+        self,
+        duration: float,
+        target: Values,
+        contacts: Contacts | None = None,
+        *,
+        conditioned: bool = True,
     ) -> LabelledWindows:
         """Windows with a target, shape (pinches,); specimens are told apart by name."""
         starts = self.starts if contacts is None else contacts
-        data = labelled_windows(self.dataset, starts, duration, target)
+        data = labelled_windows(self.dataset, starts, duration, target, conditioned=conditioned)
         return replace(data, specimens=distinct_specimens(self.dataset)[data.which])

@@ -69,7 +69,7 @@ def run_study(
 
         with parallel(settings.workers, within) as runner:
             sources = _sources(settings, out, recordings, within)
-            steps = protocol.plan(sources, settings, runner)
+            steps = protocol.plan(sources, settings, runner, _set_name(recordings))
             bar.reset(total=len(steps))
             titles = [f"{step.subject}: {step.title}" for step in steps]
             findings = [Findings(name) for name, _ in sources]
@@ -91,6 +91,12 @@ def _asked(settings: StudySettings, recordings: Path | None) -> dict[str, Any]:
     data = None if recordings is None else str(resolved(recordings))
     sizes = {name: value for name, value in asdict(settings).items() if name != "workers"}
     return {"verb": "study", "recordings": data, **sizes}
+
+
+def _set_name(recordings: Path | None) -> str:
+    """Name of their folder or file, as results can hold it."""
+    name = "" if recordings is None else resolved(recordings).stem
+    return name.encode("utf-8", "replace").decode() or "recordings"
 
 
 _BAR = "{desc}{percentage:3.0f} %|{bar}| {n_fmt}/{total_fmt} [{elapsed}] {postfix}"

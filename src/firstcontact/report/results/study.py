@@ -13,6 +13,7 @@ from firstcontact.core.by_name import ByName, Record
 from firstcontact.report.results.contact import AnswerTimes, ContactConditions, ContactResults
 from firstcontact.report.results.data import DataSummary, Offsets, PeakVoltage
 from firstcontact.report.results.hardness import HardnessOrder
+from firstcontact.report.results.real import RealSet
 from firstcontact.report.results.stiffness import (
     BlockConditions,
     BlockResults,
@@ -40,6 +41,7 @@ class SubjectResults(Record, frozen=True, kw_only=True):
     blocks: BlockResults = ByName({}, BlockConditions())
     objects: ObjectResults = ByName({}, ObjectConditions())
     hardness_order: HardnessOrder | None = None
+    real: dict[str, RealSet] | None = None
     window_length_ms: dict[str, dict[str, WindowErrors]] | None = None
     window_length_search: WindowSearch | None = None
     second_contact_in_window: dict[str, SecondContact] | None = None

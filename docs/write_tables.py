@@ -349,7 +349,7 @@ def short_windows(found: RealSet) -> str:
     for material, its in sorted(found.by_material.items(), key=lambda i: (i[1].rank, i[0])):
         shares = [percent(its.accuracy[ms]) if ms in its.accuracy else ABSENT for ms in lengths]
         name = material.replace("_", " ")
-        lines.append([f"– {name} (rank {its.rank:g}, n = {its.n}), first row's way", *shares])
+        lines.append([f"– {name} (rank {its.rank:g}, n = {its.n})", *shares])
     order = (
         []
         if found.rho is None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,8 +21,20 @@ BURN_IN = 100
 _LAYOUT = fingertip_layout()
 
 
+def excerpt(draw: PinchDraw, before: float) -> PinchDraw:
+    """The same pinch, beginning so long before its first contact, s.
+
+    With a short duration, this is for sets that want the moments around the contact only:
+    60 ms take a quarter of the time of a whole pinch. What is left out is the hand closing
+    freely, after a settling time that both have.
+    """
+    timing = draw.timing
+    offset = timing.second - timing.first
+    return replace(draw, timing=timing._replace(first=before, second=before + offset))
+
+
 def mechanics_of(
-    draw: PinchDraw, substeps: int = SUBSTEPS
+    draw: PinchDraw, substeps: int = SUBSTEPS, duration: float = DURATION
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Integrate a drawn pinch.
 
@@ -31,18 +45,20 @@ def mechanics_of(
         (samples,), and :func:`firstcontact.twin.mechanics.integrate`'s output,
         shape (samples, 2, 5).
     """
-    run = PinchRun(draw, DURATION, BURN_IN, substeps=substeps)
+    run = PinchRun(draw, duration, BURN_IN, substeps=substeps)
     out = run.advance(run.times.size)
     return run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE, out[BURN_IN:]
 
 
-def pinch_scans(draw: PinchDraw) -> NDArray[np.uint16]:
+def pinch_scans(draw: PinchDraw, duration: float = DURATION) -> NDArray[np.uint16]:
     """What the converters read during one pinch, shape (samples, 6), in the order of ``SCAN``."""
-    times, out = mechanics_of(draw)
+    times, out = mechanics_of(draw, duration=duration)
     return PinchFingertips(draw, times).read(out)
 
 
-def simulate_pinch(draw: PinchDraw, label: Label, first_sample: int = 0) -> Pinch:
+def simulate_pinch(
+    draw: PinchDraw, label: Label, first_sample: int = 0, duration: float = DURATION
+) -> Pinch:
     """What the device sends for one pinch.
 
     Parameters
@@ -53,6 +69,8 @@ def simulate_pinch(draw: PinchDraw, label: Label, first_sample: int = 0) -> Pinc
         What is pinched.
     first_sample
         Sample number of the first sample.
+    duration
+        Length of the pinch, s.
 
     Returns
     -------
@@ -60,7 +78,7 @@ def simulate_pinch(draw: PinchDraw, label: Label, first_sample: int = 0) -> Pinc
         int16, :func:`firstcontact.core.layout.fingertip_layout`; its truth is
         read off the strips.
     """
-    scans = pinch_scans(draw)
+    scans = pinch_scans(draw, duration)
     data = settled_filter(scans[0], draw.velostat).update(scans)
     first = Finger.INDEX if draw.timing.first_is_index else Finger.THUMB
     truth = strip_contacts(scans, first_sample)

@@ -1,0 +1,53 @@
+"""The moments around a contact, without the rest of the pinch, are those of the whole pinch."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pinches import drawn
+
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.pinch import Label
+from firstcontact.twin.conditions import CONDITIONS, Condition
+from firstcontact.twin.draw import PinchDraw
+from firstcontact.twin.mechanics import BUFFER
+from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS
+from firstcontact.twin.pinch import excerpt, mechanics_of, simulate_pinch
+
+BEFORE, DURATION = 0.04, 0.06
+
+
+def silent(draw: PinchDraw) -> PinchDraw:
+    """Without noise and jitter, which differ with the length; its contact at a sampling instant."""
+    quiet = tuple(
+        replace(n, rotor=0.0, mesh=0.0, friction=0.0, click_rate=0.0, mains=0.0) for n in draw.noise
+    )
+    first = round(draw.timing.first * FINGERTIP_RATE) / FINGERTIP_RATE
+    second = first + draw.timing.second - draw.timing.first
+    timing = draw.timing._replace(first=first, second=second)
+    return replace(draw, noise=quiet, jitter=0.0, timing=timing)
+
+
+@pytest.mark.parametrize("condition", CONDITIONS.values(), ids=lambda c: c.name)
+def test_an_excerpt_has_the_waveform_of_the_whole_pinch(condition: Condition) -> None:
+    for number, kind in enumerate((BLOCKS[0], BLOCKS[-1], *EVERYDAY_OBJECTS[::3])):
+        draw = silent(drawn(kind, number, condition))
+        _, whole = mechanics_of(draw)
+        before = round(BEFORE * FINGERTIP_RATE) / FINGERTIP_RATE
+        _, part = mechanics_of(excerpt(draw, before), duration=DURATION)
+        start = round((draw.timing.first - before) * FINGERTIP_RATE)
+        wanted = whole[start : start + len(part), :, BUFFER]
+        error = np.abs(part[:, :, BUFFER] - wanted).max() / np.abs(wanted).max()
+        # What is left is how far the vibration had settled.
+        assert error < 1e-3
+
+
+def test_an_excerpt_is_a_pinch_with_its_contacts() -> None:
+    draw = drawn(BLOCKS[2])
+    pinch = simulate_pinch(excerpt(draw, BEFORE), Label(), duration=DURATION)
+    assert len(pinch.data) == round(DURATION * FINGERTIP_RATE)
+    first = pinch.first
+    assert first is not None
+    assert first.sample / FINGERTIP_RATE == pytest.approx(BEFORE, abs=2 / FINGERTIP_RATE)

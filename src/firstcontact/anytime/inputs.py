@@ -1,0 +1,82 @@
+"""What the in-context network is given about one contact, beside the rig's context."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.anytime.features import LEAST, NAMES, features, masked
+from firstcontact.anytime.motor_pitch import BELIEVED, spectra
+from firstcontact.anytime.rig import STAGES, Rig
+from firstcontact.anytime.touches import Touches, Values
+
+#: Radius that curvature is told relative to, m: a fingertip's.
+TIP = 0.010
+#: Numbers about closing speed and radius.
+BESIDE = 5
+#: Inputs of the network: waveform over the rig's level and over its own peak, which samples
+#: there are yet, features, what is known beside.
+INPUTS = 3 * STAGES[-1] + len(NAMES) + BESIDE
+
+
+def beside(touches: Touches, rig: Rig) -> NDArray[np.float64]:
+    """What is known of closing speed and radius, told or heard, shape (n, BESIDE).
+
+    It is the same at any time after the contact.
+    """
+    if np.isfinite(rig.speed) and np.isfinite(touches.speeds).all():
+        speed: Values = np.log(np.maximum(touches.speeds, 1e-6) / rig.speed)
+        alike = np.ones(len(touches))
+    else:
+        heard = spectra(touches.signals, touches.before, touches.rate)
+        speed, alike = rig.pitch.listen(heard)
+    believed = alike > BELIEVED
+    told = ~np.isnan(touches.radii)
+    with np.errstate(divide="ignore"):
+        curvature = np.log1p(TIP / np.where(told, touches.radii, np.inf))
+    return np.stack(
+        [
+            np.where(believed, np.clip(speed, -1.0, 1.0), 0.0) * 4,
+            believed,
+            alike,
+            told,
+            np.where(told, curvature, 0.0),
+        ],
+        axis=1,
+    )
+
+
+def inputs(touches: Touches, rig: Rig, known: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Inputs about the valid part of each contact.
+
+    Parameters
+    ----------
+    touches
+        The contacts.
+    rig
+        What they are told relative to.
+    known
+        As :func:`beside` gives it.
+
+    Returns
+    -------
+    ndarray
+        Shape (n, INPUTS).
+    """
+    v = masked(rig.sign * touches.after.astype(np.float64), touches.valid)
+    level = np.full(len(v), rig.level)
+    peak = np.maximum(v.max(axis=1, keepdims=True), LEAST * rig.level)
+    found = features(v, touches.valid, level)
+    there = np.arange(v.shape[1]) < touches.valid[:, None]
+    # A hard thing on a soft rig is many times the level: its logarithm keeps it in bounds.
+    scaled = np.sign(v) * np.log1p(np.abs(v) * (2 / rig.level)) / 2
+    waves = [_resampled(w) for w in (scaled, v / peak, there)]
+    return np.concatenate([*waves, found, known], axis=1)
+
+
+def _resampled(wave: NDArray[np.generic]) -> NDArray[np.generic]:
+    """At as many points as the network takes; as it is at the rate of the fingertip."""
+    if wave.shape[1] == STAGES[-1]:
+        return wave
+    places = np.linspace(0, wave.shape[1] - 1, STAGES[-1])
+    return wave[:, places.round().astype(np.intp)]

@@ -27,13 +27,29 @@ def beside(touches: Touches, rig: Rig) -> NDArray[np.float64]:
     if np.isfinite(rig.speed) and np.isfinite(touches.speeds).all():
         speed: Values = np.log(np.maximum(touches.speeds, 1e-6) / rig.speed)
         alike = np.ones(len(touches))
+    elif rig.pitch is not None:
+        speed, alike = rig.pitch.listen(spectra(touches.signals, touches.before, touches.rate))
     else:
-        heard = spectra(touches.signals, touches.before, touches.rate)
-        speed, alike = rig.pitch.listen(heard)
+        speed, alike = np.zeros(len(touches)), np.zeros(len(touches))
+    return facts(speed, alike, touches.radii)
+
+
+def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
+    """What is known beside the signal, shape (n, BESIDE).
+
+    Parameters
+    ----------
+    speed
+        ln(closing speed / the rig's usual one), shape (n,).
+    alike
+        How sure that is, from 0 to 1, shape (n,).
+    radii
+        As of :class:`firstcontact.anytime.touches.Touches`.
+    """
     believed = alike > BELIEVED
-    told = ~np.isnan(touches.radii)
+    told = ~np.isnan(radii)
     with np.errstate(divide="ignore"):
-        curvature = np.log1p(TIP / np.where(told, touches.radii, np.inf))
+        curvature = np.log1p(TIP / np.where(told, radii, np.inf))
     return np.stack(
         [
             np.where(believed, np.clip(speed, -1.0, 1.0), 0.0) * 4,
@@ -63,13 +79,26 @@ def inputs(touches: Touches, rig: Rig, known: NDArray[np.float64]) -> NDArray[np
     ndarray
         Shape (n, INPUTS).
     """
-    v = masked(rig.sign * touches.after.astype(np.float64), touches.valid)
-    level = np.full(len(v), rig.level)
-    peak = np.maximum(v.max(axis=1, keepdims=True), LEAST * rig.level)
-    found = features(v, touches.valid, level)
-    there = np.arange(v.shape[1]) < touches.valid[:, None]
+    n = len(touches)
+    return relative_inputs(
+        touches.after, touches.valid, np.full(n, rig.level), np.full(n, rig.sign), known
+    )
+
+
+def relative_inputs(
+    after: NDArray[np.floating],
+    valid: NDArray[np.intp],
+    level: Values,
+    sign: Values,
+    known: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """The same for contacts of several rigs: their levels (V) and signs have shape (n,)."""
+    v = masked(sign[:, None] * after, valid)
+    peak = np.maximum(v.max(axis=1), LEAST * level)[:, None]
+    found = features(v, valid, level)
+    there = np.arange(v.shape[1]) < valid[:, None]
     # A hard thing on a soft rig is many times the level: its logarithm keeps it in bounds.
-    scaled = np.sign(v) * np.log1p(np.abs(v) * (2 / rig.level)) / 2
+    scaled = np.sign(v) * np.log1p(np.abs(v) * (2 / level[:, None])) / 2
     waves = [_resampled(w) for w in (scaled, v / peak, there)]
     return np.concatenate([*waves, found, known], axis=1)
 

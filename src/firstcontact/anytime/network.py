@@ -126,10 +126,15 @@ class Network:
         stages, levels, _ = e.shape
 
         def heads(name: str) -> Matrix:
-            split = self._linear(name, e).reshape(stages, levels, HEADS, -1)
+            width = len(self._layers[name][1]) // HEADS
+            split = self._linear(name, e).reshape(stages, levels, HEADS, width)
             return np.ascontiguousarray(split.transpose(0, 2, 1, 3))
 
-        mean: Matrix = self._linear("mean", e).mean(axis=1)
+        if not levels:  # nothing is known of the rig
+            width = self._layers["mean"][0].shape[0]
+            mean: Matrix = np.zeros((stages, width), np.float32)
+            return Context(mean, heads("key"), heads("value"), self._scaled("general", general))
+        mean = self._linear("mean", e).mean(axis=1)
         return Context(mean, heads("key"), heads("value"), self._scaled("general", general))
 
     def outputs(
@@ -156,7 +161,7 @@ class Network:
         query = self._linear("query2", h).reshape(len(h), HEADS, 1, -1)
         keys, values = context.keys[stages], context.values[stages]
         fit = (query * keys).sum(axis=-1) / np.float32(np.sqrt(query.shape[-1]))
-        share = np.exp(fit - fit.max(axis=-1, keepdims=True))
+        share = np.exp(fit - fit.max(axis=-1, keepdims=True, initial=-np.inf))
         share /= share.sum(axis=-1, keepdims=True)
         found = (share[..., None] * values).sum(axis=2).reshape(len(h), -1)
         general = np.broadcast_to(context.general, (len(h), len(context.general)))
@@ -193,5 +198,5 @@ MEAN_SCALE = 0.6
 
 def _matrix(array: NDArray[Any], dimensions: int) -> Matrix:
     if array.ndim != dimensions or not np.isfinite(array).all():
-        raise InputError("an array of the network has another shape than it should, or is no number")
+        raise InputError("an array of the network does not fit, or holds what is no number")
     return np.ascontiguousarray(array, dtype=np.float32)

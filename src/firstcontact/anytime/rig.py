@@ -22,6 +22,8 @@ WAVE = 25
 TOKEN = 2 + 2 * len(NAMES) + WAVE
 #: Numbers about the rig as a whole.
 GENERAL = 6
+#: Level of a rig that nothing is known of, V.
+USUAL_LEVEL = 0.35
 #: Spreads larger than this say no more.
 _WIDEST = 3.0
 
@@ -48,10 +50,16 @@ class Rig:
 
     level: float
     sign: float
-    pitch: MotorPitch
+    pitch: MotorPitch | None
     speed: float
     tokens: NDArray[np.float64]
     general: NDArray[np.float64]
+
+    @classmethod
+    def unknown(cls) -> Rig:
+        """A rig of which no pinch is known."""
+        tokens = np.zeros((len(STAGES), 0, TOKEN))
+        return cls(USUAL_LEVEL, 1.0, None, float("nan"), tokens, np.zeros(GENERAL))
 
     @classmethod
     def of(cls, touches: Touches, shore_a: Values) -> Rig:

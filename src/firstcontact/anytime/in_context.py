@@ -1,0 +1,189 @@
+"""The in-context network: knows any rig from a few pinches of its blocks, without training.
+
+It was trained once on thousands of random rigs (``firstcontact pretrain``); what it knows of
+one rig is an input. At the user's nothing is learned: the rig's own pinches are summed up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.anytime.inputs import beside, inputs
+from firstcontact.anytime.model import Answers, AnytimeModel, Arrays
+from firstcontact.anytime.motor_pitch import POINTS, MotorPitch
+from firstcontact.anytime.network import Context, Network
+from firstcontact.anytime.rig import GENERAL, STAGES, TOKEN, Rig, stage_of
+from firstcontact.anytime.strange import Familiar, traits
+from firstcontact.anytime.touches import Touches, Values, lengths
+from firstcontact.core import InputError
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.stiffness.interval import SHORE_A
+
+#: Number of the rig that stands for any finger.
+ANY = -1
+
+
+class InContextModel(AnytimeModel):
+    """A pre-trained network and the rigs that it is told of.
+
+    Parameters
+    ----------
+    network, familiar
+        Pre-trained.
+    factors
+        Half width of the interval in the model's own spreads at each stage, shape (stages,).
+    level
+        Share that intervals hold.
+    rigs
+        By number of the finger; that of ``ANY`` is for all others.
+
+    Raises
+    ------
+    InputError
+        Arrays that do not fit together.
+    """
+
+    kind: ClassVar[str] = "in_context"
+
+    def __init__(
+        self,
+        network: Network,
+        familiar: Familiar,
+        factors: NDArray[np.float64],
+        level: float,
+        rigs: Mapping[int, Rig],
+    ) -> None:
+        if factors.shape != (len(STAGES),) or not (factors > 0).all():
+            raise InputError("the widths of the intervals do not fit")
+        if ANY not in rigs:
+            raise InputError("the rig for any finger is missing")
+        self.rate = FINGERTIP_RATE
+        self.level = level
+        self._network, self._familiar, self._factors = network, familiar, factors
+        self.rigs = dict(rigs)
+        self._contexts: dict[int, Context] = {
+            finger: network.context(rig.tokens, rig.general) for finger, rig in rigs.items()
+        }
+
+    @property
+    def shortest(self) -> int:
+        """Fewest valid samples that an answer takes."""
+        return lengths(self.rate)[0]
+
+    def told_of(self, rigs: Mapping[int, Rig]) -> InContextModel:
+        """The same network for other rigs."""
+        return InContextModel(self._network, self._familiar, self._factors, self.level, rigs)
+
+    def known(self, touches: Touches) -> NDArray[np.float64]:
+        """What :meth:`answers` needs to know beside the signal after the contacts."""
+        out = np.empty((len(touches), 0))
+        for finger, which in self._by_rig(touches):
+            found = beside(touches.take(which), self.rigs[finger])
+            if out.shape[1] != found.shape[1]:
+                out = np.empty((len(touches), found.shape[1]))
+            out[which] = found
+        return out
+
+    def answers(self, touches: Touches, known: NDArray[np.float64] | None = None) -> Answers:
+        """See :meth:`AnytimeModel.answers`; ``known`` saves working it out again."""
+        self._check(touches)
+        n = len(touches)
+        values, spreads = np.empty(n), np.empty(n)
+        strange = np.zeros(n, np.bool_)
+        beside = self.known(touches) if known is None else known
+        stages = stage_of(touches.valid, touches.rate)
+        for finger, which in self._by_rig(touches):
+            its, rig = touches.take(which), self.rigs[finger]
+            x = inputs(its, rig, beside[which])
+            mixture = self._network.outputs(x, self._contexts[finger], stages[which])
+            values[which], spreads[which] = moments(mixture)
+            if rig.tokens.shape[1]:
+                level, sign = np.full(len(its), rig.level), np.full(len(its), rig.sign)
+                found = traits(its.signals, its.before, its.valid, level, sign)
+                strange[which] = self._familiar.strange(found, stages[which])
+        half = self._factors[stages] * spreads
+        values = np.clip(values, *SHORE_A)
+        low, high = (np.clip(values + way * half, *SHORE_A) for way in (-1, 1))
+        return Answers(values, spreads, low, high, strange)
+
+    def _check(self, touches: Touches) -> None:
+        if not abs(touches.rate - self.rate) <= 0.01 * self.rate:
+            raise InputError(
+                f"the model takes contacts at {self.rate:g} Hz but these have {touches.rate:g} Hz: "
+                "resample the pinches first"
+            )
+        if len(touches) and touches.valid.min() < self.shortest:
+            raise InputError(
+                f"an answer takes {self.shortest} samples after the contact, and "
+                f"{touches.valid.min()} are there: wait for more"
+            )
+
+    def _by_rig(self, touches: Touches) -> list[tuple[int, NDArray[np.intp]]]:
+        finger = np.where(np.isin(touches.fingers, list(self.rigs)), touches.fingers, ANY)
+        return [(int(f), np.flatnonzero(finger == f)) for f in np.unique(finger)]
+
+    def to_arrays(self) -> Arrays:
+        """Network, what is familiar, widths, and each rig as ``rig.FINGER.NAME``."""
+        arrays = {**self._network.to_arrays(), **self._familiar.to_arrays()}
+        arrays["factors"] = self._factors
+        for finger, rig in self.rigs.items():
+            for name, array in _rig_arrays(rig).items():
+                arrays[f"rig.{finger}.{name}"] = array
+        return arrays
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], level: float) -> Self:
+        """The inverse of :meth:`to_arrays`.
+
+        Raises
+        ------
+        InputError
+            Arrays that are missing or do not fit together.
+        """
+        fingers = {int(name.split(".")[1]) for name in arrays if name.startswith("rig.")}
+        try:
+            rigs = {f: _rig(arrays, f"rig.{f}.") for f in fingers} or {ANY: Rig.unknown()}
+            return cls(
+                Network(arrays), Familiar.from_arrays(arrays), arrays["factors"], level, rigs
+            )
+        except KeyError as error:
+            raise InputError(f"the array {error} is missing") from None
+
+
+def moments(mixture: NDArray[np.float64]) -> tuple[Values, Values]:
+    """Mean and standard deviation of mixtures, as :meth:`Network.outputs` gives them."""
+    weight, mean, sd = mixture
+    value: Values = (weight * mean).sum(axis=1)
+    square = (weight * (sd * sd + mean * mean)).sum(axis=1)
+    return value, np.sqrt(np.maximum(square - value * value, 1e-4))
+
+
+def _rig_arrays(rig: Rig) -> Arrays:
+    arrays: Arrays = {
+        "scalars": np.array([rig.level, rig.sign, rig.speed]),
+        "tokens": rig.tokens.astype(np.float32),
+        "general": rig.general,
+    }
+    if rig.pitch is not None:
+        arrays["reference"] = rig.pitch.reference
+        arrays["usual"] = np.array([rig.pitch.usual])
+    return arrays
+
+
+def _rig(arrays: Mapping[str, NDArray[Any]], at: str) -> Rig:
+    level, sign, speed = (float(x) for x in arrays[at + "scalars"])
+    tokens, general = arrays[at + "tokens"], arrays[at + "general"]
+    pitch = None
+    if at + "reference" in arrays:
+        reference = arrays[at + "reference"]
+        if reference.shape != (POINTS,):
+            raise InputError("the reference spectrum of a rig has another length")
+        pitch = MotorPitch(reference, float(arrays[at + "usual"][0]))
+    fits = tokens.ndim == 3 and tokens.shape[::2] == (len(STAGES), TOKEN)
+    if not fits or general.shape != (GENERAL,) or not level > 0 or sign not in (1.0, -1.0):
+        raise InputError("the arrays of a rig do not fit together")
+    return Rig(level, sign, pitch, speed, tokens.astype(np.float64), general)

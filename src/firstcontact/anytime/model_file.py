@@ -1,0 +1,140 @@
+"""Any-time models on disk: numbers in safetensors, and a card in JSON that vouches for them.
+
+They lie beside the detector that goes with them, and beside models of fixed windows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+
+from firstcontact.anytime.in_context import InContextModel
+from firstcontact.core import InputError
+from firstcontact.core.records import Count, Name, Notes
+from firstcontact.core.weights import Rate, Sha256, read_card, read_weights, write_learned
+
+FORMAT = "firstcontact-anytime-model"
+#: Raised whenever older files can no longer be read.
+FORMAT_VERSION = 1
+CARD = "anytime.json"
+WEIGHTS = "anytime.safetensors"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AnytimeCard:
+    """What the card of an any-time model holds.
+
+    Parameters
+    ----------
+    kind
+        Of the model.
+    rate_hz
+        Sampling rate that it takes, Hz.
+    level
+        Share that its intervals are to hold.
+    sha256
+        Of the weights.
+    pinches, levels
+        What the rig is known by: how many pinches, and of which Shore A.
+    contacts
+        How their contacts were found, in words.
+    trained
+        On what the network was trained, in words.
+    scores
+        For people: nothing is computed from them.
+    versions
+        Of the libraries.
+    """
+
+    kind: Name
+    rate_hz: Rate
+    level: Annotated[float, msgspec.Meta(gt=0, lt=1)]
+    sha256: Sha256
+    pinches: Count = 0
+    levels: tuple[float, ...] = ()
+    contacts: Notes = ""
+    trained: Notes = ""
+    scores: Mapping[Name, Any] = field(default_factory=dict)
+    versions: Mapping[Name, Name] = field(default_factory=dict)
+
+
+def save_anytime(model: InContextModel, directory: Path, about: Mapping[str, Any]) -> Path:
+    """Write a model into a folder.
+
+    Parameters
+    ----------
+    model
+        Any any-time model.
+    directory
+        Made if it does not exist; an any-time model in it is replaced.
+    about
+        Further fields of :class:`AnytimeCard`.
+
+    Raises
+    ------
+    InputError
+        A card that could not be read again.
+    """
+    tree = {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "kind": model.kind,
+        "rate_hz": model.rate,
+        "level": model.level,
+        **about,
+    }
+    write_learned(directory / CARD, directory / WEIGHTS, tree, model.to_arrays(), AnytimeCard)
+    return directory
+
+
+def has_anytime(directory: Path) -> bool:
+    """Whether an any-time model is in a folder."""
+    return (directory / CARD).is_file()
+
+
+def load_anytime(directory: Path) -> InContextModel:
+    """Read the any-time model of a folder. Nothing in it is executed.
+
+    Raises
+    ------
+    InputError
+        A file that is missing, damaged, of another program or version, or whose numbers do not
+        fit together.
+    """
+    file = directory / CARD
+    card = read_anytime_card(directory)
+    if card.kind != InContextModel.kind:
+        raise InputError(f"{file}: no any-time model is of kind {card.kind!r}: update firstcontact")
+    arrays = read_weights(directory / WEIGHTS, card.sha256, CARD)
+    try:
+        return InContextModel.from_arrays(arrays, card.level)
+    except (InputError, ValueError, IndexError) as error:
+        raise InputError(
+            f"{directory / WEIGHTS}: {error}: make it again with `firstcontact adapt`"
+        ) from None
+
+
+def read_anytime_card(directory: Path) -> AnytimeCard:
+    """The card of a folder's any-time model, its fields checked; InputError if it is damaged."""
+    return read_card(directory / CARD, "any-time model", FORMAT, FORMAT_VERSION, AnytimeCard)
+
+
+def pretrained() -> InContextModel:
+    """The model that came with the package: it knows no rig yet.
+
+    Raises
+    ------
+    InputError
+        A package that is damaged.
+    """
+    return load_anytime(pretrained_folder())
+
+
+def pretrained_folder() -> Path:
+    """Where the pre-trained network lies."""
+    return Path(str(files("firstcontact.anytime"))) / "pretrained"

@@ -1,0 +1,117 @@
+"""Whether a contact is like anything that was learned from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.anytime.features import NAMES, features, masked
+from firstcontact.anytime.rig import STAGES
+from firstcontact.core import InputError
+
+#: Numbers that are looked at: features, the noise before the contact, and how long it is flat.
+TRAITS = len(NAMES) + 2
+#: Share of what was learned from that is called strange.
+FALSE_ALARMS = 0.01
+#: A gain may differ so much between sessions that a distance says nothing below this.
+_SHRINK = 1e-3
+
+
+def traits(
+    signals: NDArray[np.floating],
+    before: int,
+    valid: NDArray[np.intp],
+    level: NDArray[np.float64],
+    sign: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """What tells a strange contact, shape (n, TRAITS).
+
+    Parameters
+    ----------
+    signals, before, valid
+        As of :class:`firstcontact.anytime.touches.Touches`.
+    level, sign
+        Of the rig, shape (n,).
+    """
+    v = masked(sign[:, None] * signals[:, before:], valid)
+    noise = signals[:, : before // 2].std(axis=1)
+    # A converter at its end, or a dead one, repeats itself.
+    steps = np.diff(v, axis=1)
+    counted = np.arange(1, v.shape[1]) < valid[:, None]
+    flat = ((steps == 0.0) & counted).sum(axis=1) / counted.sum(axis=1)
+    return np.column_stack(
+        [features(v, valid, level), np.log(np.maximum(noise, 1e-7) / level), 10 * flat]
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Familiar:
+    """What contacts are like that were learned from, at each stage.
+
+    Parameters
+    ----------
+    mean, whitening
+        Of the traits, shape (stages, TRAITS) and (stages, TRAITS, TRAITS).
+    limit
+        Largest distance of a familiar contact, shape (stages,).
+
+    Raises
+    ------
+    InputError
+        Arrays that do not fit together.
+    """
+
+    mean: NDArray[np.float64]
+    whitening: NDArray[np.float64]
+    limit: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        shapes = ((len(STAGES), TRAITS), (len(STAGES), TRAITS, TRAITS), (len(STAGES),))
+        if (self.mean.shape, self.whitening.shape, self.limit.shape) != shapes:
+            raise InputError("the arrays of what is familiar do not fit together")
+
+    @classmethod
+    def of(cls, seen: list[NDArray[np.float64]]) -> Familiar:
+        """Learned from traits at each stage, shape (n, TRAITS) each."""
+        means, whitenings, limits = [], [], []
+        for found in seen:
+            mean = np.median(found, axis=0)
+            covariance = np.cov(found, rowvar=False) + _SHRINK * np.eye(TRAITS)
+            whitening = np.linalg.inv(np.linalg.cholesky(covariance))
+            distance = _distance(found - mean, whitening)
+            means.append(mean)
+            whitenings.append(whitening)
+            limits.append(np.quantile(distance, 1 - FALSE_ALARMS))
+        return cls(np.array(means), np.array(whitenings), np.array(limits))
+
+    def strange(self, found: NDArray[np.float64], stages: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Which traits (n, TRAITS) lie outside at their stages, shape (n,)."""
+        away = np.einsum("nij,nj->ni", self.whitening[stages], found - self.mean[stages])
+        out: NDArray[np.bool_] = np.sqrt((away * away).sum(axis=1)) > self.limit[stages]
+        return out
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """By name, for :meth:`from_arrays`."""
+        return {
+            "familiar.mean": self.mean,
+            "familiar.whitening": self.whitening.astype(np.float32),
+            "familiar.limit": self.limit,
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Familiar:
+        """The inverse of :meth:`to_arrays`."""
+        return cls(*(arrays[f"familiar.{n}"].astype(np.float64) for n in _NAMES))
+
+
+_NAMES = ("mean", "whitening", "limit")
+
+
+def _distance(away: NDArray[np.float64], whitening: NDArray[np.float64]) -> NDArray[np.float64]:
+    whitened = away @ whitening.T
+    out: NDArray[np.float64] = np.sqrt((whitened * whitened).sum(axis=1))
+    return out

@@ -1,7 +1,7 @@
 """Answers at any time after a contact, for any rig, each with an interval."""
 
+from firstcontact.anytime._model import Answers, AnytimeModel
 from firstcontact.anytime.in_context import InContextModel
-from firstcontact.anytime.model import Answers, AnytimeModel
 from firstcontact.anytime.rig import Rig
 from firstcontact.anytime.touches import Touches, touches_of
 

@@ -12,8 +12,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.anytime._model import Answers, AnytimeModel, Arrays
 from firstcontact.anytime.inputs import beside, inputs
-from firstcontact.anytime.model import Answers, AnytimeModel, Arrays
 from firstcontact.anytime.motor_pitch import POINTS, MotorPitch
 from firstcontact.anytime.network import Context, Network
 from firstcontact.anytime.rig import GENERAL, STAGES, TOKEN, Rig, stage_of
@@ -68,6 +68,15 @@ class InContextModel(AnytimeModel):
         self._contexts: dict[int, Context] = {
             finger: network.context(rig.tokens, rig.general) for finger, rig in rigs.items()
         }
+
+    @property
+    def network(self) -> Network:
+        """The pre-trained network."""
+        return self._network
+
+    def half_widths(self, spreads: Values, samples: int) -> Values:
+        """Half widths of intervals of answers with these spreads after so many samples."""
+        return spreads * self._factors[stage_of(samples, self.rate)]
 
     @property
     def shortest(self) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.anytime.features import LEAST, NAMES, features, masked
+from firstcontact.anytime._features import LEAST, NAMES, features, masked
 from firstcontact.anytime.motor_pitch import BELIEVED, spectra
 from firstcontact.anytime.rig import STAGES, Rig
 from firstcontact.anytime.touches import Touches, Values

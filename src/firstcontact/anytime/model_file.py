@@ -45,8 +45,8 @@ class AnytimeCard:
         How their contacts were found, in words.
     trained
         On what the network was trained, in words.
-    scores
-        For people: nothing is computed from them.
+    scores, size
+        Of the training, for people: nothing is computed from them.
     versions
         Of the libraries.
     """
@@ -60,6 +60,7 @@ class AnytimeCard:
     contacts: Notes = ""
     trained: Notes = ""
     scores: Mapping[Name, Any] = field(default_factory=dict)
+    size: Mapping[Name, Any] = field(default_factory=dict)
     versions: Mapping[Name, Name] = field(default_factory=dict)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.anytime.features import NAMES, features, masked
+from firstcontact.anytime._features import NAMES, features, masked
 from firstcontact.anytime.motor_pitch import BELIEVED, MotorPitch, spectra
 from firstcontact.anytime.touches import Touches, Values, lengths
 from firstcontact.core import InputError

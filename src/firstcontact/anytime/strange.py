@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.anytime.features import NAMES, features, masked
+from firstcontact.anytime._features import NAMES, features, masked
 from firstcontact.anytime.rig import STAGES
 from firstcontact.core import InputError
 

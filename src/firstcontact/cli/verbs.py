@@ -54,6 +54,14 @@ VERBS = {
         "Train",
         'Learn stiffness models from the pinches of role "train"; save them with a detector.',
     ),
+    "adapt": Verb(
+        "Adapt",
+        "Make a model that answers at any time after a contact, from a few pinches of known "
+        "things.",
+    ),
+    "pretrain": Verb(
+        "Pretrain", "Make the network of the any-time model anew, from simulated rigs."
+    ),
     "evaluate": Verb(
         "Evaluate", "Score a saved model; pinches that it learned from are told apart."
     ),

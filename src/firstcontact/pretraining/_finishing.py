@@ -16,8 +16,8 @@ from firstcontact.anytime.rig import STAGES, Rig
 from firstcontact.anytime.strange import Familiar, traits
 from firstcontact.anytime.touches import LONGEST, Values
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.pretraining.batches import cut, draw_batch
-from firstcontact.pretraining.examples import CONTEXTS, MARGIN, Examples, volts
+from firstcontact.pretraining._batches import cut, draw_batch
+from firstcontact.pretraining._examples import CONTEXTS, MARGIN, Examples, volts
 from firstcontact.signal import samples_in
 
 #: Share of intervals that are to hold the truth.

@@ -11,7 +11,7 @@ from safetensors.numpy import load_file, save
 
 from firstcontact.core.files import replacing
 from firstcontact.core.jobs import Runner
-from firstcontact.pretraining.examples import Examples, joined, rig_examples
+from firstcontact.pretraining._examples import Examples, joined, rig_examples
 from firstcontact.twin.rig_families import FAMILIES
 
 #: Rigs of one file.

@@ -11,7 +11,7 @@ from firstcontact.anytime.inputs import facts, relative_inputs
 from firstcontact.anytime.rig import GENERAL, LEVELS, STAGES, TOKEN, USUAL_LEVEL, stage_of
 from firstcontact.anytime.touches import BASELINE, BEFORE, GUARD, LONGEST, lengths
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.pretraining.examples import CONTEXTS, MARGIN, Examples, placing, volts
+from firstcontact.pretraining._examples import CONTEXTS, MARGIN, Examples, placing, volts
 from firstcontact.signal import samples_in
 from firstcontact.twin.rigs import Rng
 

@@ -14,9 +14,9 @@ from safetensors.torch import load_file, save
 
 from firstcontact.anytime.network import CENTRE, UNIT, Network
 from firstcontact.core.files import replacing
-from firstcontact.pretraining.batches import draw_batch, token_rows
-from firstcontact.pretraining.examples import Examples
-from firstcontact.pretraining.torch_network import TorchNetwork
+from firstcontact.pretraining._batches import draw_batch, token_rows
+from firstcontact.pretraining._examples import Examples
+from firstcontact.pretraining._torch_network import TorchNetwork
 
 #: Contacts of a step, and those that are prepared together.
 BATCH, PREPARED = 512, 16_384

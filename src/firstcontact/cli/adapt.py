@@ -1,0 +1,108 @@
+"""``firstcontact adapt``: an any-time model of one's own rig, in seconds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from firstcontact.cli.choices import one_of
+from firstcontact.contact.registry import DETECTORS
+from firstcontact.core.errors import InputError
+
+if TYPE_CHECKING:
+    from firstcontact.anytime import InContextModel
+    from firstcontact.contact import Detector
+    from firstcontact.core import Dataset
+
+
+@dataclass(frozen=True)
+class Adapt:
+    """Make a model that answers at any time after a contact, from a few pinches of known things."""
+
+    data: tyro.conf.Positional[Path | None] = None
+    """A recording, or a folder of them, of things of known Shore A; left out: a model that knows
+    no rig, with intervals as wide as that makes them."""
+    out: Path = Path("model")
+    """Folder for the model and its detector; what is in it of either is replaced."""
+    detector: Annotated[str | None, one_of(DETECTORS)] = None
+    """What finds contacts; left out: the usual one where it can learn from these pinches, else one
+    that learns nothing."""
+    seed: int = 0
+    """Of the folds in which the ways to know the rig are compared."""
+
+    def run(self) -> None:
+        """Find the contacts, tell the pre-trained model of the rig, and save it."""
+        from firstcontact.anytime.model_file import pretrained, save_anytime
+        from firstcontact.contact import make_detector, unfitted
+        from firstcontact.contact.detector_file import save_detector
+
+        base = pretrained()
+        if self.data is None:
+            if self.detector is not None and DETECTORS.find(self.detector).learns:
+                raise InputError(f"--detector {self.detector} learns: name recordings, too")
+            save_detector(make_detector(self.detector or unfitted()), self.out)
+            save_anytime(base, self.out, {})
+            print(f"any-time model of an unknown rig: {self.out}")
+            return
+        from firstcontact.learning.alignment import fit_detector
+        from firstcontact.recording import load_dataset
+
+        dataset = load_dataset(self.data)
+        dataset = dataset.take(~dataset.test)
+        if not len(dataset):
+            raise InputError(f'{self.data}: all pinches have role "test": none is there to use')
+        detector = fit_detector(dataset, self.detector)
+        lines = adapted(base, dataset, detector, self.data, self.out, self.seed)
+        save_detector(detector, self.out)
+        for line in lines:
+            print(line)
+        print(f"any-time model and detector {detector.name}: {self.out}")
+
+
+def adapted(
+    base: InContextModel, dataset: Dataset, detector: Detector, data: Path, out: Path, seed: int
+) -> list[str]:
+    """Tell a pre-trained model of these pinches' rig and save it; what there is to say.
+
+    Raises
+    ------
+    InputError
+        Pinches from which no rig can be known.
+    """
+    import numpy as np
+
+    from firstcontact.anytime.model_file import save_anytime
+    from firstcontact.anytime.touches import touches_of
+    from firstcontact.core.jobs import Serial
+    from firstcontact.learning.adapting import adapt
+    from firstcontact.learning.alignment import found_as_live
+    from firstcontact.signal import resample_dataset
+
+    if abs(dataset.layout.rate - base.rate) > 0.01 * base.rate:
+        dataset = resample_dataset(dataset, base.rate)
+    contacts = found_as_live(dataset, detector, seed, Serial())
+    touches, which = touches_of(dataset, contacts.contacts)
+    known = np.isfinite(dataset.shore_a[which])
+    touches, which = touches.take(known), which[known]
+    shore_a, sessions = dataset.shore_a[which], dataset.sessions[which]
+    try:
+        made = adapt(base, touches, shore_a, sessions if (sessions != "").all() else None, seed)
+    except InputError as error:
+        raise InputError(f"{data}: {error}") from None
+    levels = [float(level) for level in np.unique(shore_a)]
+    about = {
+        "pinches": len(shore_a),
+        "levels": levels,
+        "contacts": contacts.how,
+        "scores": {f"held out, {way}": round(score, 3) for way, score in made.scores.items()},
+    }
+    save_anytime(made.model, out, about)
+    compared = ", ".join(f"{way}: rmse {score:.2f}" for way, score in made.scores.items())
+    return [
+        f"the rig is known by {len(shore_a)} pinches of {len(levels)} Shore A levels",
+        f"fingers as one or each by itself, on pinches held out: {compared or 'too few pinches'}; "
+        f"kept: {made.way}",
+    ]

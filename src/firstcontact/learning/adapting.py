@@ -1,0 +1,119 @@
+"""An any-time model for one's own rig: its pinches are summed up, nothing is trained."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.anytime import InContextModel, Rig, Touches
+from firstcontact.anytime.in_context import ANY
+from firstcontact.core import Finger, InputError
+from firstcontact.stiffness.folds import inner_folds
+
+Values = NDArray[np.float64]
+
+#: A finger with fewer pinches than this is not known by itself.
+LEAST_OF_FINGER = 8
+#: Folds in which the ways to know the rig are compared.
+FOLDS = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Adapted:
+    """A model that knows a rig.
+
+    Parameters
+    ----------
+    model
+        The model.
+    way
+        How the rig is known: what scored best on pinches that were held out.
+    scores
+        RMSE in Shore A of each way on those, 15 ms or what the second contact leaves of it.
+    """
+
+    model: InContextModel
+    way: str
+    scores: Mapping[str, float]
+
+
+def adapt(
+    base: InContextModel,
+    touches: Touches,
+    shore_a: Values,
+    sessions: NDArray[np.str_] | None = None,
+    seed: int = 0,
+) -> Adapted:
+    """Tell a pre-trained model of a rig.
+
+    Both fingers may be alike, or two rigs of their own: what answers better for pinches that
+    were held out is kept.
+
+    Parameters
+    ----------
+    base
+        Pre-trained.
+    touches, shore_a
+        Of things of known Shore A, shape (n,).
+    sessions
+        Held out whole where there are several, shape (n,).
+    seed
+        Of the folds.
+
+    Raises
+    ------
+    InputError
+        Fewer than two levels of Shore A, or fewer pinches than two of each.
+    """
+    if len(np.unique(shore_a)) < 2 or len(touches) < 4:
+        raise InputError(
+            f"a rig is known by pinches of two Shore A levels at least, and {len(touches)} of "
+            f"{len(np.unique(shore_a))} are here: record more blocks"
+        )
+    longest = touches.take(touches.valid >= base.shortest)
+    shore_a = shore_a[touches.valid >= base.shortest]
+    sessions = None if sessions is None else sessions[touches.valid >= base.shortest]
+    scores = {
+        way: score
+        for way in WAYS
+        if (score := _held_out(base, longest, shore_a, sessions, way, seed)) is not None
+    }
+    best = min(scores, key=lambda way: scores[way]) if scores else "one"
+    return Adapted(base.told_of(_rigs(longest, shore_a, best)), best, scores)
+
+
+#: Ways to know a rig: all fingers as one, or each by itself.
+WAYS = ("one", "each finger")
+
+
+def _rigs(touches: Touches, shore_a: Values, way: str) -> dict[int, Rig]:
+    rigs = {ANY: Rig.of(touches, shore_a)}
+    if way == WAYS[1]:
+        for finger in range(len(Finger)):
+            which = touches.fingers == finger
+            if which.sum() >= LEAST_OF_FINGER and len(np.unique(shore_a[which])) > 1:
+                rigs[finger] = Rig.of(touches.take(which), shore_a[which])
+    return rigs
+
+
+def _held_out(
+    base: InContextModel,
+    touches: Touches,
+    shore_a: Values,
+    sessions: NDArray[np.str_] | None,
+    way: str,
+    seed: int,
+) -> float | None:
+    """RMSE of answers for pinches that the rig is not known by; None where none can be."""
+    errors: list[Values] = []
+    for learn, ask in inner_folds(shore_a, sessions, seed, FOLDS):
+        if len(np.unique(shore_a[learn])) < 2 or not len(ask):
+            continue
+        model = base.told_of(_rigs(touches.take(learn), shore_a[learn], way))
+        errors.append(model.answers(touches.take(ask)).values - shore_a[ask])
+    if not errors:
+        return None
+    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))

@@ -173,7 +173,8 @@ def moments(mixture: NDArray[np.float64]) -> tuple[Values, Values]:
 
 def _rig_arrays(rig: Rig) -> Arrays:
     arrays: Arrays = {
-        "scalars": np.array([rig.level, rig.sign, rig.speed]),
+        # Files hold finite numbers only: a speed of 0 stands for one that was not told.
+        "scalars": np.array([rig.level, rig.sign, np.nan_to_num(rig.speed)]),
         "tokens": rig.tokens.astype(np.float32),
         "general": rig.general,
     }
@@ -195,4 +196,4 @@ def _rig(arrays: Mapping[str, NDArray[Any]], at: str) -> Rig:
     fits = tokens.ndim == 3 and tokens.shape[::2] == (len(STAGES), TOKEN)
     if not fits or general.shape != (GENERAL,) or not level > 0 or sign not in (1.0, -1.0):
         raise InputError("the arrays of a rig do not fit together")
-    return Rig(level, sign, pitch, speed, tokens.astype(np.float64), general)
+    return Rig(level, sign, pitch, speed or float("nan"), tokens.astype(np.float64), general)

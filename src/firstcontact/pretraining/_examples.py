@@ -41,7 +41,7 @@ from firstcontact.twin.rigs import (
 #: A contact is placed so many samples before or after it happens, at most, and about so many:
 #: mean and standard deviation of what the detectors do on the twin.
 MARGIN = 8
-PLACED = (1.5, 1.5)
+PLACED = (2.0, 1.2)
 #: Block pinches of a context, least and most of each level of Shore A.
 CONTEXT = (4, 20)
 #: Things and further block pinches that are asked about, and pinches of each.

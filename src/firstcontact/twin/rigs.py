@@ -1,8 +1,8 @@
 """Random rigs and random things to touch: what a network learns from that is to know any rig.
 
-Drawn wide and with centres that are not those of the twin's own hand; limits are those of
-mechanics and electronics, none was chosen by a score. Held-out families leave what training
-has seen: another law of the pad or of the material, another sensor, other noise, edges.
+Drawn wide, around a hand that is not the twin's; limits are those of mechanics and
+electronics, none was chosen by a score. :mod:`firstcontact.twin.rig_families` leaves what is
+drawn here: another law of the pad or of the material, another sensor, other noise, edges.
 """
 
 from __future__ import annotations
@@ -29,6 +29,28 @@ from firstcontact.twin.sensor import VelostatParameters, piezo_readings
 
 #: Softest and hardest thing, Shore A.
 SOFTEST, HARDEST = 5.0, 80.0
+#: The hand in the middle of all: about one standard deviation off the twin's own, each way.
+MIDDLE = FingerParameters()._replace(
+    speed=0.105,
+    drive_mass=0.35,
+    speed_gain=300.0,
+    link_stiffness=3.1e3,
+    link_damping=2.4,
+    phalanx_mass=0.0215,
+    mount_stiffness=3.4e5,
+    mount_damping=3.3,
+    board_mass=0.0025,
+    pad_stiffness=3.7e4,
+    pad_stiffening=8.5e11,
+    pad_arm_stiffness=2.7e4,
+    pad_relaxation=0.95e-3,
+    pad_damping=1.9,
+    skin_mass=0.00045,
+    pad_modulus=3.8e6,
+    tip_radius=0.0116,
+    piezo_time_constant=3.6e-3,
+    buffer_cutoff=1.5e3,
+)
 #: Standard deviation of ln(parameter) between rigs.
 RIG_SPREAD: Mapping[str, float] = {
     "speed": 0.35,
@@ -133,9 +155,8 @@ Day = Mapping[str, float]
 
 def draw_rig(rng: Rng) -> RandomRig:
     """A rig, its gain set so that a hard block is seen."""
-    nominal = FingerParameters()
-    finger = nominal._replace(
-        **{name: getattr(nominal, name) * _about(rng, sd) for name, sd in RIG_SPREAD.items()}
+    finger = MIDDLE._replace(
+        **{name: getattr(MIDDLE, name) * _about(rng, sd) for name, sd in RIG_SPREAD.items()}
     )
     m = MotorNoise()
     loud = _about(rng, 0.3)

@@ -18,10 +18,10 @@ class Pretrain:
     out: Path
     """Folder for the model; one that is in it is replaced."""
     work: Path = Path("pretraining")
-    """Folder for what is made on the way, about 1 GB."""
-    rigs: int = 4000
+    """Folder for what is made on the way, about 1.5 GB."""
+    rigs: int = 6000
     """Simulated rigs to learn from."""
-    epochs: int = 20
+    epochs: int = 45
     """Passes over their contacts."""
     seed: int = 1
     """Same seed, same weights on the same machine."""

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
 
 from firstcontact.anytime.in_context import InContextModel
 from firstcontact.anytime.model_file import save_anytime
@@ -38,11 +39,11 @@ class Size:
         Passes over the examples.
     """
 
-    rigs: int = 4000
+    rigs: int = 6000
     calibration: int = 300
     judgement: int = 100
     held_out: int = 50
-    epochs: int = 20
+    epochs: int = 45
 
     def of(self, rigs: int, epochs: int) -> Size:
         """The same with another number of rigs to learn from, others in proportion if fewer."""
@@ -83,6 +84,7 @@ def pretrain(
     def made(first: int, rigs: int, family: str = "") -> Examples:
         return example_set(work, first, rigs, seed, runner, family)
 
+    torch.set_num_threads(1)  # how sums are cut decides their last bits
     examples = made(TRAINED, size.rigs)
     say(f"{size.rigs} rigs, {len(examples)} contacts to learn from")
     state = work / f"training-{seed}-{size.rigs}-{size.epochs}.safetensors"

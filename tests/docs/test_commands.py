@@ -28,6 +28,9 @@ ELSEWHERE = {
     "firstcontact live --device twin --page": "tests/cli/test_live.py",
     "sudo adduser $USER dialout": "by hand, once on a machine with a device",
     "firstcontact replay pinches/blocks-01.mcap --port fingertip": "tests/cli/test_replay.py",
+    "firstcontact pretrain --out network --work pretraining": (
+        "by hand: it makes the weights that come with the package; small: tests/cli/test_pretrain.py"
+    ),
     "make study": "by hand before a release: it makes docs/results/study.json",
     "firstcontact grasp-study": "by hand before a release: it makes docs/results/grasp.json",
     "make real": "by hand before a release: it makes docs/results/real.json",

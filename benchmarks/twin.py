@@ -14,12 +14,14 @@ import os
 import resource
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.pinch import Label
 from firstcontact.recording import load_dataset
 from firstcontact.twin import pinch as pinch_module
 from firstcontact.twin import run as run_module
@@ -32,7 +34,7 @@ from firstcontact.twin.mechanics import (
     _derivative,
 )
 from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS, TwinObject
-from firstcontact.twin.pinch import BURN_IN, mechanics_of
+from firstcontact.twin.pinch import BURN_IN, excerpt, mechanics_of, simulate_pinch
 from firstcontact.twin.run import SUBSTEPS
 from firstcontact.twin.simulate import simulate
 
@@ -112,6 +114,20 @@ def rate(folder: Path, workers: int, each: int) -> tuple[float, float]:
     return pinches / (time.perf_counter() - begin), (time.process_time() - busy) / pinches
 
 
+def excerpts(workers: int, pinches: int) -> float:
+    """Pinches per second of which only 60 ms around the first contact are made."""
+    draws = [drawn(BLOCKS[i % 5], i) for i in range(pinches)]
+
+    def made(draw: PinchDraw) -> None:
+        simulate_pinch(excerpt(draw, 0.040), Label(), duration=0.060)
+
+    made(draws.pop())
+    begin = time.perf_counter()
+    with ThreadPoolExecutor(workers) as pool:
+        list(pool.map(made, draws))
+    return len(draws) / (time.perf_counter() - begin)
+
+
 def main() -> None:
     """Print what was measured."""
     parser = argparse.ArgumentParser()
@@ -133,6 +149,8 @@ def main() -> None:
                 f"{workers} workers: {most:.0f} pinches/s of {pinch_module.DURATION} s, "
                 f"{1e3 * busy:.1f} ms of processor time each"
             )
+            most = max(excerpts(workers, 2 * options.pinches) for _ in range(3))
+            print(f"{workers} workers: {most:.0f} pinches/s of 60 ms around the contact")
         draw = drawn(BLOCKS[4], 0)
         begin = time.perf_counter()
         reference = plain(draw)[BURN_IN:]

@@ -29,7 +29,7 @@ ELSEWHERE = {
     "sudo adduser $USER dialout": "by hand, once on a machine with a device",
     "firstcontact replay pinches/blocks-01.mcap --port fingertip": "tests/cli/test_replay.py",
     "firstcontact pretrain --out network --work pretraining": (
-        "by hand: it makes the weights that come with the package; small: tests/cli/test_pretrain.py"
+        "by hand: it makes the weights of the package; small: tests/cli/test_pretrain.py"
     ),
     "make study": "by hand before a release: it makes docs/results/study.json",
     "firstcontact grasp-study": "by hand before a release: it makes docs/results/grasp.json",

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pinches import drawn, simulated
 
 from firstcontact.core.layout import ADC_COUNTS, SUBCOUNTS, TAXELS
-from firstcontact.twin.filter import FORCE_READINGS, ROUND, DeviceFilter
+from firstcontact.twin.filter import FORCE_READINGS, ROUND, DeviceFilter, smoothed
 from firstcontact.twin.objects import BLOCKS
 from firstcontact.twin.pinch import pinch_scans
 from firstcontact.twin.scans import scan_bytes, write_scans
@@ -104,3 +104,18 @@ def test_a_file_of_scans_has_them_one_after_the_other(tmp_path: Path) -> None:
     assert (np.fromfile(tmp_path / "scans.bin", "<u2").reshape(-1, 6) == scans).all()
     first = scan_bytes(np.array([[1, 2, 3, 4, 0, 0x0102]], np.uint16))
     assert first == b"\1\0\2\0\3\0\4\0\0\0\2\1"
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_the_smoothing_of_the_piezo_loses_nothing(seed: int) -> None:
+    """What the device sends is smoothed, and every reading can be had back from it."""
+    counts = random_scans(seed, 300)[:, 0]
+    sent = smoothed(counts).astype(np.int64)
+    # y[i] = (y[i-1] + 32 x[i]) >> 1: doubled and without y[i-1] it is 32 x[i], or one less.
+    back = -(-(2 * sent[1:] - sent[:-1]) // SUBCOUNTS)
+    assert back.tolist() == counts[1:].tolist()
+
+
+def test_a_piezo_alone_is_smoothed_as_the_device_does_it() -> None:
+    scans = random_scans(3, 500)
+    assert smoothed(scans[:, 0]).tolist() == DeviceFilter().update(scans)[:, 0].tolist()

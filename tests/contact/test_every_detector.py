@@ -77,7 +77,7 @@ def test_fingers_in_one_window_come_in_the_order_of_their_onsets(detector: Detec
     for pinch in closings(10, seed=5).pinches:
         assert pinch.first is not None
         data = pinch.data.copy()
-        index = np.roll(data[:, pinch.first.finger], 2)
+        index = np.roll(data[:, pinch.first.finger], 1)
         data[:, Finger.THUMB] = data[:, pinch.first.finger]
         data[:, Finger.INDEX] = index
         contacts = detect(detector, replace(pinch, data=data))

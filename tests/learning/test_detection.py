@@ -20,8 +20,13 @@ from firstcontact.core import (
     Pinch,
     fingertip_layout,
 )
+<<<<<<< HEAD
 from firstcontact.core.by_name import to_tree
 from firstcontact.learning.detection import score_detector
+=======
+from firstcontact.learning.detection import score_decisions, score_detector
+from firstcontact.signal import lookahead
+>>>>>>> be66357 (A detector that looks every 0.4 ms and moves between rigs; the resampler looks ahead 0.36 ms instead of 2)
 
 LAYOUT = fingertip_layout()
 STEP = 15
@@ -120,7 +125,8 @@ def test_late_triggers_are_in_the_delay():
 def test_what_the_resampler_waits_for_is_in_the_delay():
     dataset = Dataset((pinch(),), recorded_rate=44_100.0)
     scores = score_detector(Scripted(GOOD), dataset)
-    waited = 1e3 * 10 / 4936
+    waited = 1e3 * lookahead(44_100.0, 4936.0)
+    assert 0.3 < waited <= 0.5
     assert scores.lookahead_ms == pytest.approx(waited)
     assert scores.median_delay == pytest.approx(1e3 * 14 / 4936 + waited)
     assert (scores.pinch_success, scores.decided_within_3_ms) == (1.0, 0.0)
@@ -194,3 +200,16 @@ def test_scores_are_json_for_a_real_detector():
     tree = to_tree(score_detector(ThresholdDetector(), dataset))
     assert json.loads(json.dumps(tree, allow_nan=False)) == tree
     assert tree["contact_windows_found"] == 1.0
+
+
+def test_looks_of_a_step_count_as_one_window() -> None:
+    """Published shares can be compared with those of a detector that looks oftener."""
+    fine = np.arange(2, 600, 3)
+    fired = np.zeros((len(fine), 2), dtype=np.bool_)
+    fired[np.searchsorted(fine, 101) : np.searchsorted(fine, 107), Finger.INDEX] = True
+    fired[np.searchsorted(fine, TRUTH + 8), Finger.THUMB] = True
+    verdicts = WindowDecisions(fine, fired, np.where(fired, fine[:, None], -1))
+    scores = score_decisions([verdicts], Dataset((pinch(),)), 3 / LAYOUT.rate)
+    assert (scores.quiet_windows, scores.windows) == (2 * 20, 2 * 20 + 1)
+    assert scores.quiet_windows_silent == pytest.approx(39 / 40)
+    assert scores.contact_windows_found == 1.0

@@ -8,9 +8,11 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from firstcontact.contact.detector import Detector
 from firstcontact.contact.features import feature_count, window_features
 from firstcontact.contact.stream import SteadyState, WindowSizes
-from firstcontact.core.layout import ChannelKind
+from firstcontact.core.errors import InputError
+from firstcontact.core.layout import ChannelKind, Layout
 from firstcontact.core.pinch import Dataset, Pinch
 from firstcontact.signal import missing_smoothing, samples_in
 
@@ -23,6 +25,21 @@ PHASES = 3
 #: Windows that may show it, wherever the grid lies: it is in the newest part of
 #: one, and in the step before in the next, a second chance for faint starts.
 CHANCES = 2
+
+
+def session_groups(sessions: NDArray[np.str_], folds: int) -> NDArray[np.intp]:
+    """Number of each pinch's session; each pinch its own where there are too few."""
+    names, numbers = np.unique(sessions, return_inverse=True)
+    return np.arange(len(sessions)) if len(names) < folds else numbers.astype(np.intp)
+
+
+def require_rate(detector: Detector, layout: Layout) -> None:
+    """InputError where a detector was trained for another rate than that of the layout."""
+    if layout.rate != detector.rate:
+        raise InputError(
+            f"the {detector.title} detector was trained at {detector.rate:g} Hz and the layout "
+            f"says {layout.rate:g} Hz: make one with `firstcontact train --rate {layout.rate:g}`"
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,8 +14,9 @@ DETECTORS: Registry[type[Detector]] = Registry(
     {
         "three_sigma": "firstcontact.contact.threshold:ThresholdDetector",
         "svm": "firstcontact.contact.svm:SvmDetector",
+        "logistic": "firstcontact.contact.logistic:LogisticDetector",
     },
-    default="svm",
+    default="logistic",
 )
 
 

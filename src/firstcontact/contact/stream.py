@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from firstcontact.contact._onset import pick_onset
@@ -78,6 +79,9 @@ class WindowDetector(ABC):
     step: ClassVar[float] = 0.003
     #: Whole periods of 50 Hz hum.
     steady: ClassVar[float] = 0.040
+    #: A contact that shows in a window began in its newest so many steps: the new part, and
+    #: twice as much again for what was too faint a step or two ago.
+    reach: ClassVar[int] = 3
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -117,11 +121,39 @@ class WindowDetector(ABC):
             Shape (windows, fingers).
         """
 
+    def settled(self, quiet: NDArray[np.float64]) -> None:  # noqa: B027
+        """Take in a steady state that begins a stream; by default nothing.
+
+        Parameters
+        ----------
+        quiet
+            Shape (samples, fingers), in its own sigmas.
+        """
+
+    def wakes(self, x: NDArray[np.float64], ends: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Say which windows are worth a judgement; by default all. The others do not fire.
+
+        Parameters
+        ----------
+        x
+            Shape (samples, fingers), in sigmas of the steady state.
+        ends
+            Where in it windows end, the first sample after each, shape (windows,).
+
+        Returns
+        -------
+        ndarray
+            Shape (windows,); of each it may depend on the samples of its window only.
+        """
+        return np.ones(len(ends), np.bool_)
+
     @classmethod
     def sizes(cls, rate: float) -> WindowSizes:
         """Lengths in samples at a rate in Hz."""
         return WindowSizes(
-            samples_in(cls.duration, rate), samples_in(cls.step, rate), samples_in(cls.steady, rate)
+            samples_in(cls.duration, rate),
+            max(1, samples_in(cls.step, rate)),
+            samples_in(cls.steady, rate),
         )
 
     def start(self, layout: Layout) -> None:
@@ -191,22 +223,26 @@ class WindowDetector(ABC):
         self._next += len(volts)
         if self._state is None and len(self._past) >= sizes.steady:
             self._state = SteadyState.of(self._past[: sizes.steady])
+            self.settled(self._state.normalise(self._past[: sizes.steady]))
         ends = np.arange(self._window_end, self._next + 1, sizes.step)
         if self._state is None or not len(ends):
             none = np.zeros((0, len(self._columns)))
             return WindowDecisions(
                 np.zeros(0, np.int64), none.astype(np.bool_), none.astype(np.int64)
             )
-        starts = ends - sizes.window - self._past_first
-        inside = starts[:, None] + np.arange(sizes.window)
-        windows = self._state.normalise(self._past)[inside]
-        windows = np.ascontiguousarray(windows.transpose(0, 2, 1))
-        fired = self.fires(windows) & self._state.alive
+        x = self._state.normalise(self._past)
+        fired = np.zeros((len(ends), x.shape[1]), np.bool_)
         onsets = np.full(fired.shape, -1, dtype=np.int64)
-        if fired.any():
-            # The new part, and twice as much again: what was too faint a step or two ago.
-            picked = pick_onset(windows[fired], 3 * sizes.step)
-            onsets[fired] = picked + (ends - sizes.window)[np.nonzero(fired)[0]]
+        looked = np.flatnonzero(self.wakes(x, ends - self._past_first))
+        if len(looked):
+            starts = ends[looked] - sizes.window
+            inside = sliding_window_view(x, sizes.window, axis=0)
+            windows = np.ascontiguousarray(inside[starts - self._past_first])
+            shown = self.fires(windows) & self._state.alive
+            fired[looked] = shown
+            if shown.any():
+                picked = pick_onset(windows[shown], self.reach * sizes.step)
+                onsets[fired] = picked + starts[np.nonzero(shown)[0]]
         self._window_end = int(ends[-1]) + sizes.step
         surplus = self._window_end - sizes.window - self._past_first
         self._past = self._past[surplus:].copy()

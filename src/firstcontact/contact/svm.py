@@ -9,7 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact._rbf import RbfMachine
-from firstcontact.contact._training import PHASES, TrainingWindows, training_windows, usable
+from firstcontact.contact._training import (
+    PHASES,
+    TrainingWindows,
+    require_rate,
+    session_groups,
+    training_windows,
+    usable,
+)
 from firstcontact.contact.closing_start import closings
 from firstcontact.contact.features import feature_count, window_features
 from firstcontact.contact.stream import WindowDetector
@@ -83,7 +90,7 @@ class SvmDetector(WindowDetector):
                 "at least 43 ms of quiet before it: the SVM detector needs two or more"
             )
         groups = np.zeros(len(subset), dtype=np.intp)
-        groups[shown] = _groups(subset.sessions[shown])
+        groups[shown] = session_groups(subset.sessions[shown], FOLDS)
         held_out = np.empty(len(data.features))
         for fold in range(FOLDS):
             test = (groups % FOLDS == fold)[data.pinch]
@@ -105,11 +112,7 @@ class SvmDetector(WindowDetector):
         """
         if self._machine is None:
             raise InputError("the SVM detector has not been trained: fit it or load a trained one")
-        if layout.rate != self._rate:
-            raise InputError(
-                f"the SVM detector was trained at {self._rate:g} Hz and the layout says "
-                f"{layout.rate:g} Hz: make one with `firstcontact train --rate {layout.rate:g}`"
-            )
+        require_rate(self, layout)
         super().start(layout)
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -160,12 +163,6 @@ class SvmDetector(WindowDetector):
                 f"{detector._rate:g} Hz has {features}: train it again"
             )
         return detector
-
-
-def _groups(sessions: NDArray[np.str_]) -> NDArray[np.intp]:
-    """Number of each pinch's session; each pinch its own where there are too few."""
-    names, numbers = np.unique(sessions, return_inverse=True)
-    return np.arange(len(sessions)) if len(names) < FOLDS else numbers.astype(np.intp)
 
 
 def _train(data: TrainingWindows, seed: int) -> RbfMachine:

@@ -18,6 +18,8 @@ from firstcontact.signal import lookahead, samples_in
 
 #: A contact younger than this, s, need not show in a window yet.
 GUARD = 0.001
+#: One window counts each so often, s, as published.
+WINDOW_STEP = 0.003
 #: How far from the strip a first trigger may be, s.
 TOLERANCE = 0.003
 
@@ -34,7 +36,9 @@ class DetectionScores(Record, frozen=True, kw_only=True):
 
     A share of nothing is None.
 
-    Windows are counted whatever the detector said before. One counts as quiet
+    Windows are counted whatever the detector said before, one each 3 ms as published: of a
+    detector that looks oftener, all looks of such a step are one, which fires if any of
+    them does. One counts as quiet
     when it ends before the contact (each finger's windows count), and as
     contact when it is the touching finger's first that holds at least 1 ms of
     it. The touching finger's windows in between may say either and are left
@@ -108,6 +112,16 @@ class DetectionScores(Record, frozen=True, kw_only=True):
     def median_delay(self) -> float | None:
         """Of :attr:`delay_ms`, ms."""
         return None if self.delay_ms is None else self.delay_ms.median
+
+
+def _pooled(verdicts: WindowDecisions, looks: int) -> WindowDecisions:
+    """Each so many looks as one that ends with the last of them, and fires if any of them does."""
+    n = len(verdicts.ends) // looks
+    if looks == 1 or not n:
+        return verdicts
+    ends = verdicts.ends[: n * looks].reshape(n, looks)[:, -1]
+    fired = np.asarray(verdicts.fired[: n * looks].reshape(n, looks, -1).any(axis=1))
+    return WindowDecisions(ends, fired, np.where(fired, 0, -1))
 
 
 @dataclass(slots=True)
@@ -189,7 +203,7 @@ def score_decisions(
     dataset
         The pinches.
     step
-        New part of the detector's windows, s.
+        New part of the detector's windows, s: how often it looks.
     early
         The contact may be up to this much earlier than its label, s: windows
         that end in this span are left out, and triggers in it are in time.
@@ -217,15 +231,17 @@ def score_decisions(
         rate = pinch.layout.rate
         fingers = pinch.layout.vibration_fingers
         if truth.finger in fingers:
+            look = max(1, samples_in(step, rate))
+            looks = max(1, samples_in(WINDOW_STEP, rate) // look)
             steps = counts.add(
-                its,
+                _pooled(its, looks),
                 fingers.index(truth.finger),
                 truth.sample,
                 samples_in(early, rate),
                 samples_in(GUARD, rate),
-                samples_in(step, rate),
+                looks * look,
             )
-            counts.seconds += steps * samples_in(step, rate) / rate
+            counts.seconds += steps * looks * look / rate
         contacts = latch(its, fingers, set())
         became = outcome(next(iter(contacts), None), truth, rate, early, tolerance)
         outcomes[became] += 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,10 @@ from firstcontact.core.pinch import Contact, Dataset, Pinch
 
 #: Half of the anti-aliasing filter, in samples of the lower of the two rates.
 HALF_LENGTH = 10
+#: Of its Kaiser window.
+BETA = 5.0
+#: Points of the spectrum, by tap, from which the phase is made.
+FINE = 16
 #: Largest denominator of the ratio of the rates. Usual rates are met within 2 ppm and any up to
 #: 1 MHz within 250 ppm, 0.08 ms in a pinch of 0.3 s; a larger one makes the filter too long to run.
 LARGEST_RATIO = 2000
@@ -22,13 +27,39 @@ LARGEST_RATIO = 2000
 MOST_OF_ONE = 10
 
 
+#: Longest that the filter looks ahead, s.
+LONGEST_AHEAD = 0.0005
+
+
 def lookahead(old: float, new: float) -> float:
     """Time that :func:`resample` looks ahead, s; 0 where the rates are the same."""
-    return 0.0 if old == new else HALF_LENGTH / min(old, new)
+    if old == new:
+        return 0.0
+    ratio = _ratio(old, new)
+    return _low_pass(ratio, old)[1] / (ratio.numerator * old)
 
 
 def _ratio(old: float, new: float) -> Fraction:
     return Fraction(new / old).limit_denominator(LARGEST_RATIO)
+
+
+@lru_cache(maxsize=16)
+def _low_pass(ratio: Fraction, old: float) -> tuple[NDArray[np.float64], int]:
+    """The anti-aliasing filter between the samples of both rates, and how many it looks ahead.
+
+    Its amplitude is that of the Kaiser-windowed filter which SciPy resamples with, its
+    phase the least there is: what rings, rings after an onset. How far it lags at low
+    frequencies is taken off the times of its samples: only so far does it look ahead.
+    """
+    from scipy.signal import firwin, minimum_phase
+
+    slower = max(ratio.numerator, ratio.denominator)
+    symmetric = firwin(2 * HALF_LENGTH * slower + 1, 1 / slower, window=("kaiser", BETA))
+    points = 2 ** int(np.ceil(np.log2(FINE * len(symmetric))))
+    taps = minimum_phase(symmetric, n_fft=points, half=False)
+    taps /= taps.sum()
+    lag = round(float(np.arange(len(taps)) @ taps))
+    return taps, min(lag, int(LONGEST_AHEAD * ratio.numerator * old))
 
 
 def _position(position: int, ratio: Fraction) -> int:
@@ -36,7 +67,12 @@ def _position(position: int, ratio: Fraction) -> int:
 
 
 def resample(x: NDArray[Any], old: float, new: float) -> NDArray[np.float64]:
-    """Polyphase resampling with a zero-phase low-pass (Kaiser, beta 5).
+    """Polyphase resampling with a minimum-phase low-pass.
+
+    It passes half of the amplitude at half the lower rate, 0.08 of it at 0.55 and 0.003 (-50 dB)
+    from 0.6 of that rate on. Nothing comes earlier than :func:`lookahead` before its cause, which
+    is 1.8 samples of the lower rate and 0.5 ms at most; where the filter lags by more (below
+    3.6 kHz) the rest delays what comes out.
 
     Parameters
     ----------
@@ -48,14 +84,21 @@ def resample(x: NDArray[Any], old: float, new: float) -> NDArray[np.float64]:
     Returns
     -------
     ndarray
-        Shape (about samples x new / old, channels). The filter looks ahead
-        ten samples of the lower rate.
+        Shape (about samples x new / old, channels).
     """
     from scipy.signal import resample_poly
 
     ratio = _ratio(old, new)
+    taps, ahead = _low_pass(ratio, old)
+    # SciPy takes the middle of a filter as its present: zeros put it there.
+    padded = np.concatenate([np.zeros(max(0, len(taps) - 1 - 2 * ahead)), taps])
     out: NDArray[np.float64] = resample_poly(
-        np.asarray(x, dtype=np.float64), ratio.numerator, ratio.denominator, axis=0, padtype="edge"
+        np.asarray(x, dtype=np.float64),
+        ratio.numerator,
+        ratio.denominator,
+        axis=0,
+        window=padded,
+        padtype="edge",
     )
     return out
 
@@ -120,8 +163,8 @@ def resample_dataset(dataset: Dataset, rate: float) -> Dataset:
         )
     ahead = 1e3 * lookahead(old, rate)
     note = (
-        f"Resampled from {old:g} Hz to {rate:g} Hz with a zero-phase low-pass "
-        f"that looks ahead {ahead:.1f} ms."
+        f"Resampled from {old:g} Hz to {rate:g} Hz with a minimum-phase low-pass "
+        f"that looks ahead {ahead:.2f} ms."
     )
     pinches = tuple(_resample_pinch(p, rate) for p in dataset.pinches)
     recorded = dataset.recorded_rate or old

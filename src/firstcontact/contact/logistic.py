@@ -1,0 +1,188 @@
+"""Logistic regression on loudness that looks every 0.4 ms, and four times before it says so."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.contact._logistic_training import (
+    LOOKS,
+    best_threshold,
+    fit_line,
+    looks_of,
+    scores,
+)
+from firstcontact.contact._loudness import EACH, ORDER, loudness_features, prediction
+from firstcontact.contact._training import require_rate, session_groups, usable
+from firstcontact.contact.closing_start import closings
+from firstcontact.contact.stream import WindowDetector
+from firstcontact.core.errors import InputError
+from firstcontact.core.layout import Layout
+from firstcontact.core.palette import GREEN
+from firstcontact.core.pinch import Dataset
+
+#: A look is worth taking where the newest samples hold one so many sigmas from the mean.
+AWAKE = 3.0
+#: Most pinches that are learned from, and folds for the threshold.
+PINCHES = 1000
+FOLDS = 3
+#: Lowest rate, Hz: below it a step is longer than a millisecond.
+LOWEST = 1000.0
+
+
+class LogisticDetector(WindowDetector):
+    """Says that a finger touched where four looks in a row, 0.4 ms apart, agree.
+
+    More looks are more chances of a false alarm; that the looks must agree, and a
+    threshold for the least of the four that is chosen on pinches not learned from, take them
+    back. All that is looked at are levels in units of the rig's own noise while its motor
+    runs, and an unforeseen loudness can only count further in the direction of a contact: so it
+    can be moved to another rig.
+
+    Parameters
+    ----------
+    seed
+        Of what is drawn for training.
+    """
+
+    name: ClassVar[str] = "logistic"
+    title: ClassVar[str] = "Logistic"
+    colour: ClassVar[str] = GREEN
+    learns: ClassVar[bool] = True
+    step: ClassVar[float] = 0.0004
+    duration: ClassVar[float] = 0.020 + (LOOKS - 1) * step
+    reach: ClassVar[int] = 22
+
+    def __init__(self, seed: int = 0) -> None:
+        self.seed = seed
+        self._line: NDArray[np.float64] | None = None
+        self._threshold = 0.0
+        self._rate = 0.0
+        self._weights = np.zeros((0, ORDER + 1))
+
+    @property
+    def rate(self) -> float | None:
+        """The sampling rate that it was trained at, Hz; None before."""
+        return self._rate or None
+
+    def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
+        """Learn from pinches whose first contact is known, from where each closing starts.
+
+        Raises
+        ------
+        InputError
+            When fewer than two pinches have a known first contact after enough quiet, or
+            for a rate below 1 kHz.
+        """
+        dataset = closings(dataset)
+        rate = dataset.layout.rate if len(dataset) else LOWEST
+        if rate < LOWEST:
+            raise InputError(
+                f"the logistic detector needs samples at {LOWEST:g} Hz or more and these come at "
+                f"{rate:g} Hz: use --detector three_sigma"
+            )
+        sizes = self.sizes(rate)
+        able = np.flatnonzero([usable(p, sizes, early) for p in dataset.pinches])
+        # Evenly spaced, not drawn: every session and object keeps its share.
+        spaced = np.linspace(0, max(0, len(able) - 1), min(PINCHES, len(able)))
+        subset = dataset.take(able[spaced.round().astype(np.intp)])
+        rng = np.random.default_rng(self.seed)
+        looks = [looks_of(pinch, sizes, early, rng) for pinch in subset.pinches]
+        shown = np.array([look.shows.any() for look in looks], dtype=np.bool_)
+        if shown.sum() < 2:
+            raise InputError(
+                f"{shown.sum()} pinches have a first contact in their labels, a living sensor and "
+                "at least 43 ms of quiet before it: the logistic detector needs two or more"
+            )
+        looks = [look for look in looks if look.shows.any()]
+        groups = session_groups(subset.sessions[shown], FOLDS) % FOLDS
+        levels = np.empty((len(looks), 2))
+        for fold in np.unique(groups):
+            line = fit_line(
+                [look for look, g in zip(looks, groups, strict=True) if g != fold], self.seed
+            )
+            for place in np.flatnonzero(groups == fold):
+                levels[place] = looks[place].levels(line)
+        self._line = fit_line(looks, self.seed)
+        self._line[-1] -= best_threshold(levels)
+        self._rate = rate
+        return self
+
+    def start(self, layout: Layout) -> None:
+        """Begin a new closing: forget the stream and release all fingers.
+
+        Raises
+        ------
+        InputError
+            When it was not trained, or for another rate.
+        """
+        if self._line is None:
+            raise InputError(
+                "the logistic detector has not been trained: fit it or load a trained one"
+            )
+        require_rate(self, layout)
+        super().start(layout)
+
+    def settled(self, quiet: NDArray[np.float64]) -> None:
+        """Learn what of the motor can be foretold."""
+        self._weights = np.stack([prediction(x) for x in quiet.T])
+
+    def wakes(self, x: NDArray[np.float64], ends: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Say where the newest samples of any finger are loud enough to look closer."""
+        step = self._sizes.step
+        first = int(ends[0]) - step
+        loud = np.abs(x[first:]).max(axis=1) > AWAKE
+        # Windows follow each other by a step: each has the samples of its own.
+        return np.asarray(loud[: len(ends) * step].reshape(-1, step).any(axis=1))
+
+    def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Say which windows are above the threshold, now and the looks before."""
+        n, fingers, samples = windows.shape
+        each = windows.reshape(n * fingers, samples)
+        weights = np.tile(self._weights, (n, 1))
+        step, length = self._sizes.step, samples - (LOOKS - 1) * self._sizes.step
+        assert self._line is not None
+        above = np.ones(len(each), np.bool_)
+        for start in range((LOOKS - 1) * step, -1, -step):
+            still = np.flatnonzero(above)
+            look = np.ascontiguousarray(each[still, start : start + length])
+            above[still] = (
+                scores(loudness_features(look, weights[still], self._rate), self._line) > 0.0
+            )
+        return above.reshape(n, fingers)
+
+    def to_arrays(self) -> dict[str, NDArray[np.float64]]:
+        """The line, its threshold taken off, and the rate.
+
+        Raises
+        ------
+        InputError
+            When it was not trained.
+        """
+        if self._line is None:
+            raise InputError("the logistic detector has not been trained: there is nothing to save")
+        return {"line": self._line, "rate": np.asarray(self._rate)}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """The inverse of :meth:`to_arrays`.
+
+        Raises
+        ------
+        InputError
+            When an array is missing, has a wrong shape or is not finite.
+        """
+        detector = cls()
+        shapes = {"line": (2 * EACH + 1,), "rate": ()}
+        for name, shape in shapes.items():
+            value = np.asarray(arrays.get(name, np.nan), dtype=np.float64)
+            if value.shape != shape or not np.isfinite(value).all():
+                raise InputError(f"the detector's array {name!r} is missing: train it again")
+        detector._line = np.array(arrays["line"], dtype=np.float64)
+        detector._rate = float(arrays["rate"])
+        if detector._rate < LOWEST:
+            raise InputError(f"the detector's rate is below {LOWEST:g} Hz: train it again")
+        return detector

@@ -1,0 +1,136 @@
+"""The logistic detector learns, is 17 numbers, looks often, and can be moved to another rig."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from firstcontact.contact import detect, make_detector
+from firstcontact.contact._logistic_training import LOOKS, add_clicks, best_threshold
+from firstcontact.contact._loudness import EACH, ORDER, left, loudness_features, prediction
+from firstcontact.contact.logistic import LOWEST, LogisticDetector
+from firstcontact.core import Dataset, InputError
+from firstcontact.testing.closings import LAYOUT, closing, closings
+
+
+def test_it_finds_contacts_and_soon(fitted):
+    """All looks that agree see the contact: it is not decided before, nor much later."""
+    span = (LOOKS - 1) * LogisticDetector.sizes(LAYOUT.rate).step
+    ages = []
+    for pinch in closings(30, seed=2).pinches:
+        contacts = detect(fitted["logistic"], pinch)
+        if contacts and contacts[0].finger is pinch.first.finger:
+            ages.append(contacts[0].decided - pinch.first.sample)
+    assert len(ages) >= 27
+    assert span <= np.median(ages) <= 0.0025 * LAYOUT.rate
+
+
+def test_another_gain_changes_nothing(fitted):
+    """All is measured in the rig's own noise."""
+    for seed in range(8):
+        pinch = closing(seed)
+        quieter = pinch.data.copy()
+        quieter[:, :2] = 16384 + (quieter[:, :2].astype(np.int32) - 16384) // 4
+        found, again = (
+            detect(fitted["logistic"], p) for p in (pinch, replace(pinch, data=quieter))
+        )
+        assert [c.finger for c in found] == [c.finger for c in again]
+        assert all(abs(a.decided - b.decided) <= 2 for a, b in zip(found, again, strict=True))
+
+
+def test_what_is_louder_than_all_it_learned_from_is_a_contact(fitted):
+    for seed in range(5):
+        pinch = closing(seed)
+        data = pinch.data.astype(np.float64)
+        t = pinch.first.sample - pinch.first_sample
+        age = np.arange(len(data) - t)
+        data[t:, pinch.first.finger] += 3e6 * np.exp(-age / 30) * np.sin(0.4 * age + 0.3)
+        contact = detect(fitted["logistic"], replace(pinch, data=data))[0]
+        assert contact.finger is pinch.first.finger
+        assert abs(contact.sample - pinch.first.sample) <= 5
+
+
+def test_a_single_knock_sample_is_no_contact(fitted):
+    for seed in range(5):
+        pinch = closing(seed, touches=False)
+        data = pinch.data.copy()
+        data[600, :2] += 4000
+        assert detect(fitted["logistic"], replace(pinch, data=data)) == []
+
+
+def test_prediction_leaves_white_noise_of_unit_power():
+    rng = np.random.default_rng(3)
+    rung = lfilter([1.0], [1.0, -1.6, 0.8], rng.standard_normal(3000))
+    weights = prediction(rung[:2000] / rung[:2000].std())
+    rest = left(rung / rung[:2000].std(), weights)
+    assert rest[2000:].std() == pytest.approx(1.0, abs=0.1)
+    assert abs(np.corrcoef(rest[1:], rest[:-1])[0, 1]) < 0.1
+    assert not prediction(np.zeros(200)).any()
+
+
+@pytest.mark.parametrize("rate", [1000.0, 2200.0, 4936.0, 16_000.0])
+def test_levels_are_those_of_the_parts(rate):
+    """Noise that doubles its amplitude is log 2 louder in each of the newest parts."""
+    rng = np.random.default_rng(0)
+    n = LogisticDetector.sizes(rate).window
+    x = 1e7 * rng.standard_normal((400, n))
+    x -= x[:, : n - round(0.006 * rate)].mean(axis=1, keepdims=True)  # what levels are taken about
+    newest = round(0.003 * rate)
+    louder = x.copy()
+    louder[:, n - newest :] *= 2.0
+    weights = np.tile(np.eye(1, ORDER + 1), (400, 1))
+    features = loudness_features(x, weights, rate), loudness_features(louder, weights, rate)
+    gained = (features[1] - features[0]).reshape(400, 2, EACH)
+    assert gained[:, :, 1:4] == pytest.approx(np.log(2.0), abs=1e-3)
+    assert gained[:, :, 0] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_one_window_or_many_give_the_same_numbers():
+    rng = np.random.default_rng(1)
+    x, weights = rng.standard_normal((7, 99)), rng.standard_normal((7, ORDER + 1))
+    together = loudness_features(x, weights, LAYOUT.rate)
+    for i in range(7):
+        alone = loudness_features(x[i : i + 1], weights[i : i + 1], LAYOUT.rate)
+        assert np.array_equal(alone[0], together[i])
+
+
+def test_clicks_are_added_before_the_contact_only():
+    rng = np.random.default_rng(2)
+    x = rng.standard_normal(800)
+    clicked = add_clicks(x, prediction(x[:197]), 400, np.random.default_rng(5))
+    assert np.abs(clicked - x)[:400].max() > 2.0
+    assert np.abs(clicked - x)[500:].max() < 0.01
+
+
+def test_threshold_lies_in_the_middle_of_the_room_there_is():
+    quiet, loud = np.full(50, -4.0), np.full(50, 8.0)
+    assert best_threshold(np.stack([quiet, loud], axis=1)) == pytest.approx(2.0, abs=0.05)
+    quiet[0] = 7.0  # one click does not drag it along
+    assert best_threshold(np.stack([quiet, loud], axis=1)) < 4.0
+
+
+def test_same_pinches_same_detector(training, fitted):
+    again = make_detector("logistic").fit(training).to_arrays()
+    for name, array in fitted["logistic"].to_arrays().items():
+        assert np.array_equal(array, again[name])
+
+
+@pytest.mark.parametrize("name", ["line", "rate"])
+def test_broken_arrays_are_refused(fitted, name):
+    arrays = fitted["logistic"].to_arrays()
+    for broken in (np.full((3, 3), 1.0), np.full_like(arrays[name], np.nan)):
+        with pytest.raises(InputError, match=f"{name!r}.*train it again"):
+            LogisticDetector.from_arrays(arrays | {name: broken})
+    with pytest.raises(InputError, match="below 1000 Hz"):
+        LogisticDetector.from_arrays(arrays | {"rate": np.asarray(LOWEST - 1)})
+
+
+def test_nothing_to_learn_from_is_refused():
+    with pytest.raises(InputError, match="needs two or more"):
+        LogisticDetector().fit(Dataset((closing(1),)))
+    slow = replace(closing(1), layout=replace(LAYOUT, rate=500.0))
+    with pytest.raises(InputError, match="needs samples at 1000 Hz or more"):
+        LogisticDetector().fit(Dataset((slow, slow)))

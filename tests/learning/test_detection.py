@@ -20,13 +20,9 @@ from firstcontact.core import (
     Pinch,
     fingertip_layout,
 )
-<<<<<<< HEAD
 from firstcontact.core.by_name import to_tree
-from firstcontact.learning.detection import score_detector
-=======
 from firstcontact.learning.detection import score_decisions, score_detector
 from firstcontact.signal import lookahead
->>>>>>> be66357 (A detector that looks every 0.4 ms and moves between rigs; the resampler looks ahead 0.36 ms instead of 2)
 
 LAYOUT = fingertip_layout()
 STEP = 15

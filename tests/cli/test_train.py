@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from trainings import LAYOUT, card_of, recordings, resampled, run, touch
 
-from firstcontact.contact import SvmDetector, detect
+from firstcontact.contact import DETECTORS, detect, make_detector
 from firstcontact.contact.detector_file import load_detector
 from firstcontact.core import Dataset, InputError, Label, Role
 from firstcontact.core.jobs import Serial
@@ -73,7 +73,7 @@ def test_without_known_contacts_they_are_found(
 def test_the_detector_learns_from_known_contacts(data: Path, tmp_path: Path) -> None:
     assert run("train", data, "--contacts", "detected", "--out", tmp_path / "m") == 0
     assert card_of(tmp_path / "m")["data"]["contacts"] == (
-        "detected (svm that learned from other sessions; steady states begin with the first sample)"
+        f"detected ({DETECTORS.default} that learned from other sessions; steady states begin with the first sample)"
     )
 
 
@@ -170,7 +170,7 @@ def test_several_windows_make_a_model_each_beside_one_detector(
     for folder, samples in zip(model_folders(out), (15, 37, 39), strict=True):
         assert load_model(folder).spec.samples == samples
         assert load_interval(folder) is not None
-        assert load_detector(folder).name == "svm"
+        assert load_detector(folder).name == DETECTORS.default
     assert sorted(p.name for p in out.iterdir() if p.is_file()) == [
         "detector.json",
         "detector.safetensors",
@@ -203,7 +203,7 @@ def test_contacts_are_found_by_a_detector_that_had_not_learned_from_the_session(
     assert sorted(np.concatenate([ask for _, ask in folds])) == list(range(60))
     for learn, ask in folds:
         assert not set(dataset.sessions[learn]) & set(dataset.sessions[ask])
-        other = SvmDetector().fit(dataset.take(learn))
+        other = make_detector(DETECTORS.default).fit(dataset.take(learn))
         own = [next(iter(detect(other, dataset.pinches[i])), None) for i in ask]
         assert [contacts[i] for i in ask] == own
         assert any(c is not None for c in own)

@@ -11,6 +11,7 @@ from rested import rested
 from firstcontact.contact import SvmDetector, ThresholdDetector
 from firstcontact.contact.closing_start import closing_starts, counted
 from firstcontact.core import Dataset
+from firstcontact.core.by_name import to_tree
 from firstcontact.learning.detection import score_detector
 from firstcontact.twin._plan import plan_sessions
 from firstcontact.twin.conditions import condition
@@ -93,4 +94,4 @@ def test_a_contact_too_soon_after_the_motor_is_counted_as_that() -> None:
         shortened.append(type(pinch)(cut, pinch.layout, pinch.label, pinch.first_sample, truth))
     scores = score_detector(ThresholdDetector(), Dataset(tuple(shortened), "twin"))
     assert scores.too_soon > 0.9 * scores.n
-    assert scores.to_json()["too_soon"] == scores.too_soon
+    assert to_tree(scores)["too_soon"] == scores.too_soon

@@ -73,7 +73,8 @@ def test_without_known_contacts_they_are_found(
 def test_the_detector_learns_from_known_contacts(data: Path, tmp_path: Path) -> None:
     assert run("train", data, "--contacts", "detected", "--out", tmp_path / "m") == 0
     assert card_of(tmp_path / "m")["data"]["contacts"] == (
-        f"detected ({DETECTORS.default} that learned from other sessions; steady states begin with the first sample)"
+        f"detected ({DETECTORS.default} that learned from other sessions; "
+        "steady states begin with the first sample)"
     )
 
 

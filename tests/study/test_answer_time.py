@@ -9,6 +9,7 @@ import pytest
 
 from firstcontact.core import Contact, Dataset, Finger, Pinch, fingertip_layout
 from firstcontact.report.results.study import NOTHING
+from firstcontact.signal import lookahead
 from firstcontact.study._subject import Subject
 from firstcontact.study.parts.answer_time import answer_time
 from firstcontact.study.settings import StudySettings
@@ -63,8 +64,10 @@ def test_what_is_no_answer_counts_against():
 
 
 def test_resampling_is_waited_for():
-    base, waited = answer((80, found(0, 12))), answer((80, found(0, 12)), rate=44_100.0)
-    assert waited.median - base.median == pytest.approx(1e3 * 10 / RATE)
+    # The second contact comes a sample after the window is complete.
+    late = round(answer((80, found(0, 12))).median * RATE / 1e3) + 1
+    base, waited = answer((late, found(0, 12))), answer((late, found(0, 12)), rate=44_100.0)
+    assert waited.median - base.median == pytest.approx(1e3 * lookahead(44_100.0, RATE))
     assert (base.before_second, waited.before_second) == (1.0, 0.0)
 
 

@@ -1,0 +1,45 @@
+"""Touches of a simple kind: motor lines, then an oscillation that rings faster when harder."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.anytime import Touches
+from firstcontact.anytime.touches import BEFORE, lengths
+from firstcontact.anytime.touches import LONGEST as LAST
+from firstcontact.core.layout import FINGERTIP_RATE as RATE
+from firstcontact.signal import samples_in
+
+SHORTEST, LONGEST = lengths(RATE)
+LEVELS = (10.0, 20.0, 29.0, 43.0, 60.0)
+
+
+def ringing(
+    n: int, seed: int = 0, gain: float = 1.0, levels: tuple[float, ...] = LEVELS
+) -> tuple[Touches, NDArray[np.float64], NDArray[np.str_]]:
+    """Contacts, their Shore A and their sessions; ``gain`` is the sensor's."""
+    rng = np.random.default_rng(seed)
+    before, after = samples_in(BEFORE, RATE), samples_in(LAST, RATE)
+    shore_a = np.array([levels[i % len(levels)] for i in range(n)])
+    t = np.arange(-before, after) / RATE
+    signals = np.empty((n, before + after))
+    for row, hard in enumerate(shore_a):
+        speed = np.exp(0.1 * rng.standard_normal())
+        motor = sum(
+            a * np.sin(2 * np.pi * f * speed * t + rng.uniform(0, 6.28))
+            for f, a in ((180, 0.004), (540, 0.002), (1110, 0.002))
+        )
+        past = np.maximum(t, 0)
+        ring = np.sin(2 * np.pi * (40 + 2 * hard) * past) * np.exp(-past / 0.006)
+        size = 0.15 * np.exp(hard / 40 + 0.1 * rng.standard_normal()) * speed
+        signals[row] = motor + 0.001 * rng.standard_normal(len(t)) + size * ring
+    touches = Touches(
+        (gain * signals).astype(np.float32),
+        np.full(n, after, np.intp),
+        rng.integers(0, 2, n).astype(np.intp),
+        np.full(n, np.nan),
+        np.full(n, np.nan),
+        RATE,
+    )
+    return touches, shore_a, np.array([f"s{i // len(levels) % 4}" for i in range(n)])

@@ -198,3 +198,37 @@ def test_digests_that_the_card_does_not_vouch_for(
         file.write_bytes(file.read_bytes()[:-3] if damage == "cut" else bytes(480))
     assert run("evaluate", out, data) == 2
     assert "pinches.bin" in capsys.readouterr().err
+
+
+def test_an_any_time_model_is_scored_by_the_time_after_contact(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("adapt", data, "--out", tmp_path / "m") == 0
+    capsys.readouterr()
+    assert run("evaluate", tmp_path / "m", data) == 0
+    said = capsys.readouterr().out
+    assert "64 pinches scored" in said
+    assert [line.split()[0] for line in said.splitlines()[-5:]] == ["2", "3", "5", "8", "15"]
+    assert "rmse" in said
+
+    # Beside a model of one window length, both are scored.
+    assert run("train", data, "--model", "peak", "--out", tmp_path / "both") == 0
+    for file in ("anytime.json", "anytime.safetensors"):
+        (tmp_path / "both" / file).write_bytes((tmp_path / "m" / file).read_bytes())
+    capsys.readouterr()
+    assert run("evaluate", tmp_path / "both", data) == 0
+    said = capsys.readouterr().out
+    assert said.index("at any time") < said.index("seen in training:")
+
+
+def test_an_any_time_model_without_a_contact_to_ask_about_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("adapt", "--out", tmp_path / "m") == 0
+    pinch = touch(40.0, Label("ball", None, None, "b", "z"), np.random.default_rng(6), True)
+    folder = tmp_path / "unlabelled"
+    folder.mkdir()
+    write_dataset(Dataset((pinch,), "synthetic"), folder, Header(LAYOUT, "synthetic"))
+    capsys.readouterr()
+    assert run("evaluate", tmp_path / "m", folder) == 2
+    assert "none of 1 pinches" in capsys.readouterr().err

@@ -22,7 +22,10 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Evaluate:
-    """Score a saved model; pinches that it learned from are told apart."""
+    """Score a saved model, an any-time one from 2 to 15 ms after the contact.
+
+    Pinches that a model of one window length learned from are told apart.
+    """
 
     model: tyro.conf.Positional[Path]
     """Folder of the model."""
@@ -36,31 +39,36 @@ class Evaluate:
 
     def run(self) -> None:
         """Print errors or accuracy, and a table of objects."""
+        from firstcontact.anytime.model_file import has_anytime
+        from firstcontact.cli.evaluate_anytime import anytime_lines
         from firstcontact.cli.losses import warn_of
+        from firstcontact.recording import load_dataset
+        from firstcontact.stiffness.model_file import CARD
+
+        at_any_time = has_anytime(self.model)
+        # Both kinds may lie in one folder.
+        fixed = not at_any_time or (self.model / CARD).is_file()
+        folder = _one_folder(self.model) if fixed else self.model
+        loaded = load_dataset(self.data)
+        warn_of(loaded)
+        if at_any_time:
+            asked = loaded, self.data, self.contacts, self.detector
+            for line in anytime_lines(self.model, *asked):
+                print(line)
+        if fixed:
+            self._window(folder, loaded)
+
+    def _window(self, folder: Path, loaded: Dataset) -> None:
+        """Score a model of one window length."""
         from firstcontact.contact.detector_file import load_detector
         from firstcontact.learning.alignment import found, known
         from firstcontact.learning.known_pinches import known_pinches
         from firstcontact.learning.training import labelled_windows
-        from firstcontact.recording import load_dataset
-        from firstcontact.stiffness import (
-            load_digests,
-            load_interval,
-            load_model,
-            model_folders,
-            read_card,
-        )
+        from firstcontact.stiffness import load_digests, load_interval, load_model, read_card
 
-        (folder, *others) = model_folders(self.model)
-        if others:
-            raise InputError(
-                f"{self.model} holds models of several window lengths: name one of them, "
-                f"such as {folder}"
-            )
         card = read_card(folder)
         model, interval = load_model(folder), load_interval(folder)
         _log.info("model %s: %s", folder, model.spec)
-        loaded = load_dataset(self.data)
-        warn_of(loaded)
         familiar = known_pinches(loaded, card.data, load_digests(folder))
         dataset = _at_rate_of(loaded, model.spec.rate, self.data, folder)
         target = card.data.target
@@ -82,6 +90,18 @@ class Evaluate:
         for title, which in familiar.groups().items():
             if which[data.which].any():
                 _report(title, model, interval, data.take(which[data.which]), target)
+
+
+def _one_folder(path: Path) -> Path:
+    """Folder of the one model that is there."""
+    from firstcontact.stiffness import model_folders
+
+    folder, *others = model_folders(path)
+    if others:
+        raise InputError(
+            f"{path} holds models of several window lengths: name one of them, such as {folder}"
+        )
+    return folder
 
 
 def _at_rate_of(dataset: Dataset, rate: float, data: Path, model: Path) -> Dataset:

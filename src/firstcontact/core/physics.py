@@ -26,6 +26,12 @@ def gent_modulus(shore_a: float) -> float:
     return 1e6 * 0.0981 * (56 + 7.62336 * shore_a) / (0.137505 * (254 - 2.54 * shore_a))
 
 
+def gent_shore_a(modulus: float) -> float:
+    """Durometer reading of an elastomer of this Young's modulus (Pa): inverts gent_modulus."""
+    scaled = modulus * 0.137505 / (1e6 * 0.0981)
+    return (254 * scaled - 56) / (7.62336 + 2.54 * scaled)
+
+
 def contact_modulus(first: float, second: float, poisson: float = POISSON) -> float:
     """Hertz' modulus E* of two bodies, Pa, from Young's moduli (Pa) and one Poisson's ratio."""
     plane_strain = 1 - poisson**2

@@ -39,6 +39,21 @@ class ClassificationScores(Record, frozen=True, kw_only=True):
 TaskScores = RegressionScores | ClassificationScores
 
 
+class AnytimeScores(Record, frozen=True, kw_only=True):
+    """Answers for ``n`` pinches by the time after the contact, ms; later signal is not looked at.
+
+    ``coverage`` and ``width`` are of the model's intervals, the width in Shore A; ``strange`` is
+    the share that the model says not to know. ``intervals`` by score, then by time.
+    """
+
+    n: int
+    rmse: dict[str, float]
+    coverage: dict[str, float]
+    width: dict[str, float]
+    strange: dict[str, float]
+    intervals: dict[str, dict[str, Ends]]
+
+
 class SpecimenErrors(Record, frozen=True, kw_only=True):
     """Errors of one specimen: of its pinches, and of their mean; ``sd`` of two pinches or more."""
 

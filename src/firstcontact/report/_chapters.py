@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
 from firstcontact.report import _texts as texts
+from firstcontact.report._anytime_tables import anytime_table, generalise_table
 from firstcontact.report._contact_tables import answer_table, contact_table
 from firstcontact.report._short_tables import materials_table, short_table
 from firstcontact.report._tables import (
@@ -93,6 +94,8 @@ _PLANS = (
         ["short", "short-materials", "short-order"],
     ),
     _Plan("answer", "Time to an answer", texts.answer, [answer_table], []),
+    _Plan("anytime", "Answers at any time", texts.anytime, [anytime_table], ["anytime"]),
+    _Plan("generalise", "Off the blocks", texts.generalise, [generalise_table], ["generalise"]),
     _Plan("time", "Time of one estimate", texts.nothing, [inference_table], []),
 )
 

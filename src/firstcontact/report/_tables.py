@@ -47,7 +47,7 @@ class Table:
     rows: Sequence[Row]
 
 
-def _number(value: float, digits: int, sign: str = "") -> str:
+def shown_number(value: float, digits: int, sign: str = "") -> str:
     """A number as it is read: a minus sign, and no sign on a zero."""
     text = f"{value:{sign}.{digits}f}"
     if float(text) == 0.0:
@@ -61,8 +61,8 @@ def _error(scores: Scores | None, key: str) -> Cell:
         return Cell("–")
     sign = "+" if key == "bias" else ""
     digits = 0 if key == "mse" and found.value >= 100 else 1
-    ends = ", ".join(_number(end, digits) for end in found.ends or ())
-    return Cell(_number(found.value, 2, sign), ends)
+    ends = ", ".join(shown_number(end, digits) for end in found.ends or ())
+    return Cell(shown_number(found.value, 2, sign), ends)
 
 
 def _errors(scores: Scores | None, *keys: str) -> list[Cell]:
@@ -159,7 +159,7 @@ def per_object_table(results: SubjectResults) -> Table | None:
                 continue
             spread = "" if o.sd is None else f" ± {o.sd:.1f}"
             cells.append(Cell(f"{o.mean:.1f}{spread}", f"RMSE {o.rmse:.2f}"))
-            cells.append(Cell(_number(o.bias, 1, "+")))
+            cells.append(Cell(shown_number(o.bias, 1, "+")))
         rows.append(Row(cells))
     head = ["", "True"]
     for model in models:

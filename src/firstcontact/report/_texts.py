@@ -139,6 +139,28 @@ def answer(found: Found) -> str:
     return f"{said}."
 
 
+def anytime(found: Found) -> str:
+    """Of answers at any time."""
+    return (
+        "One pre-trained network that is told of the rig by its own block pinches answers at any "
+        "moment; nothing is trained here. Later signal is not looked at, nor anything after the "
+        "second contact."
+    )
+
+
+def generalise(found: Found) -> str:
+    """Of estimators off their blocks."""
+    return (
+        "Hands, specimens and sessions of seeds that no choice was made on. Everybody learns from "
+        "the same block pinches and is asked about the same contacts, which are as late as the "
+        "detector placed those above. Another hand: 30 of its own block pinches alone. Three "
+        "pinches: the mean answer. Level left out: mean over 20, 29 and 43 Shore A. Floor: what "
+        "may learn from other specimens of these kinds of object on the very rig. Ceiling: told "
+        "the modulus, part of the error is the label's; told the contact's stiffness, what no "
+        "piezo can tell apart."
+    )
+
+
 def shared(found: Found) -> str:
     """What both sides of splits have in common."""
     said = []

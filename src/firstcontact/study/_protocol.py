@@ -20,9 +20,11 @@ from firstcontact.report.state import State
 from firstcontact.stiffness.registry import ESTIMATORS
 from firstcontact.study._subject import Subject
 from firstcontact.study.parts.answer_time import answer_time
+from firstcontact.study.parts.anytime import anytime
 from firstcontact.study.parts.blocks import blocks
 from firstcontact.study.parts.contacts import contacts
 from firstcontact.study.parts.data import describe
+from firstcontact.study.parts.generalise import generalise
 from firstcontact.study.parts.hardness import hardness
 from firstcontact.study.parts.inference import inference
 from firstcontact.study.parts.objects import objects
@@ -97,11 +99,13 @@ def plan(
             step(name, "waveforms", waveforms),
             step(name, f"blocks: {titles[False]}", lambda s: blocks(s, settings, runner, fast)),
             step(name, f"objects: {titles[False]}", lambda s: objects(s, settings, runner, fast)),
+            step(name, "answers at any time", lambda s: anytime(s, settings)),
             step(name, "hardness order", lambda s: _ranked(hardness, s, settings, runner)),
             step(name, "short windows", lambda s: _ranked(short_windows, s, settings, runner)),
         ]
     for name, _ in sources:
         steps += [
+            step(name, "off the blocks", lambda s: generalise(s, settings, runner)),
             step(name, "window length", lambda s: window_length(s, settings, runner)),
             step(name, f"objects: {titles[True]}", lambda s: objects(s, settings, runner, slow)),
             step(name, f"blocks: {titles[True]}", lambda s: blocks(s, settings, runner, slow)),

@@ -31,8 +31,10 @@ class StudySettings:
     early
         How much earlier than its label a contact may be, s: labels that come
         from a trigger are late.
+    rig_seeds
+        Of the twin's rigs that estimators are asked about off their blocks.
     seed
-        Of everything drawn.
+        Of everything drawn but those.
     workers
         Processes.
     """
@@ -45,6 +47,7 @@ class StudySettings:
     calls: int = 10_000
     detector: str = DETECTORS.default
     early: float = 0.0
+    rig_seeds: tuple[int, ...] = (601, 602, 603, 604, 605, 606)
     seed: int = 0
     workers: int = 2
 
@@ -58,6 +61,7 @@ class StudySettings:
             folds=3,
             brief=True,
             calls=2_000,
+            rig_seeds=(601,),
         )
 
     def options(self, estimator: str) -> Mapping[str, Any]:

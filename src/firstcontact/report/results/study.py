@@ -10,6 +10,7 @@ from typing import Any
 import msgspec
 
 from firstcontact.core.by_name import ByName, Record
+from firstcontact.report.results.anytime import AnytimeResults, Generalised
 from firstcontact.report.results.contact import AnswerTimes, ContactConditions, ContactResults
 from firstcontact.report.results.data import DataSummary, Offsets, PeakVoltage
 from firstcontact.report.results.hardness import HardnessOrder
@@ -42,6 +43,8 @@ class SubjectResults(Record, frozen=True, kw_only=True):
     objects: ObjectResults = ByName({}, ObjectConditions())
     hardness_order: HardnessOrder | None = None
     real: dict[str, RealSet] | None = None
+    anytime: AnytimeResults | None = None
+    generalise: Generalised | None = None
     window_length_ms: dict[str, dict[str, WindowErrors]] | None = None
     window_length_search: WindowSearch | None = None
     second_contact_in_window: dict[str, SecondContact] | None = None

@@ -1,0 +1,69 @@
+"""``firstcontact evaluate`` of an any-time model: a table by the time after the contact."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from firstcontact.cli.train import aligned_by_truth, at_rate
+from firstcontact.core.errors import InputError
+
+if TYPE_CHECKING:
+    from firstcontact.core import Dataset
+    from firstcontact.learning.scores import AnytimeScores
+
+
+def anytime_lines(
+    folder: Path, dataset: Dataset, data: Path, contacts: str, detector: Path | None
+) -> list[str]:
+    """Scores of the any-time model of a folder, one line each.
+
+    Raises
+    ------
+    InputError
+        A damaged model, or no pinch that it can be asked about.
+    """
+    import numpy as np
+
+    from firstcontact.anytime import touches_of
+    from firstcontact.anytime.model_file import load_anytime
+    from firstcontact.contact.detector_file import load_detector
+    from firstcontact.learning.alignment import found, known
+    from firstcontact.learning.anytime_scores import answers_by_time, anytime_scores
+    from firstcontact.learning.training import distinct_specimens
+
+    model = load_anytime(folder)
+    if abs(dataset.layout.rate - model.rate) > 0.01 * model.rate:
+        dataset = at_rate(dataset, model.rate, data)
+    if aligned_by_truth(contacts, dataset, data):
+        aligned = known(dataset)
+    else:
+        aligned = found(dataset, load_detector(detector or folder))
+    touches, which = touches_of(dataset, aligned.contacts)
+    usable = np.isfinite(dataset.shore_a[which]) & (touches.valid >= model.shortest)
+    touches, which = touches.take(usable), which[usable]
+    if not len(which):
+        raise InputError(
+            f"{data}: none of {len(dataset)} pinches has a contact ({aligned.how}), a Shore A, and "
+            f"{model.shortest} samples before its second contact"
+        )
+    specimens = distinct_specimens(dataset)[which]
+    clusters = np.where(specimens == "", which.astype(np.str_), specimens)
+    answers = answers_by_time(model, touches)
+    scores = anytime_scores(answers, dataset.shore_a[which], clusters, seed=0)
+    return [
+        f"at any time: contacts {aligned.how}; {scores.n} pinches scored, "
+        f"{len(dataset) - scores.n} without contact or label, or ended by the second contact",
+        *_table(scores, model.level),
+    ]
+
+
+def _table(scores: AnytimeScores, level: float) -> list[str]:
+    head = (
+        f"{'after contact':>13}  {'rmse':>6}  {f'in {100 * level:g} %':>8}  {'width':>6}  strange"
+    )
+    return [head] + [
+        f"{ms + ' ms':>13}  {scores.rmse[ms]:>6.2f}  {100 * scores.coverage[ms]:>6.1f} %  "
+        f"{scores.width[ms]:>6.1f}  {100 * scores.strange[ms]:>5.1f} %"
+        for ms in scores.rmse
+    ]

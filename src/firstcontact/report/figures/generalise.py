@@ -1,0 +1,50 @@
+"""Errors of every estimator off its blocks."""
+
+from __future__ import annotations
+
+from firstcontact.core.palette import BLUE, INK, RED
+from firstcontact.report._anytime_tables import title_of
+from firstcontact.report.figures.style import canvas, uri
+from firstcontact.report.findings import Figure
+from firstcontact.report.results.anytime import TITLES, Generalised
+
+_PANELS = {
+    "objects": "Unseen objects",
+    "three_pinches": "Three pinches",
+    "other_hand": "Another hand",
+    "level_left_out": "Level left out",
+}
+
+
+def generalise_figure(found: Generalised) -> Figure:
+    """RMSE with intervals over rigs; the floor and the ceilings as lines."""
+    rows = list(found.estimators)
+    with canvas(1, len(_PANELS), (7.6, 0.8 + 0.34 * len(rows)), sharey=True) as (figure, axes):
+        for ax, (key, title) in zip(axes[0], _PANELS.items(), strict=True):
+            for at, name in enumerate(rows):
+                score = found.estimators[name].bounded(key)
+                if score is None:
+                    continue
+                colour = RED if name in TITLES else BLUE
+                if score.ends is not None:
+                    ax.plot(score.ends, (at, at), color=colour, lw=3, alpha=0.35)
+                ax.plot(score.value, at, "o", color=colour, ms=5)
+            floor = found.floor.bounded(key)
+            if floor is not None:
+                ax.axvline(floor.value, color=INK, ls="--", lw=1.0)
+            for told in found.ceiling.values():
+                ceiling = told.bounded(key)
+                if ceiling is not None:
+                    ax.axvline(ceiling.value, color=INK, ls=":", lw=1.0)
+            ax.set(title=title, xlim=(0, None), ylim=(len(rows) - 0.5, -0.5))
+        axes[0, 0].set_yticks(range(len(rows)), [title_of(name) for name in rows])
+        figure.supxlabel("RMSE (Shore A)", fontsize=9.5)
+        image = uri(figure)
+    return Figure(
+        "generalise",
+        "Errors off the blocks",
+        f"Over {found.sets} rigs with their specimens; bars are 95 % bootstrap intervals over "
+        "rigs. Dashed: who learned from these kinds of object on this rig. Dotted: who is told "
+        "the modulus, or the contact's stiffness.",
+        image,
+    )

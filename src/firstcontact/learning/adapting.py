@@ -68,14 +68,14 @@ def adapt(
     InputError
         Fewer than two levels of Shore A, or fewer pinches than two of each.
     """
-    if len(np.unique(shore_a)) < 2 or len(touches) < 4:
+    lasting = touches.valid >= base.shortest
+    longest, shore_a = touches.take(lasting), shore_a[lasting]
+    sessions = None if sessions is None else sessions[lasting]
+    if len(np.unique(shore_a)) < 2 or len(longest) < 4:
         raise InputError(
-            f"a rig is known by pinches of two Shore A levels at least, and {len(touches)} of "
+            f"a rig is known by pinches of two Shore A levels at least, and {len(longest)} of "
             f"{len(np.unique(shore_a))} are here: record more blocks"
         )
-    longest = touches.take(touches.valid >= base.shortest)
-    shore_a = shore_a[touches.valid >= base.shortest]
-    sessions = None if sessions is None else sessions[touches.valid >= base.shortest]
     scores = {
         way: score
         for way in WAYS

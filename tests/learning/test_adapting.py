@@ -1,0 +1,89 @@
+"""A model is told of a rig, in the way that answers best for pinches that were held out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from firstcontact.anytime import Touches
+from firstcontact.anytime.in_context import ANY
+from firstcontact.anytime.model_file import pretrained
+from firstcontact.core import InputError
+from firstcontact.learning.adapting import LEAST_OF_FINGER, WAYS, adapt
+from ringing import ringing
+
+BASE = pretrained()
+
+
+def two_fingers(gain: float, n: int = 120) -> tuple[Touches, np.ndarray, np.ndarray]:
+    """Fingers in turn; the second one's sensor has another gain."""
+    touches, shore_a, sessions = ringing(n)
+    fingers = np.arange(n) // 5 % 2
+    signals = touches.signals * np.where(fingers == 1, gain, 1.0)[:, None]
+    return replace(touches, fingers=fingers, signals=signals.astype(np.float32)), shore_a, sessions
+
+
+def test_the_way_is_the_one_with_the_lower_error_held_out() -> None:
+    for gain in (1.0, 25.0, -1.0):
+        made = adapt(BASE, *two_fingers(gain))
+        assert set(made.scores) == set(WAYS)
+        assert made.scores[made.way] == min(made.scores.values())
+        assert set(made.model.rigs) == ({ANY} if made.way == WAYS[0] else {ANY, 0, 1})
+
+
+def test_fingers_of_very_different_gain_are_known_each_by_itself() -> None:
+    touches, shore_a, sessions = two_fingers(25.0)
+    made = adapt(BASE, touches, shore_a, sessions)
+    assert made.way == WAYS[1]
+    assert made.model.rigs[1].level == pytest.approx(25 * made.model.rigs[0].level, rel=0.3)
+
+
+def test_a_finger_with_few_pinches_is_not_known_by_itself() -> None:
+    touches, shore_a, sessions = two_fingers(25.0, 60)
+    few = np.zeros(60, np.intp)
+    few[: LEAST_OF_FINGER - 1] = 1
+    made = adapt(BASE, replace(touches, fingers=few), shore_a, sessions)
+    assert 1 not in made.model.rigs
+
+
+def test_whole_sessions_are_held_out() -> None:
+    """What cannot be known of a session from others must show: a Shore A of its own each."""
+    touches, shore_a, sessions = two_fingers(1.0)
+    shifted = shore_a.copy()
+    for number, name in enumerate(np.unique(sessions)):
+        shifted[sessions == name] = np.roll(shore_a[sessions == name], number)
+    mixed = adapt(BASE, touches, shifted, None)
+    whole = adapt(BASE, touches, shifted, sessions)
+    assert mixed.scores != whole.scores
+
+
+def test_the_same_seed_gives_the_same_scores() -> None:
+    one, again = (adapt(BASE, *two_fingers(2.0), seed=3).scores for _ in range(2))
+    assert one == again
+
+
+def test_contacts_that_are_too_short_are_left_out() -> None:
+    touches, shore_a, sessions = two_fingers(1.0)
+    short = np.arange(len(touches)) % 3 == 0
+    touches = replace(touches, valid=np.where(short, BASE.shortest - 1, touches.valid))
+    part = adapt(BASE, touches.take(~short), shore_a[~short], sessions[~short])
+    assert adapt(BASE, touches, shore_a, sessions).scores == part.scores
+
+
+def test_one_level_or_three_pinches_are_too_few() -> None:
+    touches, shore_a, _ = two_fingers(1.0)
+    with pytest.raises(InputError, match="two Shore A levels"):
+        adapt(BASE, touches, np.full(len(touches), 20.0))
+    with pytest.raises(InputError, match="record more blocks"):
+        adapt(BASE, touches.take(np.arange(3)), shore_a[:3])
+    # Too short to be used is as good as not there.
+    with pytest.raises(InputError, match="record more blocks"):
+        adapt(BASE, touches.until(BASE.shortest - 1), shore_a)
+
+
+def test_four_pinches_are_enough_for_a_model() -> None:
+    touches, shore_a, _ = two_fingers(1.0)
+    made = adapt(BASE, touches.take(np.arange(4)), shore_a[:4])
+    assert np.isfinite(made.model.answers(touches).values).all()

@@ -11,7 +11,7 @@ from firstcontact.core import Dataset
 from firstcontact.core.jobs import Serial
 from firstcontact.core.physics import gent_modulus, gent_shore_a
 from firstcontact.learning.training import LabelledWindows
-from firstcontact.report._anytime_tables import generalise_table
+from firstcontact.report.anytime_tables import objects_off_blocks, others_off_blocks
 from firstcontact.stiffness import ESTIMATORS
 from firstcontact.study._entrants import Asked, Entrant, answer
 from firstcontact.study._off_blocks import Answered, off_blocks
@@ -133,8 +133,10 @@ def test_everybody_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     assert fast | {"in_context", "in_context_radius"} == set(found.estimators)
     assert set(found.ceiling) == {"modulus", "contact_stiffness"}
     assert all(its.other_hand is not None for its in found.estimators.values())
-    table = generalise_table(outcome.results)
-    assert all(len(row.cells) == len(table.head) for row in table.rows)
+    objects, others = (make(outcome.results) for make in (objects_off_blocks, others_off_blocks))
+    assert len(objects.rows) == len(others.rows) + 1  # the floor knows objects alone
+    for table in (objects, others):
+        assert all(len(row.cells) == len(table.head) for row in table.rows)
     assert [figure.key for figure in outcome.figures] == ["generalise"]
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
 from firstcontact.report import _texts as texts
-from firstcontact.report._anytime_tables import anytime_table, generalise_table
 from firstcontact.report._contact_tables import answer_table, contact_table
 from firstcontact.report._short_tables import materials_table, short_table
 from firstcontact.report._tables import (
@@ -21,6 +20,7 @@ from firstcontact.report._tables import (
     per_object_table,
     second_table,
 )
+from firstcontact.report.anytime_tables import anytime_table, objects_off_blocks, others_off_blocks
 from firstcontact.report.findings import Figure, Findings
 from firstcontact.report.results.study import SubjectResults
 
@@ -95,7 +95,13 @@ _PLANS = (
     ),
     _Plan("answer", "Time to an answer", texts.answer, [answer_table], []),
     _Plan("anytime", "Answers at any time", texts.anytime, [anytime_table], ["anytime"]),
-    _Plan("generalise", "Off the blocks", texts.generalise, [generalise_table], ["generalise"]),
+    _Plan(
+        "generalise",
+        "Off the blocks",
+        texts.generalise,
+        [objects_off_blocks, others_off_blocks],
+        ["generalise"],
+    ),
     _Plan("time", "Time of one estimate", texts.nothing, [inference_table], []),
 )
 

@@ -7,7 +7,6 @@ from typing import Any
 from firstcontact.core.palette import BLUE, RED
 from firstcontact.learning.scores import AnytimeScores
 from firstcontact.report import names
-from firstcontact.report.comparison import percent
 from firstcontact.report.figures.style import canvas, uri
 from firstcontact.report.findings import Figure
 from firstcontact.report.results.anytime import TITLES, AnytimeResults
@@ -31,7 +30,7 @@ def anytime_figure(found: AnytimeResults) -> Figure:
             title = names.estimator(fixed.estimator).title
             error.axhline(fixed.rmse, color=RED, ls="--", lw=1.2, label=f"{title}, 15 ms, objects")
         error.set(ylabel="RMSE (Shore A)")
-        width.set(ylabel=f"Mean width of the {percent(found.level)} interval (Shore A)")
+        width.set(ylabel=f"Width of the {100 * found.level:g} % interval (Shore A)")
         for ax in (error, width):
             ax.set(xlabel="After contact (ms)", ylim=(0, None), xlim=(0, None))
             ax.set_xticks([float(ms) for ms in found.rmse])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from firstcontact.core.palette import BLUE, INK, RED
-from firstcontact.report._anytime_tables import title_of
+from firstcontact.report.anytime_tables import title_of
 from firstcontact.report.figures.style import canvas, uri
 from firstcontact.report.findings import Figure
 from firstcontact.report.results.anytime import TITLES, Generalised
@@ -19,8 +19,10 @@ _PANELS = {
 def generalise_figure(found: Generalised) -> Figure:
     """RMSE with intervals over rigs; the floor and the ceilings as lines."""
     rows = list(found.estimators)
-    with canvas(1, len(_PANELS), (7.6, 0.8 + 0.34 * len(rows)), sharey=True) as (figure, axes):
-        for ax, (key, title) in zip(axes[0], _PANELS.items(), strict=True):
+    rigs = "1 rig" if found.sets == 1 else f"{found.sets} rigs"
+    size = (6.2, 1.4 + 0.46 * len(rows))
+    with canvas(2, 2, size, sharex=True, sharey=True) as (figure, axes):
+        for ax, (key, title) in zip(axes.flat, _PANELS.items(), strict=True):
             for at, name in enumerate(rows):
                 score = found.estimators[name].bounded(key)
                 if score is None:
@@ -36,14 +38,15 @@ def generalise_figure(found: Generalised) -> Figure:
                 ceiling = told.bounded(key)
                 if ceiling is not None:
                     ax.axvline(ceiling.value, color=INK, ls=":", lw=1.0)
-            ax.set(title=title, xlim=(0, None), ylim=(len(rows) - 0.5, -0.5))
+            ax.set(title=title)
         axes[0, 0].set_yticks(range(len(rows)), [title_of(name) for name in rows])
+        axes[0, 0].set(xlim=(0, None), ylim=(len(rows) - 0.5, -0.5))
         figure.supxlabel("RMSE (Shore A)", fontsize=9.5)
         image = uri(figure)
     return Figure(
         "generalise",
         "Errors off the blocks",
-        f"Over {found.sets} rigs with their specimens; bars are 95 % bootstrap intervals over "
+        f"{rigs} with hands and specimens of their own; bars are 95 % bootstrap intervals over "
         "rigs. Dashed: who learned from these kinds of object on this rig. Dotted: who is told "
         "the modulus, or the contact's stiffness.",
         image,

@@ -1,0 +1,103 @@
+"""Draw the pictures of docs/explanation/beyond-blocks.md: ``python docs/draw_beyond_blocks.py``.
+
+The first is made of pinches of the twin, here; the others show what stands in
+docs/results/study.json, and are left as they are where that does not hold it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import base64
+from pathlib import Path
+
+import numpy as np
+
+from firstcontact.anytime import touches_of
+from firstcontact.core import Dataset, Label
+from firstcontact.core.palette import BLUE, RED, SKY
+from firstcontact.report.figures.anytime import anytime_figure
+from firstcontact.report.figures.generalise import generalise_figure
+from firstcontact.report.figures.style import canvas, shades, uri
+from firstcontact.report.results.file import read_results
+from firstcontact.report.results.study import StudyResults
+from firstcontact.twin.conditions import EVERYDAY
+from firstcontact.twin.draw import draw_pinch
+from firstcontact.twin.objects import BLOCKS, TwinObject, object_named
+from firstcontact.twin.pinch import excerpt, simulate_pinch
+
+ROOT = Path(__file__).parents[1]
+IMAGES = ROOT / "docs" / "images"
+#: Of the hands in the first picture, and pinches of each thing; no score is made of them.
+SEEDS, PINCHES = (611, 612, 613, 614), 40
+#: Flat blocks, and round things of about the same readings.
+THINGS = (
+    ("block 29", SKY, "-"),
+    ("apple 1", SKY, "--"),
+    ("block 43", BLUE, "-"),
+    ("tennis ball 1", BLUE, "--"),
+    ("block 60", RED, "-"),
+    ("avocado 1", RED, "--"),
+)
+
+
+def write(name: str, image: str) -> None:
+    """Write an image out of its data URI."""
+    svg = base64.b64decode(image.split(",", 1)[1])
+    (IMAGES / f"beyond-blocks-{name}.svg").write_bytes(svg)
+
+
+def median_signal(seed: int, kind: TwinObject) -> tuple[np.ndarray, np.ndarray]:
+    """Time (ms) and median signal (V) of a thing, by the hand of a seed, until second contacts."""
+    pinches = []
+    for number in range(PINCHES):
+        draw = draw_pinch(seed, EVERYDAY, "picture", kind, f"{kind.name} {number}")
+        label = Label(kind.name, kind.shore_a, None, kind.name, "picture", kind.role)
+        pinches.append(simulate_pinch(excerpt(draw, 0.045), label, duration=0.065))
+    touches, _ = touches_of(Dataset(tuple(pinches)), [pinch.first for pinch in pinches])
+    samples = np.arange(touches.after.shape[1])
+    known = np.where(samples < touches.valid[:, None], touches.after, np.nan)
+    return 1e3 * samples / touches.rate, np.nanmedian(known, axis=0)
+
+
+def waveforms() -> str:
+    """Flat and round things by one hand; one block by several, and over their own levels."""
+    with canvas(1, 3, (9.6, 3.4)) as (figure, axes):
+        things, hands, levels = axes[0]
+        for name, colour, style in THINGS:
+            kind = object_named(name)
+            title = f"{name.removesuffix(' 1')} ({kind.shore_a:g})" if style == "--" else name
+            things.plot(*median_signal(SEEDS[0], kind), style, color=colour, label=title)
+        things.legend(loc="lower left", fontsize=7, ncols=2)
+        for number, seed in enumerate(SEEDS):
+            signals = {block.name: median_signal(seed, block) for block in BLOCKS}
+            level = np.exp(np.mean([np.log(np.max(volts)) for _, volts in signals.values()]))
+            time, volts = signals[BLOCKS[3].name]
+            style = {"color": shades(len(SEEDS))[number], "label": f"hand {number + 1}"}
+            hands.plot(time, volts, **style)
+            levels.plot(time, volts / level, **style)
+        low, high = things.get_ylim()
+        things.set(title="One hand, several things", ylabel="Piezo (V)")
+        things.set(ylim=(low - 0.25 * (high - low), high))  # room for the names
+        hands.set(title=f"{BLOCKS[3].name}, several hands", ylabel="Piezo (V)")
+        levels.set(title="Over the hand's own level", ylabel="Piezo / level")
+        for ax in axes[0]:
+            ax.set(xlabel="After contact (ms)", xlim=(0, 15))
+        hands.legend(loc="upper right", fontsize=7)
+        return uri(figure)
+
+
+def main() -> None:
+    """Draw all that can be drawn."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--results", type=Path, default=ROOT / "docs/results/study.json")
+    results = read_results(parser.parse_args().results, StudyResults)
+    write("waveforms", waveforms())
+    for name, its in (("paper-rig", results.about), *results.items()):
+        if its.anytime is not None:
+            write(f"time-{name}", anytime_figure(its.anytime).image)
+        if its.generalise is not None:
+            write(f"errors-{name}", generalise_figure(its.generalise).image)
+
+
+if __name__ == "__main__":
+    main()

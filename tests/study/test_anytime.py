@@ -8,7 +8,7 @@ import pytest
 from firstcontact.anytime.touches import lengths
 from firstcontact.core import Contact, Dataset, Label, Pinch, Role
 from firstcontact.core.pinch import Finger
-from firstcontact.report.anytime_tables import anytime_table
+from firstcontact.report._anytime_tables import anytime_table
 from firstcontact.report.results.anytime import AnytimeResults
 from firstcontact.study._subject import Subject
 from firstcontact.study.parts.anytime import anytime

@@ -11,7 +11,7 @@ from firstcontact.core import Dataset
 from firstcontact.core.jobs import Serial
 from firstcontact.core.physics import gent_modulus, gent_shore_a
 from firstcontact.learning.training import LabelledWindows
-from firstcontact.report.anytime_tables import objects_off_blocks, others_off_blocks
+from firstcontact.report._anytime_tables import objects_off_blocks, others_off_blocks
 from firstcontact.stiffness import ESTIMATORS
 from firstcontact.study._entrants import Asked, Entrant, answer
 from firstcontact.study._off_blocks import Answered, off_blocks

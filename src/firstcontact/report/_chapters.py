@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
 from firstcontact.report import _texts as texts
+from firstcontact.report._anytime_tables import anytime_table, objects_off_blocks, others_off_blocks
 from firstcontact.report._contact_tables import answer_table, contact_table
 from firstcontact.report._short_tables import materials_table, short_table
 from firstcontact.report._tables import (
@@ -20,7 +21,6 @@ from firstcontact.report._tables import (
     per_object_table,
     second_table,
 )
-from firstcontact.report.anytime_tables import anytime_table, objects_off_blocks, others_off_blocks
 from firstcontact.report.findings import Figure, Findings
 from firstcontact.report.results.study import SubjectResults
 

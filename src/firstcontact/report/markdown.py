@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from firstcontact.report import anytime_tables
+from firstcontact.report import _anytime_tables as anytime_tables
 from firstcontact.report._tables import Table
 from firstcontact.report.results.study import SubjectResults
 

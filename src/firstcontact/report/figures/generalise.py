@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from firstcontact.core.palette import BLUE, INK, RED
-from firstcontact.report.anytime_tables import title_of
+from firstcontact.report._anytime_tables import title_of
 from firstcontact.report.figures.style import canvas, uri
 from firstcontact.report.findings import Figure
 from firstcontact.report.results.anytime import TITLES, Generalised

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from firstcontact.contact.registry import DETECTORS
 from firstcontact.report._headlines import headlines
 from firstcontact.report.findings import Findings
 from partial import results
@@ -21,10 +22,11 @@ def test_both_models_stand_in_a_headline_whichever_is_better() -> None:
 
 
 def test_what_was_accepted_is_said() -> None:
-    svm = {"pinch_success": 1.0, "decided_within_3_ms": 0.5, "delay_ms": {"median": 2.0}}
-    (headline,) = headlines([Findings("a", results(contact={"svm": svm, "early_ms": 0.0}))])
+    placed = {"pinch_success": 1.0, "decided_within_3_ms": 0.5, "delay_ms": {"median": 2.0}}
+    found = {DETECTORS.default: placed}
+    (headline,) = headlines([Findings("a", results(contact={**found, "early_ms": 0.0}))])
     assert "placed within ±3 ms of the known contact" in headline.foot
-    (headline,) = headlines([Findings("a", results(contact={"svm": svm, "early_ms": 4.0}))])
+    (headline,) = headlines([Findings("a", results(contact={**found, "early_ms": 4.0}))])
     assert "from 7 ms before its label" in headline.foot
     assert headline.lines[0].note.startswith("decided −4 to +3 ms from its label in 50.0 %")
     assert "median delay after its label" in headline.lines[0].note
@@ -47,3 +49,15 @@ def test_the_answer_is_said_to_be_the_twins() -> None:
     assert "twin" in headline.foot
     assert "without the estimate's own arithmetic" in headline.foot
     assert headlines([Findings("recordings", results(answer_ms={"n": 0, "of": 3}))]) == []
+
+
+def test_answers_at_any_time_stand_above_those_of_the_window() -> None:
+    late = {"before_second": 0.4, "median": 15.6}
+    found = results(answer_ms=late, anytime={"before_second": 0.9, "rmse": {"5": 6.0}})
+    (headline,) = headlines([Findings("a", found)])
+    assert [(line.name, line.value) for line in headline.lines] == [
+        ("A, at any time", "90.0 %"),
+        ("A, 15 ms", "40.0 %"),
+    ]
+    (headline,) = headlines([Findings("a", results(answer_ms=late))])
+    assert [line.name for line in headline.lines] == ["A"]

@@ -107,15 +107,25 @@ def _contact_headline(shown: Sequence[Findings]) -> Headline:
 
 def _answer_headline(shown: Sequence[Findings]) -> Headline:
     twin = any(f.results.twin for f in shown)
-    return Headline(
-        "Answers before the second contact",
-        _lines(
-            shown,
-            lambda r: r.answer_ms,
+    lines = []
+    for f in shown:
+        any_time = _line(
+            f"{f.title}, at any time",
+            f.results.anytime,
+            lambda a: None if a.before_second is None else percent(a.before_second),
+            lambda a: _whole(f"RMSE at 5 ms {a.rmse['5']:.1f}") if "5" in a.rmse else "",
+        )
+        lines += any_time
+        lines += _line(
+            f"{f.title}, 15 ms" if any_time else f.title,
+            f.results.answer_ms,
             lambda a: None if a.before_second is None else percent(a.before_second),
             lambda a: "" if a.median is None else f"median {a.median:.1f} ms after the first",
-        ),
-        "of pinches with a known second contact; 15 ms window, waits and look-aheads counted, "
+        )
+    return Headline(
+        "Answers before the second contact",
+        lines,
+        "of pinches with a known second contact; waits and look-aheads counted, "
         "without the estimate's own arithmetic" + (", twin" if twin else ""),
     )
 

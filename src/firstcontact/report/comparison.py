@@ -228,6 +228,12 @@ def _answer(found: Sequence[SubjectResults]) -> list[Compared]:
             "Of all pinches with a known second contact; missed, early and wrong-finger triggers "
             "count as not answered.",
         ),
+        Compared(
+            "– at any time",
+            "–",
+            _each([results.anytime for results in found], lambda its: its.before_second),
+            "From 2 ms on, by the network that is told of the rig.",
+        ),
     ]
 
 

@@ -124,6 +124,7 @@ readme-numbers: $(VENV)/.study ## copy the numbers of all studies into docs/resu
 	$(BIN)/python docs/write_tables.py --study $(OUT)/results.json \
 		--real $(OUT)/real/results.json \
 		--strikes $(OUT)/real-strikes/results.json --grasp $(OUT)/grasp/results.json
+	$(BIN)/python docs/draw_beyond_blocks.py
 
 .PHONY: clean
 clean: ## remove what was built (studies and .venv stay)

@@ -39,7 +39,8 @@ from firstcontact.core import (
     fingertip_layout,
 )
 from firstcontact.live.events import PinchDone
-from firstcontact.live.pipeline import ModelWithInterval, Pipeline
+from firstcontact.live.models import ModelWithInterval
+from firstcontact.live.pipeline import Pipeline
 from firstcontact.signal import contact_windows
 from firstcontact.stiffness import load_interval, load_model
 from firstcontact.stiffness.svm import machine_of

@@ -10,7 +10,7 @@ import pytest
 from firstcontact.core.jobs import Serial
 from firstcontact.learning.final_model import train_final_model
 from firstcontact.learning.training import LabelledWindows
-from firstcontact.live.pipeline import ModelWithInterval
+from firstcontact.live.models import ModelWithInterval
 from firstcontact.stiffness import Provenance, Task, load_interval, load_model, save_model
 from firstcontact.testing._windows import RATE, toy_windows
 

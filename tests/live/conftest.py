@@ -7,9 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from firstcontact.anytime import InContextModel, Rig, touches_of
+from firstcontact.anytime.in_context import ANY
+from firstcontact.anytime.model_file import pretrained
 from firstcontact.contact import Detector, SvmDetector, detect
 from firstcontact.core import Dataset, Label, Pinch
-from firstcontact.live.pipeline import ModelWithInterval
+from firstcontact.live.models import ModelWithInterval
 from firstcontact.signal import contact_windows
 from firstcontact.stiffness import Task, make_estimator
 from firstcontact.twin.conditions import PAPER_RIG
@@ -59,3 +62,11 @@ def models(training: Dataset, detector: Detector) -> list[ModelWithInterval]:
         model = estimator.fit(windows, np.asarray(training.shore_a[kept]), seed=0)
         out.append(ModelWithInterval(model))
     return out
+
+
+@pytest.fixture(scope="session")
+def anytime(training: Dataset, detector: Detector) -> InContextModel:
+    """The model of the package, told of these pinches' rig."""
+    found = [next(iter(detect(detector, p)), None) for p in training.pinches]
+    touches, which = touches_of(training, found)
+    return pretrained().told_of({ANY: Rig.of(touches, training.shore_a[which])})

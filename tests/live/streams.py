@@ -7,8 +7,18 @@ from dataclasses import dataclass
 
 from firstcontact.contact import Detector, detect
 from firstcontact.core import Block, Dataset, Pinch
-from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Refused, Touched
-from firstcontact.live.pipeline import ModelWithInterval, Pipeline
+from firstcontact.live.events import (
+    Armed,
+    Estimated,
+    Event,
+    PinchDone,
+    Refused,
+    Running,
+    Settled,
+    Touched,
+)
+from firstcontact.live.models import ModelWithInterval
+from firstcontact.live.pipeline import Pipeline
 from firstcontact.signal import contact_windows
 
 
@@ -31,13 +41,25 @@ def told(events: list[Event]) -> list[Told]:
                 facts = (e.contact, e.first, e.epoch)
             case Estimated():
                 facts = _estimate(e)
+            case Running():
+                facts = _running(e)
+            case Settled():
+                stands = None if e.answer is None else _running(e.answer)
+                facts = (e.contact, stands, e.withdrawn, e.complete, e.epoch)
             case Refused():
                 facts = (e.contact, e.reason, e.epoch)
             case PinchDone():
                 estimates = tuple(_estimate(x) for x in e.estimates)
                 facts = (e.number, e.armed, e.end, e.epoch, e.contacts, e.strips, estimates)
+                facts += tuple(_running(x) for x in e.answers)
         out.append(Told(type(e).__name__, facts))
     return out
+
+
+def _running(e: Running) -> tuple[object, ...]:
+    # Answers of one batch share the sums of matrix products: the last digits may differ.
+    numbers = tuple(round(x, 3) + 0.0 for x in (e.value, e.low, e.high, e.half_width))
+    return (e.contact, numbers, e.strange, e.samples, e.duration, e.complete, e.epoch)
 
 
 def _estimate(e: Estimated) -> tuple[object, ...]:

@@ -15,7 +15,8 @@ from firstcontact.grasp.policies.registry import live_policies, live_policy
 from firstcontact.grasp.printing import PrintHand
 from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Touched
 from firstcontact.live.grasping import Grasping, grasp_lines
-from firstcontact.live.pipeline import ModelWithInterval, Pipeline
+from firstcontact.live.models import ModelWithInterval
+from firstcontact.live.pipeline import Pipeline
 
 LAYOUT = fingertip_layout()
 FRAME = 5

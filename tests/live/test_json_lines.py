@@ -51,10 +51,12 @@ def test_every_type_of_line_has_the_documented_fields() -> None:
     assert {line["type"] for line in lines} == set(pages)
     for line in lines:
         assert list(line) == pages[line["type"]]
-    pinch = lines[-1]
+    pinch = lines[-2]
     assert [list(c) for c in pinch["contacts"]] == [["finger", "sample", "decided"]] * 2
     assert [list(c) for c in pinch["strips"]] == [["finger", "sample"]] * 2
     assert [list(e) for e in pinch["estimates"]] == [pages["estimated"][1:]]
+    (standing,) = [line for line in lines if line["type"] == "standing"]
+    assert list(pinch["standing"]) == list(standing["answer"]) == pages["running"][1:]
 
 
 def test_lines_say_what_happened_in_order() -> None:
@@ -66,11 +68,20 @@ def test_lines_say_what_happened_in_order() -> None:
         "marker",
         "armed",
         "touched",
+        "running",
+        "standing",
         "estimated",
         "refused",
         "pinch",
+        "same_object",
     ]
-    head, link, failed, marker, armed, touched, estimated, refused, pinch = lines
+    head, link, failed, marker, armed, touched, running, standing, *rest = lines
+    estimated, refused, pinch, same = rest
+    assert (running["value"], running["samples"], running["out_of_range"]) == (30.5, 59, False)
+    assert (standing["answer"]["value"], standing["withdrawn"]) == (30.5, 1)
+    assert (pinch["standing"]["value"], pinch["standing_case"]) == (30.5, "in_time")
+    assert (pinch["answers"], pinch["answers_in_time"]) == (1, 1)
+    assert (same["pinches"], same["value"], same["number"]) == (2, 30.5, 1)
     assert failed == {"type": "failed", "of": "page", "reason": "OSError: no"}
     assert (head["format"], head["format_version"]) == ("firstcontact-live", 1)
     assert head["hand"] == "linke Händ"
@@ -118,7 +129,7 @@ def test_the_link_is_told_only_when_it_changes() -> None:
 
 def test_a_number_that_json_does_not_have_is_told_as_a_failure_and_the_rest_goes_on() -> None:
     nan = replace(ESTIMATE, value=float("nan"))
-    lines = written(Update(events=(EVENTS[0], nan, EVENTS[3]), health=Health(connected=True)))
+    lines = written(Update(events=(EVENTS[0], nan, EVENTS[5]), health=Health(connected=True)))
     assert [line["type"] for line in lines] == ["descriptor", "armed", "failed", "refused"]
     assert lines[2]["of"] == "estimated"
     assert "JSON" in lines[2]["reason"]

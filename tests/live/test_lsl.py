@@ -114,7 +114,7 @@ def test_a_listener_gets_every_sample_and_event(loopback: None) -> None:
     assert sink.name == "lsl"
     sink.open(DESCRIPTOR)
     try:
-        listener = Listener(name, samples=1710, events=7)
+        listener = Listener(name, samples=1710, events=len(EVENTS) + 2)
         listener.require()
         now = sink._lsl.local_clock() - sink._shift
         blocks = [numbered(k, 10, host=now + (k + 9) / 4936) for k in range(0, 110, 10)]

@@ -11,7 +11,8 @@ from streams import cut, offline, run, told
 from firstcontact.contact import Detector, ThresholdDetector
 from firstcontact.core import Block, Dataset, Finger, InputError, fingertip_layout
 from firstcontact.live.events import Case, Estimated, PinchDone, Refused, Touched
-from firstcontact.live.pipeline import ModelWithInterval, Pipeline
+from firstcontact.live.models import ModelWithInterval
+from firstcontact.live.pipeline import Pipeline
 
 LAYOUT = fingertip_layout()
 

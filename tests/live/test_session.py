@@ -23,7 +23,8 @@ from firstcontact.core import (
 from firstcontact.device import Descriptor
 from firstcontact.device.replay import ReplaySource
 from firstcontact.live.events import Event, PinchDone
-from firstcontact.live.pipeline import ModelWithInterval, Pipeline
+from firstcontact.live.models import ModelWithInterval
+from firstcontact.live.pipeline import Pipeline
 from firstcontact.live.session import LiveSession
 from firstcontact.live.sink import Update
 from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording

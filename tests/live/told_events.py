@@ -13,6 +13,9 @@ from firstcontact.live.events import (
     Event,
     PinchDone,
     Refused,
+    Running,
+    SameObject,
+    Settled,
     Touched,
 )
 from firstcontact.live.sink import Update
@@ -35,9 +38,26 @@ ESTIMATE = Estimated(
     host=1000.125,
     compute=0.0002,
 )
+ANSWER = Running(
+    contact=FIRST,
+    value=30.5,
+    low=22.0,
+    high=39.0,
+    level=0.9,
+    half_width=8.5,
+    strange=False,
+    samples=59,
+    duration=59 / 4936,
+    complete=568,
+    epoch=0,
+    host=1000.12,
+    compute=0.0003,
+)
 EVENTS: tuple[Event, ...] = (
     Armed(400, 0),
     Touched(FIRST, first=True, epoch=0, host=1000.1),
+    ANSWER,
+    Settled(FIRST, ANSWER, withdrawn=1, complete=590, epoch=0),
     ESTIMATE,
     Refused(FIRST, "the window is not whole", 0),
     PinchDone(
@@ -49,7 +69,10 @@ EVENTS: tuple[Event, ...] = (
         strips=((Finger.THUMB, 509), (Finger.INDEX, 578)),
         estimates=(ESTIMATE,),
         cases=(ESTIMATE.case,),
+        answers=(ANSWER,),
+        out=1,
     ),
+    SameObject(1, 30.5, 22.0, 39.0, 0.9, 2, end=1600, epoch=0),
 )
 
 

@@ -74,7 +74,7 @@ class InContextModel(AnytimeModel):
         """The pre-trained network."""
         return self._network
 
-    def half_widths(self, spreads: Values, samples: int) -> Values:
+    def half_widths(self, spreads: Values, samples: NDArray[np.intp] | int) -> Values:
         """Half widths of intervals of answers with these spreads after so many samples."""
         return spreads * self._factors[stage_of(samples, self.rate)]
 

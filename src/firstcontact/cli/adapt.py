@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from firstcontact.anytime import InContextModel
     from firstcontact.contact import Detector
     from firstcontact.core import Dataset
+    from firstcontact.learning.alignment import Alignment
 
 
 @dataclass(frozen=True)
@@ -63,9 +64,17 @@ class Adapt:
 
 
 def adapted(
-    base: InContextModel, dataset: Dataset, detector: Detector, data: Path, out: Path, seed: int
+    base: InContextModel,
+    dataset: Dataset,
+    detector: Detector,
+    data: Path,
+    out: Path,
+    seed: int,
+    contacts: Alignment | None = None,
 ) -> list[str]:
     """Tell a pre-trained model of these pinches' rig and save it; what there is to say.
+
+    ``contacts`` are those of the dataset, where they were found already.
 
     Raises
     ------
@@ -82,8 +91,8 @@ def adapted(
     from firstcontact.signal import resample_dataset
 
     if abs(dataset.layout.rate - base.rate) > 0.01 * base.rate:
-        dataset = resample_dataset(dataset, base.rate)
-    contacts = found_as_live(dataset, detector, seed, Serial())
+        dataset, contacts = resample_dataset(dataset, base.rate), None
+    contacts = contacts or found_as_live(dataset, detector, seed, Serial())
     touches, which = touches_of(dataset, contacts.contacts)
     known = np.isfinite(dataset.shore_a[which])
     touches, which = touches.take(known), which[known]

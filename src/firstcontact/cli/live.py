@@ -20,12 +20,13 @@ from firstcontact.grasp.policies.registry import POLICIES, live_policies
 from firstcontact.grasp.registry import HANDS
 
 if TYPE_CHECKING:
+    from firstcontact.anytime import InContextModel
     from firstcontact.contact import Detector
     from firstcontact.core import Calibration
     from firstcontact.device import Source
     from firstcontact.grasp.hand import Hand
     from firstcontact.live.grasping import Grasping
-    from firstcontact.live.pipeline import ModelWithInterval
+    from firstcontact.live.models import ModelWithInterval
     from firstcontact.live.session import LiveSession
     from firstcontact.live.sink import Sink
 
@@ -47,7 +48,8 @@ class Live:
     device: Annotated[str, devices()]
     """Where samples come from."""
     model: Path | None = None
-    """Folder that `firstcontact train` wrote; for the twin one is made if none is given."""
+    """Folder that `adapt` or `train` wrote; left out: one is made for the twin, and for anything
+    else the model that came with the package answers, which knows no rig: with wide intervals."""
     detector: Path | None = None
     """Folder of another detector than the one beside the model."""
     calibration: Path | None = None
@@ -101,15 +103,22 @@ class Live:
         source = open_source(
             self.device, speed=self.speed, condition=self.condition, seed=self.seed
         )
-        detector, models, landmarks = _models(self.model or self._own_model(source), self.detector)
+        folder = self.model or self._own_model(source)
+        loaded = _pretrained(self.detector) if folder is None else _models(folder, self.detector)
         given = None if self.calibration is None else read_calibration(self.calibration)
         with stopping() as stop, source:
             calibration = given or self._measured(source)
-            pipeline = Pipeline(source.descriptor.layout, detector, models, calibration)
+            pipeline = Pipeline(
+                source.descriptor.layout,
+                loaded.detector,
+                loaded.models,
+                calibration,
+                anytime=loaded.anytime,
+            )
             with self._driven(source) as grasping:
                 actors = () if grasping is None else (grasping,)
                 session = LiveSession(source, pipeline, actors, self.recordings, calibration)
-                sinks = self._sinks(session, landmarks)
+                sinks = self._sinks(session, loaded.landmarks)
                 began, used = source.health.samples, time.process_time()
                 if self.record:
                     _say(f"recording {session.start_recording()}")
@@ -159,16 +168,14 @@ class Live:
                 "another hand"
             )
 
-    def _own_model(self, source: Source) -> Path:
+    def _own_model(self, source: Source) -> Path | None:
         """The twin's, where the twin is what is listened to, now or when it was recorded."""
         from firstcontact.cli.twin_model import ORIGIN, twin_model
 
         device = source_kind(self.device)
-        if ORIGIN not in (device.origin, source.descriptor.source if device.recorded else ""):
-            raise InputError(
-                "--model is missing: give the folder of a model that `firstcontact train` wrote"
-            )
-        return twin_model(self.condition, self.seed)
+        if ORIGIN in (device.origin, source.descriptor.source if device.recorded else ""):
+            return twin_model(self.condition, self.seed)
+        return None
 
     def _measured(self, source: Source) -> Calibration | None:
         """The noise floor, as it was recorded or as it is now."""
@@ -232,21 +239,52 @@ class Live:
                 _say(f"{name}: {dropped} updates dropped, it was too slow")
 
 
-def _models(
-    folder: Path, detector: Path | None
-) -> tuple[Detector, list[ModelWithInterval], dict[str, float]]:
-    """Detector, models with their intervals, and the objects that they know."""
-    from firstcontact.contact.detector_file import load_detector
-    from firstcontact.live.pipeline import ModelWithInterval
-    from firstcontact.stiffness import read_card
-    from firstcontact.stiffness.model_file import model_folders
+@dataclass(frozen=True)
+class _Loaded:
+    """What finds contacts, what answers about them, and the objects that it knows."""
 
-    folders = model_folders(folder)
+    detector: Detector
+    models: list[ModelWithInterval]
+    anytime: InContextModel | None
+    landmarks: dict[str, float]
+
+
+def _pretrained(detector: Path | None) -> _Loaded:
+    """What came with the package."""
+    from firstcontact.anytime.model_file import pretrained
+    from firstcontact.contact import make_detector, unfitted
+    from firstcontact.contact.detector_file import load_detector
+
+    _say(
+        "no --model: the model that came with the package answers, which does not know this rig: "
+        "its intervals are wide, and `firstcontact adapt` narrows them with a few pinches of blocks"
+    )
+    found = make_detector(unfitted()) if detector is None else load_detector(detector)
+    return _Loaded(found, [], pretrained(), {})
+
+
+def _models(folder: Path, detector: Path | None) -> _Loaded:
+    """What lies in a folder: an any-time model, models of fixed windows, or both."""
+    from firstcontact.anytime.model_file import has_anytime, load_anytime, read_anytime_card
+    from firstcontact.contact.detector_file import load_detector
+    from firstcontact.live.models import ModelWithInterval
+    from firstcontact.stiffness import read_card
+    from firstcontact.stiffness.model_file import has_models, model_folders
+
+    anytime, landmarks = None, {}
+    if has_anytime(folder):
+        anytime = load_anytime(folder)
+        levels = read_anytime_card(folder).levels
+        landmarks = {f"{level:g} Shore A": level for level in levels}
+        _log.info("any-time model %s: %d levels", folder, len(levels))
+    folders = model_folders(folder) if anytime is None or has_models(folder) else []
     models = [ModelWithInterval.load(f) for f in folders]
-    landmarks = dict(read_card(folders[0]).data.objects)
     for loaded, entry in zip(folders, models, strict=True):
         _log.info("model %s: %s", loaded, entry.model.spec)
-    return load_detector(detector or folders[0]), models, landmarks
+    if folders:
+        landmarks = dict(read_card(folders[0]).data.objects) or landmarks
+    found = load_detector(detector or (folders[0] if folders else folder))
+    return _Loaded(found, models, anytime, landmarks)
 
 
 def _say(line: str) -> None:

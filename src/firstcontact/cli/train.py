@@ -34,7 +34,10 @@ Target = Literal["shore_a", "hardness_rank"]
 
 @dataclass(frozen=True)
 class Train:
-    """Learn stiffness models from the pinches of role "train"; save them with a detector."""
+    """Learn stiffness models from the pinches of role "train"; save them with a detector.
+
+    Where the pinches have a Shore A, an any-time model of their rig is saved beside them.
+    """
 
     data: tyro.conf.Positional[Path]
     """A recording, or a folder of recordings."""
@@ -74,7 +77,7 @@ class Train:
             names = {}
         elif len(names) == 1:
             names = dict.fromkeys(names, "")
-        check_replaceable(self.out, names.values())
+        check_replaceable(self.out, names.values(), anytime=not self.detector_only)
         from firstcontact.core.folders import replacing_folder
         from firstcontact.core.jobs import asked_workers, parallel
 
@@ -143,6 +146,8 @@ class Train:
                 f"held out ({kept.split}): {in_words(kept.scores)}",
                 _interval_in_words(kept, target),
             ]
+        if target == "shore_a":
+            lines += _anytime(dataset, detector, contacts, self.data, making, self.seed)
         return [*lines, f"detector {detector.name}: {self.out}"]
 
     def _check(self) -> None:
@@ -200,6 +205,29 @@ def _save(
         detector=detector,
     )
     save_model(kept.model, folder, card, digests)
+
+
+def _anytime(
+    dataset: Dataset,
+    detector: Detector,
+    contacts: Alignment,
+    data: Path,
+    making: Path,
+    seed: int,
+) -> list[str]:
+    """Write the any-time model of these pinches' rig beside the others; what there is to say."""
+    from firstcontact.anytime.model_file import pretrained
+    from firstcontact.cli.adapt import adapted
+
+    base = pretrained()
+    rate = dataset.layout.rate
+    if abs(rate - base.rate) > 0.01 * base.rate:
+        return [f"no any-time model: it takes {base.rate:g} Hz and these pinches have {rate:g} Hz"]
+    try:
+        said = adapted(base, dataset, detector, data, making, seed, contacts)
+    except InputError as error:
+        return [f"no any-time model: {error}"]
+    return [f"any-time model: {line}" for line in said]
 
 
 def _objects(data: LabelledWindows) -> dict[str, float]:

@@ -22,7 +22,7 @@ def folder_name(ms: float) -> str:
     return f"{whole:0>2}{dot}{rest}ms"
 
 
-def check_replaceable(out: Path, models: Collection[str]) -> None:
+def check_replaceable(out: Path, models: Collection[str], anytime: bool = False) -> None:
     """Refuse a folder that holds anything but models and a detector that are made again.
 
     Parameters
@@ -31,6 +31,8 @@ def check_replaceable(out: Path, models: Collection[str]) -> None:
         The folder; it need not be there.
     models
         Folders of the models to come, below it; "" for itself.
+    anytime
+        Whether an any-time model is to come.
 
     Raises
     ------
@@ -39,12 +41,17 @@ def check_replaceable(out: Path, models: Collection[str]) -> None:
     """
     if not out.is_dir():
         return
+    from firstcontact.anytime import model_file as anytime_file
     from firstcontact.contact import detector_file
     from firstcontact.stiffness import learned_from, model_file
 
     own = {model_file.CARD, model_file.WEIGHTS, learned_from.FILE}
     detector = {detector_file.CARD, detector_file.WEIGHTS}
-    _check_files(out, own | detector)
+    running = {anytime_file.CARD, anytime_file.WEIGHTS}
+    _check_files(out, own | detector | running)
+    _check_card(out / anytime_file.CARD, anytime_file.FORMAT)
+    if anytime_file.has_anytime(out) and not anytime:
+        raise _not_again(out)
     _check_card(out / detector_file.CARD, detector_file.FORMAT)
     for folder in (out, *sorted(p for p in out.iterdir() if p.is_dir())):
         if folder != out:
@@ -54,10 +61,7 @@ def check_replaceable(out: Path, models: Collection[str]) -> None:
         _check_card(folder / model_file.CARD, model_file.FORMAT)
         name = "" if folder == out else folder.name
         if (folder / model_file.CARD).exists() and name not in models:
-            raise InputError(
-                f"{folder}: a model is here that would not be made again: "
-                "name another folder for --out, or remove it"
-            )
+            raise _not_again(folder)
 
 
 def _check_files(folder: Path, known: Collection[str]) -> None:
@@ -79,6 +83,13 @@ def _check_card(path: Path, form: str) -> None:
         raise _foreign(path.parent, path.name) from None
     if card.format != form:
         raise _foreign(path.parent, path.name)
+
+
+def _not_again(folder: Path) -> InputError:
+    return InputError(
+        f"{folder}: a model is here that would not be made again: "
+        "name another folder for --out, or remove it"
+    )
 
 
 def _foreign(folder: Path, name: str) -> InputError:

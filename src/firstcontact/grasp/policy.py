@@ -27,12 +27,15 @@ class Stiffness:
         Bounds of the interval; equal to the value where the model has none.
     duration
         Of the window it was made from, s.
+    standing
+        Whether no better one comes, however short its window was.
     """
 
     value: float
     low: float
     high: float
     duration: float
+    standing: bool = False
 
 
 class Part(Enum):

@@ -13,7 +13,7 @@ from firstcontact.core.by_name import to_tree
 from firstcontact.core.jobs import Runner, Serial
 from firstcontact.grasp_study.settings import GraspStudySettings
 from firstcontact.learning.scores import RegressionScores
-from firstcontact.live.pipeline import ModelWithInterval
+from firstcontact.live.models import ModelWithInterval
 from firstcontact.report.folder import MARK, fresh
 
 if TYPE_CHECKING:

@@ -8,7 +8,18 @@ from typing import Any
 
 from firstcontact.core import Contact, Finger
 from firstcontact.device import Descriptor, Health
-from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Refused, Touched
+from firstcontact.live.events import (
+    Armed,
+    Case,
+    Estimated,
+    Event,
+    PinchDone,
+    Refused,
+    Running,
+    SameObject,
+    Settled,
+    Touched,
+)
 from firstcontact.recording import Marker
 
 FORMAT = "firstcontact-live"
@@ -63,6 +74,17 @@ def of_event(event: Event) -> dict[str, Any]:
             }
         case Estimated():
             return {"type": "estimated", **_estimate(event)}
+        case Running():
+            return {"type": "running", **_running(event)}
+        case Settled():
+            return {
+                "type": "standing",
+                **_contact(event.contact),
+                "answer": None if event.answer is None else _running(event.answer),
+                "withdrawn": event.withdrawn,
+                "complete": event.complete,
+                "epoch": event.epoch,
+            }
         case Refused():
             return {
                 "type": "refused",
@@ -82,6 +104,21 @@ def of_event(event: Event) -> dict[str, Any]:
                 "estimates": [_estimate(e) for e in event.estimates],
                 "cases": [case.name.lower() for case in event.cases],
                 "refused": event.refused,
+                "standing": None if event.standing is None else _running(event.standing),
+                "standing_case": _case(event.standing_case),
+                "answers": len(event.answers),
+                "answers_in_time": event.out,
+            }
+        case SameObject():
+            return {
+                "type": "same_object",
+                "number": event.number,
+                "value": event.value,
+                "low": event.low,
+                "high": event.high,
+                "level": event.level,
+                "pinches": event.pinches,
+                "epoch": event.epoch,
             }
 
 
@@ -119,6 +156,28 @@ def _contact(contact: Contact) -> dict[str, Any]:
         "finger": _finger(contact.finger),
         "sample": contact.sample,
         "decided": contact.decided,
+    }
+
+
+def _case(case: Case | None) -> str | None:
+    return None if case is None else case.name.lower()
+
+
+def _running(event: Running) -> dict[str, Any]:
+    return {
+        **_contact(event.contact),
+        "value": event.value,
+        "low": event.low,
+        "high": event.high,
+        "level": event.level,
+        "out_of_range": event.strange,
+        "samples": event.samples,
+        "signal_s": event.duration,
+        "complete": event.complete,
+        "epoch": event.epoch,
+        "host_s": event.host,
+        "compute_s": event.compute,
+        "waited_s": event.waited,
     }
 
 

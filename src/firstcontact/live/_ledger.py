@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from firstcontact.live.events import Case, Estimated, PinchDone
+from firstcontact.live.events import Case, Estimated, Event, PinchDone, Running
 
 #: Pinches that the figures are about: the last so many.
 KEPT = 10_000
@@ -59,6 +59,14 @@ class Ledger:
         self.estimates = 0
         self.used = 0
         self.late = 0
+        #: Pinches with answers of an any-time model asked for; of these, those with an answer that
+        #: was out before the second contact happened, and those whose standing answer was.
+        self.asked = 0
+        self.early = 0
+        self.standing = 0
+        self._first: deque[float] = deque(maxlen=KEPT)
+        self._answer: deque[float] = deque(maxlen=KEPT)
+        self._used: deque[float] = deque(maxlen=KEPT)
         #: Blocks that took longer to work on than their samples last.
         self.overruns = 0
         #: Blocks so far.
@@ -86,14 +94,29 @@ class Ledger:
             )
         )
 
-    def close(self, done: PinchDone) -> None:
-        """Note how a pinch ended."""
+    def tell(self, event: Event) -> None:
+        """Note an answer of an any-time model."""
+        if isinstance(event, Running):
+            self._answer.append(event.compute)
+
+    def close(self, done: PinchDone, anytime: bool = False) -> None:
+        """Note how a pinch ended; ``anytime`` says whether an any-time model was asked."""
+        self.asked += anytime
+        self.early += done.out > 0
+        self.standing += done.standing_case is Case.IN_TIME
+        if done.standing is not None:
+            self._first.append(done.answers[0].after(self.rate))
+            self._used.append(done.standing.duration)
         for estimate, case in zip(done.estimates, done.cases, strict=True):
             self.used += estimate.used
             self.late += estimate.used and case is Case.TOO_LATE
 
     def summary(self) -> Mapping[str, float]:
-        """Figures so far: counts, and p50, p99 and max of each time, s."""
+        """Figures so far: counts, and p50, p99 and max of each time, s.
+
+        ``first`` is from the contact to the first answer of an any-time model, ``answer`` from
+        having a block to its answers, ``signal`` the length of the signal in standing answers.
+        """
         figures = {
             "estimates": float(self.estimates),
             "used": float(self.used),
@@ -105,11 +128,22 @@ class Ledger:
         if self.entries:
             entries = list(self.entries)
             for name in ("decide", "window", "wait", "compute", "total"):
-                values = np.array([getattr(e, name) for e in entries])
-                p50, p99 = np.percentile(values, [50, 99])
-                figures |= {
-                    f"{name}_p50": float(p50),
-                    f"{name}_p99": float(p99),
-                    f"{name}_max": float(values.max()),
-                }
+                figures |= _spread(name, [getattr(e, name) for e in entries])
+        if self.asked:
+            figures |= {"asked": float(self.asked), "early": float(self.early)}
+            figures["standing"] = float(self.standing)
+        if self._first:
+            figures |= _spread("first", self._first)
+            figures |= _spread("answer", self._answer)
+            figures |= _spread("signal", self._used)
         return figures
+
+
+def _spread(name: str, values: Collection[float]) -> Mapping[str, float]:
+    array = np.array(values)
+    p50, p99 = np.percentile(array, [50, 99])
+    return {
+        f"{name}_p50": float(p50),
+        f"{name}_p99": float(p99),
+        f"{name}_max": float(array.max()),
+    }

@@ -90,8 +90,118 @@ class Estimated:
 
 
 @dataclass(frozen=True, slots=True)
+class Running:
+    """What an any-time model knows so far of what the first finger touched.
+
+    It comes with each millisecond after the contact, from 2 ms on.
+
+    Parameters
+    ----------
+    contact
+        The first contact.
+    value
+        Shore A.
+    low, high
+        Bounds of the interval.
+    level
+        Share of intervals that are to hold the truth.
+    half_width
+        Of the interval, before it was cut off at the ends of the scale.
+    strange
+        Whether the contact is out of range: like nothing that was learned from, so that the
+        interval may not hold.
+    samples, duration
+        Of the signal after the contact that it was made from; the latter in s.
+    complete
+        Number of the sample with which these and the contact were known.
+    epoch, host, compute, waited
+        As of :class:`Estimated`.
+    """
+
+    contact: Contact
+    value: float
+    low: float
+    high: float
+    level: float
+    half_width: float
+    strange: bool
+    samples: int
+    duration: float
+    complete: int
+    epoch: int
+    host: float
+    compute: float
+    waited: float = 0.0
+
+    def after(self, rate: float) -> float:
+        """From the contact to the answer, s, without the way through the cable."""
+        return (self.complete - self.contact.sample) / rate + self.waited + self.compute
+
+
+@dataclass(frozen=True, slots=True)
+class Settled:
+    """No better answer comes: the second finger touches, or the longest time is over.
+
+    A second contact is decided a little after it happens. Answers that were made from samples
+    after it are withdrawn then: so this may come twice in a closing, and the later one counts.
+
+    Parameters
+    ----------
+    contact
+        The first contact.
+    answer
+        The one that stands: the last from samples before the second contact. None where there
+        is none.
+    withdrawn
+        Answers that were told and do not count.
+    complete
+        Number of the sample with which this was known.
+    epoch
+        Of the samples.
+    """
+
+    contact: Contact
+    answer: Running | None
+    withdrawn: int
+    complete: int
+    epoch: int
+
+
+@dataclass(frozen=True, slots=True)
+class SameObject:
+    """What all pinches of the object so far say together.
+
+    Parameters
+    ----------
+    number
+        Of the last pinch.
+    value
+        Shore A.
+    low, high
+        Bounds of the interval.
+    level
+        Share of intervals that are to hold the truth.
+    pinches
+        How many it is made from; 1 where the object is a new one.
+    end
+        One past the last sample of the last pinch.
+    epoch
+        Of the samples.
+    """
+
+    number: int
+    value: float
+    low: float
+    high: float
+    level: float
+    pinches: int
+    end: int
+    epoch: int
+
+
+@dataclass(frozen=True, slots=True)
 class Refused:
-    """A closing whose window could not be used, and why, in a few words."""
+    """A closing that there is no answer about, and why, in a few words."""
 
     contact: Contact
     reason: str
@@ -124,6 +234,10 @@ class PinchDone:
         after it happens; an estimate between the two was acted upon too late.
     refused
         Why there is none, or "".
+    answers
+        Of the any-time model, from samples before the second contact.
+    out
+        How many of these were out, in hindsight, before the second contact happened.
     """
 
     number: int
@@ -135,6 +249,20 @@ class PinchDone:
     estimates: tuple[Estimated, ...]
     cases: tuple[Case, ...] = ()
     refused: str = ""
+    answers: tuple[Running, ...] = ()
+    out: int = 0
+
+    @property
+    def standing(self) -> Running | None:
+        """The last answer from samples before the second contact."""
+        return self.answers[-1] if self.answers else None
+
+    @property
+    def standing_case(self) -> Case | None:
+        """Of the standing answer, in hindsight; None without one."""
+        if not self.answers:
+            return None
+        return Case.IN_TIME if self.out == len(self.answers) else Case.TOO_LATE
 
 
-Event = Armed | Touched | Estimated | Refused | PinchDone
+Event = Armed | Touched | Estimated | Running | Settled | Refused | PinchDone | SameObject

@@ -8,11 +8,14 @@ from firstcontact.grasp.loop import GraspLoop
 from firstcontact.grasp.policy import Policy, Stiffness
 from firstcontact.grasp.safe import SafeHand
 from firstcontact.grasp.taxels import Taxels
-from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Touched
+from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Running, Settled, Touched
 
 
 class Grasping:
     """Drives a hand through the closings of a live session; an actor of it.
+
+    Where an any-time model answers, the policy is told the one answer that stands, and estimates
+    of fixed windows are left aside; one that is out of range counts as none.
 
     Times are those of the samples, with the computing added where an estimate is
     told: what the deadline is held against.
@@ -41,6 +44,7 @@ class Grasping:
         self._rate = layout.rate
         self._epoch = 0
         self._done = True
+        self._running = self._settled = False
 
     def happened(self, event: Event) -> None:
         """Let the policy answer to an event."""
@@ -48,10 +52,17 @@ class Grasping:
             case Armed():
                 self._epoch = event.epoch
                 self._done = False
+                self._running = self._settled = False
                 self._taxels.begin()
                 self.loop.begin()
             case Touched():
                 self.loop.touched(event.contact, event.first, event.contact.decided / self._rate)
+            case Running():
+                self._running = True
+            case Settled():
+                self._stands(event)
+            case Estimated() if self._running:
+                pass  # what stands of the any-time model was told, or will be
             case Estimated() if event.used:
                 now = event.contact.sample / self._rate + event.after(self._rate)
                 self.loop.estimated(
@@ -69,6 +80,20 @@ class Grasping:
             self.hand.alive()
         if not self._done and block.epoch == self._epoch:
             self.loop.felt(self._taxels.update(block.data), block.end / self._rate)
+
+    def _stands(self, event: Settled) -> None:
+        """Tell what stands, once: a hand that acted on it cannot take that back."""
+        answer = event.answer
+        if self._settled or answer is None:
+            return
+        self._settled = True
+        if answer.strange:  # its interval may not hold: as if there were no estimate
+            self.loop.counts.unused += 1
+            return
+        late = (event.complete - answer.complete) / self._rate
+        now = answer.contact.sample / self._rate + answer.after(self._rate) + late
+        told = Stiffness(answer.value, answer.low, answer.high, answer.duration, standing=True)
+        self.loop.estimated(told, now)
 
     def ended(self) -> None:
         """Let go, before anything slower is closed."""

@@ -13,7 +13,16 @@ from firstcontact.core import InputError, finger_name
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.clock import DeviceClock
 from firstcontact.live import _event_json as event_json
-from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Touched
+from firstcontact.live.events import (
+    Armed,
+    Estimated,
+    Event,
+    PinchDone,
+    Running,
+    SameObject,
+    Settled,
+    Touched,
+)
 from firstcontact.live.sink import Update
 
 #: What is kept for a slow listener, s.
@@ -130,9 +139,9 @@ def _known(event: Event) -> int:
     match event:
         case Armed():
             return event.sample
-        case Estimated():
+        case Estimated() | Running() | Settled():
             return event.complete
-        case PinchDone():
+        case PinchDone() | SameObject():
             return event.end - 1
         case Touched():
             return event.contact.decided

@@ -5,34 +5,23 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from firstcontact.contact.closing import ClosingBegan, ClosingEnded, Closings, ClosingSamples
 from firstcontact.contact.detector import Detector
-from firstcontact.core import (
-    Block,
-    Calibration,
-    ChannelKind,
-    Contact,
-    Finger,
-    InputError,
-    Layout,
-    joined,
-)
-from firstcontact.core.pinch import first_closed
+from firstcontact.core import Block, Calibration, InputError, Layout, joined
+from firstcontact.live._closing import OpenClosing, Strips
 from firstcontact.live._ledger import Ledger
+from firstcontact.live._running import RunningAnswers
 from firstcontact.live.events import Armed, Case, Estimated, Event, PinchDone, Refused, Touched
+from firstcontact.live.models import ModelWithInterval
 from firstcontact.signal import samples_in
 from firstcontact.signal.windowing import ContactWindow, WindowStream
 
 if TYPE_CHECKING:
-    from firstcontact.stiffness import Model
-    from firstcontact.stiffness.interval import Interval
+    from firstcontact.anytime import InContextModel
 
 #: A pinch is over so long after its first contact (or after the longest window, if
 #: that is longer), s: all offsets are shorter.
@@ -40,49 +29,6 @@ AFTER = 0.2
 #: Where nothing is due, samples are worked on in lots of this length, s: each wakes a core that
 #: has grown cold, and a page draws no oftener.
 IDLE = 0.024
-
-
-@dataclass(frozen=True, slots=True)
-class ModelWithInterval:
-    """A model and the interval around its answers, None where it has none."""
-
-    model: Model
-    interval: Interval | None = None
-
-    @classmethod
-    def load(cls, folder: Path) -> ModelWithInterval:
-        """As a model's folder holds them; InputError if it is damaged or there is none."""
-        from firstcontact.stiffness import load_interval, load_model
-
-        return cls(load_model(folder), load_interval(folder))
-
-    def bounds(self, value: float, window: NDArray[np.float32]) -> tuple[float, float, float]:
-        """Lower and upper bound of an answer about a window, and the level of the interval."""
-        interval = self.interval
-        if interval is None:
-            return value, value, 0.0
-        if not interval.scaled:
-            return *interval.around(value), interval.level
-        spread = self.model.spread(window[None])
-        if spread is None:
-            raise InputError("the model's interval is scaled by a spread that it has not")
-        return *interval.around(value, float(spread[0])), interval.level
-
-
-@dataclass(slots=True)
-class _Pinch:
-    """What is known of the closing that goes on."""
-
-    armed: int
-    epoch: int
-    windows: WindowStream
-    asked: int  # windows still to come
-    end: int = 0
-    contacts: list[Contact] = field(default_factory=list)
-    estimates: list[Estimated] = field(default_factory=list)
-    strips: dict[Finger, int] = field(default_factory=dict)
-    open_strips: set[Finger] = field(default_factory=set)
-    refused: str = ""
 
 
 class Pipeline:
@@ -105,6 +51,8 @@ class Pipeline:
         epoch.
     clock
         Gives the host's time, s.
+    anytime
+        A model that answers each millisecond until the second contact; None without.
 
     Raises
     ------
@@ -124,7 +72,14 @@ class Pipeline:
         models: Sequence[ModelWithInterval] = (),
         calibration: Calibration | None = None,
         clock: Callable[[], float] = time.monotonic,
+        anytime: InContextModel | None = None,
     ) -> None:
+        if anytime is not None and not abs(layout.rate - anytime.rate) <= 0.01 * anytime.rate:
+            raise InputError(
+                f"the any-time model takes samples at {anytime.rate:g} Hz but these come at "
+                f"{layout.rate:g} Hz: set the device to that rate, or name a folder with a model "
+                "of windows at this one"
+            )
         for entry in models:
             spec = entry.model.spec
             spec.require_rate(layout.rate)
@@ -140,14 +95,15 @@ class Pipeline:
             raise InputError(
                 "two models are for windows of the same length: give one of each length"
             )
+        self._anytime = anytime
+        self._clock = clock
         self._rehearse(Closings(layout, detector))
         self._closings = Closings(layout, detector, calibration)
-        self._clock = clock
         longest = max((a.model.spec.duration for a in models), default=0.0)
         self._after = samples_in(max(AFTER, 1.5 * longest), layout.rate)
         self._idle = samples_in(IDLE, layout.rate)
-        self._strips = {f: layout.columns(ChannelKind.STRIP, f) for f in Finger}
-        self._pinch: _Pinch | None = None
+        self._strips = Strips(layout)
+        self._pinch: OpenClosing | None = None
         self._number = 0
         self._waiting: list[Block] = []
         self._waiting_samples = 0
@@ -199,11 +155,18 @@ class Pipeline:
         volts = 0.005 * noise + 0.5 * ring[:, None]
         scale = np.array([c.scale for c in self.layout.of_columns])
         offset = np.array([c.offset for c in self.layout.of_columns])
-        windows = WindowStream(self.layout, tuple(self._models))
+        windows, running = WindowStream(self.layout, tuple(self._models)), self._running()
         for stage in closings.update(Block(volts / scale + offset)):
             if isinstance(stage, ClosingSamples):
                 for window in windows.update(stage.block, stage.contacts[:1]):
                     self._models[window.duration].model.predict_one(window.samples)
+                if running is not None:
+                    running.update(stage.block, stage.contacts[:1], 0.0)
+
+    def _running(self) -> RunningAnswers | None:
+        if self._anytime is None:
+            return None
+        return RunningAnswers(self._anytime, self.layout, self._clock)
 
     def _work(self, host: float) -> Iterator[Event]:
         began = self._clock()
@@ -220,13 +183,16 @@ class Pipeline:
                 case ClosingEnded():
                     why = "" if stage.whole else "samples were lost"
                     yield from self._end(stage.sample, why)
-        window = None if self._pinch is None else self._pinch.windows.due
-        self._lot = min(n for n in (self._idle, self._closings.due, window) if n is not None)
+        answer = None if self._pinch is None else self._pinch.due
+        self._lot = min(n for n in (self._idle, self._closings.due, answer) if n is not None)
         self.ledger.worked(self._clock() - began, len(block.data))
 
     def _begin(self, stage: ClosingBegan) -> None:
         windows = WindowStream(self.layout, tuple(self._models))
-        self._pinch = _Pinch(stage.sample, stage.epoch, windows, len(self._models))
+        self._pinch = OpenClosing(
+            stage.sample, stage.epoch, windows, len(self._models), self._running()
+        )
+        self._strips.begin()
 
     def _go_on(self, went: ClosingSamples, host: float) -> list[Event]:
         pinch = self._pinch
@@ -244,7 +210,11 @@ class Pipeline:
             first = not pinch.contacts
             pinch.contacts.append(contact)
             events.append((contact.decided, Touched(contact, first, pinch.epoch, self._clock())))
-        self._watch_strips(pinch, went.block)
+        self._strips.watch(went.block, pinch.end if pinch.contacts else None)
+        if pinch.running is not None:
+            for known, event in pinch.running.update(went.block, pinch.contacts, host):
+                self.ledger.tell(event)
+                events.append((known, event))
         if pinch.asked > 0:
             refused = pinch.windows.refused
             for window in pinch.windows.update(went.block, told):
@@ -264,7 +234,7 @@ class Pipeline:
         return found
 
     def _estimate(
-        self, pinch: _Pinch, window: ContactWindow, known: int, host: float, waited: float
+        self, pinch: OpenClosing, window: ContactWindow, known: int, host: float, waited: float
     ) -> Estimated | Refused:
         entry = self._models[window.duration]
         try:
@@ -296,51 +266,45 @@ class Pipeline:
         self.ledger.add(estimate)
         return estimate
 
-    def _hindsight(self, pinch: _Pinch, estimate: Estimated) -> Case:
-        """Whether an estimate was out before the second contact happened."""
-        out = estimate.contact.sample + estimate.after(self.layout.rate) * self.layout.rate
-        late = any(c.sample <= out for c in pinch.contacts[1:])
-        return Case.TOO_LATE if late else Case.IN_TIME
-
-    def _refuse(self, pinch: _Pinch, why: str) -> Refused:
+    def _refuse(self, pinch: OpenClosing, why: str) -> Refused:
         pinch.refused = why
         return Refused(pinch.contacts[0], why, pinch.epoch)
-
-    def _watch_strips(self, pinch: _Pinch, block: Block) -> None:
-        """Note where each strip closed for the first time in this closing."""
-        for finger, columns in self._strips.items():
-            if not columns or finger in pinch.strips:
-                continue
-            closed = block.data[:, columns[0]] > 0
-            if finger not in pinch.open_strips:
-                if closed.all():
-                    continue  # held since before this closing
-                pinch.open_strips.add(finger)
-                closed = closed & (np.cumsum(~closed) > 0)
-            sample = first_closed(closed, block.first_sample)
-            if sample is not None and (not pinch.contacts or sample < pinch.end):
-                pinch.strips[finger] = sample
 
     def _end(self, sample: int, why: str) -> list[Event]:
         pinch, self._pinch = self._pinch, None
         if pinch is None or not pinch.contacts:
             return []
         events: list[Event] = []
-        if len(pinch.estimates) < len(self._models) and not pinch.refused:
+        rate = self.layout.rate
+        running = pinch.running
+        answers = () if running is None else tuple(running.answers)
+        settled = running is None or bool(answers) or bool(running.refused)
+        if running is not None:
+            events += running.finish(sample, pinch.epoch)
+        if not pinch.refused and (len(pinch.estimates) < len(self._models) or not settled):
             events.append(self._refuse(pinch, why or "the closing ended before the window"))
         self._number += 1
-        strips = sorted(pinch.strips.items(), key=lambda item: item[1])
         done = PinchDone(
             number=self._number,
             armed=pinch.armed,
             end=sample,
             epoch=pinch.epoch,
             contacts=tuple(pinch.contacts),
-            strips=tuple((f, s) for f, s in strips),
+            strips=self._strips.closed,
             estimates=tuple(pinch.estimates),
-            cases=tuple(self._hindsight(pinch, e) for e in pinch.estimates),
-            refused=pinch.refused,
+            cases=tuple(pinch.hindsight(e, rate) for e in pinch.estimates),
+            refused=pinch.refused or self._unanswered(pinch),
+            answers=answers,
+            out=sum(pinch.hindsight(e, rate) is Case.IN_TIME for e in answers),
         )
-        self.ledger.close(done)
+        self.ledger.close(done, running is not None)
         events.append(done)
         return events
+
+    @staticmethod
+    def _unanswered(pinch: OpenClosing) -> str:
+        """Why there is no answer of any model, "" where there is one."""
+        running = pinch.running
+        if running is None or running.answers or pinch.estimates:
+            return ""
+        return running.refused

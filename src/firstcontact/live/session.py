@@ -14,6 +14,7 @@ from firstcontact.device.recorder import Recorder, RecorderStatus
 from firstcontact.live._fanout import Fanout
 from firstcontact.live.events import Event, PinchDone
 from firstcontact.live.pipeline import Pipeline
+from firstcontact.live.same_object import Pinched
 from firstcontact.live.sink import Sink, Update
 from firstcontact.recording import Header, PinchMark
 
@@ -74,6 +75,7 @@ class LiveSession:
         self._from: tuple[int, int] | None = None
         self._arrivals: list[Arrival] = []
         self._events: list[Event] = []
+        self._pinched = Pinched()
         self._figures: Mapping[str, float] = {}
 
     def run(
@@ -117,7 +119,10 @@ class LiveSession:
                 for arrival in new:
                     self._arrivals.append(arrival)
                     found |= bool(arrival.markers)
+                    self._pinched.words(arrival.markers)
                     found |= self._act(self.pipeline.update(arrival.block, arrival.host))
+                    corrected = self._pinched.labels(arrival.pinches)
+                    self._events += [] if corrected is None else [corrected]
                     for actor in self._actors:
                         actor.came(arrival.block)
                 if found or time.monotonic() - told >= together:
@@ -169,6 +174,10 @@ class LiveSession:
         """Pin a word to the next sample."""
         self.source.mark(text)
 
+    def new_object(self) -> None:
+        """The next pinch is of another object."""
+        self._pinched.anew()
+
     @property
     def recording(self) -> RecorderStatus:
         """What the recorder is doing."""
@@ -192,8 +201,11 @@ class LiveSession:
             found = True
             for actor in self._actors:
                 actor.happened(event)
-            self.pinches += isinstance(event, PinchDone)
             self._events.append(event)
+            if isinstance(event, PinchDone):
+                self.pinches += 1
+                combined = self._pinched.done(event)
+                self._events += [] if combined is None else [combined]
         return found
 
     def _tell(self) -> None:

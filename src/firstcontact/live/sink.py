@@ -76,3 +76,6 @@ class Controls(Protocol):
 
     def mark(self, text: str) -> None:
         """Pin a word to the next sample."""
+
+    def new_object(self) -> None:
+        """The next pinch is of another object: nothing is combined across."""

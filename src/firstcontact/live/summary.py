@@ -11,6 +11,9 @@ _LINES = {
     "wait": "that sample to the end of its block (device clock)",
     "compute": "that block read to the estimate (host clock)",
     "total": "contact to the estimate",
+    "first": "contact to the first answer",
+    "answer": "a block read to its answers (host clock)",
+    "signal": "signal in the answer that stands",
 }
 
 
@@ -26,11 +29,17 @@ def ledger_lines(figures: Mapping[str, float], samples: float, cpu: float) -> It
     cpu
         Processor time that the whole program took for it, s.
     """
-    if "total_p50" in figures:
+    lines = {name: words for name, words in _LINES.items() if f"{name}_p50" in figures}
+    if lines:
         yield f"{'ms':>52} {'p50':>8} {'p99':>8} {'max':>8}"
-        for name, words in _LINES.items():
+        for name, words in lines.items():
             values = (1e3 * figures[f"{name}_{key}"] for key in ("p50", "p99", "max"))
             yield f"{words:>52} " + " ".join(f"{v:8.3f}" for v in values)
+    if "asked" in figures:
+        yield (
+            f"{figures['early']:.0f} of {figures['asked']:.0f} pinches had an answer before the "
+            f"second contact, all delays counted; in {figures['standing']:.0f} the one that stands"
+        )
     yield (
         f"{figures['used']:.0f} of {figures['estimates']:.0f} estimates could be used, "
         f"{figures['late']:.0f} of these too late in hindsight: the second contact had happened "

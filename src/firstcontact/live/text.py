@@ -9,7 +9,7 @@ from firstcontact.core import finger_name
 from firstcontact.device import Descriptor, Health
 from firstcontact.device.link_news import link_news
 from firstcontact.live._lines import write_now
-from firstcontact.live.events import Case, Estimated, PinchDone
+from firstcontact.live.events import Case, Estimated, PinchDone, Running, SameObject
 from firstcontact.live.sink import Update
 
 
@@ -46,6 +46,8 @@ class TextSink:
         for event in update.events:
             if isinstance(event, PinchDone):
                 self._say(pinch_line(event, self._rate))
+            elif isinstance(event, SameObject) and event.pinches > 1:
+                self._say(same_line(event))
 
     def close(self) -> None:
         """Nothing is left to say."""
@@ -63,14 +65,40 @@ def pinch_line(done: PinchDone, rate: float) -> str:
     """A pinch on one line; ``rate`` in Hz."""
     first = done.contacts[0]
     parts = [f"pinch {done.number}: {finger_name(first.finger)} first"]
+    if done.standing is not None and done.standing_case is not None:
+        parts.append(standing_words(done.standing, done.out, len(done.answers), rate))
     told = zip(done.estimates, done.cases, strict=True)
-    parts += [estimate_words(e, case, rate) for e, case in told]
+    of = "model of {:g} ms: " if done.standing is not None else ""
+    parts += [of.format(1e3 * e.duration) + estimate_words(e, case, rate) for e, case in told]
     if done.refused:
         parts.append(f"no estimate: {done.refused}")
     if len(done.contacts) > 1:
         offset = 1e3 * (done.contacts[1].sample - first.sample) / rate
         parts.append(f"second after {offset:.1f} ms")
     return ", ".join(parts)
+
+
+def standing_words(e: Running, out: int, answers: int, rate: float) -> str:
+    """The answer that stands, and whether one came in time; ``rate`` in Hz."""
+    odd = ", out of range" if e.strange else ""
+    if not out:
+        when = Case.TOO_LATE.value
+    elif out < answers:
+        when = f"{out} of {answers} answers {Case.IN_TIME.value}"
+    else:
+        when = Case.IN_TIME.value
+    return (
+        f"{e.value:.1f} Shore A ({e.low:.0f} to {e.high:.0f}) from {1e3 * e.duration:.0f} ms at "
+        f"{1e3 * e.after(rate):.1f} ms{odd}, {when}"
+    )
+
+
+def same_line(event: SameObject) -> str:
+    """What the pinches of one object say together."""
+    return (
+        f"the same object, {event.pinches} pinches: {event.value:.1f} Shore A "
+        f"({event.low:.0f} to {event.high:.0f})"
+    )
 
 
 def estimate_words(e: Estimated, case: Case, rate: float) -> str:

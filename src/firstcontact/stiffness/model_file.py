@@ -184,6 +184,12 @@ def load_digests(path: Path) -> Digests | None:
     return None if vouched is None else read_digests(folder / PINCHES, vouched, CARD)
 
 
+def has_models(path: Path) -> bool:
+    """Whether a model is in a folder, or in one below it."""
+    folder = _folder(path)
+    return (folder / CARD).exists() or any(folder.glob(f"*/{CARD}"))
+
+
 def model_folders(path: Path) -> list[Path]:
     """Folders of the models that one training left: ``path`` itself, or those in it.
 

@@ -40,7 +40,8 @@ class EarlyExit(FirstContact):
     def estimated(self, stiffness: Stiffness) -> Command | None:
         """Close as the soft end of the interval bears, once."""
         sure = stiffness.high - stiffness.low <= self.tight
-        if self._acted or not (sure or stiffness.duration >= self.window - 5e-4):
+        last = stiffness.standing or stiffness.duration >= self.window - 5e-4
+        if self._acted or not (sure or last):
             return None
         self._acted = True
         return self.grip.command_for(min(stiffness.low, stiffness.value))

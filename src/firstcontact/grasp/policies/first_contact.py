@@ -28,7 +28,8 @@ class FirstContact(Policy):
     grip
         What is declared of the hand.
     window
-        The window whose estimate it waits for, s; shorter ones are passed over.
+        The window whose estimate it waits for, s; shorter ones are passed over where another is
+        to come.
     """
 
     name = "first_contact"
@@ -47,7 +48,7 @@ class FirstContact(Policy):
     def estimated(self, stiffness: Stiffness) -> Command | None:
         """Close as the soft end of the interval bears."""
         # Half a sample at any rate: a window's length is a whole number of them.
-        if stiffness.duration < self.window - 5e-4:
+        if stiffness.duration < self.window - 5e-4 and not stiffness.standing:
             return None
         return self.grip.command_for(min(stiffness.low, stiffness.value))
 

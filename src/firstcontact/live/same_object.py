@@ -1,0 +1,93 @@
+"""Which pinches are of the same object, and what they say together."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+
+from firstcontact.anytime.combining import combine
+from firstcontact.device.twin_words import concerns_hand
+from firstcontact.live.events import PinchDone, Running, SameObject
+from firstcontact.recording import Marker, PinchMark
+
+#: Words that wait for their pinch, and pinches of one object that count, at most.
+WORDS, PINCHES = 16, 100
+
+
+class Pinched:
+    """Combines the standing answers of pinches as they come.
+
+    Another object begins where somebody says so (:meth:`anew`), where a marker names another
+    one, and where the label of a replayed recording does. Answers that are out of range do not
+    count.
+    """
+
+    def __init__(self) -> None:
+        self._answers: deque[Running] = deque(maxlen=PINCHES)
+        self._words: deque[Marker] = deque(maxlen=WORDS)
+        self._object: str | None = None
+        self._last: tuple[PinchDone, Running] | None = None
+        self._new = False
+
+    def anew(self) -> None:
+        """The next pinch is of another object; may be called from any thread."""
+        self._new = True
+
+    def words(self, markers: Iterable[Marker]) -> None:
+        """Markers came: each names the object of the next pinch."""
+        self._words += [m for m in markers if not concerns_hand(m.text)]
+
+    def done(self, done: PinchDone) -> SameObject | None:
+        """A pinch is over: what all of this object say, None where it gave nothing to count."""
+        if self._new:
+            self._new = False
+            self._answers.clear()
+        while self._words and self._before(self._words[0], done):
+            self._named(self._words.popleft().text)
+        answer = done.standing
+        if answer is None or answer.strange:
+            return None
+        self._answers.append(answer)
+        self._last = done, answer
+        return self._combined(done)
+
+    def labels(self, marks: Iterable[PinchMark]) -> SameObject | None:
+        """A replayed recording tells what was pinched, after it was: what is right now."""
+        corrected = None
+        for mark in marks:
+            if self._last is None:
+                continue
+            done, answer = self._last
+            here = done.epoch == mark.epoch and done.armed < mark.end
+            name = mark.label.specimen or mark.label.object
+            if not (here and mark.first_sample < done.end and name) or name == self._object:
+                continue
+            self._object = name
+            if len(self._answers) > 1:
+                self._answers.clear()
+                self._answers.append(answer)
+                corrected = self._combined(done)
+        return corrected
+
+    @staticmethod
+    def _before(marker: Marker, done: PinchDone) -> bool:
+        return (marker.epoch, marker.sample) < (done.epoch, done.end)
+
+    def _named(self, name: str) -> None:
+        if name != self._object:
+            self._answers.clear()
+        self._object = name
+
+    def _combined(self, done: PinchDone) -> SameObject:
+        answers = self._answers
+        found = combine([e.value for e in answers], [e.half_width for e in answers])
+        return SameObject(
+            number=done.number,
+            value=found.value,
+            low=found.low,
+            high=found.high,
+            level=answers[-1].level,
+            pinches=found.pinches,
+            end=done.end,
+            epoch=done.epoch,
+        )

@@ -5,6 +5,8 @@ All amplitudes are told relative to the rig's own level, or to the contact's own
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -61,7 +63,7 @@ def features(v: NDArray[np.float64], valid: NDArray[np.intp], level: Values) -> 
     floor = LEAST * level
     peak = np.maximum(v.max(axis=1), floor)
     at = v.argmax(axis=1)
-    steps = np.diff(v, axis=1)
+    steps = v[:, 1:] - v[:, :-1]
     steps[t[1:] >= valid[:, None]] = 0.0
     rise = np.maximum(steps.max(axis=1), floor)
     rising = t <= at[:, None]
@@ -98,4 +100,35 @@ def features(v: NDArray[np.float64], valid: NDArray[np.intp], level: Values) -> 
         last,
         last - earlier,
     )
-    return np.stack(columns, axis=1)
+    return np.array(columns).T
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shape:
+    """The valid part of contacts and its features, worked out once for all that look at them.
+
+    Parameters
+    ----------
+    v
+        Masked, positive in the direction of the first swing, V, shape (n, samples).
+    there
+        Which samples are valid, shape (n, samples).
+    features
+        As :func:`features` gives them.
+    level
+        Of the rigs, V, shape (n,).
+    """
+
+    v: NDArray[np.float64]
+    there: NDArray[np.bool_]
+    features: NDArray[np.float64]
+    level: Values
+
+    @classmethod
+    def of(
+        cls, after: NDArray[np.floating], valid: NDArray[np.intp], level: Values, sign: Values
+    ) -> Shape:
+        """Of signals from the contact on, shape (n, samples); the others have shape (n,)."""
+        there = np.arange(after.shape[1]) < valid[:, None]
+        v = np.where(there, sign[:, None] * after, 0.0)
+        return cls(v, there, features(v, valid, level), level)

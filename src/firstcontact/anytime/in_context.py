@@ -12,12 +12,13 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.anytime._features import Shape
 from firstcontact.anytime._model import Answers, AnytimeModel, Arrays
-from firstcontact.anytime.inputs import beside, inputs
+from firstcontact.anytime.inputs import beside, network_inputs
 from firstcontact.anytime.motor_pitch import POINTS, MotorPitch
 from firstcontact.anytime.network import Context, Network
 from firstcontact.anytime.rig import GENERAL, STAGES, TOKEN, Rig, stage_of
-from firstcontact.anytime.strange import Familiar, traits
+from firstcontact.anytime.strange import Familiar, shape_traits
 from firstcontact.anytime.touches import Touches, Values, lengths
 from firstcontact.core import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
@@ -106,13 +107,15 @@ class InContextModel(AnytimeModel):
         beside = self.known(touches) if known is None else known
         stages = stage_of(touches.valid, touches.rate)
         for finger, which in self._by_rig(touches):
-            its, rig = touches.take(which), self.rigs[finger]
-            x = inputs(its, rig, beside[which])
+            rig = self.rigs[finger]
+            its = touches if len(which) == n else touches.take(which)
+            level, sign = np.full(len(its), rig.level), np.full(len(its), rig.sign)
+            shape = Shape.of(its.after, its.valid, level, sign)
+            x = network_inputs(shape, beside[which])
             mixture = self._network.outputs(x, self._contexts[finger], stages[which])
             values[which], spreads[which] = moments(mixture)
             if rig.tokens.shape[1]:
-                level, sign = np.full(len(its), rig.level), np.full(len(its), rig.sign)
-                found = traits(its.signals, its.before, its.valid, level, sign)
+                found = shape_traits(shape, its.signals[:, : its.before])
                 strange[which] = self._familiar.strange(found, stages[which])
         half = self._factors[stages] * spreads
         values = np.clip(values, *SHORE_A)
@@ -132,8 +135,11 @@ class InContextModel(AnytimeModel):
             )
 
     def _by_rig(self, touches: Touches) -> list[tuple[int, NDArray[np.intp]]]:
-        finger = np.where(np.isin(touches.fingers, list(self.rigs)), touches.fingers, ANY)
-        return [(int(f), np.flatnonzero(finger == f)) for f in np.unique(finger)]
+        numbers = [f if f in self.rigs else ANY for f in touches.fingers.tolist()]
+        if len(set(numbers)) == 1:
+            return [(numbers[0], np.arange(len(numbers)))]
+        finger = np.array(numbers, np.intp)
+        return [(f, np.flatnonzero(finger == f)) for f in sorted(set(numbers))]
 
     def to_arrays(self) -> Arrays:
         """Network, what is familiar, widths, and each rig as ``rig.FINGER.NAME``."""

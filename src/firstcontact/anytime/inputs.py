@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.anytime._features import LEAST, NAMES, features, masked
+from firstcontact.anytime._features import LEAST, NAMES, Shape
 from firstcontact.anytime.motor_pitch import BELIEVED, spectra
 from firstcontact.anytime.rig import STAGES, Rig
 from firstcontact.anytime.touches import Touches, Values
@@ -62,15 +62,21 @@ def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
     )
 
 
-def inputs(touches: Touches, rig: Rig, known: NDArray[np.float64]) -> NDArray[np.float64]:
+def relative_inputs(
+    after: NDArray[np.floating],
+    valid: NDArray[np.intp],
+    level: Values,
+    sign: Values,
+    known: NDArray[np.float64],
+) -> NDArray[np.float64]:
     """Inputs about the valid part of each contact.
 
     Parameters
     ----------
-    touches
-        The contacts.
-    rig
-        What they are told relative to.
+    after, valid
+        As of :class:`firstcontact.anytime.touches.Touches`.
+    level, sign
+        Of the rig of each, V, shape (n,).
     known
         As :func:`beside` gives it.
 
@@ -79,28 +85,17 @@ def inputs(touches: Touches, rig: Rig, known: NDArray[np.float64]) -> NDArray[np
     ndarray
         Shape (n, INPUTS).
     """
-    n = len(touches)
-    return relative_inputs(
-        touches.after, touches.valid, np.full(n, rig.level), np.full(n, rig.sign), known
-    )
+    return network_inputs(Shape.of(after, valid, level, sign), known)
 
 
-def relative_inputs(
-    after: NDArray[np.floating],
-    valid: NDArray[np.intp],
-    level: Values,
-    sign: Values,
-    known: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """The same for contacts of several rigs: their levels (V) and signs have shape (n,)."""
-    v = masked(sign[:, None] * after, valid)
-    peak = np.maximum(v.max(axis=1), LEAST * level)[:, None]
-    found = features(v, valid, level)
-    there = np.arange(v.shape[1]) < valid[:, None]
+def network_inputs(shape: Shape, known: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The same where the shape of the contacts is known already."""
+    v = shape.v
+    peak = np.maximum(v.max(axis=1), LEAST * shape.level)[:, None]
     # A hard thing on a soft rig is many times the level: its logarithm keeps it in bounds.
-    scaled = np.sign(v) * np.log1p(np.abs(v) * (2 / level[:, None])) / 2
-    waves = [_resampled(w) for w in (scaled, v / peak, there)]
-    return np.concatenate([*waves, found, known], axis=1)
+    scaled = np.copysign(np.log1p(np.abs(v) * (2 / shape.level[:, None])), v) / 2
+    waves = [_resampled(w) for w in (scaled, v / peak, shape.there)]
+    return np.concatenate([*waves, shape.features, known], axis=1)
 
 
 def _resampled(wave: NDArray[np.generic]) -> NDArray[np.generic]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.anytime._features import NAMES, features, masked
+from firstcontact.anytime._features import NAMES, Shape
 from firstcontact.anytime.rig import STAGES
 from firstcontact.core import InputError
 
@@ -37,15 +37,19 @@ def traits(
     level, sign
         Of the rig, shape (n,).
     """
-    v = masked(sign[:, None] * signals[:, before:], valid)
-    noise = signals[:, : before // 2].std(axis=1)
+    return shape_traits(Shape.of(signals[:, before:], valid, level, sign), signals[:, :before])
+
+
+def shape_traits(shape: Shape, before: NDArray[np.floating]) -> NDArray[np.float64]:
+    """The same where the shape of the contacts is known already; signals before them."""
+    quiet = before[:, : before.shape[1] // 2]
+    noise = quiet.std(axis=1)
     # A converter at its end, or a dead one, repeats itself.
-    steps = np.diff(v, axis=1)
-    counted = np.arange(1, v.shape[1]) < valid[:, None]
-    flat = ((steps == 0.0) & counted).sum(axis=1) / counted.sum(axis=1)
-    return np.column_stack(
-        [features(v, valid, level), np.log(np.maximum(noise, 1e-7) / level), 10 * flat]
-    )
+    counted = shape.there[:, 1:]
+    still = (shape.v[:, 1:] == shape.v[:, :-1]) & counted
+    flat = still.sum(axis=1) / counted.sum(axis=1)
+    loud = np.log(np.maximum(noise, 1e-7) / shape.level)
+    return np.concatenate([shape.features, loud[:, None], 10 * flat[:, None]], axis=1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -195,3 +195,6 @@ class Asked:
 
     def mark(self, text: str) -> None:
         self.calls.append(f"mark {text}")
+
+    def new_object(self) -> None:
+        self.calls.append("new")

@@ -26,7 +26,7 @@ ALL = 20, 10.0
 class Wish:
     """A viewer's message; ``text`` is a marker's, and cut to what a device sets."""
 
-    do: Literal["record", "stop", "mark"]
+    do: Literal["record", "stop", "mark", "new"]
     text: Annotated[str, msgspec.Meta(max_length=1000)] = ""
 
 
@@ -91,6 +91,9 @@ class Commands:
             case "stop":
                 controls.stop_recording()
                 return "Recording stopped."
+            case "new":
+                controls.new_object()
+                return "The next pinch is of a new object."
             case "mark":
                 word = marker_text(wish.text.strip()).decode().strip()
                 if not word:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from firstcontact.device.twin_words import concerns_hand
-from firstcontact.live.events import Case, Estimated, PinchDone
+from firstcontact.live.events import Case, Estimated, PinchDone, Running
 from firstcontact.live.page._closeup import finger_place
 from firstcontact.recording import Marker, PinchMark
 
@@ -23,7 +23,7 @@ def chosen(estimates: Sequence[Estimated]) -> Estimated | None:
     return estimates[-1] if estimates else None
 
 
-def timing(estimate: Estimated, rate: float) -> dict[str, float]:
+def timing(estimate: Estimated | Running, rate: float) -> dict[str, float]:
     """From contact to estimate in its parts, ms.
 
     The window and the wait for the end of the block that completed it are counted in
@@ -45,7 +45,7 @@ def hindsight(done: PinchDone, estimate: Estimated) -> Case:
     return done.cases[done.estimates.index(estimate)]
 
 
-def value(estimate: Estimated) -> dict[str, float]:
+def value(estimate: Estimated | Running) -> dict[str, float]:
     """An estimate and its interval."""
     return {
         "value": round(estimate.value, 2),
@@ -87,7 +87,11 @@ class Pinches:
 
     def done(self, done: PinchDone) -> None:
         """A pinch is over: one more row."""
-        estimate = chosen(done.estimates)
+        estimate = done.standing or chosen(done.estimates)
+        if isinstance(estimate, Running):
+            case: Case | None = Case.IN_TIME if done.out else Case.TOO_LATE
+        else:
+            case = None if estimate is None else hindsight(done, estimate)
         first = done.contacts[0] if done.contacts else None
         second = done.contacts[1] if len(done.contacts) > 1 else None
         offset = (
@@ -102,7 +106,8 @@ class Pinches:
             "estimate": None if estimate is None else value(estimate),
             "ms": None if estimate is None else timing(estimate, self._rate)["total"],
             "offset": offset,
-            "case": None if estimate is None else hindsight(done, estimate).name,
+            "case": None if case is None else case.name,
+            "strange": isinstance(estimate, Running) and estimate.strange,
             "refused": done.refused,
         }
         self._rows.append((done, row))

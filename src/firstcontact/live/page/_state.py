@@ -15,9 +15,19 @@ from numpy.typing import NDArray
 from firstcontact.core import ChannelKind, Finger, joined
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.recorder import RecorderStatus
-from firstcontact.live.events import Estimated, Event, PinchDone, Refused, Touched
+from firstcontact.live.events import (
+    Estimated,
+    Event,
+    PinchDone,
+    Refused,
+    Running,
+    SameObject,
+    Settled,
+    Touched,
+)
 from firstcontact.live.page._closeup import Closeup, finger_place
 from firstcontact.live.page._columns import SECONDS, Columns
+from firstcontact.live.page._narrowing import Narrowing
 from firstcontact.live.page._pinches import Pinches, chosen, hindsight, timing, value
 from firstcontact.live.sink import Update
 
@@ -68,6 +78,7 @@ class State:
         self._columns = Columns(layout)
         self._closeup = Closeup(layout)
         self._pinches = Pinches(layout.rate)
+        self._narrowing = Narrowing(layout.rate)
         self._marks: deque[dict[str, Any]] = deque(maxlen=MARKS)
         self._now: dict[str, Any] = {}
         self._first_contact: Touched | None = None
@@ -171,6 +182,13 @@ class State:
         match event:
             case Touched():
                 self._touched(event)
+            case Running() | Settled() | SameObject():
+                self._now = self._narrowing.happened(event, self._now)
+                self._put("now", self._now)
+            case Estimated() if self._narrowing.begun:
+                # The answer at any time is the one that is shown large; this stands beside it.
+                self._now = {**self._now, "window": value(event), "window_ms": _ms(event)}
+                self._put("now", self._now)
             case Estimated():
                 self._now = {
                     "estimate": value(event),
@@ -181,12 +199,17 @@ class State:
                     "second": self._now.get("second"),
                 }
                 self._put("now", self._now)
+            case Refused() if "estimate" in self._now:
+                pass  # one model has no answer, and another has
             case Refused():
                 self._now = {"refused": event.reason, "finger": finger_place(event.contact.finger)}
                 self._put("now", self._now)
             case PinchDone():
                 shown = chosen(event.estimates)
-                if shown is not None and "estimate" in self._now:
+                if event.standing is not None:
+                    self._now = self._narrowing.done(event, self._now)
+                    self._put("now", self._now)
+                elif shown is not None and "estimate" in self._now:
                     # In hindsight: the second contact may have happened, and be told later.
                     self._now = {**self._now, "case": hindsight(event, shown).name}
                     self._put("now", self._now)
@@ -209,7 +232,9 @@ class State:
             self._put("marks", list(self._marks))
         if event.first:
             self._first_contact = event
-            self._now = {"finger": finger_place(contact.finger)}
+            same = {k: v for k, v in self._now.items() if k == "same"}
+            self._now = {"finger": finger_place(contact.finger), **same}
+            self._narrowing.begin()
             self._closeup.begin(contact, event.epoch)
         else:
             self._closeup.mark(contact)
@@ -258,3 +283,7 @@ def _recording(status: RecorderStatus) -> dict[str, Any]:
         "waiting": status.waiting,
         "failed": status.failed,
     }
+
+
+def _ms(estimate: Estimated) -> float:
+    return round(1e3 * estimate.duration, 1)

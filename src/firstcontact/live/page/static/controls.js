@@ -9,6 +9,12 @@ export class Controls {
     this.link = link;
     this.on = false;
     byId("record").onclick = () => this.ask({ do: this.on ? "stop" : "record" });
+    byId("new-object").onclick = () => this.ask({ do: "new" });
+    addEventListener("keydown", (event) => {
+      const typing = event.target instanceof HTMLInputElement;
+      const plain = !(event.ctrlKey || event.metaKey || event.altKey || event.repeat);
+      if (event.key.toLowerCase() === "n" && plain && !typing && !byId("same").hidden) this.ask({ do: "new" });
+    });
     byId("controls").onsubmit = (event) => {
       event.preventDefault();
       const text = byId("marker").value.trim();
@@ -23,7 +29,7 @@ export class Controls {
   }
 
   enable(yes) {
-    for (const id of ["record", "mark", "marker"]) byId(id).disabled = !yes;
+    for (const id of ["record", "mark", "marker", "new-object"]) byId(id).disabled = !yes;
   }
 
   // What the recorder does now is not known, so nothing is claimed.

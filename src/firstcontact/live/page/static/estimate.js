@@ -1,21 +1,27 @@
 // The estimate with its interval, on a Shore A scale with the objects that are known.
 
 import { FINGER_NAMES, byId, draw, number, setText, size, watch } from "./dom.js";
+import { Narrowing } from "./narrowing.js";
 
 const PAD = 10;
+// Room for the names of objects, and for milliseconds below, where an answer narrows.
+const NAMES = 128;
+const BELOW = 28;
 
 export class Estimate {
   constructor() {
     this.svg = byId("scale");
     this.landmarks = [];
     this.estimate = null;
+    this.narrowing = new Narrowing(() => this.paint());
     watch(this.svg, () => this.paint());
   }
 
   hello(hello) {
     this.landmarks = Object.entries(hello.landmarks).sort((a, b) => a[1] - b[1]);
-    this.level = null;
     this.clear();
+    byId("same").hidden = true;
+    byId("new-object").hidden = !hello.controls;
   }
 
   clear() {
@@ -24,11 +30,13 @@ export class Estimate {
     setText(byId("interval"), "");
     setText(byId("sure"), "");
     setText(byId("felt"), "Waiting for a contact.");
-    byId("verdict").hidden = true;
+    for (const id of ["verdict", "strange", "window-model"]) byId(id).hidden = true;
+    this.narrowing.clear();
     this.paint();
   }
 
   now(now) {
+    this.same(now.same);
     const verdict = byId("verdict");
     if (now.refused) {
       this.clear();
@@ -46,13 +54,32 @@ export class Estimate {
     setText(byId("interval"), high > low ? `${number(low)} to ${number(high)}` : "no interval");
     // What it promises, and for what: other things lie outside far more often.
     setText(byId("sure"), level > 0 ? `${number(100 * level)} % on things like those learned` : "");
-    setText(byId("felt"), `${FINGER_NAMES[now.finger]} first`);
+    const heard = now.answers ? ` · ${number(now.answers.at(-1)?.ms ?? 0)} ms heard` : "";
+    setText(byId("felt"), `${FINGER_NAMES[now.finger]} first${heard}`);
+    byId("strange").hidden = !now.strange;
     const early = now.case === "IN_TIME";
     verdict.className = early ? "verdict good" : "verdict late";
     const used = early && !now.used ? ", not used" : "";
     setText(verdict, (early ? "✓ before the second contact" : "✕ after the second contact") + used);
-    verdict.hidden = false;
+    // Until no better answer comes, nothing is said of how it went.
+    verdict.hidden = now.settled === false;
+    const beside = byId("window-model");
+    beside.hidden = !now.window;
+    if (now.window) setText(beside, `Model of ${number(now.window_ms)} ms: ${number(now.window.value)} (${number(now.window.low)} to ${number(now.window.high)})`);
+    this.svg.parentElement.classList.toggle("fan", Boolean(now.answers));
+    if (now.answers) this.narrowing.now(now);
+    else this.narrowing.clear();
     this.paint();
+  }
+
+  // What the pinches of one object say together.
+  same(same) {
+    byId("same").hidden = !same;
+    if (!same) return;
+    const { pinches, value, low, high } = same;
+    setText(byId("same-word"), pinches > 1 ? `The same object again, ${pinches} pinches:` : "A new object, 1 pinch:");
+    setText(byId("same-value"), `${number(value)} Shore A`);
+    setText(byId("same-interval"), `${number(low)} to ${number(high)}`);
   }
 
   // Labels stand at their values, pushed apart where they would touch.
@@ -74,14 +101,18 @@ export class Estimate {
   paint() {
     const [width, height] = size(this.svg);
     if (!width || !height) return;
-    const y = (shore) => height - PAD - (Math.min(100, Math.max(0, shore)) / 100) * (height - 2 * PAD);
-    const axis = 44;
+    const fan = this.narrowing.answers.length > 0;
+    const bottom = fan ? BELOW : PAD;
+    const y = (shore) => height - bottom - (Math.min(100, Math.max(0, shore)) / 100) * (height - bottom - PAD);
+    const axis = fan ? Math.max(120, width - NAMES - 23) : 44;
+    const start = fan ? 0 : axis - 44;
     this.svg.replaceChildren();
     draw(this.svg, "rect", { x: axis - 4, y: y(100), width: 8, height: y(0) - y(100), rx: 4, fill: "var(--line)" });
     for (let s = 0; s <= 100; s += 20) {
-      draw(this.svg, "text", { x: axis - 14, y: y(s) + 5, "text-anchor": "end", class: "soft" }, String(s));
-      draw(this.svg, "line", { x1: axis - 10, x2: axis - 4, y1: y(s), y2: y(s), stroke: "var(--soft)" });
+      draw(this.svg, "text", { x: start + 30, y: y(s) + 5, "text-anchor": "end", class: "soft" }, String(s));
+      if (!fan) draw(this.svg, "line", { x1: axis - 10, x2: axis - 4, y1: y(s), y2: y(s), stroke: "var(--soft)" });
     }
+    if (fan) this.narrowing.paint(this.svg, start + 42, axis - 22, y);
     for (const { name, shore, at } of this.places(y, 17, height)) {
       draw(this.svg, "path", { d: `M${axis + 5} ${y(shore)}L${axis + 11} ${y(shore)}L${axis + 19} ${at}`, fill: "none", stroke: "var(--soft)" });
       const label = draw(this.svg, "text", { x: axis + 23, y: at + 5 }, name);
@@ -91,9 +122,10 @@ export class Estimate {
       }
     }
     if (!this.estimate) return;
-    const { value, low, high } = this.estimate;
-    const [top, bottom] = [y(high), y(low)];
-    draw(this.svg, "rect", { x: axis - 9, y: top, width: 18, height: Math.max(2, bottom - top), rx: 4, fill: "var(--band)" });
+    // While it is drawn slower than it came, the scale shows what is drawn.
+    const { value, low, high } = (fan ? this.narrowing.shown : this.estimate) ?? this.estimate;
+    const [top, least] = [y(high), y(low)];
+    draw(this.svg, "rect", { x: axis - 9, y: top, width: 18, height: Math.max(2, least - top), rx: 4, fill: "var(--band)" });
     draw(this.svg, "line", { x1: axis - 12, x2: axis + 12, y1: y(value), y2: y(value), stroke: "var(--accent)", "stroke-width": 5, "stroke-linecap": "round" });
   }
 }

@@ -11,7 +11,7 @@ const FACTS = [
   ["doubled_frames", "Frames doubled", true],
   ["reconnects", "Reconnects", true],
 ];
-const STAGES = { decide: "decision", window: "full window", total: "estimate", compute: "(computation)" };
+const STAGES = { decide: "decision", window: "full window", total: "estimate", compute: "(computation)", first: "first answer", signal: "signal that stands", answer: "(answers)" };
 const COUNTS = { estimates: "Estimates", overruns: "Blocks that took too long" };
 const STATISTICS = ["p50", "p99", "max"];
 

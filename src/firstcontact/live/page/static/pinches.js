@@ -28,7 +28,8 @@ function row(pinch) {
     cell(tr, "", number(pinch.ms, 1));
   }
   cell(tr, "", pinch.offset === null ? "–" : number(pinch.offset, 1));
-  if (!pinch.estimate) cell(tr, "left refused", `none: ${pinch.refused || "no window"}`);
+  if (pinch.estimate && pinch.strange) cell(tr, "left strange", "! out of range");
+  else if (!pinch.estimate) cell(tr, "left refused", `none: ${pinch.refused || "no window"}`);
   else if (pinch.case === "IN_TIME") cell(tr, "left good", "✓ before 2nd");
   else cell(tr, "left late", "✕ after 2nd");
   return tr;

@@ -1,0 +1,79 @@
+// How the answer narrows over the milliseconds since contact: interval and value, up to the second finger.
+
+import { draw, number } from "./dom.js";
+
+// What is drawn, ms; it is drawn slower than it happened, s, so that an eye can follow.
+const LONGEST = 15;
+const SHOWN_IN = 0.9;
+
+export class Narrowing {
+  constructor(paint) {
+    this.repaint = paint;
+    this.answers = [];
+    this.still = matchMedia("(prefers-reduced-motion: reduce)");
+  }
+
+  clear() {
+    this.answers = [];
+    this.contact = null;
+  }
+
+  now(now) {
+    this.answers = now.answers;
+    this.second = now.second ?? null;
+    if (now.contact !== this.contact) {
+      this.contact = now.contact;
+      this.began = performance.now();
+      this.step(now.contact);
+    }
+  }
+
+  step(contact) {
+    if (contact !== this.contact) return;
+    this.repaint();
+    if (this.until() < LONGEST) requestAnimationFrame(() => this.step(contact));
+  }
+
+  // So many ms after the contact are drawn by now.
+  until() {
+    if (this.still.matches || this.began === undefined) return LONGEST;
+    return Math.min(LONGEST, ((performance.now() - this.began) / 1000 / SHOWN_IN) * LONGEST);
+  }
+
+  // The last answer that is drawn; null before the first.
+  get shown() {
+    const until = this.until();
+    return this.answers.filter((a) => a.ms <= until + 0.05).at(-1) ?? null;
+  }
+
+  paint(svg, left, right, y) {
+    const x = (ms) => left + (ms / LONGEST) * (right - left);
+    for (let s = 0; s <= 100; s += 20) {
+      draw(svg, "line", { x1: left, x2: right, y1: y(s), y2: y(s), stroke: "var(--line)" });
+    }
+    for (let ms = 0; ms <= LONGEST; ms += 5) {
+      const anchor = ms === LONGEST ? "end" : "middle";
+      const word = ms === LONGEST ? `${ms} ms` : String(ms);
+      draw(svg, "text", { x: x(ms) + (ms === LONGEST ? 8 : 0), y: y(0) + 20, "text-anchor": anchor, class: "soft" }, word);
+    }
+    const until = this.until();
+    const answers = this.answers.filter((a) => a.ms <= until + 0.05);
+    if (answers.length > 0) {
+      const odd = answers.at(-1).strange;
+      const edge = (key) => answers.map((a) => `${x(a.ms)} ${y(a[key])}`);
+      draw(svg, "path", { d: `M${[...edge("high"), ...edge("low").reverse()].join("L")}Z`, class: odd ? "funnel odd" : "funnel" });
+      draw(svg, "path", { d: `M${edge("value").join("L")}`, class: "course" });
+      for (const a of answers) draw(svg, "circle", { cx: x(a.ms), cy: y(a.value), r: 2.5, fill: a.strange ? "var(--bad)" : "var(--accent)" });
+      const last = answers.at(-1);
+      draw(svg, "circle", { cx: x(last.ms), cy: y(last.value), r: 5, fill: odd ? "var(--bad)" : "var(--accent)" });
+    }
+    const { second } = this;
+    if (second !== null && second >= 0 && second <= Math.min(LONGEST, until)) {
+      const at = x(second);
+      draw(svg, "rect", { x: at, y: y(100), width: right - at, height: y(0) - y(100), class: "after" });
+      draw(svg, "line", { x1: at, x2: at, y1: y(100), y2: y(0), stroke: "var(--ink)", "stroke-width": 2 });
+      const early = second < LONGEST / 2;
+      draw(svg, "text", { x: at + (early ? 7 : -7), y: y(100) + 14, "text-anchor": early ? "start" : "end" }, `2nd finger, ${number(second, 1)} ms`);
+    }
+  }
+}

@@ -53,9 +53,9 @@ def content(folder: Path) -> dict[str, bytes]:
 
 @pytest.mark.parametrize("size", [200, 1000, 3000, 10_000])
 def test_a_full_disk_leaves_the_old_training(model: Path, other: Path, size: int) -> None:
-    """The detector is the largest: what is written before it fits."""
+    """The any-time model is the largest: what is written before it may fit."""
     before = content(model)
-    assert len(before["detector.safetensors"]) > 10_000
+    assert len(before["anytime.safetensors"]) > 10_000
     words = ["train", str(other), "--model", "peak", "--out", str(model)]
     done = subprocess.run(
         [sys.executable, "-c", FULL, str(size), *words], capture_output=True, text=True

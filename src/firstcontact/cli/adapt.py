@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from firstcontact.learning.alignment import Alignment
 
 
+class UnknownRigError(InputError):
+    """Pinches from which no rig can be known."""
+
+
 @dataclass(frozen=True)
 class Adapt:
     """Make a model that answers at any time after a contact, from a few pinches of known things."""
@@ -78,7 +82,7 @@ def adapted(
 
     Raises
     ------
-    InputError
+    UnknownRigError
         Pinches from which no rig can be known.
     """
     import numpy as np
@@ -100,7 +104,7 @@ def adapted(
     try:
         made = adapt(base, touches, shore_a, sessions if (sessions != "").all() else None, seed)
     except InputError as error:
-        raise InputError(f"{data}: {error}") from None
+        raise UnknownRigError(f"{data}: {error}") from None
     levels = [float(level) for level in np.unique(shore_a)]
     about = {
         "pinches": len(shore_a),

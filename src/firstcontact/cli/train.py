@@ -217,7 +217,7 @@ def _anytime(
 ) -> list[str]:
     """Write the any-time model of these pinches' rig beside the others; what there is to say."""
     from firstcontact.anytime.model_file import pretrained
-    from firstcontact.cli.adapt import adapted
+    from firstcontact.cli.adapt import UnknownRigError, adapted
 
     base = pretrained()
     rate = dataset.layout.rate
@@ -225,7 +225,7 @@ def _anytime(
         return [f"no any-time model: it takes {base.rate:g} Hz and these pinches have {rate:g} Hz"]
     try:
         said = adapted(base, dataset, detector, data, making, seed, contacts)
-    except InputError as error:
+    except UnknownRigError as error:
         return [f"no any-time model: {error}"]
     return [f"any-time model: {line}" for line in said]
 

@@ -31,7 +31,9 @@ class Narrowing:
         """A first contact."""
         self._answers = []
 
-    def happened(self, event: Running | Settled | SameObject, now: dict[str, Any]) -> dict[str, Any]:
+    def happened(
+        self, event: Running | Settled | SameObject, now: dict[str, Any]
+    ) -> dict[str, Any]:
         """What is shown now, with this in it."""
         match event:
             case Running():

@@ -77,7 +77,7 @@ export class Estimate {
     byId("same").hidden = !same;
     if (!same) return;
     const { pinches, value, low, high } = same;
-    setText(byId("same-word"), pinches > 1 ? `The same object again, ${pinches} pinches:` : "A new object, 1 pinch:");
+    setText(byId("same-word"), pinches > 1 ? `Same object, ${pinches} pinches` : "New object, 1 pinch");
     setText(byId("same-value"), `${number(value)} Shore A`);
     setText(byId("same-interval"), `${number(low)} to ${number(high)}`);
   }

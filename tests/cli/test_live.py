@@ -10,12 +10,14 @@ import subprocess
 import sys
 import urllib.request
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from firstcontact.cli.main import main
-from firstcontact.recording import read_recording
+from firstcontact.core import Block
+from firstcontact.recording import RecordingWriter, read_recording
 
 COMMAND = [sys.executable, "-m", "firstcontact.cli.main", "live"]
 #: Longest wait for a process, s: only a failing test ever waits so long.
@@ -37,7 +39,7 @@ def live(environment: dict[str, str], *arguments: str) -> subprocess.CompletedPr
 def estimates(text: str) -> list[tuple[object, ...]]:
     """What the estimates of JSON lines say, without the host's clock."""
     events = [json.loads(line) for line in text.splitlines()]
-    told = [e for e in events if e["type"] == "estimated"]
+    told = [e for e in events if e["type"] in ("estimated", "running")]
     return [tuple(e[k] for k in ("sample", "decided", "value", "low", "high")) for e in told]
 
 
@@ -55,7 +57,8 @@ def recorded(
 
 def test_the_twin_is_seen_and_recorded(recorded: tuple[Path, list[tuple[object, ...]]]) -> None:
     path, told = recorded
-    assert len(told) == 4
+    # A model of 15 ms, and the any-time model each millisecond until the second contact.
+    assert len(told) > 8
     recording = read_recording(path)
     assert recording.skipped == ()
     assert recording.header.source == "twin"
@@ -72,6 +75,30 @@ def test_a_replay_tells_what_was_told_live(
     again = live(environment, "--device", str(path), "--speed", speed, "--json")
     assert again.returncode == 0, again.stderr
     assert estimates(again.stdout) == told
+
+
+def test_a_rig_that_nothing_is_known_of_is_answered_with_wide_intervals(
+    environment: dict[str, str], recorded: tuple[Path, list[tuple[object, ...]]], tmp_path: Path
+) -> None:
+    """Without a model the one of the package answers; a folder may hold such a one alone."""
+    recording = read_recording(recorded[0])
+    real = tmp_path / "real.mcap"
+    with RecordingWriter(real, replace(recording.header, source="real")) as writer:
+        for stretch in recording.stretches:
+            writer.write(Block(stretch.data, stretch.first_sample, stretch.epoch))
+    folder = tmp_path / "unknown"
+    assert main(["adapt", "--out", str(folder)]) == 0
+    told = []
+    for model in ((), ("--model", str(folder))):
+        done = live(environment, "--device", str(real), "--speed", "inf", "--json", *model)
+        assert done.returncode == 0, done.stderr
+        assert ("does not know this rig" in done.stderr) is (model == ())
+        events = [json.loads(line) for line in done.stdout.splitlines()]
+        kinds = {e["type"] for e in events}
+        assert {"running", "standing", "pinch"} <= kinds
+        assert "estimated" not in kinds
+        told.append(estimates(done.stdout))
+    assert told[0] == told[1]
 
 
 @pytest.mark.parametrize(
@@ -196,7 +223,7 @@ def test_the_page_is_where_it_says(paged: tuple[subprocess.Popen[str], str]) -> 
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [
-        (["--device", "/nowhere/tty"], "--model"),
+        (["--device", "/nowhere/tty"], "/nowhere/tty"),
         (["--device", "nothing.mcap"], "nothing.mcap"),
         (["--device", "twin", "--speed", "0"], "--speed"),
         (["--device", "twin", "--seconds", "-1"], "--seconds"),

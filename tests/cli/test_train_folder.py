@@ -140,8 +140,8 @@ def test_models_that_would_not_be_made_again_are_kept(
     assert content(out) == before
     assert run("train", data, "--model", "peak", "--window-ms", 3, 7.5, 8, "--out", out) == 0
     capsys.readouterr()
-    assert run("evaluate", out, data) == 2
-    assert "several window lengths: name one of them" in capsys.readouterr().err
+    assert run("evaluate", out, data) == 0
+    assert "name one of 03ms, 07.5ms, 08ms to score it" in capsys.readouterr().out
 
 
 def test_a_reader_is_told_where_the_old_one_is(

@@ -43,7 +43,7 @@ class Evaluate:
         from firstcontact.cli.evaluate_anytime import anytime_lines
         from firstcontact.cli.losses import warn_of
         from firstcontact.recording import load_dataset
-        from firstcontact.stiffness.model_file import CARD
+        from firstcontact.stiffness.model_file import CARD, has_models, model_folders
 
         at_any_time = has_anytime(self.model)
         # Both kinds may lie in one folder.
@@ -55,6 +55,9 @@ class Evaluate:
             asked = loaded, self.data, self.contacts, self.detector
             for line in anytime_lines(self.model, *asked):
                 print(line)
+            if not fixed and has_models(self.model):
+                names = ", ".join(f.name for f in model_folders(self.model))
+                print(f"models of fixed windows are here, too: name one of {names} to score it")
         if fixed:
             self._window(folder, loaded)
 

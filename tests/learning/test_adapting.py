@@ -11,7 +11,7 @@ from firstcontact.anytime import Touches
 from firstcontact.anytime.in_context import ANY
 from firstcontact.anytime.model_file import pretrained
 from firstcontact.core import InputError
-from firstcontact.learning.adapting import LEAST_OF_FINGER, WAYS, adapt
+from firstcontact.learning.adapting import LEAST_OF_FINGER, MOST_OF_LEVEL, WAYS, adapt
 from ringing import ringing
 
 BASE = pretrained()
@@ -87,3 +87,10 @@ def test_four_pinches_are_enough_for_a_model() -> None:
     touches, shore_a, _ = two_fingers(1.0)
     made = adapt(BASE, touches.take(np.arange(4)), shore_a[:4])
     assert np.isfinite(made.model.answers(touches).values).all()
+
+
+def test_no_more_pinches_of_a_level_are_used_than_in_training() -> None:
+    made = adapt(BASE, *two_fingers(1.0, 300))
+    for rig in made.model.rigs.values():
+        counts = np.exp(2 * (rig.tokens[0, :, 1] + 1))
+        assert counts == pytest.approx(MOST_OF_LEVEL)

@@ -17,6 +17,9 @@ Values = NDArray[np.float64]
 
 #: A finger with fewer pinches than this is not known by itself.
 LEAST_OF_FINGER = 8
+#: Of more pinches of a level, so many: the network was trained with no more, and on sessions
+#: that were held out twenty-five times as many scored alike.
+MOST_OF_LEVEL = 20
 #: Folds in which the ways to know the rig are compared.
 FOLDS = 3
 
@@ -82,21 +85,35 @@ def adapt(
         if (score := _held_out(base, longest, shore_a, sessions, way, seed)) is not None
     }
     best = min(scores, key=lambda way: scores[way]) if scores else "one"
-    return Adapted(base.told_of(_rigs(longest, shore_a, best)), best, scores)
+    return Adapted(base.told_of(_rigs(longest, shore_a, best, seed)), best, scores)
 
 
 #: Ways to know a rig: all fingers as one, or each by itself.
 WAYS = ("one", "each finger")
 
 
-def _rigs(touches: Touches, shore_a: Values, way: str) -> dict[int, Rig]:
-    rigs = {ANY: Rig.of(touches, shore_a)}
+def _rigs(touches: Touches, shore_a: Values, way: str, seed: int) -> dict[int, Rig]:
+    def rig(which: NDArray[np.intp]) -> Rig:
+        some = which[_some(shore_a[which], seed)]
+        return Rig.of(touches.take(some), shore_a[some])
+
+    rigs = {ANY: rig(np.arange(len(touches)))}
     if way == WAYS[1]:
         for finger in range(len(Finger)):
-            which = touches.fingers == finger
-            if which.sum() >= LEAST_OF_FINGER and len(np.unique(shore_a[which])) > 1:
-                rigs[finger] = Rig.of(touches.take(which), shore_a[which])
+            which = np.flatnonzero(touches.fingers == finger)
+            if len(which) >= LEAST_OF_FINGER and len(np.unique(shore_a[which])) > 1:
+                rigs[finger] = rig(which)
     return rigs
+
+
+def _some(shore_a: Values, seed: int) -> NDArray[np.intp]:
+    """Positions of no more than ``MOST_OF_LEVEL`` of each level, ascending."""
+    rng = np.random.default_rng(seed)
+    chosen = []
+    for level in np.unique(shore_a):
+        its = np.flatnonzero(shore_a == level)
+        chosen.append(rng.permutation(its)[:MOST_OF_LEVEL])
+    return np.sort(np.concatenate(chosen))
 
 
 def _held_out(
@@ -112,7 +129,7 @@ def _held_out(
     for learn, ask in inner_folds(shore_a, sessions, seed, FOLDS):
         if len(np.unique(shore_a[learn])) < 2 or not len(ask):
             continue
-        model = base.told_of(_rigs(touches.take(learn), shore_a[learn], way))
+        model = base.told_of(_rigs(touches.take(learn), shore_a[learn], way, seed))
         errors.append(model.answers(touches.take(ask)).values - shore_a[ask])
     if not errors:
         return None

@@ -1,7 +1,8 @@
 """The live pipeline: how much faster than real time, and how late an estimate is.
 
 The twin's running hand (60 s, closing some 30 times) is replayed through the pipeline in
-blocks of 0.1 s and of 5 samples, as a device sends them. Beside it, what one would write
+blocks of 0.1 s and of 5 samples, as a device sends them, with an any-time model that answers
+each millisecond and without. Beside it, what one would write
 without streaming objects: detect and cut anew in all of the closing so far, and ask
 scikit-learn's ``predict``. Then ``firstcontact live --device twin`` runs in real time, several
 times, without a page, with one, and with one and a viewer: its own processor time (the twin is
@@ -25,6 +26,9 @@ from pathlib import Path
 
 import numpy as np
 
+from firstcontact.anytime import InContextModel, Touches
+from firstcontact.anytime.model_file import load_anytime
+from firstcontact.anytime.touches import BEFORE, LONGEST
 from firstcontact.cli.twin_model import twin_model
 from firstcontact.contact import Detector, detect
 from firstcontact.contact.detector_file import load_detector
@@ -41,7 +45,7 @@ from firstcontact.core import (
 from firstcontact.live.events import PinchDone
 from firstcontact.live.models import ModelWithInterval
 from firstcontact.live.pipeline import Pipeline
-from firstcontact.signal import contact_windows
+from firstcontact.signal import contact_windows, samples_in
 from firstcontact.stiffness import load_interval, load_model
 from firstcontact.stiffness.svm import machine_of
 from firstcontact.stiffness.svm_model import SvmModel, shape_and_level
@@ -73,6 +77,31 @@ def replayed(pipeline: Pipeline, blocks: list[Block]) -> tuple[float, list[Pinch
             if isinstance(event, PinchDone):
                 done.append(event)
     return time.perf_counter() - begin, done
+
+
+def one_answer(model: InContextModel, seed: int, times: int = 5000) -> str:
+    """How long one answer of an any-time model takes, by the clock and by the processor's."""
+    rng = np.random.default_rng(seed)
+    after = samples_in(LONGEST, LAYOUT.rate)
+    ring = np.exp(-np.arange(after) / 25) * np.sin(np.arange(after) / 8)
+    signal = 0.005 * rng.standard_normal((1, samples_in(BEFORE, LAYOUT.rate) + after))
+    signal[0, -after:] += 0.4 * ring
+    unknown = np.full(1, np.nan)
+    finger = np.zeros(1, np.intp)
+    touch = Touches(
+        signal.astype(np.float32), np.array([40]), finger, unknown, unknown, LAYOUT.rate
+    )
+    known = model.known(touch)
+    spent = np.empty((times, 2))
+    for n in range(times):
+        began = time.perf_counter(), time.thread_time()
+        model.answers(touch, known)
+        spent[n] = time.perf_counter() - began[0], time.thread_time() - began[1]
+    (wall, cpu), (wall99, cpu99) = 1e6 * np.percentile(spent, [50, 99], axis=0)
+    return (
+        f"one any-time answer: p50 {wall:.0f} us, p99 {wall99:.0f} us; of the processor's time p50 "
+        f"{cpu:.0f} us, p99 {cpu99:.0f} us"
+    )
 
 
 def naive_seconds(
@@ -138,13 +167,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=60.0, help="of each stream")
     parser.add_argument("--seed", type=int, default=5, help="of the stream")
-    parser.add_argument("--runs", type=int, default=3, help="in real time, of each kind")
+    parser.add_argument("--runs", type=int, default=3, help="in real time, of each kind; 0: none")
     settings = parser.parse_args()
     with tempfile.TemporaryDirectory() as cache:
         os.environ["XDG_CACHE_HOME"] = cache
         folder = twin_model("paper-rig", 0)
         detector, model = load_detector(folder), load_model(folder)
         models = [ModelWithInterval(model, load_interval(Path(folder)))]
+        anytime = load_anytime(folder)
         assert isinstance(model, SvmModel)
         twin = TwinStream("paper-rig", None, settings.seed)
         data = DeviceFilter().update(twin.read(round(settings.seconds * LAYOUT.rate)))
@@ -153,10 +183,16 @@ def main() -> None:
             tuple(VibrationCalibration(f, float(rest[:, i].std())) for i, f in enumerate(Finger))
         )
 
-        for size in (LONG, FRAME):
-            pipeline = Pipeline(LAYOUT, detector, models, calibration)
+        print(one_answer(anytime, settings.seed))
+        for size, running in ((LONG, anytime), (FRAME, anytime), (LONG, None), (FRAME, None)):
+            pipeline = Pipeline(LAYOUT, detector, models, calibration, anytime=running)
             spent, done = replayed(pipeline, blocks_of(data, size))
             figures = pipeline.ledger.summary()
+            if running is not None:
+                print(
+                    f"with an answer each millisecond: {figures['early']:.0f} of "
+                    f"{figures['asked']:.0f} pinches had one before the second contact"
+                )
             print(
                 f"blocks of {size} samples: {settings.seconds / spent:.0f} x real time; block to "
                 f"estimate p50 {1e6 * figures['compute_p50']:.0f} us, "
@@ -168,7 +204,7 @@ def main() -> None:
             f"{naive / figures['compute_p50']:.1f} x as long"
         )
 
-        for words, page, looked_at in KINDS:
+        for words, page, looked_at in KINDS if settings.runs else ():
             runs = sorted(
                 real_time(settings.seconds, settings.seed, page, looked_at)
                 for _ in range(settings.runs)

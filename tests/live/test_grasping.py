@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from told_events import ANSWER, ESTIMATE, FIRST, SECOND
 
 from firstcontact.contact import Detector
 from firstcontact.core import Block, Command, Dataset, fingertip_layout
 from firstcontact.grasp.grip import Grip
 from firstcontact.grasp.policies.registry import live_policies, live_policy
 from firstcontact.grasp.printing import PrintHand
-from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Touched
+from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Settled, Touched
 from firstcontact.live.grasping import Grasping, grasp_lines
 from firstcontact.live.models import ModelWithInterval
 from firstcontact.live.pipeline import Pipeline
@@ -145,3 +147,26 @@ def test_the_end_says_what_was_told(
     for number in (counts.commands, counts.closings, counts.estimates, counts.misses):
         assert str(number) in said
     assert np.isfinite([c.force for c in hand.told if isinstance(c, Command)]).all()
+
+
+def test_a_policy_is_told_the_one_answer_that_stands(hand: PrintHand) -> None:
+    """However short its signal: no better one comes. What a fixed window says is left aside."""
+    policy = live_policy("first_contact")
+    grasping = Grasping(policy, hand, LAYOUT)
+    settled = Settled(FIRST, ANSWER, 1, SECOND.decided, 0)
+    begun = (Armed(400, 0), Touched(FIRST, True, 0, 0.0), ANSWER)
+    with hand:
+        for event in (*begun, settled, ESTIMATE, replace(settled, answer=replace(ANSWER, low=5.0))):
+            grasping.happened(event)
+    assert grasping.last == policy.grip.command_for(ANSWER.low)
+    assert grasping.loop.counts.estimates == 1
+
+
+def test_an_answer_out_of_range_is_as_none(hand: PrintHand) -> None:
+    grasping = Grasping(live_policy("first_contact"), hand, LAYOUT)
+    odd = replace(ANSWER, strange=True)
+    settled = Settled(FIRST, odd, 0, 568, 0)
+    with hand:
+        for event in (Armed(400, 0), Touched(FIRST, True, 0, 0.0), odd, settled):
+            grasping.happened(event)
+    assert (grasping.loop.counts.estimates, grasping.loop.counts.unused) == (0, 1)

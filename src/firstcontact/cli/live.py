@@ -94,6 +94,8 @@ class Live:
             need("live", "websockets")
         if self.lsl:
             need("live", "pylsl")
+        from threadpoolctl import threadpool_limits
+
         from firstcontact.cli.stopping import stopping
         from firstcontact.core.calibration_file import read_calibration
         from firstcontact.live.grasping import grasp_lines
@@ -106,7 +108,8 @@ class Live:
         folder = self.model or self._own_model(source)
         loaded = _pretrained(self.detector) if folder is None else _models(folder, self.detector)
         given = None if self.calibration is None else read_calibration(self.calibration)
-        with stopping() as stop, source:
+        # Products of small matrices: threads of theirs only wait for one another.
+        with stopping() as stop, source, threadpool_limits(1):
             calibration = given or self._measured(source)
             pipeline = Pipeline(
                 source.descriptor.layout,

@@ -1,19 +1,19 @@
-"""A regressor of your own, in scikit-learn's form, asked 2 to 15 ms after contacts of the twin.
+"""A regressor of your own, in scikit-learn's form, beside ours on a small set of simulated rigs.
 
 python examples/own_regressor.py
 """
 
 import numpy as np
 
-from firstcontact.learning.at_lengths import fit_at_lengths, from_class
-from firstcontact.learning.rig_sets import rig_set
+from firstcontact.core.jobs import Serial
+from firstcontact.study.benchmark import QUICK, benchmark
 
 
 class Loudness:
     """What is hard is loud."""
 
     def fit(self, X, y):
-        """X: the first samples after each contact, V, shape (n, samples)."""
+        """X: the first samples after each contact, V, shape (n, samples); y: Shore A."""
         self.line = np.polyfit(np.log(X.std(axis=1)), y, 1)
         return self
 
@@ -23,13 +23,6 @@ class Loudness:
 
 
 if __name__ == "__main__":
-    rig = rig_set("paper-rig", seed=1, blocks=10, objects=2)
-    learn, asked = rig.blocks, rig.objects
-    model = fit_at_lengths(from_class(Loudness), learn.touches, learn.shore_a, learn.sessions)
-    for samples in model.lengths:
-        whole = asked.touches.valid >= samples
-        answers = model.answers(asked.touches.take(whole).until(samples))
-        error = answers.values - asked.shore_a[whole]
-        print(
-            f"{1e3 * samples / model.rate:4.1f} ms: RMSE {np.sqrt((error**2).mean()):.1f} Shore A"
-        )
+    found = benchmark("own_regressor:Loudness", ["paper-rig"], QUICK, 0, Serial())
+    for name, scores in found["paper-rig"].anytime.items():
+        print(name, {f"{ms} ms": round(rmse, 1) for ms, rmse in scores.rmse.items()})

@@ -69,6 +69,11 @@ VERBS = {
         "Study",
         "Do every experiment that the data permit and write report.html and results.json.",
     ),
+    "benchmark": Verb(
+        "Benchmark",
+        "Ask a regressor, the default one and the in-context network the same about simulated "
+        "rigs.",
+    ),
     "grasp-study": Verb(
         "GraspStudy",
         "Close the twin's hand with every policy on the same pinches; write report and results.",

@@ -9,6 +9,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -69,6 +70,30 @@ def from_class(regressor: Callable[..., Any]) -> Learn:
         return ask
 
     return learn
+
+
+def imported(name: str) -> Callable[..., Any]:
+    """The class that ``PACKAGE:CLASS`` names; importing it runs its package's own code.
+
+    Raises
+    ------
+    InputError
+        It cannot be imported, or has not ``fit`` and ``predict``.
+    """
+    module, _, path = name.partition(":")
+    try:
+        found: Any = import_module(module)
+        for part in path.split("."):
+            found = getattr(found, part)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise InputError(
+            f"{name} cannot be imported ({error}): name it PACKAGE:CLASS, from a folder or an "
+            "environment that Python finds it in"
+        ) from None
+    if not callable(found) or not all(hasattr(found, method) for method in ("fit", "predict")):
+        raise InputError(f"{name} is no class with fit(X, y) and predict(X): name one that is")
+    its: Callable[..., Any] = found
+    return its
 
 
 def _takes_seed(regressor: Callable[..., Any]) -> bool:

@@ -9,9 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.anytime import InContextModel
 from firstcontact.anytime.model_file import pretrained
 from firstcontact.core.physics import gent_shore_a
 from firstcontact.learning.adapting import adapt
+from firstcontact.learning.at_lengths import (
+    AtLengths,
+    fit_at_lengths,
+    from_class,
+    imported,
+    registered,
+)
 from firstcontact.learning.training import Fit, train
 from firstcontact.stiffness import Task
 from firstcontact.stiffness.interval import SHORE_A
@@ -67,14 +75,35 @@ def _trained(entrant: Entrant, its: RigSet, learn: Index, ask: Index, seed: int)
 
 def _in_context(entrant: Entrant, its: RigSet, learn: Index, ask: Index, seed: int) -> Values:
     """The in-context network, which is told of these pinches; of radii where it is to be."""
-    touches, windows = its.touches, its.windows
-    model = adapt(
-        pretrained(), touches.take(learn), windows.y[learn], windows.sessions[learn], seed
-    ).model
+    touches = its.touches
+    model = in_context(its, learn, seed)
     asked = touches.take(ask)
     if entrant.options.get("radii"):
         asked = replace(asked, radii=its.radii[ask])
     return model.answers(asked).values
+
+
+def in_context(its: RigSet, learn: Index, seed: int) -> InContextModel:
+    """The in-context network, told of these pinches."""
+    windows = its.windows
+    return adapt(
+        pretrained(), its.touches.take(learn), windows.y[learn], windows.sessions[learn], seed
+    ).model
+
+
+def _anybody(entrant: Entrant, its: RigSet, learn: Index, ask: Index, seed: int) -> Values:
+    """A regressor of a user's own: a model a length, answering by the longest that is filled."""
+    return at_lengths(entrant, its, learn, seed).answers(its.touches.take(ask)).values
+
+
+def at_lengths(entrant: Entrant, its: RigSet, learn: Index, seed: int) -> AtLengths:
+    """Models of several lengths of a registered estimator, or of a user's own regressor."""
+    options = dict(entrant.options)
+    own, name = options.pop("regressor", None), options.pop("estimator", None)
+    learner = registered(name, options) if own is None else from_class(imported(own))
+    touches, windows = its.touches.take(learn), its.windows
+    groups = windows.sessions[learn]
+    return fit_at_lengths(learner, touches, windows.y[learn], groups, seed=seed)
 
 
 def _modulus(entrant: Entrant, its: RigSet, learn: Index, ask: Index, seed: int) -> Values:
@@ -94,6 +123,7 @@ def _stiffness(entrant: Entrant, its: RigSet, learn: Index, ask: Index, seed: in
 
 WAYS = {
     "trained": _trained,
+    "anybody": _anybody,
     "in context": _in_context,
     "told the modulus": _modulus,
     "told the stiffness": _stiffness,

@@ -1,0 +1,80 @@
+"""The page of a benchmark: one file that needs nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.resources import files
+
+from firstcontact.learning.scores import AnytimeScores
+from firstcontact.report._anytime_tables import generalise_table, title_of
+from firstcontact.report._tables import Cell, Row, Table, shown_number
+from firstcontact.report.figures.generalise import generalise_figure
+from firstcontact.report.figures.scores_by_time import scores_by_time_figure
+from firstcontact.report.page import duration
+from firstcontact.report.results.benchmark import Benchmarked, BenchmarkResults
+from firstcontact.report.results.study import SubjectResults
+
+
+def tables(found: Benchmarked) -> list[Table]:
+    """Off the blocks as studies have it, then unseen objects by the time after the contact."""
+    off = SubjectResults(generalise=found.generalise)
+    made = (generalise_table(off), by_time(found.anytime))
+    return [table for table in made if table is not None]
+
+
+def by_time(found: Mapping[str, AnytimeScores]) -> Table:
+    """Error, coverage and width of everybody at each time."""
+    times = list(next(iter(found.values())).rmse)
+    rows = []
+    for name, scores in found.items():
+        cells = [
+            Cell(
+                shown_number(scores.rmse[ms], 1),
+                f"{100 * scores.coverage[ms]:.0f} % in ±{scores.width[ms] / 2:.1f}",
+            )
+            for ms in times
+        ]
+        rows.append(Row([Cell(title_of(name), f"{scores.n:,} pinches"), *cells]))
+    caption = (
+        "Unseen objects by the time after the contact: RMSE in Shore A; small: share of truths in "
+        "the 90 % interval, and half its mean width. Estimators of a fixed window have one model a "
+        "length; what the second finger adds is shown to nobody."
+    )
+    return Table(caption, ["", *(f"{ms} ms" for ms in times)], rows)
+
+
+def render(results: BenchmarkResults) -> str:
+    """HTML."""
+    from jinja2 import Environment, StrictUndefined
+
+    template = files("firstcontact.report").joinpath("benchmark.html").read_text("utf-8")
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    parts = [
+        (
+            name,
+            tables(found),
+            [generalise_figure(found.generalise), scores_by_time_figure(found.anytime)],
+        )
+        for name, found in results.conditions.items()
+    ]
+    page = environment.from_string(template).render(
+        results=results, parts=parts, elapsed=duration(results.seconds)
+    )
+    return page.encode("utf-8", "replace").decode("utf-8")
+
+
+def in_words(results: BenchmarkResults) -> list[str]:
+    """The tables for a terminal."""
+    lines = []
+    for name, found in results.conditions.items():
+        lines += ["", name]
+        for table in tables(found):
+            head, *rows = [table.head, *([c.text for c in row.cells] for row in table.rows)]
+            wide = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
+            for row in (head, *rows):
+                first, *others = (text.rjust(w) for text, w in zip(row, wide, strict=True))
+                lines.append("  ".join([first.strip().ljust(wide[0]), *others]).rstrip())
+            lines.append("")
+    return lines

@@ -1,0 +1,120 @@
+"""``firstcontact adapt``: a model of one's own rig from its recordings, or of none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from trainings import LAYOUT, recordings, resampled, run
+
+from firstcontact.anytime import Touches, touches_of
+from firstcontact.anytime.model_file import (
+    CARD,
+    WEIGHTS,
+    has_anytime,
+    load_anytime,
+    pretrained,
+    read_anytime_card,
+)
+from firstcontact.contact.detector_file import load_detector
+from firstcontact.core import Dataset
+from firstcontact.recording import Header, load_dataset, write_dataset
+
+
+@pytest.fixture(scope="module")
+def blocks(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return recordings(tmp_path_factory.mktemp("adapt") / "blocks")
+
+
+def only(data: Path, out: Path, kept: Any) -> Path:
+    """A folder with those pinches for whose label this holds."""
+    pinches = [p for p in load_dataset(data).pinches if kept(p.label)]
+    out.mkdir()
+    write_dataset(Dataset(tuple(pinches), "synthetic"), out, Header(LAYOUT, "synthetic"))
+    return out
+
+
+def known(data: Path) -> Touches:
+    dataset = load_dataset(data)
+    return touches_of(dataset, [p.first for p in dataset.pinches])[0]
+
+
+def test_recordings_make_a_model_that_knows_the_rig(
+    blocks: Path, tmp_path: Path, capsys: Any
+) -> None:
+    out = tmp_path / "rig"
+    assert run("adapt", blocks, "--out", out) == 0
+    said = capsys.readouterr().out
+    assert "3 Shore A levels" in said
+    assert "held out" in said
+    assert str(out) in said
+    card = read_anytime_card(out)
+    assert card.levels == (10.0, 29.0, 60.0)
+    assert 50 <= card.pinches <= 60  # the apple has role "test"
+    assert "detected" in card.contacts
+    assert any(name.startswith("held out") for name in card.scores)
+    assert load_detector(out).name
+    touches = known(blocks)
+    mine, unknown = load_anytime(out).answers(touches), pretrained().answers(touches)
+    assert np.mean(mine.high - mine.low) < np.mean(unknown.high - unknown.low)
+
+
+def test_the_same_seed_gives_the_same_bytes(blocks: Path, tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        assert run("adapt", blocks, "--out", tmp_path / name, "--seed", "3") == 0
+    for file in (CARD, WEIGHTS):
+        assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
+
+
+def test_without_recordings_no_rig_is_known(tmp_path: Path, capsys: Any) -> None:
+    out = tmp_path / "any"
+    assert run("adapt", "--out", out) == 0
+    assert "unknown rig" in capsys.readouterr().out
+    assert read_anytime_card(out).pinches == 0
+    assert not load_detector(out).learns
+
+
+def test_another_rate_is_resampled(blocks: Path, tmp_path: Path) -> None:
+    fast = resampled(blocks, 10_000.0, tmp_path / "fast")
+    assert run("adapt", fast, "--out", tmp_path / "m") == 0
+    model = load_anytime(tmp_path / "m")
+    assert model.rate == pretrained().rate
+
+
+def test_what_cannot_be_used_is_refused_and_nothing_written(
+    blocks: Path, tmp_path: Path, capsys: Any
+) -> None:
+    cases = {
+        "one": (lambda label: label.shore_a == 29.0, "two Shore A levels"),
+        "tests": (lambda label: label.object == "apple", 'role "test"'),
+    }
+    for name, (kept, why) in cases.items():
+        data = only(blocks, tmp_path / name, kept)
+        assert run("adapt", data, "--out", tmp_path / "no") == 2
+        said = capsys.readouterr().err
+        assert why in said
+        assert name in said
+        assert said.count("\n") == 1
+        assert not has_anytime(tmp_path / "no")
+        assert not (tmp_path / "no").exists()
+    assert run("adapt", tmp_path / "nowhere", "--out", tmp_path / "no") == 2
+    assert run("adapt", "--detector", "svm", "--out", tmp_path / "no") == 2
+    assert not (tmp_path / "no").exists()
+
+
+def test_pinches_without_a_shore_a_do_not_count(tmp_path: Path, capsys: Any) -> None:
+    from dataclasses import replace
+
+    data = recordings(tmp_path / "whole")
+    pinches = [
+        replace(p, label=replace(p.label, shore_a=None, hardness_rank=1))
+        for p in load_dataset(data).pinches
+    ]
+    bare = tmp_path / "bare"
+    bare.mkdir()
+    write_dataset(Dataset(tuple(pinches), "synthetic"), bare, Header(LAYOUT, "synthetic"))
+    assert run("adapt", bare, "--out", tmp_path / "no") == 2
+    assert "Shore A" in capsys.readouterr().err
+    assert not (tmp_path / "no").exists()

@@ -1,0 +1,165 @@
+"""Random rigs and things: finite, converged, and held-out families outside what is drawn."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+
+from firstcontact.core.layout import ADC_COUNTS, SUBCOUNTS
+from firstcontact.twin import run as twin_run
+from firstcontact.twin.pinch import BURN_IN
+from firstcontact.twin.rig_families import FAMILIES
+from firstcontact.twin.rigs import (
+    HARDEST,
+    RIG_SPREAD,
+    SOFTEST,
+    RandomObject,
+    RandomRig,
+    draw_block,
+    draw_day,
+    draw_object,
+    draw_rig,
+    touch,
+)
+
+BEFORE, AFTER = 0.010, 0.015
+
+
+def rng(seed: int) -> np.random.Generator:
+    return np.random.default_rng([31, seed])
+
+
+def test_two_hundred_rigs_touch_without_a_number_that_is_none() -> None:
+    for seed in range(200):
+        drawn = rng(seed)
+        signal, speed = touch(
+            draw_rig(drawn), draw_day(drawn), draw_object(drawn), drawn, BEFORE, AFTER
+        )
+        assert signal.dtype == np.int16
+        assert np.ptp(signal) > 0
+        assert (np.abs(signal.astype(float)) < ADC_COUNTS * SUBCOUNTS).all()
+        assert 0 < speed < 2
+
+
+def test_the_same_seed_gives_the_same_touch() -> None:
+    def one() -> np.ndarray:
+        drawn = rng(1)
+        return touch(draw_rig(drawn), draw_day(drawn), draw_object(drawn), drawn, BEFORE, AFTER)[0]
+
+    assert np.array_equal(one(), one())
+
+
+def test_a_hard_block_is_seen_and_seldom_clipped() -> None:
+    peaks = []
+    for seed in range(40):
+        drawn = rng(seed)
+        rig, day = draw_rig(drawn), draw_day(drawn)
+        signal, _ = touch(rig, day, draw_block(drawn, 60.0, 0.0), drawn, BEFORE, AFTER)
+        peaks.append(np.ptp(signal.astype(float)) / (ADC_COUNTS * SUBCOUNTS))
+    assert np.median(peaks) > 0.02
+    assert np.mean(np.array(peaks) > 0.95) < 0.1
+
+
+def _extreme(which: int) -> tuple[RandomRig, RandomObject]:
+    """Everything three standard deviations off: stiff and light, or soft and heavy."""
+    drawn = rng(which)
+    rig = draw_rig(drawn)
+    way = 3 if which % 2 else -3
+    light = {"phalanx_mass", "board_mass", "skin_mass", "drive_mass"}
+    finger = rig.finger._replace(
+        **{
+            name: getattr(rig.finger, name)
+            * float(np.exp(-way * sd if name in light else way * sd))
+            for name, sd in RIG_SPREAD.items()
+            if name.endswith("stiffness") or name in light or name == "pad_modulus"
+        }
+    )
+    held = draw_block(drawn, HARDEST if way > 0 else SOFTEST, 0.0)
+    return replace(rig, finger=finger), held
+
+
+@pytest.mark.parametrize("which", range(4))
+def test_halved_steps_change_the_waveform_of_extreme_rigs_little(
+    which: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from firstcontact.twin import rigs
+
+    rig, held = _extreme(which)
+    made = []
+    for factor in (1, 2):
+        run = partial(twin_run.PinchRun, substeps=factor * twin_run.SUBSTEPS)
+        monkeypatch.setattr(rigs, "PinchRun", run)
+        quiet = replace(
+            rig, noise=replace(rig.noise, rotor=0.0, mesh=0.0, friction=0.0, click_rate=0.0,
+                               mains=0.0, hum=0.0, electronics=0.0), jitter=0.0,
+        )  # fmt: skip
+        drawn = rng(100 + which)
+        made.append(rigs._touch_volts(quiet, draw_day(drawn), held, drawn, BEFORE, AFTER)[0])
+    coarse, fine = (volts[BURN_IN:] for volts in made)
+    assert np.isfinite(fine).all()
+    assert np.abs(coarse - fine).max() < 0.01 * np.abs(fine).max()
+
+
+def _drawn(seed: int) -> tuple[RandomRig, RandomObject]:
+    drawn = rng(seed)
+    return draw_rig(drawn), draw_object(drawn)
+
+
+#: What a family is outside of: a number of its rigs or things that no training draws, with the
+#: smallest and largest that training does draw in a few hundred.
+OUTSIDE = {
+    "linear_pad": lambda rig, held: rig.finger.pad_stiffening,
+    "duller_sensor": lambda rig, held: rig.finger.buffer_cutoff * (
+        rig.resonance.damping if rig.resonance else 1.0
+    ),
+    "silent_motor": lambda rig, held: rig.noise.rotor + rig.noise.mesh,
+    "slow_closing": lambda rig, held: rig.finger.speed,
+    "edge": lambda rig, held: held.parameters.radius,
+    "thin_shell": lambda rig, held: held.parameters.bulk_stiffness,
+    "slow_material": lambda rig, held: held.parameters.arm_relaxation,
+}  # fmt: skip
+
+
+def test_every_family_is_looked_at() -> None:
+    assert set(OUTSIDE) == set(FAMILIES)
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_a_family_leaves_what_training_draws(name: str) -> None:
+    family, number = FAMILIES[name], OUTSIDE[name]
+    usual = np.array([number(*_drawn(seed)) for seed in range(150)])
+    others = []
+    for seed in range(150):
+        rig, held = _drawn(seed)
+        other = rng(seed + 1000)
+        others.append(number(family.rig(rig, other), family.held(held, other)))
+    low, high = np.quantile(usual, (0.02, 0.98))
+    outside = (np.array(others) < low) | (np.array(others) > high)
+    assert outside.mean() > 0.8
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_what_a_family_touches_is_finite(name: str) -> None:
+    family = FAMILIES[name]
+    for seed in range(10):
+        drawn = rng(seed)
+        rig, held = _drawn(seed)
+        rig, held = family.rig(rig, drawn), family.held(held, drawn)
+        signal, _ = touch(rig, draw_day(drawn), held, drawn, BEFORE, AFTER)
+        assert np.ptp(signal) > 0
+
+
+def test_a_resonance_rings_at_its_frequency_and_dies_away() -> None:
+    from firstcontact.core.layout import FINGERTIP_RATE
+    from firstcontact.twin.rigs import Resonance
+
+    step = np.zeros(4096)
+    step[10:] = 1.0
+    rung = Resonance(800.0, 0.05, 0.8).added(step) - step
+    spectrum = np.abs(np.fft.rfft(rung))
+    found = np.argmax(spectrum[50:]) + 50
+    assert found * FINGERTIP_RATE / 4096 == pytest.approx(800.0, rel=0.05)
+    assert np.abs(rung[2000:] - rung[-1]).max() < 1e-2 * np.abs(rung).max()

@@ -5,8 +5,8 @@ from collections import Counter
 import pytest
 
 from firstcontact.core.pinch import Role
+from firstcontact.twin._plan import plan_sessions
 from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition
-from firstcontact.twin.plan import plan_sessions
 
 
 def test_the_paper_size_has_its_pinches_in_sessions() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from importlib.resources import files
 
 from firstcontact.learning.scores import AnytimeScores
-from firstcontact.report._anytime_tables import generalise_table, title_of
+from firstcontact.report._anytime_tables import objects_off_blocks, others_off_blocks, title_of
 from firstcontact.report._tables import Cell, Row, Table, shown_number
 from firstcontact.report.figures.generalise import generalise_figure
 from firstcontact.report.figures.scores_by_time import scores_by_time_figure
@@ -18,7 +18,7 @@ from firstcontact.report.results.study import SubjectResults
 def tables(found: Benchmarked) -> list[Table]:
     """Off the blocks as studies have it, then unseen objects by the time after the contact."""
     off = SubjectResults(generalise=found.generalise)
-    made = (generalise_table(off), by_time(found.anytime))
+    made = (objects_off_blocks(off), others_off_blocks(off), by_time(found.anytime))
     return [table for table in made if table is not None]
 
 

@@ -15,10 +15,10 @@ from firstcontact.core.layout import FINGERTIP_RATE, fingertip_layout
 from firstcontact.core.pinch import Pinch
 from firstcontact.core.temporary import sweep
 from firstcontact.recording import Header, RecordingWriter
+from firstcontact.twin._plan import PlannedPinch, PlannedSession, plan_sessions
 from firstcontact.twin.conditions import Condition, condition
 from firstcontact.twin.draw import draw_pinch
 from firstcontact.twin.pinch import DURATION, simulate_pinch
-from firstcontact.twin.plan import PlannedPinch, PlannedSession, plan_sessions
 
 #: Sample numbers that pass between two pinches while the hand opens: 1 s.
 BETWEEN = round(FINGERTIP_RATE)

@@ -13,6 +13,7 @@ from firstcontact.core.command import Command
 from firstcontact.core.errors import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.pinch import Contact, Label
+from firstcontact.twin._plan import PlannedPinch, planned_pinch
 from firstcontact.twin._stream_moves import PIECE, close_hand, open_hand, pieces
 from firstcontact.twin.conditions import condition
 from firstcontact.twin.draw import draw_pinch, generator
@@ -20,7 +21,6 @@ from firstcontact.twin.drive import LATENCY, Drive
 from firstcontact.twin.fingertips import StreamFingertips, strip_contacts
 from firstcontact.twin.mechanics import CONTACT_FORCE, OUTPUTS
 from firstcontact.twin.objects import OBJECTS, TwinObject, object_named
-from firstcontact.twin.plan import PlannedPinch, planned_pinch
 from firstcontact.twin.run import PinchRun
 from firstcontact.twin.sensor import SCAN
 

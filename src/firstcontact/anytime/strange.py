@@ -94,7 +94,10 @@ class Familiar:
 
     def strange(self, found: NDArray[np.float64], stages: NDArray[np.intp]) -> NDArray[np.bool_]:
         """Which traits (n, TRAITS) lie outside at their stages, shape (n,)."""
-        away = np.einsum("nij,nj->ni", self.whitening[stages], found - self.mean[stages])
+        far = found - self.mean[stages]
+        # At a stage all have the same length: between stages it would be the strangest of all.
+        far[:, NAMES.index("length")] = 0.0
+        away = np.einsum("nij,nj->ni", self.whitening[stages], far)
         out: NDArray[np.bool_] = np.sqrt((away * away).sum(axis=1)) > self.limit[stages]
         return out
 

@@ -118,3 +118,18 @@ def test_pinches_without_a_shore_a_do_not_count(tmp_path: Path, capsys: Any) -> 
     assert run("adapt", bare, "--out", tmp_path / "no") == 2
     assert "Shore A" in capsys.readouterr().err
     assert not (tmp_path / "no").exists()
+
+
+def test_a_training_is_not_torn_apart(blocks: Path, tmp_path: Path, capsys: Any) -> None:
+    """Its window models were trained with its detector: another beside them would be refused."""
+    trained = tmp_path / "trained"
+    assert run("train", blocks, "--out", trained, "--model", "peak") == 0
+    before = {path.name: path.read_bytes() for path in trained.iterdir()}
+    capsys.readouterr()
+    assert run("adapt", blocks, "--out", trained) == 2
+    assert "would not be made again" in capsys.readouterr().err
+    assert {path.name: path.read_bytes() for path in trained.iterdir()} == before
+    rig = tmp_path / "rig"
+    assert run("adapt", blocks, "--out", rig) == 0
+    assert run("adapt", "--out", rig) == 0  # its own is replaced
+    assert read_anytime_card(rig).pinches == 0

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from firstcontact.cli.choices import one_of
+from firstcontact.cli.train_folder import check_replaceable
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.core.errors import InputError
 
@@ -31,7 +32,7 @@ class Adapt:
     """A recording, or a folder of them, of things of known Shore A; left out: a model that knows
     no rig, with intervals as wide as that makes them."""
     out: Path = Path("model")
-    """Folder for the model and its detector; what is in it of either is replaced."""
+    """Folder for the model and its detector; those that are in it are replaced whole."""
     detector: Annotated[str | None, one_of(DETECTORS)] = None
     """What finds contacts; left out: the usual one where it can learn from these pinches, else one
     that learns nothing."""
@@ -40,6 +41,16 @@ class Adapt:
 
     def run(self) -> None:
         """Find the contacts, tell the pre-trained model of the rig, and save it."""
+        check_replaceable(self.out, (), anytime=True)
+        from firstcontact.core.folders import replacing_folder
+
+        with replacing_folder(self.out) as making:
+            lines = self._made(making)
+        for line in lines:
+            print(line)
+
+    def _made(self, making: Path) -> list[str]:
+        """Make model and detector in a folder; what to say when it is in its place."""
         from firstcontact.anytime.model_file import pretrained, save_anytime
         from firstcontact.contact import make_detector, unfitted
         from firstcontact.contact.detector_file import save_detector
@@ -48,10 +59,9 @@ class Adapt:
         if self.data is None:
             if self.detector is not None and DETECTORS.find(self.detector).learns:
                 raise InputError(f"--detector {self.detector} learns: name recordings, too")
-            save_detector(make_detector(self.detector or unfitted()), self.out)
-            save_anytime(base, self.out, {})
-            print(f"any-time model of an unknown rig: {self.out}")
-            return
+            save_detector(make_detector(self.detector or unfitted()), making)
+            save_anytime(base, making, {})
+            return [f"any-time model of an unknown rig: {self.out}"]
         from firstcontact.learning.alignment import fit_detector
         from firstcontact.recording import load_dataset
 
@@ -60,11 +70,9 @@ class Adapt:
         if not len(dataset):
             raise InputError(f'{self.data}: all pinches have role "test": none is there to use')
         detector = fit_detector(dataset, self.detector)
-        lines = adapted(base, dataset, detector, self.data, self.out, self.seed)
-        save_detector(detector, self.out)
-        for line in lines:
-            print(line)
-        print(f"any-time model and detector {detector.name}: {self.out}")
+        lines = adapted(base, dataset, detector, self.data, making, self.seed)
+        save_detector(detector, making)
+        return [*lines, f"any-time model and detector {detector.name}: {self.out}"]
 
 
 def adapted(

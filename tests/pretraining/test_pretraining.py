@@ -16,6 +16,7 @@ from firstcontact.anytime.inputs import INPUTS
 from firstcontact.anytime.network import Network
 from firstcontact.anytime.rig import LEVELS, STAGES, TOKEN
 from firstcontact.core.jobs import Serial, parallel
+from firstcontact.pretraining import _sets
 from firstcontact.pretraining._batches import draw_batch, token_rows
 from firstcontact.pretraining._examples import (
     ASKED,
@@ -26,7 +27,7 @@ from firstcontact.pretraining._examples import (
     rig_examples,
 )
 from firstcontact.pretraining._finishing import LEVEL, answers, finished
-from firstcontact.pretraining._sets import PART, example_set
+from firstcontact.pretraining._sets import example_set
 from firstcontact.pretraining._training import Training
 from firstcontact.twin.rig_families import FAMILIES
 
@@ -72,10 +73,13 @@ def test_shapes_fit_and_numbers_are_finite() -> None:
     assert set(np.unique(examples.scale[..., 1])) <= {-1.0, 1.0}
 
 
-def test_a_set_is_the_same_whatever_the_workers(tmp_path: Path) -> None:
-    serial = example_set(tmp_path / "a", 10, PART + 2, SEED, Serial())
+def test_a_set_is_the_same_whatever_the_workers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_sets, "PART", 2)
+    serial = example_set(tmp_path / "a", 10, 3, SEED, Serial())
     with parallel(2) as runner:
-        shared = example_set(tmp_path / "b", 10, PART + 2, SEED, runner)
+        shared = example_set(tmp_path / "b", 10, 3, SEED, runner)
     assert same(serial, shared)
     names = [sorted(p.name for p in (tmp_path / x).iterdir()) for x in "ab"]
     assert names[0] == names[1]
@@ -134,7 +138,7 @@ def test_the_same_seed_gives_the_same_weights_and_another_others(tmp_path: Path)
 
 def test_training_lowers_the_loss(tmp_path: Path) -> None:
     losses: list[float] = []
-    Training(few(), 25, SEED, tmp_path / "t").run(lambda e, loss: losses.append(loss))
+    Training(few(), 10, SEED, tmp_path / "t").run(lambda e, loss: losses.append(loss))
     assert losses[-1] < losses[0]
 
 

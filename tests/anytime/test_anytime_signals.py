@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from firstcontact.anytime import InContextModel, Rig, Touches
+from firstcontact.anytime import InContextModel, Rig, Touches, touches_of
 from firstcontact.anytime._features import NAMES, features, masked
 from firstcontact.anytime.in_context import ANY
 from firstcontact.anytime.model_file import pretrained
 from firstcontact.anytime.touches import Values, cut_touch, lengths
-from firstcontact.core import InputError
+from firstcontact.core import Contact, Dataset, Finger, InputError, Pinch, fingertip_layout
 from firstcontact.core.layout import FINGERTIP_RATE
 from ringing import LONGEST, SHORTEST, ringing
 
@@ -152,3 +152,14 @@ def test_a_cut_has_its_baseline_off_and_zeros_where_nothing_is_yet() -> None:
     for bad in (volts[: before + 50 + SHORTEST - 1], np.full(len(volts), np.nan), np.ones(500)):
         assert cut_touch(bad, before + 50, rate) is None
     assert cut_touch(volts, before - 1, rate) is None
+
+
+@pytest.mark.parametrize("apart", [-20, 0, 1, 30, 200])
+def test_nothing_is_valid_from_the_second_contact_on(apart: int) -> None:
+    layout = fingertip_layout()
+    data = np.random.default_rng(0).integers(16_000, 17_000, (700, len(layout.channels)))
+    truth = (Contact(Finger.INDEX, 380, 380), Contact(Finger.THUMB, 400, 400))
+    pinch = Pinch(data.astype(np.int16), layout, truth=truth)
+    found = Contact(Finger.INDEX, 400 - apart, 420)
+    touches, _ = touches_of(Dataset((pinch,)), [found])
+    assert touches.valid.tolist() == [min(max(apart, 0), lengths(layout.rate)[1])]

@@ -81,6 +81,9 @@ def test_another_rate_is_resampled(blocks: Path, tmp_path: Path) -> None:
     assert run("adapt", fast, "--out", tmp_path / "m") == 0
     model = load_anytime(tmp_path / "m")
     assert model.rate == pretrained().rate
+    # Both listen to one stream: what is written together works together.
+    assert load_detector(tmp_path / "m").rate in (None, model.rate)
+    assert run("evaluate", tmp_path / "m", blocks, "--contacts", "detected") == 0
 
 
 def test_what_cannot_be_used_is_refused_and_nothing_written(
@@ -101,6 +104,7 @@ def test_what_cannot_be_used_is_refused_and_nothing_written(
         assert not (tmp_path / "no").exists()
     assert run("adapt", tmp_path / "nowhere", "--out", tmp_path / "no") == 2
     assert run("adapt", "--detector", "svm", "--out", tmp_path / "no") == 2
+    assert run("adapt", blocks, "--seed", "-1", "--out", tmp_path / "no") == 2
     assert not (tmp_path / "no").exists()
 
 

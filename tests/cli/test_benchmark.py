@@ -29,6 +29,10 @@ class Broken(Loud):
 class Half:
     def fit(self, X, y): ...
 
+class Picky(Loud):
+    def fit(self, X, y):
+        raise RuntimeError("no data\\nis good enough")
+
 number = 5
 """
 
@@ -36,6 +40,8 @@ number = 5
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "their_regressors.py").write_text(MINE, encoding="utf-8")
+    (tmp_path / "their_slip.py").write_text("def fit(:\n", encoding="utf-8")
+    (tmp_path / "their_driver.py").write_text("raise RuntimeError('no board')\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.delitem(__import__("sys").modules, "their_regressors", raising=False)
     return tmp_path
@@ -68,6 +74,10 @@ def test_a_class_lands_in_the_table_beside_ours(here: Path, capsys: Any) -> None
         ("their_regressors:Nobody", "cannot be imported"),
         ("not_there_at_all:Loud", "cannot be imported"),
         (":Loud", "cannot be imported"),
+        (".relative:Loud", "cannot be imported"),
+        ("their_slip:Loud", "SyntaxError"),
+        ("their_driver:Loud", "no board"),
+        ("their_regressors:Picky", "Picky failed in fit (RuntimeError: no data is good enough)"),
         ("their_regressors:", "cannot be imported"),
         ("their_regressors:Half", "no class with fit"),
         ("their_regressors:number", "no class with fit"),

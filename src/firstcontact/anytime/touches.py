@@ -132,7 +132,7 @@ def touches_of(
         The first contact of each, None where none is known.
     seconds
         The second contacts; by default those that the pinches themselves know. Samples from
-        there on are not valid.
+        there on are not valid: none is where the first was placed no earlier.
 
     Returns
     -------
@@ -151,8 +151,9 @@ def touches_of(
             continue
         start = first.sample - pinch.first_sample
         most = min(samples_in(LONGEST, pinch.layout.rate), len(pinch.data) - start)
-        if second is not None and second.sample > first.sample:
-            most = min(most, second.sample - first.sample)
+        if second is not None:
+            # What was placed behind the second contact has no samples of the first alone.
+            most = min(most, max(second.sample - first.sample, 0))
         signals.append(signal)
         valid.append(most)
         fingers.append(finger_number(first.finger))

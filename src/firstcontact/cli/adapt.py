@@ -55,6 +55,8 @@ class Adapt:
         from firstcontact.contact import make_detector, unfitted
         from firstcontact.contact.detector_file import save_detector
 
+        if not 0 <= self.seed < 1 << 32:
+            raise InputError("--seed must lie between 0 and 4294967295")
         base = pretrained()
         if self.data is None:
             if self.detector is not None and DETECTORS.find(self.detector).learns:
@@ -62,6 +64,7 @@ class Adapt:
             save_detector(make_detector(self.detector or unfitted()), making)
             save_anytime(base, making, {})
             return [f"any-time model of an unknown rig: {self.out}"]
+        from firstcontact.cli.train import at_rate
         from firstcontact.learning.alignment import fit_detector
         from firstcontact.recording import load_dataset
 
@@ -69,6 +72,9 @@ class Adapt:
         dataset = dataset.take(~dataset.test)
         if not len(dataset):
             raise InputError(f'{self.data}: all pinches have role "test": none is there to use')
+        if abs(dataset.layout.rate - base.rate) > 0.01 * base.rate:
+            # The detector, too, is for the rate that the model takes: they listen to one stream.
+            dataset = at_rate(dataset, base.rate, self.data)
         detector = fit_detector(dataset, self.detector)
         lines = adapted(base, dataset, detector, self.data, making, self.seed)
         save_detector(detector, making)
@@ -86,7 +92,7 @@ def adapted(
 ) -> list[str]:
     """Tell a pre-trained model of these pinches' rig and save it; what there is to say.
 
-    ``contacts`` are those of the dataset, where they were found already.
+    The pinches have the model's rate. ``contacts`` are theirs, where they were found already.
 
     Raises
     ------
@@ -100,10 +106,7 @@ def adapted(
     from firstcontact.core.jobs import Serial
     from firstcontact.learning.adapting import adapt
     from firstcontact.learning.alignment import found_as_live
-    from firstcontact.signal import resample_dataset
 
-    if abs(dataset.layout.rate - base.rate) > 0.01 * base.rate:
-        dataset, contacts = resample_dataset(dataset, base.rate), None
     contacts = contacts or found_as_live(dataset, detector, seed, Serial())
     touches, which = touches_of(dataset, contacts.contacts)
     known = np.isfinite(dataset.shore_a[which])

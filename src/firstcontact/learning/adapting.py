@@ -17,7 +17,7 @@ Values = NDArray[np.float64]
 
 #: A finger with fewer pinches than this is not known by itself.
 LEAST_OF_FINGER = 8
-#: Of more pinches of a level, so many: the network was trained with no more, and on sessions
+#: Of more pinches of a level, so many: the network was trained with hardly fewer, and on sessions
 #: that were held out twenty-five times as many scored alike.
 MOST_OF_LEVEL = 20
 #: Folds in which the ways to know the rig are compared.

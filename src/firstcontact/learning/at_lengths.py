@@ -7,7 +7,8 @@ registered estimators, and anybody's regressor, stand beside what answers at any
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
@@ -59,13 +60,15 @@ def from_class(regressor: Callable[..., Any]) -> Learn:
     def learn(
         X: Windows, y: Values, groups: NDArray[np.str_] | None, rate: float, seed: int
     ) -> Ask:
-        model = regressor(**({"random_state": seed} if _takes_seed(regressor) else {}))
-        fitted = model.fit(X[:, :, 0].astype(np.float64), y.copy())
+        with _of_theirs(regressor, "fit"):
+            model = regressor(**({"random_state": seed} if _takes_seed(regressor) else {}))
+            fitted = model.fit(X[:, :, 0].astype(np.float64), y.copy())
         asked = model if fitted is None else fitted
 
         def ask(windows: Windows) -> Values:
-            found = asked.predict(windows[:, :, 0].astype(np.float64))
-            return np.asarray(found, dtype=np.float64).reshape(-1)
+            with _of_theirs(regressor, "predict"):
+                found = asked.predict(windows[:, :, 0].astype(np.float64))
+                return np.asarray(found, dtype=np.float64).reshape(-1)
 
         return ask
 
@@ -78,22 +81,36 @@ def imported(name: str) -> Callable[..., Any]:
     Raises
     ------
     InputError
-        It cannot be imported, or has not ``fit`` and ``predict``.
+        It cannot be imported, whatever the reason, or has not ``fit`` and ``predict``.
     """
     module, _, path = name.partition(":")
     try:
         found: Any = import_module(module)
         for part in path.split("."):
             found = getattr(found, part)
-    except (ImportError, AttributeError, ValueError) as error:
+    except Exception as error:  # a package of anybody's may fail in any way
         raise InputError(
-            f"{name} cannot be imported ({error}): name it PACKAGE:CLASS, from a folder or an "
-            "environment that Python finds it in"
+            f"{name} cannot be imported ({_in_a_line(error)}): name it PACKAGE:CLASS, from a "
+            "folder or an environment that Python finds it in"
         ) from None
     if not callable(found) or not all(hasattr(found, method) for method in ("fit", "predict")):
         raise InputError(f"{name} is no class with fit(X, y) and predict(X): name one that is")
     its: Callable[..., Any] = found
     return its
+
+
+@contextmanager
+def _of_theirs(regressor: Callable[..., Any], method: str) -> Iterator[None]:
+    """Whatever goes wrong in a regressor of the user's own is for the user to mend."""
+    try:
+        yield
+    except Exception as error:
+        name = getattr(regressor, "__name__", str(regressor))
+        raise InputError(f"{name} failed in {method} ({_in_a_line(error)}): mend it") from error
+
+
+def _in_a_line(error: Exception) -> str:
+    return " ".join(f"{type(error).__name__}: {error}".split())
 
 
 def _takes_seed(regressor: Callable[..., Any]) -> bool:

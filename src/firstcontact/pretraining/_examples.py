@@ -42,7 +42,7 @@ from firstcontact.twin.rigs import (
 #: mean and standard deviation of what the detectors do on the twin.
 MARGIN = 8
 PLACED = (2.0, 1.2)
-#: Block pinches of a context, least and most of each level of Shore A.
+#: Block pinches of a context: least of each level of Shore A, and one more than most.
 CONTEXT = (4, 20)
 #: Things and further block pinches that are asked about, and pinches of each.
 THINGS, ASKED = 24, 2

@@ -76,14 +76,16 @@ def test_without_recordings_no_rig_is_known(tmp_path: Path, capsys: Any) -> None
     assert not load_detector(out).learns
 
 
-def test_another_rate_is_resampled(blocks: Path, tmp_path: Path) -> None:
+def test_another_rate_is_resampled(blocks: Path, tmp_path: Path, capsys: Any) -> None:
     fast = resampled(blocks, 10_000.0, tmp_path / "fast")
     assert run("adapt", fast, "--out", tmp_path / "m") == 0
     model = load_anytime(tmp_path / "m")
     assert model.rate == pretrained().rate
     # Both listen to one stream: what is written together works together.
     assert load_detector(tmp_path / "m").rate in (None, model.rate)
+    capsys.readouterr()
     assert run("evaluate", tmp_path / "m", blocks, "--contacts", "detected") == 0
+    assert "the scores below flatter" in capsys.readouterr().out
 
 
 def test_what_cannot_be_used_is_refused_and_nothing_written(

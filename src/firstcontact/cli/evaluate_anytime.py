@@ -26,7 +26,7 @@ def anytime_lines(
     import numpy as np
 
     from firstcontact.anytime import touches_of
-    from firstcontact.anytime.model_file import load_anytime
+    from firstcontact.anytime.model_file import load_anytime, read_anytime_card
     from firstcontact.contact.detector_file import load_detector
     from firstcontact.learning.alignment import found, known
     from firstcontact.learning.anytime_scores import answers_by_time, anytime_scores
@@ -54,7 +54,18 @@ def anytime_lines(
     return [
         f"at any time: contacts {aligned.how}; {scores.n} pinches scored, "
         f"{len(dataset) - scores.n} without contact or label, or ended by the second contact",
+        *_flattered(read_anytime_card(folder).pinches),
         *_table(scores, model.level),
+    ]
+
+
+def _flattered(pinches: int) -> list[str]:
+    """A warning where the model is told of a rig: it does not keep which pinches told it."""
+    if not pinches:
+        return []
+    return [
+        f"warning: the model knows its rig by {pinches} pinches and not which they were: about "
+        "these very ones the scores below flatter"
     ]
 
 

@@ -150,3 +150,14 @@ def test_what_is_like_nothing_is_strange(
 def test_a_model_that_knows_no_rig_calls_nothing_strange(name: str) -> None:
     """It cannot: what a rig is like is what contacts are held against."""
     assert not pretrained().answers(objects(name)[0]).strange.any()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_sensor_that_stands_still_is_strange_on_any_rig(name: str) -> None:
+    touches, _ = objects(name)
+    stuck = touches.signals.copy()
+    stuck[:, touches.before + 2 :] = stuck[:, touches.before + 2, None]
+    unknown = pretrained()
+    for samples in TIMES[1:]:
+        assert unknown.answers(replace(touches, signals=stuck).until(samples)).strange.all()
+        assert not unknown.answers(touches.until(samples)).strange.any()

@@ -37,7 +37,7 @@ class Rig:
     level
         Geometric mean over the levels of Shore A of their median peak, V.
     sign
-        Of the first swing, 1 or -1: how the disc is wired.
+        Of the largest swing in 15 ms, 1 or -1: how the disc is wired.
     pitch
         What its motor sounds like; None where it cannot be heard.
     speed

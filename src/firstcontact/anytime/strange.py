@@ -15,6 +15,8 @@ from firstcontact.core import InputError
 
 #: Numbers that are looked at: features, the noise before the contact, and how long it is flat.
 TRAITS = len(NAMES) + 2
+#: A converter that repeats itself in this share of its samples is dead or at its end.
+STILL = 0.5
 #: Share of what was learned from that is called strange.
 FALSE_ALARMS = 0.01
 #: A gain may differ so much between sessions that a distance says nothing below this.
@@ -50,6 +52,12 @@ def shape_traits(shape: Shape, before: NDArray[np.floating]) -> NDArray[np.float
     flat = still.sum(axis=1) / counted.sum(axis=1)
     loud = np.log(np.maximum(noise, 1e-7) / shape.level)
     return np.concatenate([shape.features, loud[:, None], 10 * flat[:, None]], axis=1)
+
+
+def still(found: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which traits (n, TRAITS) are of a sensor that is dead or at its end half of the time."""
+    out: NDArray[np.bool_] = found[:, -1] > 10 * STILL
+    return out
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,6 +14,8 @@ from firstcontact.core.jobs import Runner
 from firstcontact.pretraining._examples import Examples, joined, rig_examples
 from firstcontact.twin.rig_families import FAMILIES
 
+#: Raised whenever rigs, things or what is kept of them change: older files are made again.
+DRAWN = 1
 #: Rigs of one file.
 PART = 50
 
@@ -46,7 +48,7 @@ def example_set(
     """
     folder.mkdir(parents=True, exist_ok=True)
     parts = [(at, min(PART, first + rigs - at)) for at in range(first, first + rigs, PART)]
-    files = [folder / f"{family or 'rigs'}-{seed}-{at}-{n}.safetensors" for at, n in parts]
+    files = [folder / f"{family or 'rigs'}-v{DRAWN}-{seed}-{at}-{n}.safetensors" for at, n in parts]
     missing = [part for part, file in zip(parts, files, strict=True) if not file.exists()]
     made = iter(runner.stream(_part, missing, seed, family))
     out: list[Examples] = []

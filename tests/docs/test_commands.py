@@ -31,6 +31,9 @@ ELSEWHERE = {
     "firstcontact pretrain --out network --work pretraining": (
         "by hand: it makes the weights of the package; small: tests/cli/test_pretrain.py"
     ),
+    "firstcontact study --out study": "as make study",
+    "python docs/write_tables.py --study study/results.json": "as make readme-numbers",
+    "python docs/draw_beyond_blocks.py": "as make readme-numbers",
     "make study": "by hand before a release: it makes docs/results/study.json",
     "firstcontact grasp-study": "by hand before a release: it makes docs/results/grasp.json",
     "make real": "by hand before a release: it makes docs/results/real.json",

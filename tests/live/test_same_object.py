@@ -9,8 +9,8 @@ from told_events import ANSWER, FIRST
 
 from firstcontact.anytime import combine
 from firstcontact.core import Label
+from firstcontact.live._same_object import Pinched
 from firstcontact.live.events import PinchDone, SameObject
-from firstcontact.live.same_object import Pinched
 from firstcontact.recording import Marker, PinchMark
 
 ANSWERS = [replace(ANSWER, value=v, half_width=h) for v, h in ((30.0, 8.0), (34.0, 4.0), (32, 6))]

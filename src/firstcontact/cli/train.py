@@ -13,7 +13,6 @@ from firstcontact.cli.choices import one_of
 from firstcontact.cli.cluster import where
 from firstcontact.cli.train_folder import check_replaceable, folder_name
 from firstcontact.contact.registry import DETECTORS
-from firstcontact.core.by_name import to_tree
 from firstcontact.core.errors import InputError
 from firstcontact.core.extras import need
 from firstcontact.stiffness.registry import ESTIMATORS
@@ -194,6 +193,7 @@ class Train:
 def _save(
     kept: FinalModel, folder: Path, learned_from: LearnedFrom, digests: Digests, detector: str
 ) -> None:
+    from firstcontact.core.by_name import to_tree
     from firstcontact.stiffness import Provenance, save_model
 
     card = Provenance(

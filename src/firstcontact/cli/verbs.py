@@ -63,7 +63,7 @@ VERBS = {
         "Pretrain", "Make the network of the any-time model anew, from simulated rigs."
     ),
     "evaluate": Verb(
-        "Evaluate", "Score a saved model; pinches that it learned from are told apart."
+        "Evaluate", "Score a saved model, an any-time one from 2 to 15 ms after the contact."
     ),
     "study": Verb(
         "Study",

@@ -12,9 +12,9 @@ from firstcontact.core import Block, Calibration, Contact, InputError, joined
 from firstcontact.device import Arrival, Source
 from firstcontact.device.recorder import Recorder, RecorderStatus
 from firstcontact.live._fanout import Fanout
+from firstcontact.live._same_object import Pinched
 from firstcontact.live.events import Event, PinchDone
 from firstcontact.live.pipeline import Pipeline
-from firstcontact.live.same_object import Pinched
 from firstcontact.live.sink import Sink, Update
 from firstcontact.recording import Header, PinchMark
 

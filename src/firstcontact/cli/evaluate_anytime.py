@@ -60,11 +60,11 @@ def anytime_lines(
 
 
 def _flattered(pinches: int) -> list[str]:
-    """A warning where the model is told of a rig: it does not keep which pinches told it."""
+    """A note where the model is told of a rig: it does not keep which pinches told it."""
     if not pinches:
         return []
     return [
-        f"warning: the model knows its rig by {pinches} pinches and not which they were: about "
+        f"note: the model knows its rig by {pinches} pinches and not which they were: about "
         "these very ones the scores below flatter"
     ]
 

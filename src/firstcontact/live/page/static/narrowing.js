@@ -51,7 +51,9 @@ export class Narrowing {
     for (let s = 0; s <= 100; s += 20) {
       draw(svg, "line", { x1: left, x2: right, y1: y(s), y2: y(s), stroke: "var(--line)" });
     }
+    const narrow = x(5) - x(0) < 50;
     for (let ms = 0; ms <= LONGEST; ms += 5) {
+      if (narrow && ms === LONGEST - 5) continue;  // its number and the last one would touch
       const anchor = ms === LONGEST ? "end" : "middle";
       const word = ms === LONGEST ? `${ms} ms` : String(ms);
       draw(svg, "text", { x: x(ms) + (ms === LONGEST ? 8 : 0), y: y(0) + 20, "text-anchor": anchor, class: "soft" }, word);

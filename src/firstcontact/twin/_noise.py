@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -53,6 +53,16 @@ class MotorNoise:
     """Mains picked up by the piezo's wiring, V."""
     electronics: float = 0.0022
     """RMS of the buffer and converter, V."""
+
+    def scaled(self, speed: float, loudness: float) -> MotorNoise:
+        """The noise of the same motor turning ``speed`` times as fast, so many times as loud."""
+        return replace(
+            self,
+            rotor_rate=self.rotor_rate * speed,
+            rotor=self.rotor * loudness,
+            mesh=self.mesh * loudness,
+            friction=self.friction * loudness,
+        )
 
 
 @njit(cache=True, nogil=True)

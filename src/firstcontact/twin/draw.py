@@ -104,18 +104,9 @@ def draw_pinch(
                 gain=p.gain * own[4] * factor("gain"),
             )
         )
-        m = MotorNoise()
         loud = factor("noise") * own[5] * math.exp(0.05 * rng.standard_normal())
         noises.append(
-            replace(
-                m,
-                rotor_rate=m.rotor_rate * speed,
-                rotor=m.rotor * loud,
-                mesh=m.mesh * loud,
-                friction=m.friction * loud,
-                click_rate=c.click_rate,
-                mains_rate=mains,
-            )
+            replace(MotorNoise().scaled(speed, loud), click_rate=c.click_rate, mains_rate=mains)
         )
         v = VelostatParameters()
         # Velostat repeats poorly: tens of per cent between loadings.

@@ -69,12 +69,12 @@ def block(shore_a: float) -> TwinObject:
     # 7 x 7 x 3.5 cm, pinched across the 3.5 cm; silicone of 1.1 g/cm3.
     mass = 0.07 * 0.07 * 0.035 * 1100
     bulk = gent_modulus(shore_a) * 0.07 * 0.07 / 0.035
-    nominal = _solid(shore_a, mass, bulk, 0.12)
+    nominal = solid(shore_a, mass, bulk, 0.12)
     return TwinObject(f"block {shore_a:g}", shore_a, Role.TRAIN, nominal, 0.06)
 
 
-def _solid(shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParameters:
-    # ``loss`` is the loss factor of the material, of its bulk as of its contact.
+def solid(shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParameters:
+    """What has this reading, mass in kg and static stiffness in N/m; the loss is its bulk's."""
     return ObjectParameters(
         modulus=gent_modulus(shore_a),
         face_mass=mass / 2,
@@ -83,17 +83,18 @@ def _solid(shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParam
     )
 
 
+def lossy_solid(shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParameters:
+    """The same with a loss factor that shows in its relaxation and its contact, too."""
+    return solid(shore_a, mass, bulk, loss)._replace(arm_share=2 * loss, contact_loss=loss)
+
+
 def _round(
     shore_a: float, radius: float, mass: float, loss: float, bulk: float | None = None
 ) -> ObjectParameters:
     # A ball squeezed across its diameter, as a column of its own cross-section.
     column = gent_modulus(shore_a) * math.pi * radius / 2
-    return _solid(shore_a, mass, column if bulk is None else bulk, loss)._replace(
-        radius=radius,
-        clamp_stiffness=60.0,
-        clamp_damping=0.8,
-        arm_share=2 * loss,
-        contact_loss=loss,
+    return lossy_solid(shore_a, mass, column if bulk is None else bulk, loss)._replace(
+        radius=radius, clamp_stiffness=60.0, clamp_damping=0.8
     )
 
 

@@ -22,7 +22,7 @@ from firstcontact.twin._parameters import FingerParameters, ObjectParameters, Ti
 from firstcontact.twin.draw import PinchDraw
 from firstcontact.twin.filter import smoothed
 from firstcontact.twin.mechanics import BUFFER
-from firstcontact.twin.objects import stiffened
+from firstcontact.twin.objects import lossy_solid, stiffened
 from firstcontact.twin.pinch import BURN_IN
 from firstcontact.twin.run import PinchRun
 from firstcontact.twin.sensor import VelostatParameters, piezo_readings
@@ -236,7 +236,7 @@ def draw_object(rng: Rng) -> RandomObject:
         else:  # anything
             radius, mass = _between(rng, 0.005, 0.2), _between(rng, 0.01, 0.6)
             bulk = _between(rng, 3e3, 1e6)
-        held = _solid(shore_a, float(mass), float(bulk), loss)._replace(radius=radius)
+        held = lossy_solid(shore_a, float(mass), float(bulk), loss)._replace(radius=radius)
     held = held._replace(
         clamp_stiffness=_between(rng, 15, 400), clamp_damping=_between(rng, 0.2, 4.0),
         face_mass=max(held.face_mass, 0.004),
@@ -284,11 +284,8 @@ def _touch_volts(
             for name in ("tip_radius", "pad_stiffness", "phalanx_mass", "link_stiffness", "gain")
         },
     )
-    loud, m = factor("noise"), rig.noise
-    noise = replace(
-        m, rotor_rate=m.rotor_rate * speed, rotor=m.rotor * loud, mesh=m.mesh * loud,
-        friction=m.friction * loud,
-    )  # fmt: skip
+    m = rig.noise
+    noise = m.scaled(speed, factor("noise"))
     o = stiffened(held.parameters, factor("modulus"))
     hold = factor("clamp")
     o = o._replace(clamp_stiffness=o.clamp_stiffness * hold, clamp_damping=o.clamp_damping * hold)
@@ -316,22 +313,11 @@ def _scattered(rng: Rng, scatter: float) -> float:
     return math.exp(scatter * float(np.clip(rng.standard_normal(), -2.5, 2.5)))
 
 
-def _solid(shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParameters:
-    return ObjectParameters(
-        modulus=gent_modulus(shore_a),
-        face_mass=mass / 2,
-        bulk_stiffness=bulk,
-        bulk_damping=loss * math.sqrt(bulk * mass / 4),
-        arm_share=2 * loss,
-        contact_loss=loss,
-    )
-
-
 def _block(
     shore_a: float, side: float, height: float, density: float, loss: float
 ) -> ObjectParameters:
     bulk = gent_modulus(shore_a) * side * side / height
-    return _solid(shore_a, side * side * height * density, bulk, loss)
+    return lossy_solid(shore_a, side * side * height * density, bulk, loss)
 
 
 def _material(rng: Rng, held: ObjectParameters) -> ObjectParameters:

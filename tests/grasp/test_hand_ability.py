@@ -151,6 +151,16 @@ def test_a_program_that_is_stopped_opens_it(port: Path, number: int) -> None:
         emulated.wait(lambda e: e.open)
 
 
+def test_a_program_that_is_stopped_twice_opens_it(port: Path) -> None:
+    with EmulatedAbility(port) as emulated, started(port) as program:
+        emulated.wait(lambda e: bool(e.targets) and closing(e))
+        program.send_signal(signal.SIGINT)
+        program.send_signal(signal.SIGTERM)
+        emulated.wait(lambda e: e.open)
+        program.send_signal(signal.SIGINT)
+        assert program.wait(PATIENCE) in (-signal.SIGINT, 128 + signal.SIGTERM)
+
+
 def test_a_program_that_is_killed_opens_it(port: Path) -> None:
     with EmulatedAbility(port) as emulated, started(port) as program:
         emulated.wait(lambda e: bool(e.targets) and closing(e))

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import select
 import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from math import inf, nan
 from pathlib import Path
 
@@ -13,10 +16,12 @@ import pytest
 from hands import PATIENCE, HeardHand
 
 from firstcontact.core import Command
+from firstcontact.grasp._leaving import ENDING
 from firstcontact.grasp.hand import HandError, HandLimits
-from firstcontact.grasp.safe import ENDING, SafeHand
+from firstcontact.grasp.safe import SafeHand
 
 PROGRAM = Path(__file__).with_name("hand_program.py")
+SLOW_PROGRAM = Path(__file__).with_name("slow_hand_program.py")
 SLOW = Command(0.01, 1.0)
 HOLD = Command(0.0, 1.0)
 
@@ -151,6 +156,75 @@ def test_signals_wait_until_the_hand_is_let_go() -> None:
         hand.send(SLOW)
     assert heard.told == [SLOW, "release", "close"]
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_ctrl_c_releases_even_where_the_program_goes_on() -> None:
+    heard = HeardHand()
+    with SafeHand(heard, silence=PATIENCE) as hand:
+        for times in (1, 2):  # it goes on after the first: the next signal is a first again
+            hand.send(SLOW)
+            heard.wait(lambda told: told[-1:] == [SLOW])
+            with pytest.raises(KeyboardInterrupt):
+                signal.raise_signal(signal.SIGINT)
+            heard.wait(lambda told, n=times: told == [SLOW, "release"] * n)  # type: ignore[misc]
+
+
+def test_a_hand_that_is_interrupted_while_it_opens_is_closed() -> None:
+    class Interrupted(HeardHand):
+        def __enter__(self) -> Interrupted:
+            signal.raise_signal(signal.SIGINT)
+            return self
+
+    heard = Interrupted()
+    with pytest.raises(KeyboardInterrupt):
+        SafeHand(heard).__enter__()
+    assert heard.told == ["close"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+@contextmanager
+def slow_program() -> Iterator[subprocess.Popen[str]]:
+    """One that has closed a slow hand, and has been asked to stop."""
+    with subprocess.Popen(
+        [sys.executable, SLOW_PROGRAM],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    ) as program:
+        try:
+            assert program.stdout is not None
+            assert program.stdout.readline() == "closing\n"
+            program.send_signal(signal.SIGINT)
+            yield program
+        finally:
+            program.kill()
+
+
+def lets_go(program: subprocess.Popen[str]) -> None:
+    """It is told to let go, says so, and ends as one that was interrupted."""
+    said, _ = program.communicate("go\n", timeout=PATIENCE)
+    assert said == "let go\n"
+    assert program.returncode == -signal.SIGINT
+
+
+def test_more_signals_do_not_disturb_the_letting_go() -> None:
+    with slow_program() as program:
+        assert program.stdout is not None
+        assert program.stdout.readline() == "letting go\n"
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+            program.send_signal(number)
+        lets_go(program)
+
+
+def test_signals_that_never_stop_do_not_keep_it_from_letting_go() -> None:
+    """They hit the way out of the block, too, before anything of the hand is called."""
+    with slow_program() as program:
+        assert program.stdout is not None
+        while not select.select([program.stdout], [], [], 0.0002)[0]:
+            program.send_signal(signal.SIGINT)
+        assert program.stdout.readline() == "letting go\n"
+        lets_go(program)
 
 
 def test_a_handler_of_the_program_stays() -> None:

@@ -3,46 +3,19 @@
 from __future__ import annotations
 
 import atexit
-import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from math import inf
-from types import FrameType
 from typing import Self
 
 from firstcontact.core import Command
+from firstcontact.grasp._leaving import Leaving
 from firstcontact.grasp.hand import Hand, HandError
 from firstcontact.grasp.pacing import HandCounts, Pacer
 
-Handler = Callable[[int, FrameType | None], None] | signal.Handlers
-
-#: Signals that end a process without a word, unless somebody takes them.
-ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
-
-
-def _leave(number: int, frame: FrameType | None) -> None:
-    raise SystemExit(128 + number)
-
-
-@contextmanager
-def _undisturbed() -> Iterator[None]:
-    """Hold back what would end the program until the end of the block; then it is let happen."""
-    came: list[int] = []
-    before = {}
-    # Only the main thread may, and only it is interrupted.
-    if threading.current_thread() is threading.main_thread():
-        for number in (signal.SIGINT, *ENDING):
-            if signal.getsignal(number) not in (signal.SIG_IGN, None):
-                before[number] = signal.signal(number, lambda n, frame: came.append(n))
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-        if came:
-            signal.raise_signal(came[0])
+#: A signal's handler waits so long for the thread to take notice, s.
+PROMPT = 0.1
 
 
 class SafeHand(Hand):
@@ -52,9 +25,10 @@ class SafeHand(Hand):
     newest wins, and the last one is always sent. A thread repeats the last command
     before the hand's own watchdog runs out, and releases the hand when the program has been
     silent. The hand is released, too, on leaving the ``with`` block by any way, at the
-    interpreter's exit, when the hand fails, and on SIGTERM, SIGHUP and SIGQUIT where nobody else
-    handles them (then SystemExit is raised in the main thread). While it is being closed signals
-    wait. That thread needs Python's lock: for code that keeps it, see
+    interpreter's exit, when the hand fails, and at once on Ctrl-C, SIGTERM, SIGHUP and SIGQUIT
+    where nobody else handles them (then KeyboardInterrupt or SystemExit is raised in the main
+    thread). Signals that come from then on, or while it is being closed, wait until it is closed.
+    That thread needs Python's lock: for code that keeps it, see
     :class:`firstcontact.grasp.separate.SeparateHand`.
 
     Parameters
@@ -79,7 +53,8 @@ class SafeHand(Hand):
         self._thread: threading.Thread | None = None
         self._closed = False
         self._failure: Exception | None = None
-        self._taken: list[signal.Signals] = []
+        self._asked = False  # by a signal to release
+        self._leaving = Leaving(self._let_go)
 
     @property
     def counts(self) -> HandCounts:
@@ -100,6 +75,7 @@ class SafeHand(Hand):
             The command is not finite (the hand was released), or the hand is not
             open or has failed.
         """
+        self._leaving.goes_on()
         with self._change:
             self._check()
             try:
@@ -119,6 +95,7 @@ class SafeHand(Hand):
         HandError
             As in :meth:`send`.
         """
+        self._leaving.goes_on()
         with self._change:
             self._check()
             self._pacer.alive(self._clock())
@@ -131,12 +108,9 @@ class SafeHand(Hand):
 
     def close(self) -> None:
         """Release, and let go of the hand; closing twice is fine."""
-        try:
-            # A second signal must not disturb the releasing that the first began.
-            with _undisturbed():
-                self._end()
-        finally:
-            self._handle(signal.SIG_DFL)
+        # A second signal must not disturb the releasing that the first began.
+        with self._leaving.held():
+            self._end()
 
     def _end(self) -> None:
         with self._change:
@@ -157,25 +131,24 @@ class SafeHand(Hand):
         if self._closed or self._thread is not None:
             raise HandError(f"the hand {self.name!r} can be opened once")
         # A program that handles a signal ends its blocks by itself, and with them this one.
-        self._taken = [n for n in ENDING if signal.getsignal(n) is signal.SIG_DFL]
-        self._handle(_leave)
+        self._leaving.take()
         try:
             self._hand.__enter__()
-        except BaseException:
-            self._handle(signal.SIG_DFL)
+            atexit.register(self.close)
+            thread = threading.Thread(target=self._watch, name="hand watchdog", daemon=True)
+            thread.start()
+            self._thread = thread
+        except BaseException:  # a signal, too: there is no block yet to be left
+            self.close()
             raise
-        atexit.register(self.close)
-        self._thread = threading.Thread(target=self._watch, name="hand watchdog", daemon=True)
-        self._thread.start()
         return self
 
-    def _handle(self, handler: Handler) -> None:
-        # Only the main thread may; elsewhere the program's end is its own affair.
-        if threading.current_thread() is threading.main_thread():
-            for number in self._taken:
-                signal.signal(number, handler)
-            if handler is signal.SIG_DFL:
-                self._taken = []
+    def _let_go(self) -> None:
+        """Have the thread release: this one may be in the middle of anything."""
+        self._asked = True
+        if self._change.acquire(timeout=PROMPT):
+            self._change.notify()
+            self._change.release()
 
     def _check(self) -> None:
         if self._closed or self._thread is None:
@@ -189,6 +162,9 @@ class SafeHand(Hand):
 
     def _act(self) -> None:
         """Do what is due."""
+        if self._asked:
+            self._asked = False
+            self._release()
         due = self._pacer.due(self._clock())
         if due is None:
             return

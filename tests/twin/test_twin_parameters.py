@@ -23,6 +23,7 @@ from firstcontact.twin import (
 )
 from firstcontact.twin import (
     draw,
+    lift,
     objects,
     pinch,
     plant,
@@ -76,7 +77,7 @@ HELD = {
     "FRICTION": objects.FRICTION,
     "SKIN_FRICTION": objects.SKIN_FRICTION,
     "GRAVITY": physics.GRAVITY,
-    "LIFT": plant.LIFT,
+    "LIFT": lift.LIFT,
     "WATCHED": plant.WATCHED,
     "LONGEST": plant.LONGEST,
     "DROPPED": outcome.DROPPED,

@@ -13,7 +13,7 @@ from firstcontact.grasp_study.figures.stiffnesses import over_shore
 from firstcontact.grasp_study.results import GraspResults, Tuning
 from firstcontact.grasp_study.variants import playing, unmodulated, variants
 from firstcontact.learning.scores import Bounded, bounded
-from firstcontact.twin.plant import LIFT
+from firstcontact.twin.lift import LIFT
 
 
 @dataclass(frozen=True, slots=True)

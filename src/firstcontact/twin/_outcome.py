@@ -54,6 +54,11 @@ class GraspOutcome:
     first_contact: float | None
     second_contact: float | None
 
+    @property
+    def held(self) -> bool:
+        """Both fingers have it, and it is neither dropped nor broken."""
+        return self.second_contact is not None and not (self.dropped or self.broken)
+
 
 def needed_force(mass: float, friction: float) -> float:
     """Grip force that just holds a mass (kg) between two fingers, N."""
@@ -62,33 +67,42 @@ def needed_force(mass: float, friction: float) -> float:
 
 @njit(cache=True, nogil=True)
 def slide(
-    forces: NDArray[np.float64], mass: float, friction: float, dt: float
-) -> tuple[float, float]:
-    """Let go of the support and let friction do what it can.
+    forces: NDArray[np.float64],
+    hanging: NDArray[np.float64],
+    mass: float,
+    friction: float,
+    dt: float,
+    slid: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """Let the support go and let friction do what it can, for the next samples.
 
     Parameters
     ----------
     forces
-        Both contact forces from that instant on, N, shape (samples, 2).
+        Both contact forces, N, shape (samples, 2).
+    hanging
+        Share of the weight that no support carries, shape (samples,).
     mass, friction
         The object's, kg, and against either finger.
     dt
         Sampling interval, s.
-
-    Returns
-    -------
-    tuple
-        How far it slid (m), and how fast it is sliding at the end (m/s).
+    slid
+        How far it slid before (m) and how fast it slides (m/s), shape (2,); changed in place.
+    out
+        The same after each sample, shape (samples, 2).
     """
-    way, speed = 0.0, 0.0
+    way, speed = slid[0], slid[1]
     for i in range(len(forces)):
         held = friction * (forces[i, 0] + forces[i, 1]) / mass
-        if speed > 0.0 or held < GRAVITY:
-            change = (GRAVITY - held) * dt
+        pull = GRAVITY * hanging[i]
+        if speed > 0.0 or held < pull:
+            change = (pull - held) * dt
             new = max(speed + change, 0.0)
             way += 0.5 * (speed + new) * dt
             speed = new
-    return way, speed
+        out[i, 0], out[i, 1] = way, speed
+    slid[0], slid[1] = way, speed
 
 
 def stable_from(grip: NDArray[np.float64], needed: float) -> int | None:

@@ -16,15 +16,14 @@ from firstcontact.twin.draw import PinchDraw
 from firstcontact.twin.drive import Drive
 from firstcontact.twin.filter import DeviceFilter, settled_filter
 from firstcontact.twin.fingertips import PinchFingertips, strip_contacts
+from firstcontact.twin.lift import Lift
 from firstcontact.twin.mechanics import CONTACT_FORCE, FACE, INDENTATION, OUTPUTS
 from firstcontact.twin.objects import TwinObject
 from firstcontact.twin.pinch import BURN_IN
 from firstcontact.twin.run import PinchRun
 from firstcontact.twin.sensor import VelostatParameters
 
-#: The object is lifted off its support so long after the first contact, s.
-LIFT = 0.45
-#: And watched for this long, s.
+#: The lifted object is watched for this long, s.
 WATCHED = 0.20
 #: No pinch is longer, s: without a contact it ends here.
 LONGEST = 1.5
@@ -48,7 +47,7 @@ class GraspPlant:
     velostat
         Force array of both fingers in place of the draw's own.
     lift
-        Time from the first contact to the instant at which the support is gone, s.
+        When the support goes after the first contact, and how.
     longest
         The longest that it can take, s.
 
@@ -69,7 +68,7 @@ class GraspPlant:
         held: TwinObject,
         velostat: VelostatParameters | None = None,
         *,
-        lift: float = LIFT,
+        lift: Lift | None = None,
         longest: float = LONGEST,
     ) -> None:
         self._run = PinchRun(draw, longest, BURN_IN, drive, damped=True)
@@ -90,10 +89,13 @@ class GraspPlant:
         moduli = np.array([p.pad_modulus for p in draw.fingers])
         self._give = moduli / (moduli + draw.held.modulus)
         self._mass = 2 * draw.held.face_mass
-        self._lift = round(lift * FINGERTIP_RATE)
+        self._lift = Lift() if lift is None else lift
         self._watched = round(WATCHED * FINGERTIP_RATE)
         self._motion = np.zeros((times.size, 2, OUTPUTS))
         self._contacts: list[Contact] = []
+        # How far the object has slid down, m, and how fast it slides, m/s, at each sample.
+        self._slid = np.zeros((times.size, 2))
+        self._sliding = np.zeros(2)
         self.nominal = Command(self._run.nominal_speed, drive.force)
         self.sample = 0
 
@@ -117,7 +119,7 @@ class GraspPlant:
         most = len(self._motion)
         if not self._contacts:
             return most
-        return min(most, self._contacts[0].sample + self._lift + self._watched)
+        return min(most, self._contacts[0].sample + self._lift.samples + self._watched)
 
     def command(self, command: Command) -> None:
         """Order; takes effect the drive's latency after the newest sample."""
@@ -149,7 +151,35 @@ class GraspPlant:
         self._contacts += strip_contacts(scans, first, self._contacts)
         if self._device is None:
             self._device = settled_filter(scans[0], self._tips.sheets)
+        self._slide(first, motion)
         return self._device.update(scans)
+
+    def _slide(self, first: int, motion: NDArray[np.float64]) -> None:
+        if self._contacts:
+            hanging = self._lift.hanging(first - self._contacts[0].sample, len(motion))
+            slide(
+                motion[..., CONTACT_FORCE], hanging, self._mass, self._friction,
+                1 / FINGERTIP_RATE, self._sliding, self._slid[first : first + len(motion)],
+            )  # fmt: skip
+
+    @property
+    def slipped(self) -> float:
+        """How far the object has slid down until the newest sample, m."""
+        return float(self._slid[self.sample - 1, 0]) if self.sample else 0.0
+
+    @property
+    def slipping_since(self) -> float | None:
+        """When the slip began that the newest sample is in, s; None where nothing slips."""
+        speeds = self._slid[: self.sample, 1]
+        if not (speeds.size and speeds[-1] > 0):
+            return None
+        still = np.flatnonzero(speeds == 0)
+        return float(still[-1] + 1) / FINGERTIP_RATE
+
+    @property
+    def grip(self) -> float:
+        """Grip force at the newest sample, the smaller one of both contacts', N."""
+        return float(self._motion[self.sample - 1, :, CONTACT_FORCE].min()) if self.sample else 0.0
 
     @property
     def forces(self) -> NDArray[np.float64]:
@@ -172,9 +202,11 @@ class GraspPlant:
         forces = motion[..., CONTACT_FORCE]
         grip = forces.min(axis=1)
         seen = [c.sample for c in self._contacts if c.sample < self.sample]
-        lifted = forces[seen[0] + self._lift :] if seen else forces[:0]
-        way, speed = slide(lifted, self._mass, self._friction, 1 / FINGERTIP_RATE)
-        lost = speed > 0 and self._friction * float(forces[-1].sum()) < self._mass * GRAVITY
+        way, speed = map(float, self._slid[end - 1]) if end else (0.0, 0.0)
+        pull = 0.0
+        if seen:
+            pull = GRAVITY * float(self._lift.hanging(end - 1 - seen[0], 1)[0])
+        lost = speed > 0 and self._friction * float(forces[-1].sum()) < self._mass * pull
         since = None
         if seen and not broken:
             since = stable_from(grip, needed_force(self._mass, self._friction))

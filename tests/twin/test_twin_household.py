@@ -1,0 +1,149 @@
+"""The household's table is checked when it is read, and specimens scatter as it says."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import replace
+from importlib.resources import files
+from io import StringIO
+
+import numpy as np
+import pytest
+
+from firstcontact.core.errors import InputError
+from firstcontact.core.physics import gent_modulus
+from firstcontact.twin._household_file import RANGES, read_household, read_sources
+from firstcontact.twin.conditions import PAPER_RIG
+from firstcontact.twin.household import (
+    HOUSEHOLD,
+    HOUSEHOLD_SOURCES,
+    draw_household_specimen,
+    household_named,
+)
+from firstcontact.twin.household_object import QUANTITIES, SCATTER
+from firstcontact.twin.objects import BLOCKS, BRITTLE, EVERYDAY_OBJECTS
+
+TEXT = files("firstcontact.twin").joinpath("household.csv").read_text(encoding="utf-8")
+SOURCES = files("firstcontact.twin").joinpath("household_sources.csv").read_text(encoding="utf-8")
+
+
+def changed(line: int, **cells: str) -> str:
+    rows = list(csv.DictReader(StringIO(TEXT)))
+    rows[line].update(cells)
+    out = StringIO()
+    writer = csv.DictWriter(out, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return out.getvalue()
+
+
+def test_it_goes_from_raspberry_to_hammer() -> None:
+    assert len(HOUSEHOLD) >= 34
+    names = [thing.name for thing in HOUSEHOLD]
+    assert len(set(names)) == len(names)
+    assert "raspberry" in names
+    assert any("hammer" in name for name in names)
+    assert {thing.group for thing in HOUSEHOLD} == {
+        "soft fragile", "soft robust", "firm fragile", "firm robust",
+    }  # fmt: skip
+    paper = {kind.name for kind in (*BLOCKS, *EVERYDAY_OBJECTS, *BRITTLE)}
+    assert not paper & set(names), "a name means one thing"
+    assert household_named("raspberry") is HOUSEHOLD[0]
+    with pytest.raises(InputError, match="is not of the household"):
+        household_named("anvil")
+
+
+def test_every_number_has_a_source_that_is_there() -> None:
+    used = set()
+    for thing in HOUSEHOLD:
+        for name in QUANTITIES:
+            quantity = getattr(thing.numbers, name)
+            if quantity is not None:
+                assert quantity.estimated or quantity.source in HOUSEHOLD_SOURCES
+                used.add(quantity.source)
+    assert used - {"estimate"} == set(HOUSEHOLD_SOURCES), "a source that nothing is from"
+
+
+@pytest.mark.parametrize("thing", HOUSEHOLD, ids=lambda t: t.name)
+def test_the_twin_pinches_what_the_table_says(thing: object) -> None:
+    thing = household_named(thing.name)
+    kind, numbers = thing.kind, thing.numbers
+    assert kind.shore_a == numbers.shore_a.value
+    assert kind.mass == pytest.approx(numbers.mass.value)
+    assert kind.nominal.modulus == gent_modulus(numbers.shore_a.value)
+    assert kind.nominal.bulk_stiffness > 0
+    assert (kind.fragility is None) == ("robust" in thing.group)
+
+
+@pytest.mark.parametrize(
+    ("cells", "word"),
+    [
+        ({"name": ""}, "name is empty"),
+        ({"name": "raspberry"}, "there is a 'raspberry' already"),
+        ({"origin": "found"}, "origin is 'found'"),
+        ({"group": "firm fragile"}, "group is 'firm fragile': its numbers say 'soft fragile'"),
+        ({"mass": "5"}, "mass is '5': use a number from 0.0001 to 2"),
+        ({"mass": "five grams"}, "mass is 'five grams'"),
+        ({"mass": "nan"}, "mass is 'nan'"),
+        ({"radius": "10"}, "radius is '10'"),
+        ({"mass": "", "mass_from": ""}, "mass is empty"),
+        ({"mass_from": ""}, "mass is from ''"),
+        ({"mass_from": "hearsay"}, "mass is from 'hearsay'"),
+        ({"limit": "", "limit_from": ""}, "limit and weibull belong together"),
+        ({"limit": ""}, "limit has a source and no value"),
+        ({"bulk": "", "bulk_from": "", "radius": "", "radius_from": ""}, "bulk is empty"),
+    ],
+)
+def test_a_wrong_row_is_refused(cells: dict[str, str], word: str) -> None:
+    with pytest.raises(InputError) as caught:
+        read_household(changed(1, **cells), HOUSEHOLD_SOURCES, "here.csv")
+    assert str(caught.value).startswith(f"here.csv, line 3: {word}")
+
+
+def test_a_table_of_another_form_is_refused() -> None:
+    for text in ("", TEXT.replace("shore_a,", "shore,", 1), TEXT + "raspberry,soft fragile\n"):
+        with pytest.raises(InputError, match=r"columns|cells"):
+            read_household(text, HOUSEHOLD_SOURCES, "here.csv")
+
+
+@pytest.mark.parametrize(
+    ("row", "word"),
+    [
+        ("ycb,a,2000,b,c", "is taken"),
+        ("estimate,a,2000,b,c", "is taken"),
+        ("new,a,two thousand,b,c", "no year"),
+        ("new,,2000,b,c", "is empty"),
+    ],
+)
+def test_a_wrong_source_is_refused(row: str, word: str) -> None:
+    with pytest.raises(InputError, match=word):
+        read_sources(f"{SOURCES}{row}\n", "here.csv")
+
+
+def test_specimens_scatter_as_their_kind_does_and_come_again() -> None:
+    thing = household_named("raspberry")
+    many = [draw_household_specimen(3, PAPER_RIG, thing, n) for n in range(400)]
+    assert many[7] == draw_household_specimen(3, PAPER_RIG, thing, 7)
+    scatter = SCATTER[thing.origin]
+    masses = np.log([one.mass / thing.kind.mass for one in many])
+    moduli = np.log([one.nominal.modulus / thing.kind.nominal.modulus for one in many])
+    frictions = np.array([one.friction for one in many]) - thing.kind.friction
+    for found, expected in (
+        (masses, scatter.mass), (moduli, scatter.modulus), (frictions, scatter.friction)
+    ):  # fmt: skip
+        assert found.std() == pytest.approx(expected, rel=0.15)
+        assert abs(found.mean()) < 0.2 * expected
+    assert thing.numbers.limit is not None
+    limits = np.array([one.fragility.scale for one in many])
+    below = (limits < thing.numbers.limit.value).mean()
+    assert below == pytest.approx(1 - np.exp(-1), abs=0.06)
+    # A specimen bears the same each time.
+    rng = np.random.default_rng(0)
+    assert {many[0].fragility.draw(rng) for _ in range(5)} == {limits[0]}
+
+
+def test_ranges_are_of_every_quantity() -> None:
+    assert tuple(RANGES) == QUANTITIES
+    assert all(low < high for low, high in RANGES.values())
+    heavy = replace(HOUSEHOLD[0].numbers.mass, value=1.0)
+    assert heavy.estimated == HOUSEHOLD[0].numbers.mass.estimated

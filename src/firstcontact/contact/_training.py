@@ -8,13 +8,11 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from firstcontact.contact.detector import Detector
 from firstcontact.contact.features import feature_count, window_features
 from firstcontact.contact.stream import SteadyState, WindowSizes
-from firstcontact.core.errors import InputError
-from firstcontact.core.layout import ChannelKind, Layout
+from firstcontact.core.layout import ChannelKind
 from firstcontact.core.pinch import Dataset, Pinch
-from firstcontact.signal import missing_smoothing, samples_in
+from firstcontact.signal import AsSent, samples_in
 
 #: A contact younger than this, s, looks like the start of a click of the gears:
 #: such windows teach nothing. Chosen with gamma and cost in folds of the training
@@ -31,15 +29,6 @@ def session_groups(sessions: NDArray[np.str_], folds: int) -> NDArray[np.intp]:
     """Number of each pinch's session; each pinch its own where there are too few."""
     names, numbers = np.unique(sessions, return_inverse=True)
     return np.arange(len(sessions)) if len(names) < folds else numbers.astype(np.intp)
-
-
-def require_rate(detector: Detector, layout: Layout) -> None:
-    """InputError where a detector was trained for another rate than that of the layout."""
-    if layout.rate != detector.rate:
-        raise InputError(
-            f"the {detector.title} detector was trained at {detector.rate:g} Hz and the layout "
-            f"says {layout.rate:g} Hz: make one with `firstcontact train --rate {layout.rate:g}`"
-        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,11 +117,8 @@ def _of_finger(
     rng: np.random.Generator,
 ) -> TrainingWindows:
     layout = pinch.layout
-    volts = pinch.vibration()[:, column : column + 1]
-    smoothing = missing_smoothing(
-        layout, layout.columns(ChannelKind.VIBRATION)[column : column + 1]
-    )
-    smooth = volts if smoothing is None else smoothing.update(volts)
+    columns = layout.columns(ChannelKind.VIBRATION)[column : column + 1]
+    smooth = AsSent(layout, columns).update(pinch.vibration()[:, column : column + 1])
     steady = SteadyState.of(smooth[: sizes.steady])
     x = steady.normalise(smooth)[:, 0]
     margin = samples_in(early, layout.rate)

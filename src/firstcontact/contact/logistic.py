@@ -16,11 +16,11 @@ from firstcontact.contact._logistic_training import (
     scores,
 )
 from firstcontact.contact._loudness import EACH, ORDER, loudness_features, prediction
-from firstcontact.contact._training import require_rate, session_groups, usable
+from firstcontact.contact._trained import TrainedDetector, spread_out
+from firstcontact.contact._training import session_groups
 from firstcontact.contact.closing_start import closings
-from firstcontact.contact.stream import WindowDetector
+from firstcontact.contact.registry import unfitted
 from firstcontact.core.errors import InputError
-from firstcontact.core.layout import Layout
 from firstcontact.core.palette import GREEN
 from firstcontact.core.pinch import Dataset
 
@@ -33,7 +33,7 @@ FOLDS = 3
 LOWEST = 1000.0
 
 
-class LogisticDetector(WindowDetector):
+class LogisticDetector(TrainedDetector):
     """Says that a finger touched where four looks in a row, 0.4 ms apart, agree.
 
     More looks are more chances of a false alarm; that the looks must agree, and a
@@ -51,22 +51,19 @@ class LogisticDetector(WindowDetector):
     name: ClassVar[str] = "logistic"
     title: ClassVar[str] = "Logistic"
     colour: ClassVar[str] = GREEN
-    learns: ClassVar[bool] = True
     step: ClassVar[float] = 0.0004
     duration: ClassVar[float] = 0.020 + (LOOKS - 1) * step
     reach: ClassVar[int] = 22
 
     def __init__(self, seed: int = 0) -> None:
-        self.seed = seed
+        super().__init__(seed)
         self._line: NDArray[np.float64] | None = None
-        self._threshold = 0.0
-        self._rate = 0.0
         self._weights = np.zeros((0, ORDER + 1))
 
     @property
-    def rate(self) -> float | None:
-        """The sampling rate that it was trained at, Hz; None before."""
-        return self._rate or None
+    def trained(self) -> bool:
+        """Whether it has learned, or was loaded."""
+        return self._line is not None
 
     def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
         """Learn from pinches whose first contact is known, from where each closing starts.
@@ -82,21 +79,15 @@ class LogisticDetector(WindowDetector):
         if rate < LOWEST:
             raise InputError(
                 f"the logistic detector needs samples at {LOWEST:g} Hz or more and these come at "
-                f"{rate:g} Hz: use --detector three_sigma"
+                f"{rate:g} Hz: use --detector {unfitted()}"
             )
         sizes = self.sizes(rate)
-        able = np.flatnonzero([usable(p, sizes, early) for p in dataset.pinches])
-        # Evenly spaced, not drawn: every session and object keeps its share.
-        spaced = np.linspace(0, max(0, len(able) - 1), min(PINCHES, len(able)))
-        subset = dataset.take(able[spaced.round().astype(np.intp)])
+        subset = spread_out(dataset, sizes, early, PINCHES)
         rng = np.random.default_rng(self.seed)
         looks = [looks_of(pinch, sizes, early, rng) for pinch in subset.pinches]
         shown = np.array([look.shows.any() for look in looks], dtype=np.bool_)
         if shown.sum() < 2:
-            raise InputError(
-                f"{shown.sum()} pinches have a first contact in their labels, a living sensor and "
-                "at least 43 ms of quiet before it: the logistic detector needs two or more"
-            )
+            raise self._too_few(shown.sum())
         looks = [look for look in looks if look.shows.any()]
         groups = session_groups(subset.sessions[shown], FOLDS) % FOLDS
         levels = np.empty((len(looks), 2))
@@ -110,21 +101,6 @@ class LogisticDetector(WindowDetector):
         self._line[-1] -= best_threshold(levels)
         self._rate = rate
         return self
-
-    def start(self, layout: Layout) -> None:
-        """Begin a new closing: forget the stream and release all fingers.
-
-        Raises
-        ------
-        InputError
-            When it was not trained, or for another rate.
-        """
-        if self._line is None:
-            raise InputError(
-                "the logistic detector has not been trained: fit it or load a trained one"
-            )
-        require_rate(self, layout)
-        super().start(layout)
 
     def settled(self, quiet: NDArray[np.float64]) -> None:
         """Learn what of the motor can be foretold."""
@@ -162,8 +138,8 @@ class LogisticDetector(WindowDetector):
         InputError
             When it was not trained.
         """
-        if self._line is None:
-            raise InputError("the logistic detector has not been trained: there is nothing to save")
+        self._require_training("there is nothing to save")
+        assert self._line is not None
         return {"line": self._line, "rate": np.asarray(self._rate)}
 
     @classmethod

@@ -9,19 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact._rbf import RbfMachine
+from firstcontact.contact._trained import TrainedDetector, spread_out
 from firstcontact.contact._training import (
     PHASES,
     TrainingWindows,
-    require_rate,
     session_groups,
     training_windows,
-    usable,
 )
 from firstcontact.contact.closing_start import closings
 from firstcontact.contact.features import feature_count, window_features
-from firstcontact.contact.stream import WindowDetector
 from firstcontact.core.errors import InputError
-from firstcontact.core.layout import Layout
 from firstcontact.core.palette import BLUE
 from firstcontact.core.pinch import Dataset
 
@@ -35,7 +32,7 @@ COST = 100.0
 FOLDS = 3
 
 
-class SvmDetector(WindowDetector):
+class SvmDetector(TrainedDetector):
     """One RBF-SVM for both fingers, on features of the window.
 
     Trained on contacts at several ages and on the windows before them; the
@@ -53,18 +50,16 @@ class SvmDetector(WindowDetector):
     name: ClassVar[str] = "svm"
     title: ClassVar[str] = "SVM"
     colour: ClassVar[str] = BLUE
-    learns: ClassVar[bool] = True
 
     def __init__(self, seed: int = 0) -> None:
-        self.seed = seed
+        super().__init__(seed)
         self._machine: RbfMachine | None = None
         self._threshold = 0.0
-        self._rate = 0.0
 
     @property
-    def rate(self) -> float | None:
-        """The sampling rate that it was trained at, Hz; None before."""
-        return self._rate or None
+    def trained(self) -> bool:
+        """Whether it has learned, or was loaded."""
+        return self._machine is not None
 
     def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
         """Learn from pinches whose first contact is known, from where each closing starts.
@@ -78,17 +73,11 @@ class SvmDetector(WindowDetector):
         dataset = closings(dataset)
         rate = dataset.layout.rate if len(dataset) else 0.0
         sizes = self.sizes(rate)
-        able = np.flatnonzero([usable(p, sizes, early) for p in dataset.pinches])
-        # Evenly spaced, not drawn: every session and object keeps its share.
-        spaced = np.linspace(0, max(0, len(able) - 1), min(PINCHES, len(able)))
-        subset = dataset.take(able[spaced.round().astype(np.intp)])
+        subset = spread_out(dataset, sizes, early, PINCHES)
         data = training_windows(subset, sizes, early, self.seed)
         shown = np.unique(data.pinch[data.positive])
         if len(shown) < 2:
-            raise InputError(
-                f"{len(shown)} pinches have a first contact in their labels, a living sensor and "
-                "at least 43 ms of quiet before it: the SVM detector needs two or more"
-            )
+            raise self._too_few(len(shown))
         groups = np.zeros(len(subset), dtype=np.intp)
         groups[shown] = session_groups(subset.sessions[shown], FOLDS)
         held_out = np.empty(len(data.features))
@@ -101,19 +90,6 @@ class SvmDetector(WindowDetector):
         self._machine = _train(data, self.seed)
         self._rate = rate
         return self
-
-    def start(self, layout: Layout) -> None:
-        """Begin a new closing: forget the stream and release all fingers.
-
-        Raises
-        ------
-        InputError
-            When it was not trained, or for another rate.
-        """
-        if self._machine is None:
-            raise InputError("the SVM detector has not been trained: fit it or load a trained one")
-        require_rate(self, layout)
-        super().start(layout)
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Say which windows the machine puts above its threshold."""
@@ -134,8 +110,8 @@ class SvmDetector(WindowDetector):
         InputError
             When it was not trained.
         """
-        if self._machine is None:
-            raise InputError("the SVM detector has not been trained: there is nothing to save")
+        self._require_training("there is nothing to save")
+        assert self._machine is not None
         own = {"threshold": np.float64(self._threshold), "rate": np.float64(self._rate)}
         return self._machine.to_arrays() | {k: np.asarray(v) for k, v in own.items()}
 

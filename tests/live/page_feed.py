@@ -69,9 +69,19 @@ class Feed:
         complete = first + 77
         in_time = complete < self.contacts[1].decided
         self.estimate = Estimated(
-            self.contacts[0], self.shore, self.shore - 5.2, self.shore + 6.1, 0.9, 0.015, complete,
-            self.epoch, Case.IN_TIME if in_time else Case.TOO_LATE, in_time, 0.0, 0.00021,
-        )  # fmt: skip
+            contact=self.contacts[0],
+            value=self.shore,
+            low=self.shore - 5.2,
+            high=self.shore + 6.1,
+            level=0.9,
+            duration=0.015,
+            complete=complete,
+            epoch=self.epoch,
+            case=Case.IN_TIME if in_time else Case.TOO_LATE,
+            used=in_time,
+            host=0.0,
+            compute=0.00021,
+        )
         self.refused = self.pinches % 7 == 5
         end = self.armed + 4500
         self.done = PinchDone(

@@ -152,6 +152,27 @@ def test_a_closing_that_breaks_off_keeps_what_was_told(
     assert done.refused == ""
 
 
+@settings(max_examples=15)
+@given(data=st.data())
+def test_every_closing_with_a_contact_settles_whatever_is_lost(
+    fresh: Dataset, detector: Detector, anytime: InContextModel, data: st.DataObject
+) -> None:
+    blocks = blocks_of(fresh.take([0, 1, 2]))
+    kept = []
+    for block in blocks:
+        lost, missing = data.draw(st.integers(600, 900)), data.draw(st.integers(1, 120))
+        kept += [
+            Block(block.data[:lost], block.first_sample, block.epoch),
+            Block(block.data[lost + missing :], block.first_sample + lost + missing, block.epoch),
+        ]
+    events = run(pipeline(detector, anytime), kept)
+    for done in (e for e in events if isinstance(e, PinchDone)):
+        settled = [e for e in events if isinstance(e, Settled) and e.contact == done.contacts[0]]
+        assert settled
+        assert settled[-1].answer == done.standing
+        assert done.answers or done.refused
+
+
 def test_an_answer_that_is_no_number_is_refused(
     fresh: Dataset, detector: Detector, anytime: InContextModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -163,7 +184,9 @@ def test_an_answer_that_is_no_number_is_refused(
         lambda *a: replace(answers(*a), values=np.full(len(a[1]), np.nan)),
     )
     events = run(asked, blocks_of(fresh.take([0])))
-    assert not [e for e in events if isinstance(e, Running | Settled)]
+    assert not [e for e in events if isinstance(e, Running)]
+    (settled,) = [e for e in events if isinstance(e, Settled)]
+    assert settled.answer is None
     (refused,) = [e for e in events if isinstance(e, Refused)]
     assert refused.reason == "the model's answer is no finite number"
     (done,) = [e for e in events if isinstance(e, PinchDone)]

@@ -9,6 +9,7 @@ from typing import Any
 from firstcontact.core import Contact, Finger
 from firstcontact.device import Descriptor, Health
 from firstcontact.live.events import (
+    Answer,
     Armed,
     Case,
     Estimated,
@@ -164,35 +165,38 @@ def _case(case: Case | None) -> str | None:
 
 
 def _running(event: Running) -> dict[str, Any]:
-    return {
-        **_contact(event.contact),
-        "value": event.value,
-        "low": event.low,
-        "high": event.high,
-        "level": event.level,
-        "out_of_range": event.strange,
-        "samples": event.samples,
-        "signal_s": event.duration,
-        "complete": event.complete,
-        "epoch": event.epoch,
-        "host_s": event.host,
-        "compute_s": event.compute,
-        "waited_s": event.waited,
-    }
+    return _answer(
+        event,
+        {
+            "out_of_range": event.strange,
+            "samples": event.samples,
+            "signal_s": event.duration,
+        },
+    )
 
 
 def _estimate(event: Estimated) -> dict[str, Any]:
+    return _answer(
+        event,
+        {"window_s": event.duration},
+        {"case": event.case.name.lower(), "used": event.used},
+    )
+
+
+def _answer(
+    event: Answer, signal: Mapping[str, Any], judged: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """What all answers tell, with what one says of its signal and of itself."""
     return {
         **_contact(event.contact),
         "value": event.value,
         "low": event.low,
         "high": event.high,
         "level": event.level,
-        "window_s": event.duration,
+        **signal,
         "complete": event.complete,
         "epoch": event.epoch,
-        "case": event.case.name.lower(),
-        "used": event.used,
+        **(judged or {}),
         "host_s": event.host,
         "compute_s": event.compute,
         "waited_s": event.waited,

@@ -36,6 +36,7 @@ class RunningAnswers:
         self._model = model
         self._clock = clock
         self._rate = layout.rate
+        self._longest = moments(layout.rate)[-1]
         self._stream = TouchStream(layout)
         self._known: NDArray[np.float64] | None = None
         self._first: Contact | None = None
@@ -111,7 +112,7 @@ class RunningAnswers:
             self._refuse("the model's answer is no finite number")
             return []
         now = self._clock()
-        half = self._model.half_widths(given.spreads, touches.valid)
+        half = self._model.half_widths(given.spreads, touches.valid, self._rate)
         fresh = [
             Running(
                 contact=first,
@@ -135,29 +136,31 @@ class RunningAnswers:
         self.told += len(fresh)
         found: list[tuple[int, Event]] = [(e.complete, e) for e in fresh]
         last = fresh[-1]
-        last_moment = last.samples == moments(self._rate)[-1]
-        if last_moment and (second is None or last.complete < second.decided):
-            self._settled = True
-            found.append((last.complete, Settled(first, last, 0, last.complete, block.epoch)))
+        if last.samples == self._longest and (second is None or last.complete < second.decided):
+            found.append((last.complete, self._settle(first, last.complete, block.epoch)))
         return found
 
     def _stop(self, first: Contact, second: Contact, epoch: int) -> list[tuple[int, Event]]:
         """Nothing after the second contact counts; what stands where that was not known yet."""
         allowed = second.sample - first.sample
         self.answers = [e for e in self.answers if e.samples <= allowed]
-        withdrawn = self.told - len(self.answers)
-        if self.refused or (self._settled and not withdrawn):
+        if self._settled and self.told == len(self.answers):
             return []
         if not self.answers:
             self._refuse("the second finger touched before there was an answer")
-        answer = self.answers[-1] if self.answers else None
-        return [(second.decided, Settled(first, answer, withdrawn, second.decided, epoch))]
+        return [(second.decided, self._settle(first, second.decided, epoch))]
 
     def finish(self, sample: int, epoch: int) -> list[Event]:
         """The closing ends before this sample: what stands, where that was not told yet."""
-        if self._first is None or not self.answers or self._settled or self._second is not None:
+        if self._first is None or self._settled:
             return []
-        return [Settled(self._first, self.answers[-1], 0, sample - 1, epoch)]
+        return [self._settle(self._first, sample - 1, epoch)]
+
+    def _settle(self, first: Contact, complete: int, epoch: int) -> Settled:
+        """What stands, nothing where there is no answer that counts."""
+        self._settled = True
+        answer = self.answers[-1] if self.answers else None
+        return Settled(first, answer, self.told - len(self.answers), complete, epoch)
 
     def _refuse(self, why: str) -> None:
         self.refused = self.refused or why

@@ -37,9 +37,9 @@ class Touched:
     host: float
 
 
-@dataclass(frozen=True, slots=True)
-class Estimated:
-    """How stiff what the first finger touched is.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Answer:
+    """How stiff what the first finger touched is, as a model says.
 
     Parameters
     ----------
@@ -52,20 +52,15 @@ class Estimated:
     level
         Share of intervals that are to hold the truth; 0 without one.
     duration
-        Of the window, s.
+        Of the signal after the contact that it was made from, s.
     complete
-        Number of the sample with which window and contact were both known.
+        Number of the sample with which that and the contact were both known.
     epoch
         Of the samples.
-    case
-        Whether the second finger was known to touch by then, told by the samples
-        up to ``complete``. In hindsight see :attr:`PinchDone.cases`.
-    used
-        Whether it may be acted upon: it came in time, as far as was known.
     host
         When it came (monotonic, s).
     compute
-        From having the block that completed the window to the estimate, s.
+        From having the block that completed it to the answer, s.
     waited
         How long that sample waited for the rest of its block, by the device's clock, s.
     """
@@ -78,69 +73,57 @@ class Estimated:
     duration: float
     complete: int
     epoch: int
-    case: Case
-    used: bool
     host: float
     compute: float
     waited: float = 0.0
 
     def after(self, rate: float) -> float:
-        """From the contact to the estimate, s, without the way through the cable."""
+        """From the contact to the answer, s, without the way through the cable; rate in Hz."""
         return (self.complete - self.contact.sample) / rate + self.waited + self.compute
 
 
-@dataclass(frozen=True, slots=True)
-class Running:
-    """What an any-time model knows so far of what the first finger touched.
-
-    It comes with each millisecond after the contact, from 2 ms on.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimated(Answer):
+    """What a model of a fixed window says, once.
 
     Parameters
     ----------
-    contact
-        The first contact.
-    value
-        Shore A.
-    low, high
-        Bounds of the interval.
-    level
-        Share of intervals that are to hold the truth.
+    case
+        Whether the second finger was known to touch by then, told by the samples
+        up to ``complete``. In hindsight see :attr:`PinchDone.cases`.
+    used
+        Whether it may be acted upon: it came in time, as far as was known.
+    """
+
+    case: Case
+    used: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Running(Answer):
+    """What an any-time model knows so far, each millisecond from 2 ms after the contact on.
+
+    Parameters
+    ----------
     half_width
         Of the interval, before it was cut off at the ends of the scale.
     strange
         Whether the contact is out of range: like nothing that was learned from, so that the
         interval may not hold.
-    samples, duration
-        Of the signal after the contact that it was made from; the latter in s.
-    complete
-        Number of the sample with which these and the contact were known.
-    epoch, host, compute, waited
-        As of :class:`Estimated`.
+    samples
+        That it was made from, after the contact.
     """
 
-    contact: Contact
-    value: float
-    low: float
-    high: float
-    level: float
     half_width: float
     strange: bool
     samples: int
-    duration: float
-    complete: int
-    epoch: int
-    host: float
-    compute: float
-    waited: float = 0.0
-
-    def after(self, rate: float) -> float:
-        """From the contact to the answer, s, without the way through the cable."""
-        return (self.complete - self.contact.sample) / rate + self.waited + self.compute
 
 
 @dataclass(frozen=True, slots=True)
 class Settled:
-    """No better answer comes: the second finger touches, or the longest time is over.
+    """No better answer comes: second contact, longest time over, or the closing ended before.
+
+    Every closing with a contact has one where an any-time model is asked.
 
     A second contact is decided a little after it happens. Answers that were made from samples
     after it are withdrawn then: so this may come twice in a closing, and the later one counts.

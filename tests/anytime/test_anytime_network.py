@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from firstcontact.anytime.in_context import moments
+from firstcontact.anytime.in_context import mean_and_spread
 from firstcontact.anytime.inputs import INPUTS
 from firstcontact.anytime.network import CENTRE, UNIT, Network
 from firstcontact.anytime.rig import GENERAL, STAGES, TOKEN
@@ -102,8 +102,8 @@ def test_every_array_is_needed_and_looked_at() -> None:
             Network({n: a for n, a in arrays.items() if n != name})
 
 
-def test_moments_of_a_mixture_in_closed_form() -> None:
+def test_mean_and_spread_of_a_mixture_in_closed_form() -> None:
     mixture = np.array([[[0.5, 0.5, 0.0]], [[10.0, 30.0, 99.0]], [[3.0, 4.0, 1.0]]])
-    value, sd = moments(mixture)
+    value, sd = mean_and_spread(mixture)
     assert value[0] == pytest.approx(20.0)
     assert sd[0] == pytest.approx(np.sqrt(0.5 * (9 + 16) + 100))

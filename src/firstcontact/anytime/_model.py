@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,14 @@ class Answers:
 
     def __len__(self) -> int:
         return len(self.values)
+
+
+class Answering(Protocol):
+    """Whatever answers about contacts after any time."""
+
+    def answers(self, touches: Touches) -> Answers:
+        """Answers about the valid part of each contact."""
+        ...
 
 
 class AnytimeModel(ABC):

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from firstcontact.anytime._features import Shape
 from firstcontact.anytime._model import Answers, AnytimeModel, Arrays
-from firstcontact.anytime.inputs import beside, network_inputs
+from firstcontact.anytime.inputs import BESIDE, beside, network_inputs
 from firstcontact.anytime.motor_pitch import POINTS, MotorPitch
 from firstcontact.anytime.network import Context, Network
 from firstcontact.anytime.rig import GENERAL, STAGES, TOKEN, Rig, stage_of
@@ -22,6 +22,7 @@ from firstcontact.anytime.strange import Familiar, shape_traits, still
 from firstcontact.anytime.touches import Touches, Values, lengths
 from firstcontact.core import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.rate import same_rate
 from firstcontact.stiffness.interval import SHORE_A
 
 #: Number of the rig that stands for any finger.
@@ -75,9 +76,11 @@ class InContextModel(AnytimeModel):
         """The pre-trained network."""
         return self._network
 
-    def half_widths(self, spreads: Values, samples: NDArray[np.intp] | int) -> Values:
+    def half_widths(
+        self, spreads: Values, samples: NDArray[np.intp] | int, rate: float = FINGERTIP_RATE
+    ) -> Values:
         """Half widths of intervals of answers with these spreads after so many samples."""
-        return spreads * self._factors[stage_of(samples, self.rate)]
+        return spreads * self._factors[stage_of(samples, rate)]
 
     @property
     def shortest(self) -> int:
@@ -90,12 +93,9 @@ class InContextModel(AnytimeModel):
 
     def known(self, touches: Touches) -> NDArray[np.float64]:
         """What :meth:`answers` needs to know beside the signal after the contacts."""
-        out = np.empty((len(touches), 0))
+        out = np.empty((len(touches), BESIDE))
         for finger, which in self._by_rig(touches):
-            found = beside(touches.take(which), self.rigs[finger])
-            if out.shape[1] != found.shape[1]:
-                out = np.empty((len(touches), found.shape[1]))
-            out[which] = found
+            out[which] = beside(touches.take(which), self.rigs[finger])
         return out
 
     def answers(self, touches: Touches, known: NDArray[np.float64] | None = None) -> Answers:
@@ -104,28 +104,28 @@ class InContextModel(AnytimeModel):
         n = len(touches)
         values, spreads = np.empty(n), np.empty(n)
         strange = np.zeros(n, np.bool_)
-        beside = self.known(touches) if known is None else known
+        told = self.known(touches) if known is None else known
         stages = stage_of(touches.valid, touches.rate)
         for finger, which in self._by_rig(touches):
             rig = self.rigs[finger]
             its = touches if len(which) == n else touches.take(which)
             level, sign = np.full(len(its), rig.level), np.full(len(its), rig.sign)
             shape = Shape.of(its.after, its.valid, level, sign)
-            x = network_inputs(shape, beside[which])
+            x = network_inputs(shape, told[which])
             mixture = self._network.outputs(x, self._contexts[finger], stages[which])
-            values[which], spreads[which] = moments(mixture)
+            values[which], spreads[which] = mean_and_spread(mixture)
             found = shape_traits(shape, its.signals[:, : its.before])
             if rig.tokens.shape[1]:
                 strange[which] = self._familiar.strange(found, stages[which])
             else:  # of an unknown rig no level is known, but a converter that stands still is
                 strange[which] = still(found)
-        half = self._factors[stages] * spreads
+        half = self.half_widths(spreads, touches.valid, touches.rate)
         values = np.clip(values, *SHORE_A)
         low, high = (np.clip(values + way * half, *SHORE_A) for way in (-1, 1))
         return Answers(values, spreads, low, high, strange)
 
     def _check(self, touches: Touches) -> None:
-        if not abs(touches.rate - self.rate) <= 0.01 * self.rate:
+        if not same_rate(touches.rate, self.rate):
             raise InputError(
                 f"the model takes contacts at {self.rate:g} Hz but these have {touches.rate:g} Hz: "
                 "resample the pinches first"
@@ -171,7 +171,7 @@ class InContextModel(AnytimeModel):
             raise InputError(f"the array {error} is missing") from None
 
 
-def moments(mixture: NDArray[np.float64]) -> tuple[Values, Values]:
+def mean_and_spread(mixture: NDArray[np.float64]) -> tuple[Values, Values]:
     """Mean and standard deviation of mixtures, as :meth:`Network.outputs` gives them."""
     weight, mean, sd = mixture
     value: Values = (weight * mean).sum(axis=1)

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.anytime.touches import GUARD, Signals, Values
+from firstcontact.anytime.touches import Signals, Values
 from firstcontact.signal import samples_in
+from firstcontact.signal.windowing import BASELINE_GUARD
 
 #: Range of frequencies that is listened to, Hz, and the points that it is told in.
 LOWEST, HIGHEST, POINTS = 100.0, 2300.0, 400
@@ -48,7 +49,7 @@ def spectra(signals: Signals, before: int, rate: float) -> Spectra:
     ndarray
         Natural logarithm of power, on an axis of ln(frequency), shape (n, POINTS).
     """
-    quiet = signals[:, : before - samples_in(GUARD, rate)].astype(np.float64)
+    quiet = signals[:, : before - samples_in(BASELINE_GUARD, rate)].astype(np.float64)
     quiet = (quiet - quiet.mean(axis=1, keepdims=True)) * np.hanning(quiet.shape[1])
     power = np.abs(np.fft.rfft(quiet, _FFT, axis=1)) ** 2
     # In converter counts of 3.2 mV, so that what is added is far below any noise.

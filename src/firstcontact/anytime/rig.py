@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.anytime._features import NAMES, features, masked
+from firstcontact.anytime._features import NAMES, Shape, masked
 from firstcontact.anytime.motor_pitch import BELIEVED, MotorPitch, spectra
 from firstcontact.anytime.touches import Touches, Values, lengths
 from firstcontact.core import InputError
@@ -127,9 +127,10 @@ def _tokens(
     """What is known of each level at a stage, shape (levels, TOKEN)."""
     samples = round(stage * lengths(touches.rate)[1] / STAGES[-1])
     valid = np.minimum(touches.valid, samples)
-    v = masked(sign * touches.after.astype(np.float64), valid)
-    found = features(v, valid, np.full(len(v), level))
-    places = np.linspace(0, v.shape[1] - 1, WAVE).round().astype(np.intp)
+    n = len(touches)
+    after = touches.after.astype(np.float64)
+    found = Shape.of(after, valid, np.full(n, level), np.full(n, sign)).features
+    places = np.linspace(0, after.shape[1] - 1, WAVE).round().astype(np.intp)
     waves = np.where(places < touches.valid[:, None], sign * touches.after[:, places], np.nan)
     out = np.empty((len(groups), TOKEN))
     for row, group in enumerate(groups):

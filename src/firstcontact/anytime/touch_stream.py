@@ -13,12 +13,11 @@ from firstcontact.anytime.touches import (
     finger_number,
 )
 from firstcontact.core import Block, ChannelKind, Contact, Layout, Physical
-from firstcontact.signal import missing_smoothing, samples_in
+from firstcontact.signal import AsSent, samples_in
+from firstcontact.signal.windowing import MEMORY
 
 #: From one answer to the next, s.
 STEP = 0.001
-#: So long before the newest sample a contact may lie when a stream is told of it, s.
-LATEST = 0.050
 
 
 def moments(rate: float) -> tuple[int, ...]:
@@ -44,7 +43,7 @@ class TouchStream:
         self._columns = layout.columns(ChannelKind.VIBRATION)
         self._fingers = layout.vibration_fingers
         self._volts = Physical(layout, self._columns)
-        self._remember = samples_in(BEFORE + LATEST + LONGEST, layout.rate)
+        self._remember = samples_in(BEFORE + MEMORY + LONGEST, layout.rate)
         self._contact: Contact | None = None
         self._left: tuple[int, ...] = moments(layout.rate)
         #: Why nothing more comes, "" where all is well.
@@ -54,7 +53,7 @@ class TouchStream:
     def _restart(self, first_sample: int, epoch: int) -> None:
         if self._contact is not None and self._left:
             self._refuse("samples were lost")
-        self._smoothing = missing_smoothing(self._layout, self._columns)
+        self._smoothing = AsSent(self._layout, self._columns)
         self._past = np.zeros((0, len(self._columns)))
         self._end = first_sample
         self._epoch = epoch
@@ -84,8 +83,7 @@ class TouchStream:
             return None
         if block.first_sample != self._end or block.epoch != self._epoch:
             self._restart(block.first_sample, block.epoch)
-        volts = self._volts(block.data)
-        smooth = volts if self._smoothing is None else self._smoothing.update(volts)
+        smooth = self._smoothing.update(self._volts(block.data))
         self._past = np.concatenate([self._past[-self._remember :], smooth])
         self._end = block.end
         if contact is not None:
@@ -110,14 +108,8 @@ class TouchStream:
             return None
         self._left = self._left[len(now) :]
         n = len(now)
-        return Touches(
-            np.tile(signal, (n, 1)),
-            now,
-            np.full(n, finger_number(contact.finger), np.intp),
-            np.full(n, np.nan),
-            np.full(n, np.nan),
-            self._layout.rate,
-        )
+        fingers = np.full(n, finger_number(contact.finger), np.intp)
+        return Touches.untold(np.tile(signal, (n, 1)), now, fingers, self._layout.rate)
 
     def _refuse(self, why: str) -> None:
         self.refused, self._left = why, ()

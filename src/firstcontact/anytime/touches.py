@@ -10,17 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import ChannelKind, Contact, Dataset, Finger, Pinch
-from firstcontact.signal import missing_smoothing, samples_in
+from firstcontact.signal import AsSent, samples_in
+from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD
 
 #: So much of the signal before the contact is looked at, s: there the motor is heard.
 BEFORE = 0.040
 #: Answers come from so long after the contact on, and until so long after it, s.
 SHORTEST = 0.002
 LONGEST = 0.015
-#: Mean of the signal before the contact: so much of it, ending so long before the contact, s.
-#: What is placed as a contact may be a little late.
-BASELINE = 0.020
-GUARD = 0.002
+#: Times after the contact that answers are scored at, ms.
+TIMES = (2, 3, 5, 8, 15)
 
 Signals = NDArray[np.float32]
 Values = NDArray[np.float64]
@@ -59,6 +58,19 @@ class Touches:
 
     def __len__(self) -> int:
         return len(self.signals)
+
+    @classmethod
+    def untold(
+        cls, signals: Signals, valid: NDArray[np.intp], fingers: NDArray[np.intp], rate: float
+    ) -> Touches:
+        """With neither speed nor radius told."""
+        nothing = np.full(len(signals), np.nan)
+        return cls(signals, valid, fingers, nothing, nothing.copy(), rate)
+
+    @property
+    def answerable(self) -> NDArray[np.bool_]:
+        """Which have enough valid samples for an answer, shape (n,)."""
+        return self.valid >= lengths(self.rate)[0]
 
     @property
     def before(self) -> int:
@@ -108,7 +120,7 @@ def cut_touch(volts: NDArray[Any], start: int, rate: float) -> Signals | None:
     here = volts[max(start - before, 0) : start + longest]
     if start < before or len(here) < before + lengths(rate)[0]:
         return None
-    quiet_end = before - samples_in(GUARD, rate)
+    quiet_end = before - samples_in(BASELINE_GUARD, rate)
     baseline = here[quiet_end - samples_in(BASELINE, rate) : quiet_end].mean()
     if not np.isfinite(here).all() or np.ptp(here) == 0.0:
         return None
@@ -161,12 +173,10 @@ def touches_of(
     rate = dataset.layout.rate
     width = samples_in(BEFORE, rate) + samples_in(LONGEST, rate)
     return (
-        Touches(
+        Touches.untold(
             np.array(signals, np.float32).reshape(-1, width),
             np.array(valid, np.intp),
             np.array(fingers, np.intp),
-            np.full(len(which), np.nan),
-            np.full(len(which), np.nan),
             rate,
         ),
         np.array(which, np.intp),
@@ -183,6 +193,5 @@ def _signal(pinch: Pinch, contact: Contact) -> Signals | None:
     if not columns:
         return None
     volts = pinch.layout.physical(pinch.data, columns)
-    smoothing = missing_smoothing(pinch.layout, columns)
-    smooth = volts if smoothing is None else smoothing.update(volts)
+    smooth = AsSent(pinch.layout, columns).update(volts)
     return cut_touch(smooth[:, 0], contact.sample - pinch.first_sample, pinch.layout.rate)

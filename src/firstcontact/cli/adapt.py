@@ -12,6 +12,7 @@ from firstcontact.cli.choices import one_of
 from firstcontact.cli.train_folder import check_replaceable
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.core.errors import InputError
+from firstcontact.core.rate import same_rate
 
 if TYPE_CHECKING:
     from firstcontact.anytime import InContextModel
@@ -72,7 +73,7 @@ class Adapt:
         dataset = dataset.take(~dataset.test)
         if not len(dataset):
             raise InputError(f'{self.data}: all pinches have role "test": none is there to use')
-        if abs(dataset.layout.rate - base.rate) > 0.01 * base.rate:
+        if not same_rate(dataset.layout.rate, base.rate):
             # The detector, too, is for the rate that the model takes: they listen to one stream.
             dataset = at_rate(dataset, base.rate, self.data)
         detector = fit_detector(dataset, self.detector)
@@ -102,23 +103,20 @@ def adapted(
     import numpy as np
 
     from firstcontact.anytime.model_file import save_anytime
-    from firstcontact.anytime.touches import touches_of
     from firstcontact.core.jobs import Serial
     from firstcontact.learning.adapting import adapt
     from firstcontact.learning.alignment import found_as_live
+    from firstcontact.learning.labelled_touches import LabelledTouches
 
     contacts = contacts or found_as_live(dataset, detector, seed, Serial())
-    touches, which = touches_of(dataset, contacts.contacts)
-    known = np.isfinite(dataset.shore_a[which])
-    touches, which = touches.take(known), which[known]
-    shore_a, sessions = dataset.shore_a[which], dataset.sessions[which]
+    known = LabelledTouches.of(dataset, contacts.contacts)
     try:
-        made = adapt(base, touches, shore_a, sessions if (sessions != "").all() else None, seed)
+        made = adapt(base, known.touches, known.shore_a, known.named_sessions, seed)
     except InputError as error:
         raise UnknownRigError(f"{data}: {error}") from None
-    levels = [float(level) for level in np.unique(shore_a)]
+    levels = [float(level) for level in np.unique(known.shore_a)]
     about = {
-        "pinches": len(shore_a),
+        "pinches": len(known),
         "levels": levels,
         "contacts": contacts.how,
         "scores": {f"held out, {way}": round(score, 3) for way, score in made.scores.items()},
@@ -126,7 +124,7 @@ def adapted(
     save_anytime(made.model, out, about)
     compared = ", ".join(f"{way}: rmse {score:.2f}" for way, score in made.scores.items())
     return [
-        f"the rig is known by {len(shore_a)} pinches of {len(levels)} Shore A levels",
+        f"the rig is known by {len(known)} pinches of {len(levels)} Shore A levels",
         f"fingers as one or each by itself, on pinches held out: {compared or 'too few pinches'}; "
         f"kept: {made.way}",
     ]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from firstcontact.cli.train import aligned_by_truth, at_rate
 from firstcontact.core.errors import InputError
+from firstcontact.core.rate import same_rate
 
 if TYPE_CHECKING:
     from firstcontact.core import Dataset
@@ -23,34 +24,28 @@ def anytime_lines(
     InputError
         A damaged model, or no pinch that it can be asked about.
     """
-    import numpy as np
-
-    from firstcontact.anytime import touches_of
     from firstcontact.anytime.model_file import load_anytime, read_anytime_card
     from firstcontact.contact.detector_file import load_detector
     from firstcontact.learning.alignment import found, known
     from firstcontact.learning.anytime_scores import answers_by_time, anytime_scores
-    from firstcontact.learning.training import distinct_specimens
+    from firstcontact.learning.labelled_touches import LabelledTouches
 
     model = load_anytime(folder)
-    if abs(dataset.layout.rate - model.rate) > 0.01 * model.rate:
+    if not same_rate(dataset.layout.rate, model.rate):
         dataset = at_rate(dataset, model.rate, data)
     if aligned_by_truth(contacts, dataset, data):
         aligned = known(dataset)
     else:
         aligned = found(dataset, load_detector(detector or folder))
-    touches, which = touches_of(dataset, aligned.contacts)
-    usable = np.isfinite(dataset.shore_a[which]) & (touches.valid >= model.shortest)
-    touches, which = touches.take(usable), which[usable]
-    if not len(which):
+    asked = LabelledTouches.of(dataset, aligned.contacts)
+    asked = asked.take(asked.touches.answerable)
+    if not len(asked):
         raise InputError(
             f"{data}: none of {len(dataset)} pinches has a contact ({aligned.how}), a Shore A, and "
             f"{model.shortest} samples before its second contact"
         )
-    specimens = distinct_specimens(dataset)[which]
-    clusters = np.where(specimens == "", which.astype(np.str_), specimens)
-    answers = answers_by_time(model, touches)
-    scores = anytime_scores(answers, dataset.shore_a[which], clusters, seed=0)
+    answers = answers_by_time(model, asked.touches)
+    scores = anytime_scores(answers, asked.shore_a, asked.clusters, seed=0)
     return [
         f"at any time: contacts {aligned.how}; {scores.n} pinches scored, "
         f"{len(dataset) - scores.n} without contact or label, or ended by the second contact",

@@ -15,6 +15,7 @@ from firstcontact.cli.train_folder import check_replaceable, folder_name
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.core.errors import InputError
 from firstcontact.core.extras import need
+from firstcontact.core.rate import same_rate
 from firstcontact.stiffness.registry import ESTIMATORS
 
 if TYPE_CHECKING:
@@ -221,7 +222,7 @@ def _anytime(
 
     base = pretrained()
     rate = dataset.layout.rate
-    if abs(rate - base.rate) > 0.01 * base.rate:
+    if not same_rate(rate, base.rate):
         return [f"no any-time model: it takes {base.rate:g} Hz and these pinches have {rate:g} Hz"]
     try:
         said = adapted(base, dataset, detector, data, making, seed, contacts)

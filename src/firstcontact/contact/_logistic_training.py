@@ -14,7 +14,7 @@ from scipy.signal import lfilter
 from firstcontact.contact._loudness import EACH, ORDER, loudness_features, prediction
 from firstcontact.contact.stream import SteadyState, WindowSizes
 from firstcontact.core.pinch import Pinch
-from firstcontact.signal import missing_smoothing, samples_in
+from firstcontact.signal import AsSent, samples_in
 
 #: Looks that must agree, each a step after the other: 1.2 ms, which outlasts most clicks.
 LOOKS = 4
@@ -116,9 +116,7 @@ def looks_of(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Gene
         The contacts may be up to this much earlier than their labels, s.
     """
     layout, rate = pinch.layout, pinch.layout.rate
-    smoothing = missing_smoothing(layout)
-    volts = pinch.vibration()
-    smooth = volts if smoothing is None else smoothing.update(volts)
+    smooth = AsSent(layout).update(pinch.vibration())
     steady = SteadyState.of(smooth[: sizes.steady])
     margin = samples_in(early, rate)
     first = pinch.truth[0].sample - pinch.first_sample

@@ -19,7 +19,7 @@ from firstcontact.core.errors import InputError
 from firstcontact.core.layout import ChannelKind, Finger, Layout, Physical
 from firstcontact.core.palette import SKY
 from firstcontact.core.pinch import Contact, Dataset
-from firstcontact.signal import missing_smoothing, samples_in
+from firstcontact.signal import AsSent, samples_in
 
 #: Longest piece of a block that is worked on at once, samples: bounds the memory.
 PIECE = 30_000
@@ -178,7 +178,7 @@ class WindowDetector(ABC):
         self._restart(0)
 
     def _restart(self, first_sample: int) -> None:
-        self._smoothing = missing_smoothing(self._layout)
+        self._smoothing = AsSent(self._layout)
         self._state: SteadyState | None = None
         #: Samples still needed, and the device's number of the first of them.
         self._past = np.zeros((0, len(self._columns)))
@@ -218,7 +218,7 @@ class WindowDetector(ABC):
 
     def _judge_run(self, volts: NDArray[np.float64]) -> WindowDecisions:
         sizes = self._sizes
-        new = volts if self._smoothing is None else self._smoothing.update(volts)
+        new = self._smoothing.update(volts)
         self._past = np.concatenate([self._past, new])
         self._next += len(volts)
         if self._state is None and len(self._past) >= sizes.steady:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-from importlib.resources import files
 from pathlib import Path
 
 from firstcontact.grasp.policy import Part
@@ -12,6 +11,7 @@ from firstcontact.grasp_study._film import filmed
 from firstcontact.grasp_study.results import GraspResults
 from firstcontact.grasp_study.variants import playing
 from firstcontact.report.page import duration
+from firstcontact.report.template import filled
 
 
 def render(results: GraspResults, film: Path) -> str:
@@ -24,14 +24,10 @@ def render(results: GraspResults, film: Path) -> str:
     film
         An animated GIF; goes into the page.
     """
-    from jinja2 import Environment, StrictUndefined
-
-    template = files("firstcontact.grasp_study").joinpath("report.html").read_text("utf-8")
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
     moving = base64.b64encode(film.read_bytes()).decode()
-    return environment.from_string(template).render(
+    return filled(
+        "firstcontact.grasp_study",
+        "report.html",
         results=results,
         sentences=sentences(results),
         tables=tables(results),

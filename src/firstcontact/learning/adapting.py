@@ -71,7 +71,7 @@ def adapt(
     InputError
         Fewer than two levels of Shore A, or fewer pinches than two of each.
     """
-    lasting = touches.valid >= base.shortest
+    lasting = touches.answerable
     longest, shore_a = touches.take(lasting), shore_a[lasting]
     sessions = None if sessions is None else sessions[lasting]
     if len(np.unique(shore_a)) < 2 or len(longest) < 4:

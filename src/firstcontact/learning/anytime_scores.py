@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.anytime import Answers, AnytimeModel, Touches
+from firstcontact.anytime import Answering, Answers, Touches
+from firstcontact.anytime.touches import TIMES
 from firstcontact.learning.metrics import Values, cluster_intervals
 from firstcontact.learning.scores import AnytimeScores, Ends
 from firstcontact.signal import samples_in
 
-#: Times after the contact that answers are scored at, ms.
-TIMES = (2, 3, 5, 8, 15)
 _STATISTICS: Mapping[str, Callable[[Values], Values]] = {
     "rmse": lambda s: np.sqrt(s[..., 1] / s[..., 0]),
     "coverage": lambda s: s[..., 2] / s[..., 0],
@@ -23,7 +23,7 @@ _STATISTICS: Mapping[str, Callable[[Values], Values]] = {
 
 
 def answers_by_time(
-    model: AnytimeModel, touches: Touches, times: Sequence[int] = TIMES
+    model: Answering, touches: Touches, times: Sequence[int] = TIMES
 ) -> dict[int, Answers]:
     """What a model says so long (ms) after each contact, or when the second finger touched."""
     return {ms: model.answers(touches.until(samples_in(1e-3 * ms, touches.rate))) for ms in times}
@@ -31,8 +31,8 @@ def answers_by_time(
 
 def joined_answers(parts: Sequence[Answers]) -> Answers:
     """One after the other."""
-    names = ("values", "spreads", "low", "high", "strange")
-    return Answers(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    arrays = ([getattr(part, field.name) for part in parts] for field in fields(Answers))
+    return Answers(*(np.concatenate(array) for array in arrays))
 
 
 def anytime_scores(

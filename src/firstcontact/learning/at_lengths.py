@@ -17,20 +17,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.anytime import Answers, Touches
+from firstcontact.anytime.touches import TIMES
 from firstcontact.core import InputError
 from firstcontact.signal import SavitzkyGolay, samples_in
 from firstcontact.stiffness import Interval, Task, make_estimator, usable
-from firstcontact.stiffness.conformal import conformal_interval
+from firstcontact.stiffness.conformal import conformal_interval, least_answers
 from firstcontact.stiffness.folds import inner_folds
 from firstcontact.stiffness.interval import SHORE_A
 from firstcontact.stiffness.spec import Values, Windows
 
 #: Lengths of the windows, s.
-LENGTHS = (0.002, 0.003, 0.005, 0.008, 0.015)
+LENGTHS = tuple(ms / 1000 for ms in TIMES)
 #: Folds that intervals are calibrated in.
 FOLDS = 5
-#: Fewer windows than this of a length are not learned from, nor is an interval made of fewer.
-LEAST, LEAST_OF_INTERVAL = 10, 40
+#: Fewer windows than this of a length are not learned from.
+LEAST = 10
 
 Ask = Callable[[Windows], Values]
 #: From windows (n, samples, 1), Shore A, sessions or None, a rate in Hz and a seed to what answers
@@ -253,7 +254,7 @@ def _fitted(
         held[ask] = _checked(learn(X[train], y[train], its, rate, seed)(X[ask]), len(ask))
     asked = np.isfinite(held)
     answered = np.clip(held[asked], *SHORE_A)
-    enough = asked.sum() >= max(LEAST_OF_INTERVAL, np.ceil(4.0 / (1.0 - level)))
+    enough = asked.sum() >= least_answers(level)
     interval = conformal_interval(answered, y[asked], level) if enough else None
     sd = float(np.sqrt(np.mean((answered - y[asked]) ** 2))) if asked.any() else float(y.std())
     return _OneLength(

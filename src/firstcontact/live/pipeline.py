@@ -12,6 +12,7 @@ import numpy as np
 from firstcontact.contact.closing import ClosingBegan, ClosingEnded, Closings, ClosingSamples
 from firstcontact.contact.detector import Detector
 from firstcontact.core import Block, Calibration, InputError, Layout, joined
+from firstcontact.core.rate import same_rate
 from firstcontact.live._closing import OpenClosing, Strips
 from firstcontact.live._ledger import Ledger
 from firstcontact.live._running import RunningAnswers
@@ -74,7 +75,7 @@ class Pipeline:
         clock: Callable[[], float] = time.monotonic,
         anytime: InContextModel | None = None,
     ) -> None:
-        if anytime is not None and not abs(layout.rate - anytime.rate) <= 0.01 * anytime.rate:
+        if anytime is not None and not same_rate(layout.rate, anytime.rate):
             raise InputError(
                 f"the any-time model takes samples at {anytime.rate:g} Hz but these come at "
                 f"{layout.rate:g} Hz: set the device to that rate, or name a folder with a model "

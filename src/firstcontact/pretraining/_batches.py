@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from firstcontact.anytime.inputs import facts, relative_inputs
 from firstcontact.anytime.rig import GENERAL, LEVELS, STAGES, TOKEN, USUAL_LEVEL, stage_of
-from firstcontact.anytime.touches import BASELINE, BEFORE, GUARD, LONGEST, lengths
+from firstcontact.anytime.touches import BEFORE, LONGEST, lengths
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.pretraining._examples import CONTEXTS, MARGIN, Examples, placing, volts
 from firstcontact.signal import samples_in
+from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD
 from firstcontact.twin.rigs import Rng
 
 #: Shares of contacts of which nothing is known of the rig, whose closing speed is told, and
@@ -100,7 +101,7 @@ def cut(signals: NDArray[np.float32], late: NDArray[np.intp]) -> NDArray[np.floa
     """Signals from so many samples after the contacts on, their baselines removed."""
     start = _BEFORE + MARGIN + late
     rows = np.arange(len(signals))[:, None]
-    end = start - samples_in(GUARD, _RATE)
+    end = start - samples_in(BASELINE_GUARD, _RATE)
     baseline = signals[rows, end[:, None] - 1 - np.arange(samples_in(BASELINE, _RATE))].mean(axis=1)
     after = signals[rows, start[:, None] + np.arange(_AFTER)]
     out: NDArray[np.float32] = after - baseline[:, None]

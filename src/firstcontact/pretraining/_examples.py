@@ -189,9 +189,7 @@ def _touches(signals: NDArray[np.int16], rng: Rng) -> Touches:
         cut.append(found)
         second = round(draw_offset(rng) * _RATE) - int(late)
         valid.append(min(max(second, shortest), longest))
-    n = len(cut)
-    nothing = np.full(n, np.nan)
-    return Touches(np.array(cut), np.array(valid), np.full(n, -1), nothing, nothing.copy(), _RATE)
+    return Touches.untold(np.array(cut), np.array(valid), np.full(len(cut), -1), _RATE)
 
 
 def _example_set(

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.anytime.in_context import ANY, InContextModel, moments
+from firstcontact.anytime.in_context import ANY, InContextModel, mean_and_spread
 from firstcontact.anytime.network import Network
 from firstcontact.anytime.rig import STAGES, Rig
 from firstcontact.anytime.strange import Familiar, traits
@@ -38,7 +38,7 @@ def answers(
         count = int(examples.levels[rig, 0])
         context = network.context(examples.tokens[rig, 0, :, :count], examples.general[rig, 0])
         mixture = network.outputs(batch.x[which], context, np.full(len(which), stage))
-        values[which], spreads[which] = moments(mixture)
+        values[which], spreads[which] = mean_and_spread(mixture)
     return values, spreads
 
 

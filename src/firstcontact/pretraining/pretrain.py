@@ -12,17 +12,20 @@ import torch
 
 from firstcontact.anytime.in_context import InContextModel
 from firstcontact.anytime.model_file import save_anytime
+from firstcontact.anytime.touches import TIMES
 from firstcontact.core.jobs import Runner
+from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.pretraining._examples import Examples
 from firstcontact.pretraining._finishing import LEVEL, answers, finished
 from firstcontact.pretraining._sets import example_set
 from firstcontact.pretraining._training import Training
+from firstcontact.signal import samples_in
 from firstcontact.twin.rig_families import FAMILIES
 
 #: Numbers of the first rigs: of training, of calibration, of judgement, of held-out families.
 TRAINED, CALIBRATED, JUDGED, HELD_OUT = 0, 1_000_000, 2_000_000, 3_000_000
 #: Samples after the contact at which the network is judged: 3, 5, 8 and 15 ms.
-TIMES = {"3": 15, "5": 25, "8": 39, "15": 74}
+SAMPLES = {str(ms): samples_in(ms / 1000, FINGERTIP_RATE) for ms in TIMES[1:]}
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +108,7 @@ def judged(model: InContextModel, examples: Examples, seed: int) -> Mapping[str,
     """Error, coverage and mean width for things, beside each rig's fullest context."""
     things = examples.things >= 0
     out: dict[str, Any] = {}
-    for time, samples in TIMES.items():
+    for time, samples in SAMPLES.items():
         values, spreads = answers(model.network, examples, samples, seed + 1)
         away = np.abs(np.clip(values, 0, 100) - examples.shore_a)[things]
         half = model.half_widths(spreads, samples)[things]

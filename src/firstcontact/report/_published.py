@@ -19,10 +19,6 @@ class Target(NamedTuple):
     delay: float
 
 
-#: Mean sampling rate, Hz (section II).
-SAMPLE_RATE = 4936.0
-#: Pinches on blocks: 5 levels, 500 each (section III-A).
-BLOCK_PINCHES = 2500
 #: Shore A of the blocks (section III-A).
 BLOCKS = (10.0, 20.0, 29.0, 43.0, 60.0)
 #: From the first to the second contact, ms (section IV).

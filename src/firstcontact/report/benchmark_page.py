@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib.resources import files
 
 from firstcontact.learning.scores import AnytimeScores
 from firstcontact.report._anytime_tables import objects_off_blocks, others_off_blocks, title_of
@@ -13,6 +12,7 @@ from firstcontact.report.figures.scores_by_time import scores_by_time_figure
 from firstcontact.report.page import duration
 from firstcontact.report.results.benchmark import Benchmarked, BenchmarkResults
 from firstcontact.report.results.study import SubjectResults
+from firstcontact.report.template import filled
 
 
 def tables(found: Benchmarked) -> list[Table]:
@@ -45,12 +45,6 @@ def by_time(found: Mapping[str, AnytimeScores]) -> Table:
 
 def render(results: BenchmarkResults) -> str:
     """HTML."""
-    from jinja2 import Environment, StrictUndefined
-
-    template = files("firstcontact.report").joinpath("benchmark.html").read_text("utf-8")
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
     parts = [
         (
             name,
@@ -59,10 +53,13 @@ def render(results: BenchmarkResults) -> str:
         )
         for name, found in results.conditions.items()
     ]
-    page = environment.from_string(template).render(
-        results=results, parts=parts, elapsed=duration(results.seconds)
+    return filled(
+        "firstcontact.report",
+        "benchmark.html",
+        results=results,
+        parts=parts,
+        elapsed=duration(results.seconds),
     )
-    return page.encode("utf-8", "replace").decode("utf-8")
 
 
 def in_words(results: BenchmarkResults) -> list[str]:

@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
-
 from firstcontact.report import _texts as texts
 from firstcontact.report._chapters import chapters, subject_title
 from firstcontact.report._headlines import headlines
 from firstcontact.report.comparison import compare
 from firstcontact.report.results.study import NOTHING
 from firstcontact.report.state import State, versions
+from firstcontact.report.template import filled
 
 
 def render(state: State) -> str:
     """Render the report as the study stands, HTML."""
-    from jinja2 import Environment, StrictUndefined
-
-    template = files("firstcontact.report").joinpath("report.html").read_text(encoding="utf-8")
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
     shown = [f for f in state.findings if f.results is not NOTHING]
     found = [f.results for f in shown]
     names = [subject_title(f) for f in shown]
     twin = any(results.twin for results in found)
-    page = environment.from_string(template).render(
+    return filled(
+        "firstcontact.report",
+        "report.html",
         state=state,
         twin=twin,
         shared=texts.shared(found),
@@ -40,8 +35,6 @@ def render(state: State) -> str:
         elapsed=duration(state.seconds),
         parts=[(title, duration(s)) for title, s in state.part_seconds.items()],
     )
-    # A path on the command line need not be UTF-8; a page is.
-    return page.encode("utf-8", "replace").decode("utf-8")
 
 
 def duration(seconds: float) -> str:

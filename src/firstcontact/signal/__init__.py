@@ -2,7 +2,7 @@
 
 from firstcontact.signal._resample import lookahead, resample, resample_dataset
 from firstcontact.signal._savgol import SavitzkyGolay
-from firstcontact.signal._smoothing import ExponentialSmoothing, missing_smoothing
+from firstcontact.signal._smoothing import AsSent, ExponentialSmoothing
 from firstcontact.signal.windowing import (
     Conditioner,
     ContactWindow,
@@ -12,6 +12,7 @@ from firstcontact.signal.windowing import (
 )
 
 __all__ = [
+    "AsSent",
     "Conditioner",
     "ContactWindow",
     "ExponentialSmoothing",
@@ -19,7 +20,6 @@ __all__ = [
     "WindowStream",
     "contact_windows",
     "lookahead",
-    "missing_smoothing",
     "resample",
     "resample_dataset",
     "samples_in",

@@ -89,3 +89,22 @@ def missing_smoothing(
     if not raw.any():
         return None
     return ExponentialSmoothing(FINGERTIP_SMOOTHING, None if raw.all() else raw)
+
+
+class AsSent:
+    """Vibration as the device sends it: smoothed where its layout says that it was not yet.
+
+    Parameters
+    ----------
+    layout
+        Says what was done to its channels.
+    columns
+        Which of them come; by default those of vibration.
+    """
+
+    def __init__(self, layout: Layout, columns: tuple[int, ...] | None = None) -> None:
+        self._smoothing = missing_smoothing(layout, columns)
+
+    def update(self, volts: NDArray[Any]) -> NDArray[Any]:
+        """The next samples, shape (n, channels)."""
+        return volts if self._smoothing is None else self._smoothing.update(volts)

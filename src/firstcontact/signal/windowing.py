@@ -13,7 +13,7 @@ from firstcontact.core.block import Block
 from firstcontact.core.layout import ChannelKind, Layout, Physical
 from firstcontact.core.pinch import Contact, Dataset
 from firstcontact.signal._savgol import SavitzkyGolay
-from firstcontact.signal._smoothing import missing_smoothing
+from firstcontact.signal._smoothing import AsSent
 
 #: The baseline is the mean of this much quiet before the contact, s ...
 BASELINE = 0.020
@@ -46,7 +46,7 @@ class Conditioner:
     """
 
     def __init__(self, layout: Layout, columns: tuple[int, ...] | None = None) -> None:
-        self._smoothing = missing_smoothing(layout, columns)
+        self._smoothing = AsSent(layout, columns)
         self._savgol = SavitzkyGolay()
 
     @property
@@ -56,8 +56,7 @@ class Conditioner:
 
     def update(self, volts: NDArray[Any]) -> NDArray[np.float64]:
         """Condition the next samples, (n, channels) to (m, channels)."""
-        smooth = volts if self._smoothing is None else self._smoothing.update(volts)
-        return self._savgol.update(smooth)
+        return self._savgol.update(self._smoothing.update(volts))
 
 
 def cut(

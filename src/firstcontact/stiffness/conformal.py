@@ -30,7 +30,7 @@ def refusal(answers: Values, sessions: NDArray[np.str_], level: float) -> str:
     if len(names) < SESSIONS or "" in names:
         known = len(names[names != ""])
         return f"{known} known sessions are too few for an interval: record {SESSIONS} or more"
-    least = _least(level)
+    least = least_answers(level)
     if len(answers) < least:
         return f"{len(answers)} pinches are too few for an interval: record {least} or more"
     return ""
@@ -69,15 +69,14 @@ def conformal_interval(
     ValueError
         Fewer answers than one range needs.
     """
-    if len(answers) < _least(level):
+    least = least_answers(level)
+    if len(answers) < least:
         raise ValueError(f"{len(answers)} answers are too few for a level of {level:g}")
-    ranges = min(RANGES, len(answers) // _least(level))
+    ranges = min(RANGES, len(answers) // least)
     edges = np.unique(np.quantile(answers, np.arange(1, ranges) / ranges))
     member = np.searchsorted(edges, answers, side="right")
     # Answers that are all alike fill one range and leave others thin: those are joined.
-    while len(edges) and (few := np.bincount(member, minlength=len(edges) + 1)).min() < _least(
-        level
-    ):
+    while len(edges) and (few := np.bincount(member, minlength=len(edges) + 1)).min() < least:
         edges = np.delete(edges, max(0, int(few.argmin()) - 1))
         member = np.searchsorted(edges, answers, side="right")
     unit = np.ones(len(answers)) if spreads is None else spreads
@@ -89,7 +88,8 @@ def conformal_interval(
     return Interval(level, ends, tuple(widths), limits, scaled=spreads is not None)
 
 
-def _least(level: float) -> int:
+def least_answers(level: float) -> int:
+    """Fewest answers that one range of an interval is made of."""
     return max(RANGE_PINCHES, ceil(4.0 / (1.0 - level)))
 
 
@@ -148,7 +148,7 @@ def held_out_bounds(
     """
     for fold in np.unique(folds):
         asked = folds == fold
-        if (~asked).sum() >= _least(level):
+        if (~asked).sum() >= least_answers(level):
             its = None if spreads is None else spreads[~asked]
             yield conformal_interval(answers[~asked], truth[~asked], level, limits, its), asked
 

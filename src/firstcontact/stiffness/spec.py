@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
+from firstcontact.core.rate import same_rate
 
 Arrays = dict[str, NDArray[Any]]
 Windows = NDArray[np.float32]
@@ -64,7 +65,7 @@ class Spec:
         InputError
             If ``rate`` (Hz) differs by more than one per cent.
         """
-        if not abs(rate - self.rate) <= 0.01 * self.rate:
+        if not same_rate(rate, self.rate):
             raise InputError(
                 f"the model takes windows at {self.rate:g} Hz but these have {rate:g} Hz: "
                 f"make one for them with `firstcontact train --rate {rate:g}`"

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.anytime import Touches, touches_of
-from firstcontact.anytime.touches import lengths
 from firstcontact.core import Contact, Dataset, Label, Pinch
 from firstcontact.learning.training import DURATION, LabelledWindows, labelled_windows
 from firstcontact.twin.conditions import Condition
@@ -117,7 +116,7 @@ def rig_set(seed: int, condition: Condition, sizes: Sizes, late: Sequence[int]) 
     dataset = Dataset(tuple(pinches))
     windows = labelled_windows(dataset, contacts, DURATION, dataset.shore_a)
     touches, which = touches_of(dataset, contacts)
-    lasting = touches.valid >= lengths(touches.rate)[0]
+    lasting = touches.answerable
     kept = np.intersect1d(which[lasting], windows.which)
     chosen = [drawn[place] for place in kept]
     radii = np.array([its.draw.held.radius for its in chosen])

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from firstcontact.anytime import Answers
+from firstcontact.anytime import Answering, Answers
 from firstcontact.core.jobs import Runner
 from firstcontact.learning.anytime_scores import answers_by_time, anytime_scores, joined_answers
 from firstcontact.learning.at_lengths import imported
@@ -108,7 +107,7 @@ def _timed(asked: tuple[Entrant, int], sets: Sequence[RigSet], seed: int) -> dic
     entrant, place = asked
     its = sets[place]
     learn, _ = sides(its, HOME)
-    model: Any = (
+    model: Answering = (
         in_context(its, learn, seed)
         if entrant in NETWORK
         else at_lengths(entrant, its, learn, seed)

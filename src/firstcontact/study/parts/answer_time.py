@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
+
 import numpy as np
 from msgspec.structs import asdict
 
-from firstcontact.core import Contact, Pinch
+from firstcontact.core import Contact, Dataset, Pinch
 from firstcontact.learning.detection import quantiles, resampler_lookahead, right_and_not_early
 from firstcontact.learning.training import DURATION
 from firstcontact.report.findings import PartResult
@@ -49,30 +51,60 @@ def answered(pinch: Pinch, contact: Contact, duration: float) -> int:
     return max(contact.decided, last + Conditioner(layout).lookahead)
 
 
-def _at(subject: Subject, duration: float, early: float) -> Answers:
-    dataset = subject.dataset
-    whole = contact_windows(dataset, subject.found, duration)[1]
+def waits(
+    dataset: Dataset,
+    contacts: Sequence[Contact | None],
+    known: Callable[[Pinch, Contact], int],
+    early: float,
+) -> Iterator[tuple[Pinch, float | None]]:
+    """How long after its true first contact each pinch that has one is answered for, s.
+
+    The resampler's look-ahead is added. A contact that is another finger's, or early, is no
+    answer: None.
+
+    Parameters
+    ----------
+    dataset, contacts
+        The pinches, and the contacts to answer about; None where there is nothing to answer.
+    known
+        Number of the sample with which the answer about a contact is known.
+    early
+        So much before the true one a contact may be placed, s.
+    """
     waited = resampler_lookahead(dataset)
-    after, in_time, of, with_second = [], 0, 0, 0
-    for pinch, contact, complete in zip(dataset.pinches, subject.found, whole, strict=True):
+    for pinch, contact in zip(dataset.pinches, contacts, strict=True):
         truth, rate = pinch.first, pinch.layout.rate
         if truth is None:
             continue
-        of += 1
-        with_second += pinch.offset is not None
-        if contact is None or not complete:
-            continue
-        if not right_and_not_early(contact, truth, rate, early):
-            continue
-        seconds = (answered(pinch, contact, duration) - truth.sample) / rate + waited
-        after.append(1e3 * seconds)
-        in_time += pinch.offset is not None and seconds < pinch.offset
+        if contact is None or not right_and_not_early(contact, truth, rate, early):
+            yield pinch, None
+        else:
+            yield pinch, (known(pinch, contact) - truth.sample) / rate + waited
+
+
+def before_second(answers: Sequence[tuple[Pinch, float | None]]) -> tuple[float | None, int | None]:
+    """Share of pinches with an answer before the second contact, and of how many.
+
+    None where no pinch has a second contact.
+    """
+    both = [(p.offset, seconds) for p, seconds in answers if p.offset is not None]
+    in_time = sum(seconds is not None and seconds < offset for offset, seconds in both)
+    return (in_time / len(both), len(both)) if both else (None, None)
+
+
+def _at(subject: Subject, duration: float, early: float) -> Answers:
+    dataset = subject.dataset
+    whole = contact_windows(dataset, subject.found, duration)[1]
+    asked = [c if complete else None for c, complete in zip(subject.found, whole, strict=True)]
+    answers = list(waits(dataset, asked, lambda p, c: answered(p, c, duration), early))
+    after = [1e3 * seconds for _, seconds in answers if seconds is not None]
     delays = quantiles(np.array(after)) if after else None
+    in_time, with_second = before_second(answers)
     return Answers(
         n=len(after),
-        of=of,
+        of=len(answers),
         median=delays.median if delays else None,
         p95=delays.p95 if delays else None,
-        before_second=in_time / with_second if with_second else None,
-        with_second=with_second or None,
+        before_second=in_time,
+        with_second=with_second,
     )

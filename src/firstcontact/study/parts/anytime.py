@@ -2,62 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from msgspec.structs import asdict
-from numpy.typing import NDArray
 
-from firstcontact.anytime import Answers, InContextModel, Touches, touches_of
+from firstcontact.anytime import Answers, InContextModel
 from firstcontact.anytime.model_file import pretrained
-from firstcontact.anytime.touches import lengths
+from firstcontact.anytime.touches import TIMES, lengths
+from firstcontact.core.rate import same_rate
 from firstcontact.learning.adapting import Adapted, adapt
 from firstcontact.learning.anytime_scores import (
-    TIMES,
     answers_by_time,
     anytime_scores,
     joined_answers,
 )
-from firstcontact.learning.detection import resampler_lookahead, right_and_not_early
+from firstcontact.learning.labelled_touches import LabelledTouches
 from firstcontact.learning.metrics import regression_scores
 from firstcontact.learning.scores import AnytimeScores
 from firstcontact.learning.splits import by_session, learns_one_value
-from firstcontact.learning.training import distinct_specimens
 from firstcontact.report.figures.anytime import anytime_figure
 from firstcontact.report.findings import PartResult
 from firstcontact.report.results.anytime import AnytimeResults, FixedWindow
 from firstcontact.report.results.study import SubjectResults
 from firstcontact.stiffness import ESTIMATORS
-from firstcontact.study._subject import Subject, Values
+from firstcontact.study._subject import Subject
+from firstcontact.study.parts.answer_time import before_second, waits
 from firstcontact.study.parts.objects import UNSEEN
 from firstcontact.study.settings import StudySettings
 
 _TITLE = "Answers at any time"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Known:
-    """Contacts with a Shore A; all arrays share their first axis."""
-
-    touches: Touches
-    shore_a: Values
-    which: NDArray[np.intp]
-    sessions: NDArray[np.str_]
-    specimens: NDArray[np.str_]
-
-    def __len__(self) -> int:
-        return len(self.touches)
-
-    def take(self, which: NDArray[np.bool_] | NDArray[np.intp]) -> _Known:
-        return _Known(
-            self.touches.take(which), self.shore_a[which], self.which[which],
-            self.sessions[which], self.specimens[which],
-        )  # fmt: skip
-
-    @property
-    def named_sessions(self) -> NDArray[np.str_] | None:
-        several = len(np.unique(self.sessions)) > 1 and (self.sessions != "").all()
-        return self.sessions if several else None
 
 
 def anytime(subject: Subject, settings: StudySettings) -> PartResult:
@@ -68,12 +40,12 @@ def anytime(subject: Subject, settings: StudySettings) -> PartResult:
     """
     model = pretrained()
     rate = subject.dataset.layout.rate
-    if abs(rate - model.rate) > 0.01 * model.rate:
+    if not same_rate(rate, model.rate):
         return _none(f"the network takes {model.rate:g} Hz and these have {rate:g} Hz")
     if len(subject.levels) < 2:
         return _none("fewer than two Shore A levels to know the rig by")
-    known = _known(subject)
-    long_enough = known.touches.valid >= model.shortest
+    known = LabelledTouches.of(subject.dataset, subject.starts)
+    long_enough = known.touches.answerable
     learn = ~subject.dataset.test[known.which]
     home, objects = (known.take(long_enough & side) for side in (learn, ~learn))
     if len(home) < 4 or len(np.unique(home.shore_a)) < 2:
@@ -82,14 +54,13 @@ def anytime(subject: Subject, settings: StudySettings) -> PartResult:
     blocks = _blocks(model, home, settings)
     if len(objects):
         answers = answers_by_time(adapted.model, objects.touches)
-        clusters = np.where(objects.specimens == "", objects.which.astype(str), objects.specimens)
-        scores = anytime_scores(answers, objects.shore_a, clusters, settings.seed)
+        scores = anytime_scores(answers, objects.shore_a, objects.clusters, settings.seed)
     elif blocks is not None:
         scores = blocks
     else:
         return _none("neither unseen objects nor sessions that could be held out")
     asked = ~learn if len(objects) else learn
-    in_time, of = _before_second(subject, model, settings.early)
+    in_time, of = _before_second(subject, settings.early)
     found = AnytimeResults(
         **asdict(scores),
         asked="objects" if len(objects) else "blocks",
@@ -108,20 +79,13 @@ def _none(why: str) -> PartResult:
     return PartResult(left_out=[f"{_TITLE}: {why}."])
 
 
-def _known(subject: Subject) -> _Known:
-    dataset = subject.dataset
-    touches, which = touches_of(dataset, subject.starts)
-    labelled = np.isfinite(dataset.shore_a[which])
-    touches, which = touches.take(labelled), which[labelled]
-    specimens = distinct_specimens(dataset)
-    return _Known(touches, dataset.shore_a[which], which, dataset.sessions[which], specimens[which])
-
-
-def _adapted(model: InContextModel, home: _Known, seed: int) -> Adapted:
+def _adapted(model: InContextModel, home: LabelledTouches, seed: int) -> Adapted:
     return adapt(model, home.touches, home.shore_a, home.named_sessions, seed)
 
 
-def _blocks(model: InContextModel, home: _Known, settings: StudySettings) -> AnytimeScores | None:
+def _blocks(
+    model: InContextModel, home: LabelledTouches, settings: StudySettings
+) -> AnytimeScores | None:
     """Scores of the pinches to learn from, with whole sessions held out."""
     if home.named_sessions is None:
         return None
@@ -139,7 +103,7 @@ def _blocks(model: InContextModel, home: _Known, settings: StudySettings) -> Any
     return anytime_scores(joined, asked.shore_a, asked.sessions, settings.seed)
 
 
-def _fixed(subject: Subject, asked: _Known, seed: int) -> FixedWindow | None:
+def _fixed(subject: Subject, asked: LabelledTouches, seed: int) -> FixedWindow | None:
     """The default estimator on those of these pinches that it has a whole window of."""
     name = ESTIMATORS.default
     if (name, UNSEEN) not in subject.predictions:
@@ -157,27 +121,23 @@ def _fixed(subject: Subject, asked: _Known, seed: int) -> FixedWindow | None:
     )  # fmt: skip
 
 
-def _before_second(
-    subject: Subject, model: InContextModel, early: float
-) -> tuple[float | None, int | None]:
+def _before_second(subject: Subject, early: float) -> tuple[float | None, int | None]:
     """Share of pinches with an answer before the second contact, and of how many.
 
     The first answer comes when the contact has been decided and the shortest length is there,
-    whichever is later; the resampler's look-ahead is added. A contact that is another
-    finger's, or early, is no answer.
+    whichever is later.
     """
     dataset = subject.dataset
     if not subject.found:
         return None, None
-    waited, in_time, of = resampler_lookahead(dataset), 0, 0
     shortest = lengths(dataset.layout.rate)[0]
-    for pinch, contact in zip(dataset.pinches, subject.found, strict=True):
-        truth, rate = pinch.first, pinch.layout.rate
-        if truth is None or pinch.offset is None:
-            continue
-        of += 1
-        if contact is None or not right_and_not_early(contact, truth, rate, early):
-            continue
-        known = max(contact.decided, contact.sample + shortest - 1)
-        in_time += (known - truth.sample) / rate + waited < pinch.offset
-    return (in_time / of, of) if of else (None, None)
+    return before_second(
+        list(
+            waits(
+                dataset,
+                subject.found,
+                lambda pinch, contact: max(contact.decided, contact.sample + shortest - 1),
+                early,
+            )
+        )
+    )

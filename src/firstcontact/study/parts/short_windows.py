@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from firstcontact.anytime.touches import TIMES
 from firstcontact.core.jobs import Runner
 from firstcontact.learning.metrics import Values, rank_correlation
 from firstcontact.learning.scores import RankCorrelation
@@ -29,8 +30,8 @@ from firstcontact.study._subject import Subject
 from firstcontact.study.parts.hardness import SCORE, spectral_centroid
 from firstcontact.study.settings import StudySettings
 
-#: Lengths of windows, ms, and of a brief study.
-LENGTHS, BRIEF = (2, 3, 5, 8, 15), (3, 15)
+#: Lengths of windows of a brief study, ms.
+BRIEF = (3, 15)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,7 @@ def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> 
     data = full[ways[0]]
     if lacking := _lacking(data):
         return PartResult(left_out=[f"Short windows of materials left out: {lacking}."])
-    lengths = BRIEF if settings.brief else LENGTHS
+    lengths = BRIEF if settings.brief else TIMES
     asked = {
         (way, ms): Question(
             way.estimator,

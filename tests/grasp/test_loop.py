@@ -13,7 +13,7 @@ from firstcontact.core import ChannelKind, Command, Contact, Finger, fingertip_l
 from firstcontact.grasp.grip import Grip
 from firstcontact.grasp.loop import GraspLoop
 from firstcontact.grasp.policies.registry import POLICIES
-from firstcontact.grasp.policy import Stiffness
+from firstcontact.grasp.policy import Stiffness, Truth
 from firstcontact.grasp.taxels import REST, Taxels
 
 RATE = 1000.0
@@ -23,7 +23,7 @@ SHORT = Stiffness(50.0, 10.0, 90.0, 0.003)
 
 def looped(name: str, deadline: float | None = None) -> tuple[GraspLoop, list[Command]]:
     sent: list[Command] = []
-    truth = (30.0,) if POLICIES[name].needs_truth else ()
+    truth = (Truth(30.0),) if POLICIES[name].needs_truth else ()
     loop = GraspLoop(POLICIES[name](Grip(), *truth), sent.append, RATE, deadline)
     loop.begin()
     return loop, sent
@@ -110,7 +110,7 @@ def test_the_same_command_is_not_sent_twice(name: str) -> None:
     assert all(a != b for a, b in itertools.pairwise(sent))
 
 
-@pytest.mark.parametrize("name", ["none", "force_feedback", "touch", "oracle"])
+@pytest.mark.parametrize("name", ["none", "force_feedback", "touch", "blind", "weight"])
 def test_who_wants_no_estimate_misses_none(name: str) -> None:
     loop, _ = looped(name, deadline=0.001)
     touch(loop)

@@ -16,7 +16,7 @@ from firstcontact.grasp.policies.first_contact import FirstContact
 from firstcontact.grasp.policies.force_feedback import ForceFeedback
 from firstcontact.grasp.policies.registry import POLICIES, live_policies, live_policy
 from firstcontact.grasp.policies.touch import Touch
-from firstcontact.grasp.policy import Policy, Stiffness, Tunable
+from firstcontact.grasp.policy import Policy, Stiffness, Task, Tunable
 from firstcontact.testing import check_policy
 
 SHORE = st.floats(0.0, 100.0)
@@ -37,17 +37,21 @@ def test_late_means_as_gentle_as_the_softest_thing_bears(name: str) -> None:
 
 
 def test_live_has_all_that_need_no_truth() -> None:
-    assert set(POLICIES) - set(live_policies()) == {"oracle"}
+    assert set(POLICIES) - set(live_policies()) == {"weight"}
     for name in live_policies():
         assert live_policy(name).name == name
-    with pytest.raises(InputError, match="no policy is called 'oracle': choose one of none"):
-        live_policy("oracle")
+    with pytest.raises(InputError, match="no policy is called 'weight': choose one of none"):
+        live_policy("weight")
 
 
 def test_what_a_policy_listens_to_is_told_by_what_it_answers() -> None:
     heard = {name for name, policy in POLICIES.items() if policy.hears()}
-    assert heard == {"touch", "first_contact", "early_exit", "oracle"}
-    assert {name for name, policy in POLICIES.items() if policy.feels()} == {"force_feedback"}
+    household = {name for name, policy in POLICIES.items() if policy.task is Task.HOUSEHOLD}
+    assert heard == {"touch", "first_contact", "early_exit"} | household
+    feels = {name for name, policy in POLICIES.items() if policy.feels()}
+    assert feels == {"force_feedback"} | household
+    reflexes = {name for name, policy in POLICIES.items() if policy.has_reflex()}
+    assert reflexes == {"slip_reflex", "stiffness_reflex"}
 
 
 class Idle(Policy):

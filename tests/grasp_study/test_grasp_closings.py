@@ -82,7 +82,7 @@ def test_the_estimate_comes_and_the_hand_is_told_after_the_contact(models: Model
 
 def test_gentle_at_touch_presses_less_than_no_modulation(models: Models) -> None:
     rows = closings(models)
-    for variant in ("touch", "first_contact", "early_exit", "oracle"):
+    for variant in ("touch", "first_contact", "early_exit"):
         assert rows[variant].peak < rows["none"].peak
         assert not rows[variant].dropped
 

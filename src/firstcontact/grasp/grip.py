@@ -42,6 +42,8 @@ class Grip:
         How deep a fingertip may press into pad and object together, m.
     searching
         Force that the approach is made with, N: enough to move, and to be felt.
+    push
+        Force that a stalled drive builds for each m/s that it is told to close, N s/m.
     """
 
     speed: float = 0.13
@@ -54,6 +56,7 @@ class Grip:
     margins: tuple[float, float] = (1.3, 2.0)
     dent: float = 0.5e-3
     searching: float = 1.0
+    push: float = 250.0
 
     def stiffness(self, shore_a: float) -> float:
         """Hertz's K of a fingertip on a flat object of that Shore A, N/m^1.5."""
@@ -81,6 +84,11 @@ class Grip:
     def command_for(self, shore_a: float) -> Command:
         """How to close on something of that Shore A."""
         return Command(self.speed_for(shore_a), self.force_for(shore_a))
+
+    def pressing(self, force: float) -> Command:
+        """As slow as still builds that force once both fingers touch."""
+        within = min(force, self.force)
+        return Command(min(1.1 * within / self.push, self.speed), within)
 
     @property
     def approach(self) -> Command:

@@ -114,6 +114,12 @@ class GraspLoop:
         self._tell(self.policy.felt(volts, since))
         self._watch(now)
 
+    def slipped(self, now: float) -> None:
+        """The object slips, as was known at ``now``."""
+        if self._closing:
+            self._watch(now)
+            self._tell(self.policy.slipped())
+
     def done(self) -> None:
         """The closing is over: what was waited for was missed, and nobody is told any more."""
         self.counts.misses += self._due is not None

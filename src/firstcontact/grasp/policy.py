@@ -38,6 +38,31 @@ class Stiffness:
     standing: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """What a policy that no real hand can be driven with is told of the object beforehand.
+
+    Parameters
+    ----------
+    shore_a
+        Shore A.
+    mass
+        kg.
+    """
+
+    shore_a: float
+    mass: float = 0.2
+
+
+class Task(Enum):
+    """What a policy is for, and compared in."""
+
+    #: Hold a declared payload, as gently and as soon as can be.
+    PAYLOAD = auto()
+    #: Hold whatever people pick up, of a weight that nobody declares, and break nothing.
+    HOUSEHOLD = auto()
+
+
 class Part(Enum):
     """What part a policy has in a comparison."""
 
@@ -131,7 +156,8 @@ class Policy:
     #: In figures, of the form "#56B4E9".
     colour: ClassVar[str] = SKY
     part: ClassVar[Part] = Part.CANDIDATE
-    #: Whether it is told the true Shore A, behind the grip: no real hand can be driven so.
+    task: ClassVar[Task] = Task.PAYLOAD
+    #: Whether it is told a :class:`Truth`, behind the grip: no real hand can be driven so.
     needs_truth: ClassVar[bool] = False
     #: What a study tunes before it compares.
     tunables: ClassVar[Mapping[str, Tunable]] = {}
@@ -153,6 +179,11 @@ class Policy:
         """Whether it acts on the force sensors."""
         return cls.felt is not Policy.felt
 
+    @classmethod
+    def has_reflex(cls) -> bool:
+        """Whether it acts when the object slips."""
+        return cls.slipped is not Policy.slipped
+
     def begin(self) -> Command:
         """A closing begins: at the approach's speed, no stronger than that needs."""
         return self.grip.approach
@@ -170,6 +201,10 @@ class Policy:
 
         Asked with every block of samples; ``since`` is None before the first contact.
         """
+        return None
+
+    def slipped(self) -> Command | None:
+        """The object slips, as a detector says; told again while it goes on slipping."""
         return None
 
     def late(self) -> Command | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from firstcontact.grasp.grip import Grip
 from firstcontact.grasp.policies.registry import POLICIES, make_policy
-from firstcontact.grasp.policy import ForceArray, Part, Policy, SensorVariant
+from firstcontact.grasp.policy import ForceArray, Part, Policy, SensorVariant, Task, Truth
 from firstcontact.twin.sensor import OPTIMISTIC, VelostatParameters
 
 _log = logging.getLogger(__name__)
@@ -43,13 +43,15 @@ class Variant:
 
     def make(self, grip: Grip, shore_a: float, settings: Mapping[str, float]) -> Policy:
         """A policy for one pinch, as it was tuned."""
-        return make_policy(self.policy, grip, shore_a, settings)
+        return make_policy(self.policy, grip, Truth(shore_a), settings)
 
 
 def variants() -> dict[str, Variant]:
-    """All that is compared, by key: every registered policy with every sensor it is tried with."""
+    """What is compared, by key: policies for a payload, with each sensor they are tried with."""
     found: dict[str, Variant] = {}
     for policy in POLICIES.values():
+        if policy.task is not Task.PAYLOAD:
+            continue
         as_it_is = SensorVariant(policy.name, policy.title, policy.colour)
         for its in policy.variants or (as_it_is,):
             if its.key in found:

@@ -10,12 +10,12 @@ from random import Random
 from firstcontact.core import Command, Contact, Finger
 from firstcontact.grasp.grip import Grip
 from firstcontact.grasp.policies.registry import make_policy
-from firstcontact.grasp.policy import Policy, Stiffness
+from firstcontact.grasp.policy import Policy, Stiffness, Truth
 
 #: Closings that each rule is held against.
 CLOSINGS = 300
 _CONTACT = Contact(Finger.THUMB, 1000, 1012)
-_METHODS = ("begin", "touched", "estimated", "felt", "late")
+_METHODS = ("begin", "touched", "estimated", "felt", "slipped", "late")
 
 
 def check_policy(kind: type[Policy]) -> None:
@@ -74,12 +74,11 @@ def _declared(kind: type[Policy]) -> None:
         assert tunable.tried, f"the setting {name} has no values to try"
         assert tunable.few, f"the setting {name} has no few values for a quick study"
         assert tunable.title, f"the setting {name} has no title"
-    assert not (kind.needs_truth and kind.tunables), "who is told the truth has nothing to tune"
 
 
 def _within_the_hand(kind: type[Policy], settings: dict[str, float], chance: Random) -> None:
     grip = Grip(force=chance.uniform(0.1, 30), speed=chance.uniform(0.001, 0.5))
-    policy = make_policy(kind, grip, _shore(chance), settings)
+    policy = make_policy(kind, grip, Truth(_shore(chance)), settings)
     for command in _closing(policy, chance, late=chance.random() < 0.5):
         assert isfinite(command.speed), f"{command}: the speed is not finite"
         assert isfinite(command.force), f"{command}: the force is not finite"
@@ -88,7 +87,7 @@ def _within_the_hand(kind: type[Policy], settings: dict[str, float], chance: Ran
 
 
 def _leaves_nothing(kind: type[Policy], settings: dict[str, float], chance: Random) -> None:
-    policy = make_policy(kind, Grip(), 40.0, settings)
+    policy = make_policy(kind, Grip(), Truth(40.0), settings)
     state = chance.getstate()
     first = _closing(policy, chance)
     chance.setstate(state)
@@ -114,7 +113,7 @@ def _gentler(kind: type[Policy], chance: Random) -> None:
 
 
 def _late(kind: type[Policy]) -> None:
-    policy = make_policy(kind, Grip(), 50.0, {})
+    policy = make_policy(kind, Grip(), Truth(50.0), {})
     policy.begin()
     policy.touched(_CONTACT, True)
     fallback = policy.late()
@@ -130,7 +129,7 @@ def _late(kind: type[Policy]) -> None:
 
 
 def _last(kind: type[Policy], truth: float, value: float, half: float) -> Command:
-    policy = make_policy(kind, Grip(), truth, {})
+    policy = make_policy(kind, Grip(), Truth(truth), {})
     return _answers(policy, _around(value, half, 0.015), 0.0)[-1]
 
 
@@ -149,6 +148,7 @@ def _answers(policy: Policy, estimate: Stiffness | None, volts: float) -> list[C
         policy.late() if estimate is None else policy.estimated(estimate),
         policy.touched(_CONTACT, False),
         policy.felt(volts, 0.05),
+        policy.slipped(),
     ]
     return [command for command in said if command is not None]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 
 import numpy as np
@@ -161,6 +162,18 @@ class GraspPlant:
                 motion[..., CONTACT_FORCE], hanging, self._mass, self._friction,
                 1 / FINGERTIP_RATE, self._sliding, self._slid[first : first + len(motion)],
             )  # fmt: skip
+
+    @property
+    def contacts(self) -> tuple[Contact, ...]:
+        """Contacts so far, as the strips tell them, in the order of time."""
+        return tuple(c for c in self._contacts if c.sample < self.sample)
+
+    def copy(self, lift: Lift | None = None) -> GraspPlant:
+        """Another as it is now, to go on by itself; lifted otherwise if asked for."""
+        other = copy.deepcopy(self)
+        if lift is not None:
+            other._lift = lift
+        return other
 
     @property
     def slipped(self) -> float:

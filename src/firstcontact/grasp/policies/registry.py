@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from firstcontact.core import InputError
 from firstcontact.core.registry import Registry
 from firstcontact.grasp.grip import Grip
-from firstcontact.grasp.policy import Policy
+from firstcontact.grasp.policy import Policy, Truth
 
 _HERE = "firstcontact.grasp.policies"
 
@@ -20,14 +20,18 @@ POLICIES: Registry[type[Policy]] = Registry(
         "touch": f"{_HERE}.touch:Touch",
         "first_contact": f"{_HERE}.first_contact:FirstContact",
         "early_exit": f"{_HERE}.early_exit:EarlyExit",
-        "oracle": f"{_HERE}.oracle:Oracle",
+        "blind": f"{_HERE}.blind:Blind",
+        "stiffness": f"{_HERE}.stiffness:ByStiffness",
+        "slip_reflex": f"{_HERE}.slip_reflex:SlipReflex",
+        "stiffness_reflex": f"{_HERE}.stiffness_reflex:StiffnessReflex",
+        "weight": f"{_HERE}.weight:ByWeight",
     },
     default="first_contact",
 )
 
 
 def make_policy(
-    kind: type[Policy], grip: Grip, shore_a: float, settings: Mapping[str, float]
+    kind: type[Policy], grip: Grip, truth: Truth, settings: Mapping[str, float]
 ) -> Policy:
     """A policy for one pinch.
 
@@ -37,13 +41,13 @@ def make_policy(
         A class of policies.
     grip
         What is declared of the hand.
-    shore_a
-        Of the object, for a policy that is told the truth.
+    truth
+        Of the object, for a policy that is told it.
     settings
-        That it was tuned to, for one that is not.
+        That it was tuned to.
     """
     made: Callable[..., Policy] = kind
-    return made(grip, shore_a) if kind.needs_truth else made(grip, **settings)
+    return made(grip, truth, **settings) if kind.needs_truth else made(grip, **settings)
 
 
 def live_policies() -> list[str]:

@@ -1,0 +1,42 @@
+"""One force for everything, and a reflex."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from firstcontact.core.palette import PURPLE
+from firstcontact.grasp.grip import Grip
+from firstcontact.grasp.policies.blind import Blind
+from firstcontact.grasp.policies.reflex import Reflex
+
+
+class SlipReflex(Reflex, Blind):
+    """As blind, until the object slips: then harder.
+
+    Parameters
+    ----------
+    grip
+        What is declared of the hand.
+    force
+        To press with at first, N.
+    boost
+        What each slip multiplies it by.
+    approach, scale
+        As of :class:`~firstcontact.grasp.policies.final_force.FinalForce`.
+    """
+
+    name = "slip_reflex"
+    title = "slip reflex"
+    colour = PURPLE
+    tunables: ClassVar = {**Blind.tunables, **Reflex.extra}
+
+    def __init__(
+        self,
+        grip: Grip,
+        force: float = 2.5,
+        boost: float = 2.0,
+        approach: float = 0.10,
+        scale: float = 1.0,
+    ) -> None:
+        super().__init__(grip, force, approach, scale)
+        self.boost = boost

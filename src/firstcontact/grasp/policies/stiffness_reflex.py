@@ -1,0 +1,33 @@
+"""Stiffness first, reflex second."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from firstcontact.core.palette import GREEN
+from firstcontact.grasp.grip import Grip
+from firstcontact.grasp.policies.reflex import Reflex
+from firstcontact.grasp.policies.stiffness import ByStiffness
+
+
+class StiffnessReflex(Reflex, ByStiffness):
+    """As stiffness has it, until the object slips: then harder.
+
+    Parameters
+    ----------
+    grip
+        What is declared of the hand.
+    boost
+        What each slip multiplies the force by.
+    settings
+        As of :class:`~firstcontact.grasp.policies.stiffness.ByStiffness`.
+    """
+
+    name = "stiffness_reflex"
+    title = "stiffness and reflex"
+    colour = GREEN
+    tunables: ClassVar = {**ByStiffness.tunables, **Reflex.extra}
+
+    def __init__(self, grip: Grip, boost: float = 2.0, **settings: float) -> None:
+        super().__init__(grip, **settings)
+        self.boost = boost

@@ -1,0 +1,59 @@
+"""The force from the weight, for who knows it beforehand."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from firstcontact.core.palette import INK
+from firstcontact.core.physics import GRAVITY
+from firstcontact.grasp.grip import Grip
+from firstcontact.grasp.policies.final_force import FinalForce
+from firstcontact.grasp.policy import Part, Truth, Tunable
+
+
+class ByWeight(FinalForce):
+    """Presses with what holds that weight, within two bounds; its friction is not known.
+
+    Parameters
+    ----------
+    grip
+        What is declared of the hand.
+    truth
+        The weight.
+    margin
+        Force, as a multiple of what just holds the weight at the friction that is counted on.
+    least, most
+        Bounds of the force, N.
+    approach, scale
+        As of :class:`~firstcontact.grasp.policies.final_force.FinalForce`.
+    """
+
+    name = "weight"
+    title = "weight known"
+    colour = INK
+    part = Part.LIMIT
+    needs_truth = True
+    tunables: ClassVar = {
+        **FinalForce.tunables,
+        "margin": Tunable("Margin", "times", 1, (1.2, 1.5, 2.0, 2.5, 3.0), (1.5, 2.5)),
+        "least": Tunable("At least", "N", 1, (1.0, 1.5, 2.0, 2.5, 3.0), (1.5, 2.5)),
+        "most": Tunable("At most", "N", 1, (4.0, 6.0, 8.0, 12.0), (8.0,)),
+    }
+
+    def __init__(
+        self,
+        grip: Grip,
+        truth: Truth,
+        margin: float = 1.5,
+        least: float = 1.5,
+        most: float = 8.0,
+        approach: float = 0.10,
+        scale: float = 1.0,
+    ) -> None:
+        super().__init__(grip, approach, scale)
+        self.mass, self.margin, self.least, self.most = truth.mass, margin, least, most
+
+    def wanted(self) -> float:
+        """What holds it."""
+        holding = self.mass * GRAVITY / (2 * self.grip.friction)
+        return min(max(self.margin * holding, self.least), self.most)

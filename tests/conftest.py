@@ -37,12 +37,33 @@ signal.signal(signal.SIGQUIT, signal.SIG_DFL)
 @pytest.fixture(scope="session")
 def impacts() -> Path:
     """The folder of real impacts: ``FIRSTCONTACT_DATA``, or a copy beside the checkout."""
-    beside = Path(__file__).parents[2] / "shared" / "data"
-    place = Path(os.environ.get("FIRSTCONTACT_DATA") or beside).resolve()
-    for folder in (place, place / "impact_hardness"):
+    for folder in (_real(), _real() / "impact_hardness"):
         if (folder / "labels.csv").is_file():
             return folder
     pytest.skip("no real impacts: set FIRSTCONTACT_DATA, see docs/how-to/real-impacts.md")
+
+
+@pytest.fixture(scope="session")
+def strikes() -> Path:
+    """The folder of real strikes on piezo discs, found as the impacts are."""
+    for folder in (_real(), _real() / "piezo_strikes"):
+        if (folder / "hits.csv").is_file():
+            return folder
+    pytest.skip("no real strikes: set FIRSTCONTACT_DATA")
+
+
+@pytest.fixture(scope="session")
+def biotac() -> Path:
+    """The folder of real BioTac recordings in MATLAB files, found as the impacts are."""
+    for folder in (_real(), _real() / "biotac_hold" / "data"):
+        if any(folder.glob("*_HOLD.mat")):
+            return folder
+    pytest.skip("no real BioTac recordings: set FIRSTCONTACT_DATA")
+
+
+def _real() -> Path:
+    beside = Path(__file__).parents[2] / "shared" / "data"
+    return Path(os.environ.get("FIRSTCONTACT_DATA") or beside).resolve()
 
 
 @pytest.fixture(scope="session")

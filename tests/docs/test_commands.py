@@ -26,6 +26,11 @@ from pages import PAGES, ROOT, Fence, fences, name
 #: Commands that build an environment or take long, and what runs them.
 ELSEWHERE = {
     "firstcontact live --device twin --page": "tests/cli/test_live.py",
+    "python examples/biotac_tables.py biotac_hold/data labels.csv channels.csv": (
+        "tests/recording/test_recording_mat.py, where the recordings are"
+    ),
+    "firstcontact import biotac_hold/data --labels labels.csv --channels channels.csv "
+    "--source real --out held": "tests/recording/test_recording_mat.py, where the recordings are",
     "sudo adduser $USER dialout": "by hand, once on a machine with a device",
     "firstcontact replay pinches/blocks-01.mcap --port fingertip": "tests/cli/test_replay.py",
     "firstcontact pretrain --out network --work pretraining": (

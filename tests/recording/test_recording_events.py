@@ -109,7 +109,7 @@ def test_what_is_passed_over_is_counted(folder: Path) -> None:
     assert "1 contacts are in other files" in notes
     assert "remark" in notes
     notes = " ".join(import_events(folder, events=table(folder, *rows[:2])).notes)
-    assert "1 WAV files have no contact in events.csv" in notes
+    assert "1 sound files have no contact in events.csv" in notes
 
 
 @pytest.mark.parametrize(
@@ -136,13 +136,20 @@ def test_a_bad_table_is_refused_in_one_sentence(
     refused(folder, table(folder, *lines), *words)
 
 
-def test_events_are_for_wav_files_only_and_wav_files_alone_need_them(
+def test_a_file_without_events_is_one_pinch_of_which_no_contact_is_known(folder: Path) -> None:
+    dataset = import_events(folder / "mono.wav")
+    (pinch,) = dataset.pinches
+    assert pinch.first is None
+    assert pinch.data[:, 0].tolist() == list(range(SAMPLES))
+    assert any("firstcontact label" in note for note in dataset.notes)
+
+
+def test_events_are_for_sound_files_only(
     folder: Path, refused: Callable[..., None], tmp_path: Path
 ) -> None:
     events = table(folder, "onset_s", "1")
     (tmp_path / "some.npz").write_bytes(b"")
     refused(tmp_path / "some.npz", events, "not for --events", "leave --events out")
-    refused(folder / "mono.wav", None, "with --events")
     refused(folder / "mono.wav", tmp_path / "none.csv", "none.csv cannot be read")
     one = table(folder, "file,onset_s", "stereo.wav,1")
     refused(folder / "mono.wav", one, "no row has file", "mono.wav")

@@ -32,8 +32,16 @@ class Import:
     """What was recorded with, where the files do not say it: of WAV files a microphone."""
 
     events: Path | None = None
-    """CSV that says where the contacts are in a long WAV file, or in each of a folder's: a row
-    each, with its time in onset_s or its sample in onset_sample, and any labels."""
+    """Where the contacts are in a long WAV, FLAC or XDF file, or in each sound file of a folder: a
+    CSV with a row each, with its time in onset_s or its sample in onset_sample, and any labels;
+    or of one file an Audacity label track (.txt)."""
+
+    channels: Path | None = None
+    """CSV that says what the signals of MATLAB or XDF files are, a row each: its variable or
+    stream, sensor, finger, rate_hz, column, unit, scale and offset."""
+
+    labels: Path | None = None
+    """CSV with a row of labels for each file of a folder, where it is not labels.csv in it."""
 
     def run(self) -> None:
         """Import, and say what came in and what was assumed."""
@@ -41,7 +49,16 @@ class Import:
         from firstcontact.recording.importing import import_path
 
         sensor = None if self.sensor is None else VibrationSensor(self.sensor)
-        dataset = import_path(self.path, self.out, self.rate, self.source, sensor, self.events)
+        dataset = import_path(
+            self.path,
+            self.out,
+            self.rate,
+            self.source,
+            sensor,
+            self.events,
+            self.channels,
+            self.labels,
+        )
         layout = dataset.layout
         sessions = len(set(dataset.sessions.tolist()))
         print(

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import (
+    Block,
     ChannelKind,
     Contact,
     Dataset,
@@ -21,7 +23,7 @@ from firstcontact.core import (
 )
 from firstcontact.recording import _cells as cells
 from firstcontact.recording._cells import Columns, each
-from firstcontact.recording.dataset import pause_between
+from firstcontact.recording.dataset import pause_between, shifted
 from firstcontact.recording.quoting import shown
 
 #: Columns that say what was pinched.
@@ -54,6 +56,9 @@ def labelled(
     columns: Columns,
     source: str,
     notes: Sequence[str],
+    *,
+    starts: Sequence[int] | None = None,
+    groups: Sequence[Mapping[str, Block]] | None = None,
 ) -> Dataset:
     """Pinches out of what an importer read.
 
@@ -71,6 +76,11 @@ def labelled(
         Where they come from.
     notes
         Of the importer; what is assumed here comes before them.
+    starts
+        Number of each pinch's first sample, where the file counts them; else they are numbered
+        one after the other.
+    groups
+        Slower groups of each pinch, with ``starts``: on the same clock.
 
     Raises
     ------
@@ -84,8 +94,16 @@ def labelled(
         Pinch(cut, layout, label, 0, truth, motor)
         for cut, label, truth, motor in zip(cuts, labels, contacts, motors, strict=True)
     ]
+    if starts is None:
+        numbered = pause_between(pinches)
+    else:
+        beside = groups or [{} for _ in pinches]
+        numbered = tuple(
+            replace(shifted(pinch, start), groups=its)
+            for pinch, start, its in zip(pinches, starts, beside, strict=True)
+        )
     return Dataset(
-        pause_between(pinches),
+        numbered,
         source,
         (*assumed, *guessed, *notes),
         sessions_assumed="session" not in columns,

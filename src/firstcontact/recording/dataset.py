@@ -165,14 +165,16 @@ def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
     numbered = []
     start = 0
     for pinch in pinches:
-        shift = start - pinch.first_sample
-        truth = tuple(
-            replace(c, sample=c.sample + shift, decided=c.decided + shift) for c in pinch.truth
-        )
-        motor = None if pinch.motor_start is None else pinch.motor_start + shift
-        numbered.append(replace(pinch, first_sample=start, truth=truth, motor_start=motor))
+        numbered.append(shifted(pinch, start - pinch.first_sample))
         start += len(pinch.data) + 1
     return tuple(numbered)
+
+
+def shifted(pinch: Pinch, by: int) -> Pinch:
+    """A pinch whose samples are numbered so many higher; not those of its groups."""
+    truth = tuple(replace(c, sample=c.sample + by, decided=c.decided + by) for c in pinch.truth)
+    motor = None if pinch.motor_start is None else pinch.motor_start + by
+    return replace(pinch, first_sample=pinch.first_sample + by, truth=truth, motor_start=motor)
 
 
 def find_recordings(path: Path) -> list[Path]:

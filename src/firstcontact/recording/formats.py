@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,9 +24,10 @@ class Importer:
     title
         What it takes, as messages say it: "a .csv file".
     read
-        From a path, the rate in Hz that a person gave or None, and where it asks for it the
-        sensor or None, to a dataset. Raises InputError naming the file, what is wrong in it
-        and the remedy.
+        From a path and the rate in Hz that a person gave or None, to a dataset; what it asks
+        for besides comes by keyword (``sensor``, ``events``, ``channels``, ``labels``), None
+        where nobody gave it. Raises InputError naming the file, what is wrong in it and the
+        remedy.
     suffixes
         Of its files, in lower case; none where it takes a folder.
     marker
@@ -36,8 +37,13 @@ class Importer:
     asks_sensor
         Whether they do not say what they were recorded with.
     asks_events
-        Whether a table says where their contacts are; ``read`` takes it after the sensor. Any
-        folder is then taken.
+        Whether a table can say where their contacts are. Any folder is then taken with one.
+    asks_channels
+        Whether a table can say what their signals are. Any folder is then taken with one.
+    asks_labels
+        Whether the labels of a folder's files can be elsewhere than in it.
+    extra, modules
+        Of this package that it needs, and the modules that come with it.
     """
 
     name: str
@@ -48,11 +54,19 @@ class Importer:
     asks_rate: bool = False
     asks_sensor: bool = False
     asks_events: bool = False
+    asks_channels: bool = False
+    asks_labels: bool = False
+    extra: str = ""
+    modules: tuple[str, ...] = ()
 
-    def accepts(self, path: Path) -> bool:
-        """Whether this is for it."""
+    def accepts(self, path: Path, given: Collection[str] = ()) -> bool:
+        """Whether this is for it, with these options given, by their names."""
+        tables = {"events", "channels", "labels"} & set(given)
+        if not all(getattr(self, f"asks_{name}") for name in tables):
+            return False
         if path.is_dir():
-            return self.asks_events or (self.marker is not None and (path / self.marker).exists())
+            marked = self.marker is not None and (path / self.marker).exists()
+            return marked or bool(tables)
         return path.suffix.lower() in self.suffixes
 
 
@@ -88,6 +102,8 @@ IMPORTERS: Registry[Importer] = Registry(
         "hdf5": f"{_HERE}.arrays:HDF5",
         "npz": f"{_HERE}.arrays:NPZ",
         "csv": f"{_HERE}.csv:CSV",
+        "mat": f"{_HERE}.mat:MAT",
+        "xdf": f"{_HERE}.xdf:XDF",
     },
 )
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from firstcontact.core import Dataset, InputError, VibrationSensor
+from firstcontact.core.extras import need
 from firstcontact.core.files import resolved
 from firstcontact.core.temporary import temporary_beside
 from firstcontact.recording.dataset import write_dataset
@@ -20,6 +21,8 @@ def import_path(
     source: str | None = None,
     sensor: VibrationSensor | None = None,
     events: Path | None = None,
+    channels: Path | None = None,
+    labels: Path | None = None,
 ) -> Dataset:
     """Import what one of the importers takes into a new folder.
 
@@ -38,6 +41,10 @@ def import_path(
         What was recorded with, for a file that does not say it.
     events
         Table of where the contacts are, for long files.
+    channels
+        Table of what the signals of a file are, where they have names of its maker's.
+    labels
+        Table of what was touched in each file of a folder, where it is not in the folder.
 
     Returns
     -------
@@ -56,12 +63,17 @@ def import_path(
             raise InputError(f"{out} is there and not an empty folder: choose another --out")
     except OSError as error:
         raise _unwritable(out, error) from error
-    importer = _importer(path, rate, events)
+    tables = {"events": events, "channels": channels, "labels": labels}
+    importer = _importer(path, rate, [name for name, table in tables.items() if table is not None])
     if sensor is not None and not importer.asks_sensor:
         raise InputError(f"{path} says what its sensor is: leave --sensor out")
-    given: tuple[object, ...] = (sensor,) if importer.asks_sensor else ()
-    given += (events,) if importer.asks_events else ()
-    dataset = _from(importer.read(path, rate, *given), path, source)
+    need(importer.extra, *importer.modules)
+    given: dict[str, object] = {
+        name: value
+        for name, value in {"sensor": sensor, **tables}.items()
+        if getattr(importer, f"asks_{name}")
+    }
+    dataset = _from(importer.read(path, rate, **given), path, source)
     first = dataset.pinches[0]
     name = path.name.encode("utf-8", "replace").decode()
     notes = "\n".join((f"imported from {name}", *dataset.notes))
@@ -105,16 +117,22 @@ def _unwritable(out: Path, error: OSError) -> InputError:
     return InputError(f"{out} cannot be written ({error.strerror}): check the folder and its disk")
 
 
-def _importer(path: Path, rate: float | None, events: Path | None) -> Importer:
+def _importer(path: Path, rate: float | None, given: list[str]) -> Importer:
     """The first that takes it; what a folder lacks is said by the first that takes folders."""
     if not path.exists():
         raise InputError(f"{path} does not exist: check the path")
-    every = [i for i in IMPORTERS.values() if i.asks_events == (events is not None)]
-    if events is not None and not any(i.accepts(path) for i in every):
-        asked = " or ".join(i.title for i in every)
-        raise InputError(f"{path} is not for --events: give {asked}, or leave --events out")
-    folders = [i for i in every if i.marker is not None and path.is_dir()]
-    found = next((i for i in every if i.accepts(path)), folders[0] if folders else None)
+    every = list(IMPORTERS.values())
+    found = next((i for i in every if i.accepts(path, given)), None)
+    for name in given if found is None else []:
+        able = [i for i in every if getattr(i, f"asks_{name}")]
+        if not any(i.accepts(path, [name]) for i in able):
+            asked = " or ".join(i.title for i in able)
+            raise InputError(f"{path} is not for --{name}: give {asked}, or leave --{name} out")
+    if found is None and len(given) > 1:
+        options = " and ".join(f"--{name}" for name in given)
+        raise InputError(f"{path} takes {options}, but not together: leave one of them out")
+    if found is None and path.is_dir():
+        found = next((i for i in every if i.marker is not None), None)
     if rate is not None and (found is None or not found.asks_rate):
         asked = " or ".join(i.title for i in IMPORTERS.values() if i.asks_rate)
         raise InputError(f"{path} says its own rate: leave --rate out (it is for {asked})")

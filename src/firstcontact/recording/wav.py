@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Dataset, InputError, VibrationSensor
-from firstcontact.core.files import files_below, read_regular
+from firstcontact.core.files import read_regular
+from firstcontact.recording._file_rows import files_of_rows
 from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
 from firstcontact.recording.checks import (
     FileSettings,
@@ -50,12 +51,15 @@ FULL_SCALE = {"uint8": 128.0, "int16": 2.0**15, "int32": 2.0**31, "float32": 1.0
 
 
 def import_wav(
-    folder: Path, rate: float | None = None, sensor: VibrationSensor | None = None
+    folder: Path,
+    rate: float | None = None,
+    sensor: VibrationSensor | None = None,
+    labels: Path | None = None,
 ) -> Dataset:
     """Every WAV file below a folder as one pinch, labelled by ``labels.csv``; each says its rate.
 
     One channel is that of a microphone unless ``sensor`` says something else; two are the
-    sensors of index finger and thumb.
+    sensors of index finger and thumb. The table may be elsewhere: ``labels``.
 
     Raises
     ------
@@ -63,11 +67,11 @@ def import_wav(
         A file cannot be read, files and labels do not match, or files differ
         in rate, type or channels.
     """
-    table = folder / LABELS
+    table = labels or folder / LABELS
     columns = read_columns(table)
     if "file" not in columns:
         raise InputError(f"{table} has no column file: name the WAV file of each row")
-    files = _match(folder, columns["file"])
+    files = files_of_rows(folder, columns["file"], table, ".wav")
     sounds = [read_wav(file) for file in files]
     rate, first = sounds[0]
     check_alike(files, sounds)
@@ -78,7 +82,7 @@ def import_wav(
                 f"{rate} Hz: correct the table"
             )
     unknown = sorted(set(columns) - _KNOWN)
-    notes = [f"{LABELS}: columns not known and left out: {listed(unknown)}"] if unknown else []
+    notes = [f"{table.name}: columns not known and left out: {listed(unknown)}"] if unknown else []
     what, source = sensor or VibrationSensor.MICROPHONE, source_of(table, columns)
     settings = FileSettings(what, float(rate), "full scale", 1.0, source, None)
     scale = 1.0 / FULL_SCALE[str(first.dtype)]
@@ -93,33 +97,6 @@ def source_of(table: Path, columns: dict[str, list[str]]) -> str:
     if len(said) > 1:
         raise InputError(f"{table}: source must be the same in all rows: import apart")
     return check_source(str(table), said[0])
-
-
-def _match(folder: Path, names: list[str]) -> list[Path]:
-    """The file of each row; every file has a row and every row a file."""
-    there = files_below(folder, ".wav")
-    by_name: dict[str, list[Path]] = {}
-    for path in there:
-        for name in {path.name, path.relative_to(folder).as_posix()}:
-            by_name.setdefault(name, []).append(path)
-    files: list[Path] = []
-    for name in names:
-        found = by_name.get(name, [])
-        if len(found) != 1:
-            what = "is in two folders" if found else "is not in the folder"
-            raise InputError(
-                f"{folder / LABELS}: file {name!r} {what}: correct the row or the folder"
-            )
-        if found[0] in files:
-            raise InputError(f"{folder / LABELS}: file {name!r} has two rows: remove one")
-        files += found
-    left = [p.name for p in there if p not in files]
-    if left:
-        raise InputError(
-            f"{folder / LABELS}: {len(left)} WAV files have no row (first: {left[0]!r}): "
-            "add the rows or take the files away"
-        )
-    return files
 
 
 def check_alike(files: Sequence[Path], sounds: Sequence[tuple[int, NDArray[Any]]]) -> None:
@@ -198,5 +175,10 @@ def wav_samples(file: Path, data: NDArray[Any]) -> NDArray[Any]:
 
 
 WAV = Importer(
-    "wav", f"a folder of WAV files with {LABELS}", import_wav, marker=LABELS, asks_sensor=True
+    "wav",
+    f"a folder of WAV files with {LABELS}",
+    import_wav,
+    marker=LABELS,
+    asks_sensor=True,
+    asks_labels=True,
 )

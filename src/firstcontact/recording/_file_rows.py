@@ -1,0 +1,40 @@
+"""The files of a folder that the rows of a table name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from firstcontact.core import InputError
+from firstcontact.core.files import files_below
+
+
+def files_of_rows(folder: Path, names: list[str], table: Path, suffix: str) -> list[Path]:
+    """The file of each row; every file with the suffix has a row and every row a file.
+
+    Raises
+    ------
+    InputError
+        Names the row, or the file, that has no other.
+    """
+    there = files_below(folder, suffix)
+    by_name: dict[str, list[Path]] = {}
+    for path in there:
+        for name in {path.name, path.relative_to(folder).as_posix()}:
+            by_name.setdefault(name, []).append(path)
+    files: list[Path] = []
+    for name in names:
+        found = by_name.get(name, [])
+        if len(found) != 1:
+            what = "is in two folders" if found else "is not in the folder"
+            raise InputError(f"{table}: file {name!r} {what}: correct the row or the folder")
+        if found[0] in files:
+            raise InputError(f"{table}: file {name!r} has two rows: remove one")
+        files += found
+    left = [p.name for p in there if p not in files]
+    if left:
+        kind = suffix.removeprefix(".").upper()
+        raise InputError(
+            f"{table}: {len(left)} {kind} files have no row (first: {left[0]!r}): "
+            "add the rows or take the files away"
+        )
+    return files

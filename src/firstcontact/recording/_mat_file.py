@@ -1,0 +1,115 @@
+"""Arrays out of a MATLAB file, of any version, by the names of its variables."""
+
+from __future__ import annotations
+
+import math
+import os
+import struct
+from collections.abc import Collection
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError
+from firstcontact.core.files import open_regular
+from firstcontact.recording._apart import apart
+from firstcontact.recording._hdf5 import read_hdf5
+from firstcontact.recording._memory import bounded_memory
+from firstcontact.recording._sizes import check_unpacked, most_unpacked
+from firstcontact.recording.quoting import reason
+
+#: How long a file may take, s, and bytes a second of it beside; what the library needs, bytes.
+_SECONDS, _SPEED, _SPARE = 10.0, 1e6, 128 << 20
+#: What a file of version 7.3 begins with; it is HDF5 behind 512 bytes.
+_HDF5 = b"MATLAB 7.3"
+#: Bytes of a file of version 5 before its first variable; the last two tell the byte order.
+_HEAD = 128
+Arrays = dict[str, NDArray[Any]]
+
+
+def read_mat(path: Path, known: Collection[str]) -> tuple[Arrays, list[str]]:
+    """Variables of these names as MATLAB shows them, and the names of the others.
+
+    Texts are arrays of texts. Rows and columns are MATLAB's, in either version.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or a variable holds neither numbers nor texts.
+    """
+    try:
+        with open_regular(path) as stream:
+            new = stream.read(len(_HDF5)) == _HDF5
+        if new:
+            arrays, others = read_hdf5(path, known, ())
+            # HDF5 has the dimensions the other way round, and texts as numbers of characters.
+            return {name: values.T for name, values in arrays.items()}, others
+        seconds = _SECONDS + path.stat().st_size / _SPEED
+        return apart(seconds, _read, path, frozenset(known))
+    except InputError:
+        raise
+    except Exception as error:  # the library lets through whatever damage leads to
+        raise InputError(
+            f"{path} cannot be read as a MATLAB file ({reason(error).rstrip('.')}): save it again"
+        ) from error
+
+
+def text_of_codes(values: NDArray[Any]) -> str:
+    """A text of version 7.3, which are numbers of characters."""
+    codes = values.reshape(-1).astype(np.int64)
+    return "".join(map(chr, codes)) if ((codes > 0) & (codes < 0xD800)).all() else ""
+
+
+def _read(path: Path, known: Collection[str]) -> tuple[Arrays, list[str]]:
+    """In a process of its own: the library loops or crashes on some damaged files."""
+    from scipy.io import loadmat
+
+    with (
+        open_regular(path) as stream,
+        bounded_memory(_SPARE + 2 * most_unpacked(path.stat().st_size)),
+    ):
+        _check_length(path, stream)
+        there = _names(path, stream, known)
+        stream.seek(0)
+        loaded = loadmat(stream, variable_names=[n for n in there if n in known])
+    arrays = {name: _plain(path, name, loaded[name]) for name in there if name in known}
+    return arrays, sorted(set(there) - set(known))
+
+
+def _check_length(path: Path, stream: IO[bytes]) -> None:
+    """Refuse a file of version 5 that is cut off: only what is asked for would miss it."""
+    head = stream.read(_HEAD)
+    order = {b"IM": "<", b"MI": ">"}.get(head[-2:])
+    while order and (tag := stream.read(8)):
+        size = struct.unpack(f"{order}I", tag[4:])[0] if len(tag) == 8 else 1
+        if len(tag) < 8 or stream.seek(size, os.SEEK_CUR) > path.stat().st_size:
+            raise InputError(f"{path} ends within a variable: copy it again")
+    stream.seek(0)
+
+
+def _names(path: Path, stream: IO[bytes], known: Collection[str]) -> list[str]:
+    from scipy.io import whosmat
+
+    found = whosmat(stream)
+    names = [name for name, _, _ in found]
+    doubled = sorted({name for name in names if names.count(name) > 1})
+    if doubled:
+        raise InputError(f"{path} has the variable {doubled[0]!r} twice: save it again with one")
+    sizes = [math.prod(shape) * 8 for name, shape, _ in found if name in known]
+    check_unpacked(path, sum(sizes))
+    return names
+
+
+def _plain(path: Path, name: str, values: Any) -> NDArray[Any]:
+    """Numbers or texts; a cell array of texts is an array of them."""
+    array = np.asarray(values) if isinstance(values, np.ndarray) else None
+    if array is not None and array.dtype == object and array.dtype.names is None:
+        cells = [np.asarray(cell) for cell in array.reshape(-1)]
+        if all(c.dtype.kind in "iufU" and c.size <= 1 for c in cells):
+            return np.array([str(c.reshape(-1)[0]) if c.size else "" for c in cells])
+        array = None
+    if array is None or array.dtype.kind not in "iufbU":
+        raise InputError(f"{path}: {name} holds neither numbers nor texts: save it as such")
+    return array

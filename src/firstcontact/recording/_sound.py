@@ -1,0 +1,76 @@
+"""Samples of one sound file: WAV by SciPy, FLAC by libsndfile."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError
+from firstcontact.core.extras import need
+from firstcontact.core.files import open_regular
+from firstcontact.recording._apart import apart
+from firstcontact.recording._memory import bounded_memory
+from firstcontact.recording._sizes import check_unpacked, most_unpacked
+from firstcontact.recording.quoting import reason
+from firstcontact.recording.wav import read_wav
+
+FLAC = ".flac"
+SUFFIXES = (".wav", FLAC)
+#: How long a file may take, s, and bytes a second of it beside; what the library needs, bytes.
+_SECONDS, _SPEED, _SPARE = 10.0, 1e6, 128 << 20
+_DAMAGE = (OSError, RuntimeError, ValueError, TypeError, OverflowError, MemoryError)
+
+
+def read_sound(file: Path) -> tuple[int, NDArray[Any]]:
+    """Rate in Hz and samples as they are in the file, shape (samples, 1 or 2).
+
+    Raises
+    ------
+    InputError
+        Names the file and what keeps it from being read.
+    """
+    return _read_flac(file) if file.suffix.lower() == FLAC else read_wav(file)
+
+
+def _read_flac(file: Path) -> tuple[int, NDArray[Any]]:
+    need("files", "soundfile")
+    try:
+        open_regular(file).close()
+        seconds = _SECONDS + file.stat().st_size / _SPEED
+        rate, values, declared = apart(seconds, _decode, file)
+    except InputError:
+        raise
+    except _DAMAGE as error:
+        raise InputError(
+            f"{file} cannot be read as FLAC ({reason(error).rstrip('.')}): copy it again, or "
+            "convert it to WAV"
+        ) from error
+    if not len(values):
+        raise InputError(f"{file} holds no samples: leave it out")
+    if len(values) != declared:
+        raise InputError(
+            f"{file} says that it has {declared} samples and holds {len(values)}: copy it again"
+        )
+    if not 1 <= values.shape[1] <= 2:
+        raise InputError(
+            f"{file} has {values.shape[1]} channels: give one, or one for each of two fingers"
+        )
+    return rate, values
+
+
+def _decode(file: Path) -> tuple[int, NDArray[Any], int]:
+    """In a process of its own: the library is written in C, and the file is a stranger's."""
+    import soundfile
+
+    with (
+        bounded_memory(_SPARE + 2 * most_unpacked(file.stat().st_size)),
+        soundfile.SoundFile(file) as sound,
+    ):
+        wide = sound.subtype != "PCM_16"
+        size = np.dtype(np.int32 if wide else np.int16).itemsize
+        check_unpacked(file, sound.frames * sound.channels * size)
+        values = sound.read(dtype="int32" if wide else "int16", always_2d=True)
+        return int(sound.samplerate), values, int(sound.frames)

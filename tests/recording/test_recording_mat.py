@@ -1,0 +1,190 @@
+"""MATLAB files: arrays of pinches, and a stranger's signals at several rates."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from firstcontact.cli.main import main
+from firstcontact.core import Finger, VibrationSensor
+from firstcontact.recording import load_dataset
+
+CHANNELS = """variable,sensor,finger,rate_hz,unit,scale,offset
+pac,hydrophone,index,2200,,0.5,2000
+pac2,hydrophone,thumb,2200,,0.5,2000
+pressure,,index,100,,1,0
+skin,,thumb,100,,1,0
+"""
+
+
+def variables(n: int = 200, seed: int = 0) -> dict[str, Any]:
+    """As a BioTac writes: packets of 22 samples side by side, and slower ones beside them."""
+    rng = np.random.default_rng(seed)
+    count = np.arange(22 * n, dtype=np.uint16)
+    return {
+        "pac": count.reshape(n, 22).T,
+        "pac2": 1 + count.reshape(n, 22).T,
+        "pressure": rng.integers(0, 4000, (1, n)).astype(np.uint16),
+        "skin": np.arange(3 * n, dtype=np.uint16).reshape(3, n),
+        "joint": rng.normal(size=(1, n)),
+    }
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    place = tmp_path / "in"
+    place.mkdir()
+    for k, name in enumerate(("steel", "foam")):
+        savemat(place / f"{name}.mat", variables(seed=k), do_compression=bool(k))
+    (place / "labels.csv").write_text("file,object,session\nsteel.mat,steel,1\nfoam.mat,foam,2\n")
+    (tmp_path / "channels.csv").write_text(CHANNELS)
+    return place
+
+
+def run(folder: Path, out: Path, *more: str) -> int:
+    channels = str(out.parent / "channels.csv")
+    return main(["import", str(folder), "--channels", channels, "--out", str(out), *more])
+
+
+def test_each_file_is_a_pinch_with_its_slower_signals(folder: Path, tmp_path: Path) -> None:
+    assert run(folder, tmp_path / "out") == 0
+    dataset = load_dataset(tmp_path / "out")
+    assert sorted(dataset.objects.tolist()) == ["foam", "steel"]
+    layout = dataset.layout
+    assert layout.rate == 2200
+    assert layout.vibration_fingers == (Finger.INDEX, Finger.THUMB)
+    assert {c.sensor for c in layout.vibration} == {VibrationSensor.HYDROPHONE}
+    for pinch in dataset.pinches:
+        # x(:) in MATLAB's order is the order of time.
+        assert np.array_equal(pinch.data[:, 0], np.arange(4400))
+        assert np.array_equal(pinch.vibration()[:, 0], 0.5 * (np.arange(4400) - 2000))
+        times, values = pinch.group("100_hz")
+        assert times == pytest.approx(np.arange(200) / 100)
+        assert np.array_equal(values[:, 2], 200 + np.arange(200))
+    assert any("joint" in note for note in dataset.notes)
+
+
+def test_a_file_of_version_73_says_the_same(folder: Path, tmp_path: Path) -> None:
+    assert run(folder / "steel.mat", tmp_path / "old") == 0
+    new = tmp_path / "new.mat"
+    with h5py.File(new, "w", userblock_size=512) as file:
+        for name, values in variables().items():
+            file[name] = values.T
+    with new.open("r+b") as stream:
+        stream.write(b"MATLAB 7.3 MAT-file, made by a test".ljust(124) + b"\x00\x02IM")
+    assert run(new, tmp_path / "new") == 0
+    (one,), (other,) = (load_dataset(tmp_path / name).pinches for name in ("old", "new"))
+    assert np.array_equal(one.data, other.data)
+    assert np.array_equal(one.group("100_hz")[1], other.group("100_hz")[1])
+
+
+def test_arrays_of_ours_need_no_table(tmp_path: Path) -> None:
+    volts = np.random.default_rng(0).normal(size=(4, 300))
+    cells = np.array(["foam", "steel", "foam", "steel"], dtype=object)
+    savemat(
+        tmp_path / "ours.mat",
+        {
+            "piezo": volts,
+            "sample_rate_hz": 5000.0,
+            "piezo_unit": "V",
+            "object": cells,
+            "shore_a": [20, 40, 20, 40],
+            "first_contact": [100, -1, 120, 130],
+            "source": "synthetic",
+        },
+    )
+    assert main(["import", str(tmp_path / "ours.mat"), "--out", str(tmp_path / "out")]) == 0
+    dataset = load_dataset(tmp_path / "out")
+    assert dataset.objects.tolist() == cells.tolist()
+    assert dataset.shore_a.tolist() == [20, 40, 20, 40]
+    assert dataset.pinches[1].first is None
+    assert np.allclose([p.vibration()[:, 0] for p in dataset.pinches], volts)
+
+
+def changed(**with_these: Any) -> dict[str, Any]:
+    return {k: v for k, v in {**variables(), **with_these}.items() if v is not None}
+
+
+@pytest.mark.parametrize(
+    ("held", "table", "words"),
+    [
+        (changed(pac=None), CHANNELS, ("no variable 'pac'", "joint")),
+        (changed(pac=np.full((22, 200), np.nan)), CHANNELS, ("pac is NaN",)),
+        (changed(pac=np.zeros((22, 20))), CHANNELS, ("lasts", "rate_hz")),
+        (changed(pac=np.zeros((2, 3, 4))), CHANNELS, ("shape (2, 3, 4)",)),
+        (changed(pac="text"), CHANNELS, ("pac",)),
+        (changed(pac={"a": 1}), CHANNELS, ("neither numbers nor texts",)),
+        (variables(), CHANNELS.replace("2200", "22"), ("rate_hz", "22")),
+        (variables(), CHANNELS.replace(",2200,", ",,", 1), ("no rate_hz of pac",)),
+        (variables(), CHANNELS.replace("hydrophone", "nose"), ("line 2", "'nose'")),
+        (variables(), CHANNELS.replace("hydrophone", ""), ("no kind of sensor",)),
+        (variables(), CHANNELS.replace("thumb,2200", "index,2200"), ("two vibration channels",)),
+        (variables(), CHANNELS.replace(",100,", ",4400,"), ("faster than the vibration",)),
+        (variables(), CHANNELS.replace("variable", "name"), ("'variable' is missing",)),
+        (variables(), CHANNELS.replace("0.5", "0"), ("scale is 0",)),
+    ],
+)
+def test_bad_signals_and_tables_are_refused(
+    folder: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    held: dict[str, Any],
+    table: str,
+    words: tuple[str, ...],
+) -> None:
+    savemat(folder / "steel.mat", held)
+    (tmp_path / "channels.csv").write_text(table)
+    assert run(folder, tmp_path / "out") == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    for word in words:
+        assert word in said, said
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("keep", [0, 60, 127, 1000, -10])
+def test_a_file_that_is_cut_off_is_refused(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], keep: int
+) -> None:
+    path = folder / "steel.mat"
+    path.write_bytes(path.read_bytes()[:keep])
+    assert run(folder, tmp_path / "out") == 2
+    assert "steel.mat" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_is_missing_is_asked_for(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = str(tmp_path / "out")
+    assert main(["import", str(folder / "steel.mat"), "--out", out]) == 2
+    assert "--channels" in capsys.readouterr().err
+    (folder / "labels.csv").write_text("file,object\nsteel.mat,steel\n")
+    assert run(folder, tmp_path / "out") == 2
+    assert "1 MAT files have no row" in capsys.readouterr().err
+
+
+def test_the_real_biotac_recordings_come_in_and_go_through_a_study(
+    biotac: Path, tmp_path: Path
+) -> None:
+    maker = Path(__file__).parents[2] / "examples" / "biotac_tables.py"
+    tables = [str(tmp_path / name) for name in ("labels.csv", "channels.csv")]
+    subprocess.run([sys.executable, maker, str(biotac), *tables], check=True, env=os.environ)
+    out = str(tmp_path / "out")
+    more = ["--labels", tables[0], "--channels", tables[1], "--source", "real", "--out", out]
+    assert main(["import", str(biotac), *more]) == 0
+    dataset = load_dataset(tmp_path / "out")
+    assert len(dataset) == 60
+    assert len(set(dataset.objects.tolist())) == 6
+    assert dataset.layout.rate == 2200
+    times, values = dataset.pinches[0].group("100_hz")
+    assert len(times) == len(dataset.pinches[0].data) // 22
+    assert values.shape[1] >= 42

@@ -1,0 +1,202 @@
+"""XDF files, written here byte by byte as the format says, so that faults can be made in them."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from firstcontact.cli.main import main
+from firstcontact.core import VibrationSensor
+from firstcontact.recording import load_dataset
+
+pytest.importorskip("pyxdf")
+RATE, SLOW = 4000.0, 100.0
+SAMPLES = 8000
+MARKS = ((0.5, "eraser; shore_a=40"), (1.25, "foam; shore_a=20"))
+Values = np.ndarray[Any, np.dtype[Any]]
+
+
+def chunk(tag: int, content: bytes) -> bytes:
+    return b"\x04" + struct.pack("<IH", len(content) + 2, tag) + content
+
+
+def stream(
+    number: int, name: str, rate: float, kind: str, stamps: Any, values: Any, foot: bool = True
+) -> bytes:
+    """One stream: head, samples in chunks of a tenth of a second, a clock offset, foot."""
+    width = 1 if kind == "string" else np.asarray(values).reshape(len(stamps), -1).shape[1]
+    xml = (
+        f"<?xml version='1.0'?><info><name>{name}</name><type>x</type><channel_count>{width}"
+        f"</channel_count><nominal_srate>{rate}</nominal_srate><channel_format>{kind}"
+        "</channel_format><created_at>1</created_at><desc/></info>"
+    )
+    of = struct.pack("<I", number)
+    parts = [chunk(2, of + xml.encode())]
+    for start in range(0, len(stamps), 400):
+        some = range(start, min(start + 400, len(stamps)))
+        body = of + b"\x04" + struct.pack("<I", len(some))
+        for i in some:
+            body += b"\x08" + struct.pack("<d", stamps[i])
+            if kind == "string":
+                text = values[i].encode()
+                body += b"\x04" + struct.pack("<I", len(text)) + text
+            else:
+                body += np.atleast_1d(values[i]).astype("<f4").tobytes()
+        parts.append(chunk(3, body))
+    for at in (0.0, 100.0):
+        parts.append(chunk(4, of + struct.pack("<dd", at, 0.0)))
+    if foot:
+        parts.append(
+            chunk(6, of + b"<?xml version='1.0'?><info><sample_count>1</sample_count></info>")
+        )
+    return b"".join(parts)
+
+
+def times(n: int, rate: float, jitter: float = 0.0, begin: float = 50.0) -> Values:
+    rng = np.random.default_rng(1)
+    return begin + np.arange(n) / rate + jitter * rng.uniform(-1, 1, n)
+
+
+def vibration(name: str = "finger", number: int = 1, **changes: Any) -> bytes:
+    given = {"rate": RATE, "kind": "float32", "stamps": times(SAMPLES, RATE, 0.0004)}
+    given |= {"values": np.arange(SAMPLES, dtype=np.float32)} | changes
+    return stream(number, name, **given)
+
+
+def slow(**changes: Any) -> bytes:
+    given = {"stamps": times(200, SLOW), "values": np.arange(400.0).reshape(200, 2)} | changes
+    return stream(2, "grip", SLOW, "float32", **given)
+
+
+def marks(number: int = 3, name: str = "marks", said: Any = MARKS) -> bytes:
+    return stream(number, name, 0.0, "string", [50.0 + t for t, _ in said], [x for _, x in said])
+
+
+def xdf(tmp_path: Path, *streams: bytes) -> Path:
+    path = tmp_path / "taps.xdf"
+    head = chunk(1, b"<?xml version='1.0'?><info><version>1.0</version></info>")
+    path.write_bytes(b"XDF:" + head + b"".join(streams))
+    return path
+
+
+def test_markers_are_contacts_and_slower_streams_go_along(tmp_path: Path) -> None:
+    path = xdf(tmp_path, vibration(), slow(), marks())
+    out = tmp_path / "out"
+    assert main(["import", str(path), "--source", "real", "--out", str(out)]) == 0
+    dataset = load_dataset(out)
+    assert dataset.objects.tolist() == ["eraser", "foam"]
+    assert dataset.shore_a.tolist() == [40, 20]
+    assert dataset.sessions.tolist() == ["taps", "taps"]
+    assert dataset.layout.vibration[0].sensor is VibrationSensor.PIEZO
+    for pinch, (at, _) in zip(dataset.pinches, MARKS, strict=True):
+        assert pinch.first is not None
+        # A line through jittering stamps is right to a fraction of a sample.
+        assert pinch.data[pinch.first.sample - pinch.first_sample, 0] == pytest.approx(
+            at * RATE, abs=1
+        )
+        seconds, values = pinch.group("100_hz")
+        begin = pinch.first_sample / RATE
+        assert values[:, 0] / 2 / SLOW == pytest.approx(begin + seconds, abs=1.1 / SLOW)
+
+
+def test_a_table_names_the_stream_and_its_column(tmp_path: Path) -> None:
+    both = np.stack([np.zeros(SAMPLES), np.arange(SAMPLES)], axis=1)
+    path = xdf(tmp_path, vibration(values=both), marks())
+    out = str(tmp_path / "out")
+    assert main(["import", str(path), "--out", out]) == 2
+    table = tmp_path / "channels.csv"
+    table.write_text("variable,sensor,column\nfinger,microphone,1\n")
+    assert main(["import", str(path), "--channels", str(table), "--out", out]) == 0
+    pinch = load_dataset(Path(out)).pinches[0]
+    assert pinch.layout.vibration[0].sensor is VibrationSensor.MICROPHONE
+    assert pinch.data[0, 0] > 0
+
+
+def test_nothing_is_joined_across_a_gap(tmp_path: Path) -> None:
+    stamps = times(SAMPLES, RATE)
+    stamps[SAMPLES // 2 :] += 3.0
+    said = ((0.5, "before"), (4.5, "behind"))
+    path = xdf(tmp_path, vibration(stamps=stamps), marks(said=said))
+    out = tmp_path / "out"
+    assert main(["import", str(path), "--out", str(out)]) == 0
+    dataset = load_dataset(out)
+    assert any("1 gaps" in note for note in dataset.notes)
+    found = [p.data[p.first.sample - p.first_sample, 0] for p in dataset.pinches if p.first]
+    assert found == pytest.approx([0.5 * RATE, 1.5 * RATE], abs=1)
+
+
+def test_without_markers_the_file_is_one_pinch_to_label(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert main(["import", str(xdf(tmp_path, vibration())), "--out", str(out)]) == 0
+    (pinch,) = load_dataset(out).pinches
+    assert pinch.first is None
+    assert len(pinch.data) == SAMPLES
+
+
+BACKWARDS = times(SAMPLES, RATE)
+BACKWARDS[4000:] -= 0.5
+TOO_FEW = times(SAMPLES, 1.1 * RATE)
+NO_TIME = times(SAMPLES, RATE)
+NO_TIME[7] = np.nan
+HOLED = np.arange(SAMPLES, dtype=np.float32)
+HOLED[9] = np.nan
+
+
+@pytest.mark.parametrize(
+    ("streams", "words"),
+    [
+        ((vibration(), vibration(number=2)), ("two streams of the name 'finger'",)),
+        ((vibration(), vibration("other", 2)), ("2 streams of numbers", "--channels")),
+        ((slow(), marks()), ("0 streams of numbers",)),
+        ((vibration(stamps=BACKWARDS), marks()), ("go back by 0.5 s", "sample 4000")),
+        ((vibration(stamps=TOO_FEW), marks()), ("4000 Hz", "4400 Hz")),
+        ((vibration(stamps=NO_TIME), marks()), ("no numbers",)),
+        ((vibration(values=HOLED), marks()), ("NaN", "(9, 0)")),
+        ((vibration(), marks(), marks(4, "more")), ("several streams of texts", "--events")),
+        ((vibration(), marks(said=((5.0, "late"),))), ("row 0", "outside")),
+        ((vibration(), marks(said=((0.5, "weight=3"),))), ("label 0", "weight=3")),
+        ((), ("0 streams",)),
+    ],
+)
+def test_what_cannot_be_used_is_refused(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    streams: tuple[bytes, ...],
+    words: tuple[str, ...],
+) -> None:
+    path = xdf(tmp_path, *streams)
+    assert main(["import", str(path), "--out", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    for word in words:
+        assert word in said, said
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_file_that_is_cut_off_anywhere_is_refused_or_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = xdf(tmp_path, vibration(), marks())
+    whole = path.read_bytes()
+    for place, keep in enumerate((0, 3, 50, 3000, len(whole) // 2, len(whole) - 30)):
+        path.write_bytes(whole[:keep])
+        out = tmp_path / f"out{place}"
+        status = main(["import", str(path), "--out", str(out)])
+        said = capsys.readouterr()
+        assert status in (0, 2)
+        if status == 2:
+            assert said.err.count("\n") == 1
+            assert "taps.xdf" in said.err
+            assert not out.exists()
+        else:
+            assert "not ended properly" in said.out
+
+
+def test_an_open_recording_is_noted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = xdf(tmp_path, vibration(foot=False), marks())
+    assert main(["import", str(path), "--out", str(tmp_path / "out")]) == 0
+    assert "stream finger: its recording was not ended properly" in capsys.readouterr().out

@@ -22,6 +22,10 @@ void board_timer_interrupt(void); /* the program's */
 /* Semihosting: what the emulator does for its guest. */
 void host_arguments(char *text, size_t room);
 size_t host_read(const char *path, uint8_t *to, size_t room); /* bytes read, 0 on an error */
+int32_t host_open(const char *path, bool writing); /* below 0 on an error */
+size_t host_take(int32_t file, void *to, size_t bytes); /* bytes read */
+void host_put(int32_t file, const void *from, size_t bytes);
+void host_close(int32_t file);
 uint32_t host_seconds(void);
 void board_exit(int code);
 

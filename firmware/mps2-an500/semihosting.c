@@ -5,11 +5,13 @@
 enum {
     SYS_OPEN = 0x01,
     SYS_CLOSE = 0x02,
+    SYS_WRITE = 0x05,
     SYS_READ = 0x06,
     SYS_TIME = 0x11,
     SYS_GET_CMDLINE = 0x15,
     SYS_EXIT_EXTENDED = 0x20,
     READ_BINARY = 1,
+    WRITE_BINARY = 5,
     APPLICATION_EXIT = 0x20026
 };
 
@@ -28,17 +30,40 @@ void host_arguments(char *text, size_t room)
         text[0] = '\0';
 }
 
+int32_t host_open(const char *path, bool writing)
+{
+    const uint32_t open[] = {(uint32_t)path, writing ? WRITE_BINARY : READ_BINARY,
+                             (uint32_t)strlen(path)};
+    return (int32_t)call(SYS_OPEN, open);
+}
+
+size_t host_take(int32_t file, void *to, size_t bytes)
+{
+    const uint32_t read[] = {(uint32_t)file, (uint32_t)to, (uint32_t)bytes};
+    const uint32_t left = call(SYS_READ, read); /* bytes that were not read */
+    return left <= bytes ? bytes - left : 0;
+}
+
+void host_put(int32_t file, const void *from, size_t bytes)
+{
+    const uint32_t write[] = {(uint32_t)file, (uint32_t)from, (uint32_t)bytes};
+    (void)call(SYS_WRITE, write);
+}
+
+void host_close(int32_t file)
+{
+    const uint32_t close[] = {(uint32_t)file};
+    (void)call(SYS_CLOSE, close);
+}
+
 size_t host_read(const char *path, uint8_t *to, size_t room)
 {
-    const uint32_t open[] = {(uint32_t)path, READ_BINARY, (uint32_t)strlen(path)};
-    const uint32_t file = call(SYS_OPEN, open);
-    if (file == UINT32_MAX)
+    const int32_t file = host_open(path, false);
+    if (file < 0)
         return 0;
-    const uint32_t read[] = {file, (uint32_t)to, (uint32_t)room};
-    const uint32_t left = call(SYS_READ, read); /* bytes that were not read */
-    const uint32_t close[] = {file};
-    (void)call(SYS_CLOSE, close);
-    return left <= room ? room - left : 0;
+    const size_t n = host_take(file, to, room);
+    host_close(file);
+    return n;
 }
 
 uint32_t host_seconds(void)

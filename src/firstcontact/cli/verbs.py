@@ -62,6 +62,10 @@ VERBS = {
     "pretrain": Verb(
         "Pretrain", "Make the network of the any-time model anew, from simulated rigs."
     ),
+    "export-model": Verb(
+        "ExportModel",
+        "Write a trained model in another language: C for the hand's microcontroller, or ONNX.",
+    ),
     "evaluate": Verb(
         "Evaluate", "Score a saved model, an any-time one from 2 to 15 ms after the contact."
     ),

@@ -9,8 +9,9 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
+from firstcontact.core import InputError, steps
 from firstcontact.core.palette import GREEN, GREY
+from firstcontact.core.program import INPUT, Program
 from firstcontact.stiffness.estimator import Estimator, training_spec
 from firstcontact.stiffness.model import Model
 from firstcontact.stiffness.spec import Arrays, Spec, Task, Values, Windows
@@ -40,6 +41,13 @@ class ConstantModel(Model):
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
         """Number of the class with that value."""
         return np.searchsorted(self.spec.classes, outputs[:, 0])
+
+    def program(self) -> Program:
+        """The answer, or a 1 at its class."""
+        n, spec = self.spec.samples * self.spec.channels, self.spec
+        classes = np.array(spec.classes)
+        values = (classes == self.value) * 1.0 if spec.classes else np.array([self.value])
+        return Program(n, (steps.given(INPUT, "value", values),), "value")
 
     def to_arrays(self) -> Arrays:
         """The answer."""
@@ -115,6 +123,16 @@ class PeakModel(Model):
             return fitted
         near: Values = -np.abs(peak - self.weights)
         return near
+
+    def program(self) -> Program:
+        """The logarithm of the peak, and what follows from it."""
+        n = self.spec.samples * self.spec.channels
+        peak = steps.log_peak(INPUT, "peak", n)
+        if self.spec.task is Task.CLASSIFICATION:
+            return Program(n, (peak, steps.nearness("peak", "near", self.weights)), "near")
+        low, high = (float(end) for end in self.weights[3:])
+        fitted = steps.parabola("peak", "fitted", self.weights[:3], low, high)
+        return Program(n, (peak, fitted), "fitted")
 
     def to_arrays(self) -> Arrays:
         """The weights."""

@@ -15,13 +15,14 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
+from firstcontact.core import InputError, steps
 from firstcontact.core.kernel import RbfKernel
 from firstcontact.core.palette import PURPLE
+from firstcontact.core.program import INPUT, Program
 from firstcontact.stiffness.estimator import Estimator, Reference, target_scale, training_spec
 from firstcontact.stiffness.model import ArraysModel, Model
 from firstcontact.stiffness.spec import Spec, Task, Values, Windows
-from firstcontact.stiffness.svm_model import level_of, shape_and_level
+from firstcontact.stiffness.svm_model import LEVEL_WEIGHT, level_of, shape_and_level
 
 #: Windows that a model keeps, and those on which the kernel is chosen.
 KEPT = 800
@@ -105,6 +106,22 @@ class GaussianProcessModel(ArraysModel):
         variance = self._signal + self._noise - np.einsum("ij,ij->i", known, known)
         spread: Values = np.sqrt(np.maximum(variance, self._noise)) * self.target[1]
         return spread
+
+    def program(self) -> Program:
+        """Shape and level, covariances, and from them mean and deviation."""
+        a = self._arrays
+        n = self.spec.samples * self.spec.channels
+        slope = LEVEL_WEIGHT / float(a["level"][1])
+        gamma = 0.5 / self._length**2
+        least, most = self._noise, self._signal + self._noise
+        lower = self._signal * a["inverse"].astype(np.float64)
+        chain = (
+            steps.shape_and_level(INPUT, "shape", n, float(a["level"][0]), slope),
+            steps.rbf("shape", "near", a["inputs"], gamma),
+            steps.dense("near", "mean", self._signal * a["weights"][None], np.zeros(1)),
+            steps.deviation("near", "spread", lower, most, least, self.target[1]),
+        )
+        return Program(n, chain, "mean", "spread")
 
 
 @dataclass(frozen=True)

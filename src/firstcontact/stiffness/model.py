@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
+from firstcontact.core.program import Program
 from firstcontact.stiffness.spec import Arrays, Spec, Task, Values, Windows
 
 #: Answers are smaller: no target is as large, and squares of errors stay finite.
@@ -58,6 +59,19 @@ class Model(ABC):
         answer. Intervals are then so many of them wide, conformal like any other.
         """
         return None
+
+    def program(self) -> Program:
+        """What :meth:`output`, :meth:`spread` and :meth:`choose` compute, step by step.
+
+        Raises
+        ------
+        InputError
+            It has no such form; says why.
+        """
+        raise InputError(
+            f"a model of kind {self.kind!r} does not describe its arithmetic in steps, which an "
+            "export needs: train another estimator"
+        )
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
         """Number of the class that finite outputs (n, outputs) speak for, shape (n,)."""

@@ -10,8 +10,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
+from firstcontact.core import InputError, steps
 from firstcontact.core.kernel import RbfKernel
+from firstcontact.core.program import INPUT, Program
 from firstcontact.stiffness.model import ArraysModel
 from firstcontact.stiffness.spec import Spec, Task, Windows
 
@@ -143,6 +144,20 @@ class SvmModel(ArraysModel):
         kernel = self._kernel.row(inputs, len(flat) + loud * loud)  # the shape's norm is known
         decisions: NDArray[np.float32] = self._weights.dot(kernel) + self._bias
         return decisions
+
+    def program(self) -> Program:
+        """Shape and level, kernel, weights, and the votes of pairs of classes."""
+        a, spec = self._arrays, self.spec
+        n = spec.samples * spec.channels
+        chain = (
+            steps.shape_and_level(INPUT, "shape", n, self._level, self._slope),
+            steps.rbf("shape", "near", a["vectors"], float(self.parameters[1])),
+            steps.dense("near", "decisions", a["weights"], a["bias"]),
+        )
+        if spec.task is Task.REGRESSION:
+            return Program(n, chain, "decisions")
+        k = len(spec.classes)
+        return Program(n, (*chain, steps.votes("decisions", "votes", k)), "votes")
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
         """The class that wins most pairs."""

@@ -1,0 +1,1 @@
+"""Trained models in other languages: C for the hand's microcontroller, ONNX for other programs."""

@@ -1,0 +1,119 @@
+#include "fc_steps.h"
+
+#include <math.h>
+
+#include "fc_math.h"
+
+/* out[i] = weight[i] . x + bias[i]. Four rows side by side: each number of x is read once for
+   them, and four sums grow independently of each other. */
+static void rows(const float *weight, const float *bias, int32_t n, int32_t inputs, const float *x,
+                 float *out)
+{
+    int32_t i = 0;
+    for (; i + 4 <= n; i += 4) {
+        const float *const a = weight + i * inputs, *const b = a + inputs;
+        const float *const c = b + inputs, *const d = c + inputs;
+        float p = bias[i], q = bias[i + 1], r = bias[i + 2], s = bias[i + 3];
+        for (int32_t k = 0; k < inputs; k++) {
+            p += a[k] * x[k];
+            q += b[k] * x[k];
+            r += c[k] * x[k];
+            s += d[k] * x[k];
+        }
+        out[i] = p;
+        out[i + 1] = q;
+        out[i + 2] = r;
+        out[i + 3] = s;
+    }
+    for (; i < n; i++) {
+        float p = bias[i];
+        for (int32_t k = 0; k < inputs; k++)
+            p += weight[i * inputs + k] * x[k];
+        out[i] = p;
+    }
+}
+
+void fc_shape_and_level_run(const fc_shape_and_level *s, const float *in, float *out)
+{
+    double power = 0.0;
+    for (int32_t k = 0; k < s->samples; k++)
+        power += (double)in[k] * in[k];
+    const double rms = sqrt(power / s->samples);
+    const float scale = (float)(1.0 / rms);
+    for (int32_t k = 0; k < s->samples; k++)
+        out[k] = in[k] * scale;
+    /* Beyond what float32 holds there is no level, as on the host. */
+    out[s->samples] = power < 3.4e38 ? (float)((fc_log(rms) - s->mean) * s->slope) : NAN;
+}
+
+void fc_rbf_run(const fc_rbf *s, const float *in, float *out)
+{
+    double square = 0.0;
+    for (int32_t k = 0; k < s->inputs; k++)
+        square += (double)in[k] * in[k];
+    const float far = (float)(s->gamma * square);
+    rows(s->steep, s->norms, s->vectors, s->inputs, in, out);
+    for (int32_t i = 0; i < s->vectors; i++)
+        out[i] = fc_exp(out[i] - far);
+}
+
+void fc_dense_run(const fc_dense *s, const float *in, float *out)
+{
+    rows(s->weight, s->bias, s->outputs, s->inputs, in, out);
+}
+
+void fc_votes_run(const fc_votes *s, const float *in, float *out)
+{
+    for (int32_t i = 0; i < s->classes; i++)
+        out[i] = 0.0f;
+    for (int32_t i = 0; i < s->classes; i++)
+        for (int32_t j = i + 1; j < s->classes; j++) {
+            out[*in > 0.0f ? i : j] += 1.0f;
+            if (!(*in - *in == 0.0f))
+                out[0] = NAN; /* an infinite decision speaks for nothing */
+            in++;
+        }
+}
+
+void fc_given_run(const fc_given *s, const float *in, float *out)
+{
+    (void)in;
+    for (int32_t i = 0; i < s->outputs; i++)
+        out[i] = s->values[i];
+}
+
+void fc_log_peak_run(const fc_log_peak *s, const float *in, float *out)
+{
+    float peak = 0.0f;
+    for (int32_t k = 0; k < s->samples; k++) {
+        const float size = fabsf(in[k]);
+        peak = size > peak ? size : peak;
+    }
+    *out = (float)fc_log(peak);
+}
+
+void fc_parabola_run(const fc_parabola *s, const float *in, float *out)
+{
+    const double x = *in, y = (s->a * x + s->b) * x + s->c;
+    *out = (float)(y < s->low ? s->low : y > s->high ? s->high : y);
+}
+
+void fc_nearness_run(const fc_nearness *s, const float *in, float *out)
+{
+    for (int32_t i = 0; i < s->outputs; i++)
+        out[i] = -fabsf(*in - s->places[i]);
+}
+
+void fc_deviation_run(const fc_deviation *s, const float *in, float *out)
+{
+    const float *row = s->lower;
+    double known = 0.0;
+    for (int32_t i = 0; i < s->inputs; row += ++i) {
+        float y = 0.0f;
+        for (int32_t k = 0; k <= i; k++)
+            y += row[k] * in[k];
+        known += (double)y * y;
+    }
+    const double left = s->most - known;
+    *out = (float)(s->scale * sqrt(left > s->least ? left : s->least));
+}

@@ -1,0 +1,79 @@
+"""``--to c``: an Arduino and PlatformIO library in C99 with an example that counts its cycles."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+
+from firstcontact import __version__
+from firstcontact.core import InputError
+from firstcontact.embedded._c_model import CUnit, write_model
+from firstcontact.embedded._sketch import sketch
+from firstcontact.embedded.exporters import ModelExporter
+from firstcontact.embedded.trained import Trained
+
+#: Name of the library, for who includes it.
+NAME = "FirstContactModel"
+
+_PROPERTIES = """\
+name={name}
+version={version}
+author=firstcontact
+maintainer=firstcontact
+sentence=Contact and stiffness on the hand's microcontroller.
+paragraph=Written by firstcontact export-model: {parts}.
+category=Sensors
+url=https://pypi.org/project/firstcontact/
+architectures=*
+includes={includes}
+"""
+
+
+def fixed_sources() -> dict[str, str]:
+    """The files that are the same for all models, by name."""
+    folder = files("firstcontact.embedded") / "c"
+    return {
+        entry.name: entry.read_text(encoding="utf-8")
+        for entry in sorted(folder.iterdir(), key=lambda e: e.name)
+        if entry.name.endswith((".c", ".h"))
+    }
+
+
+def units_of(trained: Trained) -> list[CUnit]:
+    """What is generated for a training.
+
+    Raises
+    ------
+    InputError
+        Names what cannot be written in C, and why.
+    """
+    return [write_model(named) for named in trained.models]
+
+
+def write(trained: Trained, out: Path) -> list[str]:
+    """Write the library into an empty folder; what there is to say."""
+    units = units_of(trained)
+    if not units:
+        raise InputError(f"nothing here can be written in C ({', '.join(trained.parts)})")
+    source, example = out / "src", out / "examples" / "cycles"
+    source.mkdir()
+    example.mkdir(parents=True)
+    for name, text in fixed_sources().items():
+        (source / name).write_text(text, encoding="utf-8")
+    for unit in units:
+        (source / f"{unit.name}.h").write_text(unit.header, encoding="utf-8")
+        (source / f"{unit.name}.c").write_text(unit.source, encoding="utf-8")
+    includes = [f"{unit.name}.h" for unit in units]
+    properties = _PROPERTIES.format(
+        name=NAME, version=__version__, parts="; ".join(trained.parts), includes=",".join(includes)
+    )
+    (out / "library.properties").write_text(properties, encoding="utf-8")
+    (example / "cycles.ino").write_text(sketch(trained), encoding="utf-8")
+    return [
+        f"{unit.name}: {unit.constants} bytes of constants, {unit.memory} of memory, about "
+        f"{unit.instructions} instructions"
+        for unit in units
+    ]
+
+
+C = ModelExporter("c", write)

@@ -1,0 +1,41 @@
+"""What trained models can be written as, by name; a new form is one file and one line here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from firstcontact.core.registry import Registry
+
+if TYPE_CHECKING:
+    from firstcontact.embedded.trained import Trained
+
+
+@dataclass(frozen=True, slots=True)
+class ModelExporter:
+    """How trained models go out.
+
+    Parameters
+    ----------
+    name
+        Under which it is registered.
+    write
+        Writes a training into a folder that is empty; gives what there is to say. Raises
+        InputError naming what cannot be written, and why.
+    extra, modules
+        Of this package that it needs, and the modules that come with it.
+    """
+
+    name: str
+    write: Callable[[Trained, Path], Sequence[str]]
+    extra: str = ""
+    modules: tuple[str, ...] = ()
+
+
+MODEL_EXPORTERS: Registry[ModelExporter] = Registry(
+    "form",
+    "firstcontact.model_exporters",
+    {"c": "firstcontact.embedded.c_library:C"},
+)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from firstcontact.device.replay import ReplaySource
 from firstcontact.device.source import Arrival
 from firstcontact.recording import Header, RecordingWriter
 from firstcontact.testing import check_source
+from sound import heard_here
 
 LAYOUT = fingertip_layout()
 RECORDING = SOURCES["recording"]
@@ -38,11 +40,19 @@ def on_a_port() -> Iterator[str]:
         yield device.port
 
 
+@contextmanager
+def on_a_tape() -> Iterator[str]:
+    quiet = np.random.default_rng(0).normal(0, 30, 48_000).astype(np.int16)
+    with TemporaryDirectory() as folder, heard_here(Path(folder), quiet, loop=1):
+        yield "audio:disc"
+
+
 def device(name: str, recording: Path) -> AbstractContextManager[str]:
     return {
         "serial": on_a_port,
         "twin": lambda: nullcontext("twin"),
         "recording": lambda: nullcontext(str(recording)),
+        "audio": on_a_tape,
     }[name]()
 
 

@@ -63,13 +63,17 @@ def _libraries() -> list[str]:
 
 
 def _ports() -> Iterator[str]:
+    from firstcontact.device.opening import SOURCES
     from firstcontact.device.ports import access, groups, ports
 
     found = ports()
     for port in found:
         yield _line(port.name, port.what)
         yield _line("", access(Path(port.name)))
-    if not found:
+    others = [device for kind in SOURCES.values() if kind.found for device in kind.found()]
+    for name, what in others:
+        yield _line(name, what)
+    if not found and not others:
         yield _line("ports", "none")
     if groups():
         yield _line("groups", ", ".join(groups()))
@@ -77,6 +81,7 @@ def _ports() -> Iterator[str]:
 
 def _device(name: str, condition: str) -> Iterator[str]:
     from firstcontact.device import ports
+    from firstcontact.device.link_news import clock_line
     from firstcontact.device.opening import open_source, source_kind
 
     source = open_source(name, condition=condition)
@@ -89,6 +94,8 @@ def _device(name: str, condition: str) -> Iterator[str]:
             yield _line(field, getattr(descriptor, field) or "not known")
         yield _line("rate", f"{layout.rate:g} Hz, {layout.smoothing}")
         names = ", ".join(layout.column_names)
+        if descriptor.delay:
+            yield _line("", f"its own filter delays samples by {1e3 * descriptor.delay:.2f} ms")
         yield _line("channels", f"{layout.width} ({descriptor.dtype}): {names}")
         until = time.monotonic() + LISTEN
         while (left := until - time.monotonic()) > 0 and not source.ended:
@@ -101,6 +108,8 @@ def _device(name: str, condition: str) -> Iterator[str]:
         f"{health.bad_frames} damaged, {health.lost_frames} lost, {health.doubled_frames} doubled",
     )
     yield _line("epochs", str(health.reconnects + 1))
+    if said := clock_line(health, layout.rate):
+        yield _line("", said)
 
 
 def _line(name: str, what: str) -> str:

@@ -117,6 +117,7 @@ class Live:
                 loaded.models,
                 calibration,
                 anytime=loaded.anytime,
+                delay=source.descriptor.delay,
             )
             with self._driven(source) as grasping:
                 actors = () if grasping is None else (grasping,)
@@ -226,6 +227,7 @@ class Live:
         return sinks
 
     def _report(self, session: LiveSession, source: Source, began: int, cpu: float) -> None:
+        from firstcontact.device.link_news import clock_line
         from firstcontact.live.summary import ledger_lines
 
         health = source.health
@@ -236,6 +238,10 @@ class Live:
             f"link: {health.samples} samples, {health.lost_samples} lost, "
             f"{health.bad_frames} damaged frames, {health.reconnects} reconnects"
         )
+        if health.overflow_samples:
+            _say(f"link: of the lost ones {health.overflow_samples} were dropped by the device")
+        if drift := clock_line(health, source.descriptor.layout.rate):
+            _say(drift)
         assert session.fanout is not None
         for name, dropped in session.fanout.dropped.items():
             if dropped and name not in session.fanout.failed:

@@ -13,13 +13,14 @@ PATIENCE = 1.5
 
 @dataclass(frozen=True)
 class Ports:
-    """List the serial ports, and say which of them may be a fingertip."""
+    """List serial ports and sound inputs, and say which of them may be a fingertip."""
 
     ask: bool = False
     """Ask each port whether a fingertip is on it; sends it a few bytes."""
 
     def run(self) -> None:
         """Print one line a port."""
+        from firstcontact.device.opening import SOURCES
         from firstcontact.device.ports import ports
 
         found = ports()
@@ -28,12 +29,15 @@ class Ports:
             if self.ask:
                 for line in answer(port.name):
                     print(f"{'':16} {line}")
-        if not found:
+        others = [device for kind in SOURCES.values() if kind.found for device in kind.found()]
+        for name, what in others:
+            print(f"{name:16} {what}")
+        if not found and not others:
             print(
                 "no serial port is here: plug the fingertip in with a cable that carries data, or "
                 "do without one, --device twin"
             )
-        elif not self.ask and not any(p.teensy for p in found):
+        elif found and not self.ask and not any(p.teensy for p in found):
             print("none of these is a Teensy by its USB numbers: --ask asks each of them")
 
 

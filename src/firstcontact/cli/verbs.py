@@ -36,7 +36,9 @@ VERBS = {
     "camera": Verb(
         "Camera", "Compare the strips' contacts with those that a high-speed camera saw."
     ),
-    "ports": Verb("Ports", "List the serial ports, and say which of them may be a fingertip."),
+    "ports": Verb(
+        "Ports", "List serial ports and sound inputs, and say which of them may be a fingertip."
+    ),
     "info": Verb(
         "Info",
         "Print what a bug report needs: versions, ports, and what a device says about itself.",

@@ -18,3 +18,19 @@ def link_news(before: Health, now: Health) -> list[str]:
     if lost > 0:
         news.append(f"link: {lost} samples lost, {now.lost_samples} in all")
     return news
+
+
+def clock_line(health: Health, rate: float) -> str:
+    """How far the device's clock is off the host's, "" before it can be told.
+
+    Parameters
+    ----------
+    health
+        Of the source.
+    rate
+        That it says it has, Hz.
+    """
+    if not health.host_rate > 0:
+        return ""
+    off = 1e6 * (health.host_rate / rate - 1)
+    return f"clock: {health.host_rate:.2f} samples a second of the host's clock, {off:+.0f} ppm"

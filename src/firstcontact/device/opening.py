@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -59,6 +59,8 @@ class SourceKind:
         What its recordings will say of where they come from, where that is known before.
     shore_a
         Of an object that a simulated hand knows by name. Raises InputError for others.
+    found
+        What there is of it to open: the device as a person types it, and what it is.
     """
 
     name: str
@@ -70,6 +72,7 @@ class SourceKind:
     is_port: bool = False
     origin: str = ""
     shore_a: Callable[[str], float] | None = None
+    found: Callable[[], Iterable[tuple[str, str]]] | None = None
 
     def accepts(self, device: str) -> bool:
         """Whether this is a device of this kind."""
@@ -108,6 +111,14 @@ _OURS = (
         _in("replay", "from_path"),
         takes=lambda device: Path(device).suffix == ".mcap",
         recorded=True,
+    ),
+    SourceKind(
+        "audio",
+        '"audio" or audio:NAME for a sound input (audio:NAME/2 for two channels)',
+        _in("audio_source", "from_name"),
+        takes=lambda device: device.partition(":")[0] in ("audio", "audio/2"),
+        origin="real",
+        found=_in("audio_source", "found"),
     ),
 )
 #: What no other kind takes is of the default.

@@ -57,6 +57,8 @@ class Descriptor:
         "real", "twin", "synthetic" or "unknown", as in a recording's header.
     dtype
         Of the samples; a device on the wire sends int16.
+    delay
+        So much later than its instant the source's own filter lets a sample out, s.
     """
 
     layout: Layout
@@ -65,6 +67,7 @@ class Descriptor:
     hand: str = ""
     source: str = "unknown"
     dtype: str = "int16"
+    delay: float = 0.0
 
     def to_text(self) -> str:
         """JSON, as it goes over the wire."""

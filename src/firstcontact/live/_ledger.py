@@ -29,7 +29,7 @@ class Entry:
         Device: from the contact to the sample that completed the window, the
         filter's look-ahead included.
     wait
-        Device: how long that sample waited for the rest of its block.
+        Device: how long that sample waited for the rest of its block, and in the source's filter.
     compute
         Host: from having that block to the estimate.
     total
@@ -50,10 +50,13 @@ class Ledger:
     ----------
     rate
         Of the samples, Hz.
+    delay
+        Of the source's own filter, s; it is in each wait already.
     """
 
-    def __init__(self, rate: float) -> None:
+    def __init__(self, rate: float, delay: float = 0.0) -> None:
         self.rate = rate
+        self.delay = delay
         self.entries: deque[Entry] = deque(maxlen=KEPT)
         #: Estimates so far; of these, used ones; of these, too late in hindsight.
         self.estimates = 0
@@ -125,6 +128,8 @@ class Ledger:
             "blocks": float(self.blocks),
             "busy": self.busy,
         }
+        if self.delay:
+            figures["delay"] = self.delay
         if self.entries:
             entries = list(self.entries)
             for name in ("decide", "window", "wait", "compute", "total"):

@@ -30,10 +30,19 @@ class RunningAnswers:
         Of the samples.
     clock
         Gives the host's time, s.
+    delay
+        Of the source's own filter, s.
     """
 
-    def __init__(self, model: InContextModel, layout: Layout, clock: Callable[[], float]) -> None:
+    def __init__(
+        self,
+        model: InContextModel,
+        layout: Layout,
+        clock: Callable[[], float],
+        delay: float = 0.0,
+    ) -> None:
         self._model = model
+        self._delay = delay
         self._clock = clock
         self._rate = layout.rate
         self._longest = moments(layout.rate)[-1]
@@ -128,7 +137,7 @@ class RunningAnswers:
                 epoch=block.epoch,
                 host=now,
                 compute=now - host,
-                waited=(block.end - 1 - int(known[i])) / self._rate,
+                waited=(block.end - 1 - int(known[i])) / self._rate + self._delay,
             )
             for i in range(len(touches))
         ]

@@ -54,6 +54,8 @@ class Pipeline:
         Gives the host's time, s.
     anytime
         A model that answers each millisecond until the second contact; None without.
+    delay
+        Of the source's own filter, s: counted in all that is said to come after a contact.
 
     Raises
     ------
@@ -74,6 +76,7 @@ class Pipeline:
         calibration: Calibration | None = None,
         clock: Callable[[], float] = time.monotonic,
         anytime: InContextModel | None = None,
+        delay: float = 0.0,
     ) -> None:
         if anytime is not None and not same_rate(layout.rate, anytime.rate):
             raise InputError(
@@ -90,7 +93,8 @@ class Pipeline:
                     "the finger that touched: train a model on these"
                 )
         self.layout = layout
-        self.ledger = Ledger(layout.rate)
+        self.ledger = Ledger(layout.rate, delay)
+        self._delay = delay
         self._models = {a.model.spec.duration: a for a in models}
         if len(self._models) < len(models):
             raise InputError(
@@ -167,7 +171,7 @@ class Pipeline:
     def _running(self) -> RunningAnswers | None:
         if self._anytime is None:
             return None
-        return RunningAnswers(self._anytime, self.layout, self._clock)
+        return RunningAnswers(self._anytime, self.layout, self._clock, self._delay)
 
     def _work(self, host: float) -> Iterator[Event]:
         began = self._clock()
@@ -221,7 +225,7 @@ class Pipeline:
             for window in pinch.windows.update(went.block, told):
                 # A short window can be whole before its contact is decided.
                 known = max(window.complete, window.contact.decided)
-                waited = (went.block.end - 1 - known) / self.layout.rate
+                waited = (went.block.end - 1 - known) / self.layout.rate + self._delay
                 events.append((known, self._estimate(pinch, window, known, host, waited)))
                 pinch.asked -= 1
             if pinch.windows.refused > refused:

@@ -35,6 +35,8 @@ def ledger_lines(figures: Mapping[str, float], samples: float, cpu: float) -> It
         for name, words in lines.items():
             values = (1e3 * figures[f"{name}_{key}"] for key in ("p50", "p99", "max"))
             yield f"{words:>52} " + " ".join(f"{v:8.3f}" for v in values)
+    if "delay" in figures:
+        yield f"of each wait, {1e3 * figures['delay']:.3f} ms are the source's own filter"
     if "asked" in figures:
         yield (
             f"{figures['early']:.0f} of {figures['asked']:.0f} pinches had an answer before the "

@@ -1,6 +1,7 @@
 """Filters that carry their state, resampling, and windows after a contact."""
 
 from firstcontact.signal._resample import lookahead, resample, resample_dataset
+from firstcontact.signal._resample_stream import CausalResampler
 from firstcontact.signal._savgol import SavitzkyGolay
 from firstcontact.signal._smoothing import AsSent, ExponentialSmoothing
 from firstcontact.signal.windowing import (
@@ -13,6 +14,7 @@ from firstcontact.signal.windowing import (
 
 __all__ = [
     "AsSent",
+    "CausalResampler",
     "Conditioner",
     "ContactWindow",
     "ExponentialSmoothing",

@@ -1,0 +1,223 @@
+"""A sound input as a source: one or two channels, brought to the rate that models take."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Iterator
+from queue import Empty, SimpleQueue
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError, VibrationSensor
+from firstcontact.core.extras import need
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.device.opening import SourceOptions
+from firstcontact.device.source import Descriptor
+from firstcontact.device.threaded import ThreadedSource
+from firstcontact.recording.checks import FileSettings, make_layout
+from firstcontact.signal import CausalResampler
+
+#: What the system may hold back, s: blocks come in a quarter of it, and more is an overflow.
+LATENCY = 0.016
+#: An input from which nothing comes for so long is gone, s: PortAudio does not tell.
+SILENCE = 1.0
+#: Where the next block is due is the median over so many.
+STEADY = 31
+#: Letting go of an input that hangs is waited for so long, s.
+FAREWELL = 2.0
+
+
+class _Heard(NamedTuple):
+    """A block as PortAudio has given it; times of its own clock and of the monotonic one, s."""
+
+    data: NDArray[np.float32]
+    taken: float
+    host: float
+    overflow: bool
+
+
+class AudioSource(ThreadedSource):
+    """A sound input through PortAudio.
+
+    What the input lost before this program could take it (an overflow) is counted with its
+    length, which PortAudio's times of sampling tell to about a sample. An input that is
+    unplugged ends the source: what comes back may be another one.
+
+    Parameters
+    ----------
+    wanted
+        Its name, a part of it that only it has, or its number; "" for the system's own.
+    channels
+        1 or 2; two are those of index finger and thumb.
+    rate
+        Of the samples that come out, Hz.
+
+    Raises
+    ------
+    InputError
+        On entering: PortAudio is missing, there is no such input or several, or it is in use.
+    """
+
+    def __init__(self, wanted: str = "", channels: int = 1, rate: float = FINGERTIP_RATE) -> None:
+        super().__init__("audio" + (f":{wanted}" if wanted else ""))
+        self._wanted_input, self._channels, self._rate = wanted, channels, rate
+        self._heard: SimpleQueue[_Heard] = SimpleQueue()
+        self._stream: Any = None
+        self._resampler: CausalResampler | None = None
+        self._input_rate = rate
+
+    def _open(self) -> Descriptor:
+        sound = portaudio()
+        device = _device(sound, self._wanted_input)
+        if device["max_input_channels"] < self._channels:
+            raise InputError(
+                f"{self.name} has {device['max_input_channels']} channel: leave /2 out"
+            )
+        self._input_rate = float(device["default_samplerate"])
+        self._resampler = CausalResampler(self._input_rate, self._rate)
+        try:
+            self._stream = sound.InputStream(
+                device=device["index"],
+                channels=self._channels,
+                samplerate=self._input_rate,
+                dtype="float32",
+                latency=LATENCY,
+                callback=self._called,
+            )
+            self._stream.start()
+        except (sound.PortAudioError, ValueError) as error:
+            self._shut()
+            raise InputError(
+                f"{self.name} cannot be opened ({error}): close what else uses it, or see "
+                "`firstcontact ports`"
+            ) from error
+        settings = FileSettings(
+            VibrationSensor.MICROPHONE, self._rate, "full scale", 1.0, "real", None
+        )
+        return Descriptor(
+            make_layout(settings, self._channels, scale=1.0),
+            firmware=f"PortAudio, from {self._input_rate:g} Hz",
+            sensor=f"sound input {device['name']}",
+            source="real",
+            dtype="float32",
+            delay=self._resampler.delay,
+        )
+
+    def _called(self, data: NDArray[np.float32], frames: int, times: Any, status: Any) -> None:
+        """PortAudio's own thread: only hand over."""
+        self._heard.put(
+            _Heard(
+                data.copy(), times.inputBufferAdcTime, time.monotonic(), bool(status.input_overflow)
+            )
+        )
+
+    def _work(self) -> None:
+        assert self._resampler is not None
+        end, last = 0, time.monotonic()
+        overflows = 0
+        starts: deque[float] = deque(maxlen=STEADY)  # when sample 0 was taken, by each block
+        while not self._closing.is_set():
+            try:
+                heard = self._heard.get(timeout=0.05)
+            except Empty:
+                if time.monotonic() - last > SILENCE:
+                    raise InputError(
+                        f"{self.name} gives no samples any more: plug it in and begin again"
+                    ) from None
+                continue
+            last = heard.host
+            if heard.overflow and starts:
+                due = float(np.median(starts)) + end / self._input_rate
+                lost = max(1, round((heard.taken - due) * self._input_rate))
+                end += lost
+                overflows += lost
+                share = self._rate / self._input_rate
+                self._note(overflow_samples=round(overflows * share))
+            starts.append(heard.taken - end / self._input_rate)
+            out, first = self._resampler.update(heard.data, end)
+            end += len(heard.data)
+            self._put(out.astype(np.float32), first, 0, heard.host)
+
+    def _shut(self) -> None:
+        stream, self._stream = self._stream, None
+        if stream is None:
+            return
+        # An input that is gone can keep PortAudio from ever coming back.
+        letting_go = threading.Thread(target=stream.abort, name=f"end {self.name}", daemon=True)
+        letting_go.start()
+        letting_go.join(FAREWELL)
+        if not letting_go.is_alive():
+            stream.close()
+
+
+def portaudio() -> Any:
+    """The package that speaks to PortAudio.
+
+    Raises
+    ------
+    InputError
+        It is missing, or the library is.
+    """
+    need("audio", "sounddevice")
+    try:
+        import sounddevice
+    except OSError as error:
+        raise InputError(
+            f"sound inputs need the PortAudio library ({error}): install it (on Debian: "
+            "`sudo apt install libportaudio2`)"
+        ) from error
+    return sounddevice
+
+
+def inputs(sound: Any) -> list[dict[str, Any]]:
+    """The sound inputs there are."""
+    return [d for d in sound.query_devices() if d["max_input_channels"] > 0]
+
+
+def _device(sound: Any, wanted: str) -> dict[str, Any]:
+    """The input that is meant."""
+    there = inputs(sound)
+    if not there:
+        raise InputError(
+            "no sound input is here: plug one in, and see that this user may open it (on Debian: "
+            "the group audio)"
+        )
+    if not wanted:
+        usual = sound.default.device[0]
+        return next((d for d in there if d["index"] == usual), there[0])
+    found = [d for d in there if wanted in (d["name"], str(d["index"]))]
+    found = found or [d for d in there if wanted.lower() in d["name"].lower()]
+    if len(found) != 1:
+        names = ", ".join(repr(d["name"]) for d in found or there)
+        raise InputError(
+            f"audio:{wanted} is {'no input' if not found else 'several inputs'}: choose one of "
+            f"{names}"
+        )
+    return found[0]
+
+
+def found() -> Iterator[tuple[str, str]]:
+    """The inputs as ``ports`` lists them; none where PortAudio is missing."""
+    try:
+        sound = portaudio()
+    except InputError:
+        return
+    for device in inputs(sound):
+        channels = device["max_input_channels"]
+        yield (
+            f"audio:{device['name']}",
+            f"sound input, {channels} channel{'s' if channels > 1 else ''}, "
+            f"{device['default_samplerate']:g} Hz",
+        )
+
+
+def from_name(name: str, options: SourceOptions) -> AudioSource:
+    """The input that a person names: audio, audio:NAME, with /2 behind it two channels."""
+    if options.speed != 1.0:
+        raise InputError(f"--speed is {options.speed:g}, but {name} has its own: leave it out")
+    wanted, _, channels = name.rpartition("/") if name.endswith(("/1", "/2")) else (name, "", "1")
+    return AudioSource(wanted.partition(":")[2], int(channels))

@@ -1,0 +1,57 @@
+"""Verbs that listen to a sound input, from a tape by way of PortAudio."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.cli.main import main
+from sound import heard_here
+
+
+@pytest.fixture
+def quiet() -> np.ndarray:
+    return np.random.default_rng(0).normal(0, 30, 48_000).astype(np.int16)
+
+
+def test_ports_lists_the_inputs(
+    tmp_path: Path, quiet: np.ndarray, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with heard_here(tmp_path, quiet):
+        assert main(["ports"]) == 0
+    assert "audio:disc       sound input, 1 channel, 48000 Hz" in capsys.readouterr().out
+
+
+def test_info_says_what_it_is_and_what_its_filter_costs(
+    tmp_path: Path, quiet: np.ndarray, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with heard_here(tmp_path, quiet, loop=1):
+        assert main(["info", "--device", "audio:disc"]) == 0
+    said = capsys.readouterr().out
+    assert "its own filter delays samples by 0.36 ms" in said
+    assert "sound input disc" in said
+    assert ", and 0 lost" in said
+
+
+def test_calibrate_measures_its_noise(tmp_path: Path, quiet: np.ndarray) -> None:
+    out = tmp_path / "calibration.json"
+    with heard_here(tmp_path, quiet, loop=1):
+        options = ["--device", "audio:disc", "--no-tap", "--seconds", "0.5", "--out", str(out)]
+        assert main(["calibrate", *options]) == 0
+    (floor,) = json.loads(out.read_text())["piezo"]
+    # White noise of 30 steps, of which the filter leaves what is below 2.5 of 24 kHz.
+    assert floor["noise"] == pytest.approx(30 / 32768 * (4936 / 48_000) ** 0.5, rel=0.1)
+    assert floor["finger"] is None
+
+
+def test_live_counts_the_filter_in_its_ledger(
+    tmp_path: Path, quiet: np.ndarray, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with heard_here(tmp_path, quiet, loop=1):
+        assert main(["live", "--device", "audio:disc", "--seconds", "0.3"]) == 0
+    said = capsys.readouterr().err
+    assert "of each wait, 0.360 ms are the source's own filter" in said
+    assert " 0 lost" in said

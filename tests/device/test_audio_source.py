@@ -1,0 +1,112 @@
+"""A sound input, heard through PortAudio and ALSA from a device that plays a tape."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.core import InputError
+from firstcontact.device import Source, open_source
+from firstcontact.device.source import Arrival
+from firstcontact.signal import CausalResampler, resample
+from sound import heard_here
+
+RATE = 48_000
+#: Samples until the filter has forgotten how it began.
+SETTLING = 60
+
+
+def hum(samples: int) -> np.ndarray:
+    """Something that never repeats, well below half of the lower rate."""
+    t = np.arange(samples) / RATE
+    return (8000 * np.sin(2 * np.pi * (200 * t + 60 * t**2))).astype(np.int16)
+
+
+def until(source: Source, samples: int) -> list[Arrival]:
+    arrivals: list[Arrival] = []
+    while sum(len(a.block.data) for a in arrivals) < samples:
+        arrivals += source.read(5.0)
+    return arrivals
+
+
+def agree(arrivals: list[Arrival], tape: np.ndarray) -> int:
+    """How many blocks are what lies on the tape at their numbers; where one is not, it fails.
+
+    A busy machine overflows: behind a gap the filter begins anew, and is let settle.
+    """
+    played = resample(tape[:, None] / 32768.0, 48_000.0, 4936.0)[:, 0]
+    looked, settled, end, exact = 0, 0, 0, True
+    for block in (a.block for a in arrivals):
+        if block.first_sample != end:
+            settled, exact = block.first_sample + SETTLING, False
+        end = block.end
+        if block.first_sample >= settled:
+            on_tape = played[block.first_sample : block.end]
+            # A number behind a gap is right to about a sample of the input, 1/10 of ours.
+            off = 2e-5 if exact else 0.02
+            np.testing.assert_allclose(block.data[:, 0], on_tape, atol=off)
+            looked += 1
+    return looked
+
+
+def gaps(arrivals: list[Arrival]) -> int:
+    return sum(a.block.end != b.block.first_sample for a, b in pairwise(arrivals))
+
+
+def test_what_comes_is_what_was_played_and_its_number_says_when(tmp_path: Path) -> None:
+    tape = hum(6 * RATE)
+    with heard_here(tmp_path, tape), open_source("audio:disc") as source:
+        arrivals = until(source, 4000)
+        assert source.descriptor.layout.rate == 4936.0
+        assert source.descriptor.delay == CausalResampler(48_000.0, 4936.0).delay <= 0.0005
+    assert agree(arrivals, tape) > 10
+
+
+def test_an_overflow_is_a_gap_of_its_length(tmp_path: Path) -> None:
+    lost = 4800
+    tape = hum(6 * RATE)
+    with (
+        heard_here(tmp_path, tape, lose_at=RATE // 2, lose=lost),
+        open_source("audio:disc") as source,
+    ):
+        arrivals = until(source, 4936)
+        health = source.health
+    # What was in the buffer is lost, too.
+    assert health.overflow_samples >= lost * 4936 // RATE
+    assert abs(health.lost_samples - health.overflow_samples) <= 2 * gaps(arrivals)
+    assert gaps(arrivals) >= 1
+    assert agree(arrivals, tape) > 10
+
+
+def test_an_input_that_is_unplugged_ends_with_a_sentence(tmp_path: Path) -> None:
+    with heard_here(tmp_path, hum(RATE // 2)), open_source("audio:disc") as source:
+        with pytest.raises(InputError, match="audio:disc gives no samples any more: plug it in"):
+            until(source, 10 * RATE)
+        assert source.ended
+        assert not source.health.connected
+        with pytest.raises(InputError, match="not there"):
+            source.mark("a word")
+    assert source.health.samples > 0.4 * 4936
+
+
+def test_two_channels_are_two_fingers(tmp_path: Path) -> None:
+    tape = np.stack([hum(RATE), np.full(RATE, 100, np.int16)], axis=1)
+    with heard_here(tmp_path, tape), open_source("audio:disc/2") as source:
+        assert source.descriptor.layout.column_names == ("microphone_index", "microphone_thumb")
+        (first, *_) = until(source, 100)
+    np.testing.assert_allclose(first.block.data[:, 1], 100 / 32768.0, rtol=1e-5)
+
+
+def test_what_is_not_there_is_refused_with_what_is(tmp_path: Path) -> None:
+    with heard_here(tmp_path, hum(RATE)):
+        with pytest.raises(InputError, match=r"audio:violin is no input: choose one of 'disc'"):
+            open_source("audio:violin").__enter__()
+        with pytest.raises(InputError, match="has 1 channel: leave /2 out"):
+            open_source("audio:disc/2").__enter__()
+        with open_source("audio") as usual:  # the system's own, here the only one
+            assert usual.descriptor.sensor == "sound input disc"
+        with pytest.raises(InputError, match="--speed is 2"):
+            open_source("audio", speed=2.0)

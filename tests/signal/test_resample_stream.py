@@ -1,0 +1,70 @@
+"""Resampling as samples come: what it gives is what it gives all at once."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firstcontact.signal import CausalResampler, resample
+
+RATES = [(48_000.0, 4936.0), (44_100.0, 4936.0), (16_000.0, 4936.0), (2200.0, 4936.0)]
+
+
+@pytest.mark.parametrize(("old", "new"), RATES)
+@settings(max_examples=15)
+@given(sizes=st.lists(st.integers(1, 900), min_size=1, max_size=30), seed=st.integers(0, 99))
+def test_blocks_of_any_size_give_what_the_whole_gives(
+    old: float, new: float, sizes: list[int], seed: int
+) -> None:
+    x = np.random.default_rng(seed).standard_normal((sum(sizes), 2))
+    stream = CausalResampler(old, new)
+    out, place = [], 0
+    for size in sizes:
+        given_now, first = stream.update(x[place : place + size], place)
+        assert first == sum(len(o) for o in out)
+        out.append(given_now)
+        place += size
+    together = np.concatenate(out)
+    np.testing.assert_allclose(together, resample(x, old, new)[: len(together)], atol=1e-12)
+    assert len(together) >= len(x) * new / old - 0.0005 * new - 2
+
+
+@pytest.mark.parametrize(("old", "new"), RATES)
+def test_it_lets_samples_out_half_a_millisecond_late_at_most(old: float, new: float) -> None:
+    stream = CausalResampler(old, new)
+    assert 0 < stream.delay <= 0.0005
+    came = 0
+    for k in range(round(0.05 * old)):
+        out, _ = stream.update(np.zeros((1, 1)), k)
+        came += len(out)
+        # Of every instant up to a delay before now there is a sample.
+        assert came / new + 1 / new > k / old - stream.delay - 1 / old - 1e-9
+
+
+def test_nothing_comes_before_its_cause() -> None:
+    x = np.zeros((4800, 1))
+    x[2400] = 1.0
+    stream = CausalResampler(48_000.0, 4936.0)
+    out, _ = stream.update(x, 0)
+    assert np.flatnonzero(np.abs(out[:, 0]) > 1e-12)[0] / 4936.0 >= 0.05 - stream.delay - 1e-9
+
+
+def test_behind_a_gap_numbers_go_on_by_the_time_that_is_missing() -> None:
+    stream = CausalResampler(48_000.0, 4936.0)
+    before, first = stream.update(np.ones((4800, 1)), 0)
+    after, again = stream.update(np.full((4800, 1), 3.0), 9600)
+    assert first == 0
+    assert again / 4936.0 == pytest.approx(9600 / 48_000.0, abs=1 / 4936.0)
+    assert again >= len(before)
+    # What is missing is not made up, and what was before does not ring on behind it.
+    np.testing.assert_allclose(after, 3.0, rtol=1e-5)  # the filter's own ripple
+
+
+def test_equal_rates_go_through() -> None:
+    stream = CausalResampler(4936.0, 4936.01)
+    x = np.arange(10.0)[:, None]
+    out, first = stream.update(x, 5)
+    assert (first, stream.delay) == (5, 0.0)
+    np.testing.assert_array_equal(out, x)

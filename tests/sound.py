@@ -1,0 +1,93 @@
+"""A sound input without hardware: PortAudio's own way down to an ALSA device that plays a tape."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError
+from firstcontact.device.audio_source import portaudio
+
+_SYSTEM = Path("/usr/share/alsa/alsa.conf")
+
+
+@cache
+def _plugin() -> Path:
+    """The device, built once a process; skips where it cannot be."""
+    if not _SYSTEM.exists() or shutil.which("cc") is None:
+        pytest.skip("no ALSA or no C compiler: apt install libasound2-data gcc")
+    built = Path(mkdtemp(prefix="firstcontact-tape-")) / "libtape.so"
+    source = Path(__file__).with_name("sound_tape.c")
+    flags = ["-O1", "-Wall", "-Wextra", "-Werror", "-DPIC", "-fPIC", "-shared"]
+    done = subprocess.run(
+        ["cc", *flags, "-o", built, source, "-lasound"], capture_output=True, text=True
+    )
+    if "asoundlib.h" in done.stderr:
+        pytest.skip("no headers of ALSA: apt install libasound2-dev")
+    assert done.returncode == 0, done.stderr
+    return built
+
+
+def playing(folder: Path, samples: NDArray[np.int16], **settings: int) -> dict[str, str]:
+    """Variables with which a program hears these samples from an input called "disc".
+
+    Parameters
+    ----------
+    folder
+        For the tape and its settings.
+    samples
+        Shape (samples,) or (samples, channels).
+    settings
+        Of the device, see ``sound_tape.c``.
+    """
+    try:
+        portaudio()
+    except InputError as error:
+        pytest.skip(str(error))
+    plugin = _plugin()
+    (folder / "tape.raw").write_bytes(samples.astype("<i2").tobytes())
+    channels = 1 if samples.ndim == 1 else samples.shape[1]
+    lines = "".join(f"    {k} {v}\n" for k, v in {"channels": channels, **settings}.items())
+    (folder / "asound.conf").write_text(
+        f'pcm_type.tape {{ lib "{plugin}" }}\n'
+        f'pcm.disc {{\n    type tape\n    file "{folder / "tape.raw"}"\n{lines}'
+        '    hint { show on description "a disc" }\n}\n'
+    )
+    return {"ALSA_CONFIG_PATH": f"{_SYSTEM}:{folder / 'asound.conf'}"}
+
+
+@contextmanager
+def heard_here(folder: Path, samples: NDArray[np.int16], **settings: int) -> Iterator[Any]:
+    """The same in this process, whose PortAudio looks for inputs anew."""
+    variables = playing(folder, samples, **settings)
+    before = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
+    sound = portaudio()
+    try:
+        sound._terminate()
+        sound._initialize()
+        yield sound
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+        sound._terminate()
+        sound._initialize()
+
+
+def ramp(samples: int) -> NDArray[np.int16]:
+    """Samples that tell their number, modulo 65536, through a slow low-pass too."""
+    return (np.arange(samples) & 0xFFFF).astype(np.uint16).view(np.int16)

@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from printing_board import PrintingBoard
 
 from firstcontact.core import Block, InputError, fingertip_layout
 from firstcontact.device._twin_device import TwinDevice
@@ -47,12 +48,22 @@ def on_a_tape() -> Iterator[str]:
         yield "audio:disc"
 
 
+@contextmanager
+def on_a_board() -> Iterator[str]:
+    with (
+        TemporaryDirectory() as folder,
+        PrintingBoard(Path(folder) / "port", lambda n: b"%d,%d\n" % (n, n % 9)) as board,
+    ):
+        yield f"csv:{board.port}"
+
+
 def device(name: str, recording: Path) -> AbstractContextManager[str]:
     return {
         "serial": on_a_port,
         "twin": lambda: nullcontext("twin"),
         "recording": lambda: nullcontext(str(recording)),
         "audio": on_a_tape,
+        "csv": on_a_board,
     }[name]()
 
 

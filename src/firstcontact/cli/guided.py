@@ -67,7 +67,7 @@ class Terminal:
     def __exit__(self, *exception: object) -> None:
         health = self._source.health
         self._say(
-            f"link: {health.samples} samples, {health.lost_samples} lost, "
+            f"link: {health.samples} samples, {health.lost} lost, "
             f"{health.bad_frames} damaged frames, {health.reconnects} reconnects; "
             f"{self._guide.left_out} closings did not count"
         )

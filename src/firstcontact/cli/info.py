@@ -101,7 +101,7 @@ def _device(name: str, condition: str) -> Iterator[str]:
         while (left := until - time.monotonic()) > 0 and not source.ended:
             source.read(left)
     health = source.health
-    yield _line("samples", f"{health.samples}, and {health.lost_samples} lost")
+    yield _line("samples", f"{health.samples}, and {health.lost} lost")
     yield _line("", f"of these {health.overflow_samples} dropped by the device")
     yield _line(
         "frames",

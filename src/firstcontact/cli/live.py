@@ -235,7 +235,7 @@ class Live:
         for line in ledger_lines(session.pipeline.ledger.summary(), seconds, cpu):
             _say(line)
         _say(
-            f"link: {health.samples} samples, {health.lost_samples} lost, "
+            f"link: {health.samples} samples, {health.lost} lost, "
             f"{health.bad_frames} damaged frames, {health.reconnects} reconnects"
         )
         if health.overflow_samples:

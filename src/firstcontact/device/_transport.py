@@ -64,7 +64,7 @@ class SerialTransport:
                 port, BAUD, timeout=PATIENCE, write_timeout=WRITE, exclusive=True
             )
         except FAULTS as error:
-            raise InputError(_why(port, error)) from error
+            raise InputError(why_not(port, error)) from error
 
     def read(self) -> bytes:
         """All that is there, or the first that comes within :data:`PATIENCE`; b"" if nothing.
@@ -117,7 +117,7 @@ class SerialTransport:
             self._serial.close()
 
 
-def _why(port: str, error: Exception) -> str:
+def why_not(port: str, error: Exception) -> str:
     number = getattr(error, "errno", None)
     if number == errno.ENOENT:
         return f"{port}: there is no such port: see `firstcontact ports`, or use --device twin"

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import ctypes
+import ctypes.util
 import threading
 import time
 from collections import deque
 from collections.abc import Iterator
+from contextlib import suppress
 from queue import Empty, SimpleQueue
 from typing import Any, NamedTuple
 
@@ -21,8 +24,10 @@ from firstcontact.device.threaded import ThreadedSource
 from firstcontact.recording.checks import FileSettings, make_layout
 from firstcontact.signal import CausalResampler
 
-#: What the system may hold back, s: blocks come in a quarter of it, and more is an overflow.
+#: What the system may hold back, s, more is an overflow; blocks come in a quarter of it ...
 LATENCY = 0.016
+#: ... but where the number of blocks can be chosen (ALSA): as long ones, and more of them.
+BLOCKS = 32
 #: An input from which nothing comes for so long is gone, s: PortAudio does not tell.
 SILENCE = 1.0
 #: Where the next block is due is the median over so many.
@@ -85,7 +90,7 @@ class AudioSource(ThreadedSource):
                 channels=self._channels,
                 samplerate=self._input_rate,
                 dtype="float32",
-                latency=LATENCY,
+                latency=_latency(),
                 callback=self._called,
             )
             self._stream.start()
@@ -171,6 +176,15 @@ def portaudio() -> Any:
             "`sudo apt install libportaudio2`)"
         ) from error
     return sounddevice
+
+
+def _latency() -> float:
+    """What to ask for: for ALSA, PortAudio is first told of how many blocks it is to be, s."""
+    with suppress(OSError, AttributeError, TypeError):
+        library = ctypes.CDLL(ctypes.util.find_library("portaudio") or "")
+        library.PaAlsa_SetNumPeriods(BLOCKS)
+        return LATENCY * BLOCKS / 4
+    return LATENCY
 
 
 def inputs(sound: Any) -> list[dict[str, Any]]:

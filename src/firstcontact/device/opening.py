@@ -120,6 +120,12 @@ _OURS = (
         origin="real",
         found=_in("audio_source", "found"),
     ),
+    SourceKind(
+        "csv",
+        "csv:PORT for a board that prints numbers in lines (csv:PORT@BAUD#COLUMN,COLUMN)",
+        _in("csv_source", "from_name"),
+        origin="real",
+    ),
 )
 #: What no other kind takes is of the default.
 SOURCES: Registry[SourceKind] = Registry(

@@ -150,6 +150,8 @@ class Health:
     host_rate
         Samples per second of the host's clock over the last epoch, Hz; 0 before
         it can be told.
+    losses_known
+        Whether the device counts its samples, so that missing ones show.
     """
 
     connected: bool = False
@@ -162,6 +164,13 @@ class Health:
     doubled_frames: int = 0
     reconnects: int = 0
     host_rate: float = 0.0
+    losses_known: bool = True
+
+    @property
+    def lost(self) -> str:
+        """How many samples are missing, in words."""
+        unknown = "" if self.losses_known else " or more (nothing counts them)"
+        return f"{self.lost_samples}{unknown}"
 
 
 class Source(Protocol):

@@ -1,0 +1,269 @@
+"""Boards that print numbers in lines as a source: columns found, rate measured, losses counted."""
+
+from __future__ import annotations
+
+import time
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from firstcontact.core import Channel, ChannelKind, Finger, InputError, Layout
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.device._transport import FAULTS, LinkError, why_not
+from firstcontact.device.number_lines import BELIEVED, Columns, LineReader, columns_of
+from firstcontact.device.opening import SourceOptions
+from firstcontact.device.source import Descriptor
+from firstcontact.device.threaded import ThreadedSource
+from firstcontact.signal import CausalResampler
+
+#: Of boards with a UART, unless another is named; one with USB of its own takes any.
+BAUD = 115_200
+#: The first lines are waited for so long, s: many boards restart when they are opened.
+PATIENCE = 5.0
+#: The rate is measured over so long before samples are given, s ...
+MEASURED = 2.0
+#: ... and a rate so near to the models' is taken for theirs: a share of it.
+ALIKE = 0.01
+#: Below this no contact can be told, Hz.
+LEAST_RATE = 500.0
+#: A counter that has wrapped has at least so many bits.
+WRAPS = (8, 16, 32)
+#: Waits between attempts to open a port that is gone, s.
+RETRY = 0.2
+#: A board that prints nothing for so long is gone, s.
+SILENCE = 1.0
+
+
+@dataclass(slots=True)
+class _Counter:
+    """Numbers of samples, from a column that counts them, or from how many lines there were."""
+
+    place: int | None
+    last: float = -1.0
+    number: int = -1
+    restarted: bool = False
+    _wrap: int = field(default=0)
+
+    def next(self, line: tuple[float, ...], damaged: int) -> int:
+        """Number of this sample; ``damaged`` lines came since the last one.
+
+        Without a counter each damaged line stands for a sample.
+        """
+        self.restarted = False
+        if self.place is None:
+            self.number += 1 + damaged
+            return self.number
+        told = line[self.place]
+        step = told - self.last
+        if self.last < 0:
+            step = 1.0
+        elif step <= 0:
+            # It wrapped where it was near the end of a width, and began anew otherwise.
+            wrap = next((2.0**b for b in WRAPS if 0.9 * 2.0**b < self.last < 2.0**b), None)
+            self.restarted = wrap is None or told > 0.1 * wrap
+            step = 1.0 if self.restarted or wrap is None else step + wrap
+        self.last = told
+        self.number += max(1, round(step))
+        return self.number
+
+
+class CsvSource(ThreadedSource):
+    """A board on a serial port that prints its samples as lines of numbers.
+
+    The rate is measured by the host's clock over the first 2 s, and samples are brought to the
+    models' rate. What a board lost it can only tell by a column that counts; without one what is
+    lost on the way is not known, but for lines that come damaged.
+
+    Parameters
+    ----------
+    port
+        Its path or name.
+    columns
+        Signals, by header or position; none for all that are neither time nor count.
+    baud
+        Of the port.
+    rate
+        Of the samples that come out, Hz.
+    measured
+        How long the rate is measured, s.
+
+    Raises
+    ------
+    InputError
+        On entering: no such port, no lines of numbers, or too slow.
+    """
+
+    def __init__(
+        self,
+        port: str,
+        columns: tuple[str, ...] = (),
+        baud: int = BAUD,
+        rate: float = FINGERTIP_RATE,
+        measured: float = MEASURED,
+    ) -> None:
+        super().__init__(f"csv:{port}")
+        self.port = port
+        self._named, self._baud, self._rate, self._measured = columns, baud, rate, measured
+        self._serial: Any = None
+        self._lines = LineReader()
+        self._columns: Columns | None = None
+        self._input_rate = rate
+        self._resampler: CausalResampler | None = None
+
+    def _open(self) -> Descriptor:
+        self._serial = self._opened()
+        try:
+            self._columns, self._input_rate = self._look()
+        except LinkError as gone:
+            self._shut()
+            raise InputError(f"{self.port} went away while it was opened: plug it in") from gone
+        except BaseException:
+            self._shut()
+            raise
+        self._resampler = CausalResampler(self._input_rate, self._rate)
+        count = self._columns.counter
+        told = (
+            "losses not known: no column counts" if count is None else f"column {count + 1} counts"
+        )
+        fingers = [None] if len(self._columns.signals) == 1 else list(Finger)
+        signals = tuple(
+            Channel(f"column {name}", ChannelKind.VIBRATION, finger, "counts")
+            for name, finger in zip(self._columns.names, fingers, strict=True)
+        )
+        self._note(losses_known=count is not None)
+        return Descriptor(
+            Layout(signals, self._rate),
+            firmware=f"lines of numbers, {self._input_rate:.1f} Hz measured, {told}",
+            sensor=f"columns {', '.join(self._columns.names)} of {self.port}",
+            source="real",
+            dtype="float32",
+            delay=self._resampler.delay,
+        )
+
+    def _opened(self) -> Any:
+        import serial
+
+        try:
+            return serial.Serial(self.port, self._baud, timeout=0.02, exclusive=True)
+        except FAULTS as error:
+            raise InputError(why_not(self.port, error)) from error
+
+    def _read(self) -> bytes:
+        try:
+            data: bytes = self._serial.read(1)
+            return data + self._serial.read(self._serial.in_waiting) if data else data
+        except (OSError, TypeError, ValueError) as error:
+            raise LinkError(f"{self.port}: {error}") from error
+
+    def _look(self) -> tuple[Columns, float]:
+        """Columns and rate, from the first lines."""
+        opened = began = time.monotonic()
+        lines: list[tuple[float, ...]] = []
+        arrived: list[tuple[float, int]] = []
+        while (now := time.monotonic()) - began < self._measured or len(lines) < BELIEVED:
+            if len(lines) < BELIEVED and now - opened > PATIENCE:
+                raise InputError(
+                    f"{self.port}: no lines of numbers came in {PATIENCE:g} s (and "
+                    f"{self._lines.bad} of something else): check its baud rate (csv:PORT@BAUD) and that the board "
+                    "prints"
+                )
+            new = [line for line in self._lines.feed(self._read()) if line]
+            if new and not lines:
+                began = time.monotonic()  # what waited in buffers came at once
+            lines += new
+            if new:
+                arrived.append((time.monotonic(), len(lines)))
+        columns = columns_of(lines, self._lines.header, self._named, self.port)
+        # The first arrivals may be what had waited; of the rest a line by least squares.
+        later = np.array([a for a in arrived if a[0] - began > 0.25 * self._measured])
+        rate = float(np.polyfit(later[:, 0] - began, later[:, 1], 1)[0]) if len(later) > 2 else 0.0
+        if columns.counter is not None:
+            whole = [n for n in lines if len(n) == columns.width]
+            sent = whole[-1][columns.counter] - whole[0][columns.counter]
+            rate *= max(1.0, sent / max(1, len(whole) - 1)) if sent > 0 else 1.0
+        if abs(rate - self._rate) <= ALIKE * self._rate:
+            rate = self._rate  # as its timer is set; how far it is off is its clock's drift
+        if rate < LEAST_RATE:
+            raise InputError(
+                f"{self.port} gives {rate:.0f} lines a second, and a contact needs {LEAST_RATE:g} "
+                "or more: raise the baud rate, print fewer columns, or sample faster"
+            )
+        return columns, rate
+
+    def _work(self) -> None:
+        assert self._columns is not None
+        counter, epoch, damaged, last = _Counter(self._columns.counter), 0, 0, time.monotonic()
+        self._lines.bad = 0
+        while not self._closing.is_set():
+            try:
+                found = self._lines.feed(self._read())
+            except LinkError:
+                found = self._back()
+                epoch, damaged = epoch + 1, 0
+                counter = _Counter(self._columns.counter)
+                self._resampler = CausalResampler(self._input_rate, self._rate)
+            now = time.monotonic()
+            run: list[tuple[float, ...]] = []
+            start = 0
+            for line in found:
+                if line is None or len(line) != self._columns.width:
+                    damaged += 1
+                    self._lines.bad += line is not None
+                    continue
+                number = counter.next(line, damaged)
+                damaged = 0
+                if counter.restarted or (run and number != start + len(run)):
+                    self._give(run, start, epoch, now)
+                    run = []
+                if counter.restarted:
+                    epoch += 1
+                    counter.number = number = 0
+                    self._resampler = CausalResampler(self._input_rate, self._rate)
+                if not run:
+                    start = number
+                run.append(line)
+            self._give(run, start, epoch, now)
+            if found:
+                last = now
+                self._note(bad_frames=self._lines.bad)
+            elif now - last > SILENCE:
+                self._note(connected=False)
+
+    def _give(self, run: list[tuple[float, ...]], start: int, epoch: int, now: float) -> None:
+        if not run:
+            return
+        assert self._resampler is not None
+        assert self._columns is not None
+        data = np.array(run)[:, list(self._columns.signals)]
+        out, first = self._resampler.update(data, start)
+        self._put(out.astype(np.float32), first, epoch, now)
+
+    def _back(self) -> list[tuple[float, ...] | None]:
+        """Wait until the port is there again; nothing when closed before that."""
+        self._note(connected=False)
+        self._shut()
+        self._lines = LineReader(header=self._lines.header)
+        while not self._closing.wait(RETRY):
+            with suppress(InputError):
+                self._serial = self._opened()
+                break
+        return []
+
+    def _shut(self) -> None:
+        if self._serial is not None:
+            with suppress(OSError):
+                self._serial.close()
+
+
+def from_name(name: str, options: SourceOptions) -> CsvSource:
+    """The board that a person names: csv:PORT, csv:PORT@BAUD, csv:PORT#COLUMN,COLUMN."""
+    if options.speed != 1.0:
+        raise InputError(f"--speed is {options.speed:g}, but {name} has its own: leave it out")
+    rest, _, columns = name.removeprefix("csv:").partition("#")
+    port, _, baud = rest.partition("@")
+    if not port or (baud and not baud.isdecimal()):
+        raise InputError(f"{name} names no port: as in csv:/dev/ttyACM0@115200#piezo")
+    wanted = tuple(word for word in columns.split(",") if word)
+    return CsvSource(port, wanted, int(baud) if baud else BAUD)

@@ -1,0 +1,81 @@
+"""A board that prints numbers in lines, on a pseudo terminal."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+import tty
+from collections.abc import Callable
+from pathlib import Path
+from typing import Self
+
+
+class PrintingBoard:
+    """Prints line after line at a rate, as its clock says, whoever listens.
+
+    Parameters
+    ----------
+    link
+        Name of its port: a link to the terminal there is just now.
+    line
+        What it prints as its sample of this number; nothing to lose it.
+    rate
+        Lines a second.
+    """
+
+    def __init__(self, link: Path, line: Callable[[int], bytes], rate: float = 4936.0) -> None:
+        self.link, self._line, self._rate = link, line, rate
+        self._done = threading.Event()
+        self._number = 0
+        self._plug()
+        self._thread = threading.Thread(target=self._print, daemon=True)
+
+    @property
+    def port(self) -> str:
+        return str(self.link)
+
+    @property
+    def printed(self) -> int:
+        return self._number
+
+    def _plug(self) -> None:
+        self._end, other = os.openpty()
+        tty.setraw(other)
+        os.set_blocking(self._end, False)
+        self._other = other
+        self.link.unlink(missing_ok=True)
+        self.link.symlink_to(os.ttyname(other))
+
+    def unplug(self) -> None:
+        """Pull it; it goes on counting, and prints for nobody."""
+        ends = self._end, self._other
+        self._end = self._other = -1
+        self.link.unlink()
+        for end in ends:
+            os.close(end)
+
+    def plug(self) -> None:
+        self._plug()
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._done.set()
+        self._thread.join()
+
+    def _print(self) -> None:
+        began = time.monotonic()
+        rest = b""
+        while not self._done.wait(0.005):
+            due = int((time.monotonic() - began) * self._rate)
+            rest += b"".join(self._line(n) for n in range(self._number, due))
+            self._number = due
+            try:
+                rest = rest[os.write(self._end, rest) :]
+            except BlockingIOError:
+                continue  # nobody reads: it waits in the board
+            except OSError:
+                rest = b""

@@ -1,0 +1,181 @@
+"""Boards that print numbers, over a real pseudo terminal."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from printing_board import PrintingBoard
+
+from firstcontact.core import InputError
+from firstcontact.device.csv_source import CsvSource, from_name
+from firstcontact.device.opening import SourceOptions, source_kind
+from firstcontact.device.source import Arrival
+
+MEASURED = 0.6
+
+
+def until(source: CsvSource, done: Callable[[list[Arrival]], bool]) -> list[Arrival]:
+    arrivals: list[Arrival] = []
+    while not done(arrivals):
+        arrivals += source.read(5.0)
+    return arrivals
+
+
+def samples(n: int) -> Callable[[list[Arrival]], bool]:
+    return lambda arrivals: sum(len(a.block.data) for a in arrivals) >= n
+
+
+def counted(number: int) -> bytes:
+    return b"%d,%d,%d\r\n" % (number, 512 + number % 7, number % 1000)
+
+
+def test_columns_are_found_by_the_header_and_nothing_is_lost(tmp_path: Path) -> None:
+    def line(number: int) -> bytes:
+        return (b"n,micros,piezo\n" if number % 500 == 0 else b"") + b"%d,%d,%d\n" % (
+            number,
+            200 * number,
+            number % 5000,
+        )
+
+    with PrintingBoard(tmp_path / "port", line) as board:
+        source = CsvSource(board.port, measured=MEASURED)
+        with source:
+            assert source.descriptor.layout.column_names == ("column piezo",)
+            assert source.descriptor.layout.rate == 4936.0
+            assert "column 1 counts" in source.descriptor.firmware
+            arrivals = until(source, samples(1500))
+    values = np.concatenate([a.block.data for a in arrivals])[:, 0]
+    assert set(np.unique(np.diff(values))) <= {1.0, -4999.0}
+    assert source.health.lost_samples == 0
+    assert source.health.losses_known
+    assert source.health.bad_frames == 0
+
+
+def test_a_column_that_counts_is_found_without_a_header_and_tells_losses(tmp_path: Path) -> None:
+    lost = set(range(6000, 6013)) | {7000}
+    with PrintingBoard(tmp_path / "port", lambda n: b"" if n in lost else counted(n)) as board:
+        source = CsvSource(board.port, ("2",), measured=MEASURED)
+        with source:
+            arrivals = until(source, lambda _: board.printed > 8000)
+            arrivals += until(source, samples(100))
+    assert source.health.lost_samples == len(lost)
+    values = np.concatenate([a.block.data for a in arrivals])[:, 0]
+    numbers = np.concatenate([np.arange(a.block.first_sample, a.block.end) for a in arrivals])
+    # Every sample is where the board counted it: what it printed follows from its number.
+    shift = {(int(v) - 512 - int(n)) % 7 for v, n in zip(values, numbers, strict=True)}
+    assert len(shift) == 1
+
+
+def test_without_one_losses_are_said_to_be_unknown(tmp_path: Path) -> None:
+    with PrintingBoard(tmp_path / "port", lambda n: b"%d\n" % (n % 300 * (n % 3))) as board:
+        source = CsvSource(board.port, measured=MEASURED)
+        with source:
+            until(source, samples(100))
+            assert "losses not known" in source.descriptor.firmware
+    assert not source.health.losses_known
+    assert source.health.lost == "0 or more (nothing counts them)"
+
+
+def test_damaged_lines_are_counted_and_cost_only_themselves(tmp_path: Path) -> None:
+    def line(number: int) -> bytes:
+        if number > 5000 and number % 400 == 0:
+            return (b"\xff\xfe12,,x\n", b"%d,\n" % number, b"12\x0034\n")[number // 400 % 3]
+        return counted(number)
+
+    with PrintingBoard(tmp_path / "port", line) as board:
+        source = CsvSource(board.port, ("2",), measured=MEASURED)
+        with source:
+            until(source, lambda _: board.printed > 7000)
+    assert source.health.bad_frames >= 5
+    assert source.health.lost_samples == source.health.bad_frames
+
+
+def test_a_reset_begins_an_epoch_with_its_header_in_the_middle(tmp_path: Path) -> None:
+    def line(number: int) -> bytes:
+        if number < 6000:
+            return counted(number)
+        head = b"n,piezo,ramp\r\n" if number == 6000 else b""
+        return (b"123" + head if number == 6000 else b"") + counted(number - 6000)
+
+    with PrintingBoard(tmp_path / "port", line) as board:
+        source = CsvSource(board.port, ("2",), measured=MEASURED)
+        with source:
+            arrivals = until(source, lambda _: board.printed > 7000)
+            arrivals += until(source, samples(10))
+    assert {a.block.epoch for a in arrivals} == {0, 1}
+    assert source.health.reconnects == 1
+    assert source.health.lost_samples == 0
+
+
+def test_a_port_that_comes_back_goes_on_in_another_epoch(tmp_path: Path) -> None:
+    with PrintingBoard(tmp_path / "port", counted) as board:
+        source = CsvSource(board.port, ("2",), measured=MEASURED)
+        with source:
+            until(source, samples(100))
+            board.unplug()
+            while source.health.connected:
+                source.read(0.05)
+            board.plug()
+            arrivals = until(source, lambda some: bool(some) and some[-1].block.epoch == 1)
+            assert source.health.connected
+    assert len(arrivals[-1].block.data)
+
+
+@pytest.mark.parametrize(
+    ("line", "columns", "what"),
+    [
+        (lambda n: b"hello world 1\n", (), "no lines of numbers came"),
+        (lambda n: bytes([n % 251]) * 3, (), "no lines of numbers came"),
+        (counted, ("5",), "has no column '5': choose one of 1, 2, 3"),
+        (lambda n: b"1 2 3 4\n", (), "has 4 columns of signals: name one or two"),
+        (lambda n: b"1,2\n" if n % 2 else b"1\n", (), "from 1 to 2 numbers"),
+    ],
+)
+def test_what_is_no_board_of_numbers_is_refused(
+    line: Callable[[int], bytes],
+    columns: tuple[str, ...],
+    what: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("firstcontact.device.csv_source.PATIENCE", 0.5)
+    with (
+        PrintingBoard(tmp_path / "port", line) as board,
+        pytest.raises(InputError, match=what),
+    ):
+        CsvSource(board.port, columns, measured=MEASURED).__enter__()
+
+
+def test_a_slow_board_is_refused_with_its_rate(tmp_path: Path) -> None:
+    with (
+        PrintingBoard(tmp_path / "port", counted, rate=200.0) as board,
+        pytest.raises(InputError, match=r"lines a second, and a contact needs 500"),
+    ):
+        CsvSource(board.port, ("2",), measured=MEASURED).__enter__()
+
+
+def test_another_rate_is_measured_and_brought_to_the_models(tmp_path: Path) -> None:
+    began = time.monotonic()
+    with PrintingBoard(tmp_path / "port", counted, rate=2000.0) as board:
+        source = CsvSource(board.port, ("2",), measured=MEASURED)
+        with source:
+            said = source.descriptor.firmware
+            rate = float(said.split()[3])
+            # Of what the board has printed, in the time it took: no closer than its own pace.
+            assert rate == pytest.approx(board.printed / (time.monotonic() - began), rel=0.1)
+            until(source, samples(1000))
+            assert 0 < source.descriptor.delay <= 0.0005
+
+
+def test_what_a_person_types_says_port_baud_and_columns() -> None:
+    source = from_name("csv:/dev/ttyUSB0@230400#a,b", SourceOptions())
+    assert (source.port, source._baud, source._named) == ("/dev/ttyUSB0", 230400, ("a", "b"))
+    assert source_kind("csv:/dev/ttyUSB0").name == "csv"
+    with pytest.raises(InputError, match="names no port"):
+        from_name("csv:", SourceOptions())
+    with pytest.raises(InputError, match="there is no such port"):
+        CsvSource("/dev/ttyNONE").__enter__()

@@ -166,8 +166,8 @@ class CsvSource(ThreadedSource):
             if len(lines) < BELIEVED and now - opened > PATIENCE:
                 raise InputError(
                     f"{self.port}: no lines of numbers came in {PATIENCE:g} s (and "
-                    f"{self._lines.bad} of something else): check its baud rate (csv:PORT@BAUD) and that the board "
-                    "prints"
+                    f"{self._lines.bad} of something else): check its baud rate (csv:PORT@BAUD) "
+                    "and that the board prints"
                 )
             new = [line for line in self._lines.feed(self._read()) if line]
             if new and not lines:

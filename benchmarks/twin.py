@@ -75,7 +75,7 @@ def captured(draw: PinchDraw) -> tuple[object, ...]:
 def plain(draw: PinchDraw) -> np.ndarray:
     """The buffers' voltages of a pinch by ``solve_ivp``, shape (samples, 2)."""
     index, thumb, o, stiffness, touch, times, noise, noise_dt, _, speeds, *rest = captured(draw)
-    motor_force, start = rest[0], rest[5]
+    motor_force, start = rest[0], rest[6]
     gap = np.full(2, np.nan)
     dx = np.empty(STATES)
     grid = np.arange(noise.shape[1]) * noise_dt

@@ -22,6 +22,7 @@ from firstcontact.twin.lift import LIFT, Lift
 from firstcontact.twin.objects import BLOCKS, BRITTLE, Fragility, TwinObject, block
 from firstcontact.twin.pinch import DURATION
 from firstcontact.twin.plant import WATCHED, GraspPlant
+from firstcontact.twin.run import QUICK
 from firstcontact.twin.sensor import OPTIMISTIC, VelostatParameters
 
 LAYOUT = fingertip_layout()
@@ -212,12 +213,12 @@ def test_under_a_gradual_lift_it_slips_when_the_hanging_share_passes_what_fricti
     t = lift.samples / FINGERTIP_RATE - begin
     expected = GRAVITY / over * t**3 / 6
     assert whole[lift.samples, 0] == pytest.approx(expected, rel=0.05, abs=1e-5)
-    state, parts = np.zeros(2), np.empty((n, 2))
+    parts = np.zeros((n, 2))
     for first in range(0, n, piece):
         here = slice(first, first + piece)
         slide(
             forces[here], lift.hanging(first, len(forces[here])), mass, friction,
-            1 / FINGERTIP_RATE, state, parts[here],
+            1 / FINGERTIP_RATE, parts[max(first - 1, 0)].copy(), parts[here],
         )  # fmt: skip
     assert np.array_equal(parts, whole), "it may be asked for piece by piece"
 
@@ -298,6 +299,74 @@ def test_a_plant_too_short_for_its_pinch_is_refused() -> None:
         GraspPlant(drawn(BLOCKS[0]), Drive(), BLOCKS[0], longest=0.13)
 
 
+TOLD = st.lists(st.tuples(st.integers(1, 700), COMMANDS), min_size=1, max_size=5)
+
+
+@settings(max_examples=15)
+@given(TOLD, st.sampled_from([0.0, 0.02]), st.integers(1, 300))
+def test_what_was_made_ahead_is_made_again_where_a_command_changes_it(
+    told: list[tuple[int, Command]], latency: float, piece: int
+) -> None:
+    def whole(step: int, reads: bool) -> tuple[list[bytes], object]:
+        hand = plant(BERRY, 3, Drive(latency=latency))
+        for samples, command in told:
+            stop = hand.sample + samples
+            while hand.sample < stop:
+                (hand.advance if reads else hand.move)(min(step, stop - hand.sample))
+            hand.command(command)
+        seen = [hand.forces.tobytes(), hand.gaps.tobytes(), hand.slipped, hand.grip]
+        rest = hand.advance(500)
+        return [*seen, rest.tobytes()], hand.outcome
+
+    assert whole(piece, reads=True) == whole(3000, reads=False)
+
+
+@settings(max_examples=10)
+@given(st.integers(0, 1500), st.lists(COMMANDS, min_size=1, max_size=2), st.booleans())
+def test_a_copy_goes_on_as_the_plant_would_have_and_leaves_it_alone(
+    at: int, commands: list[Command], commanded: bool
+) -> None:
+    def begun() -> GraspPlant:
+        hand = plant(CRISP, 1, Drive(latency=0.0))
+        if commanded:
+            hand.command(Command(0.05, 1.0))
+        hand.advance(at)
+        return hand
+
+    def ended(hand: GraspPlant) -> tuple[bytes, object]:
+        parts = []
+        for command in commands:
+            hand.command(command)
+            parts.append(hand.advance(300))
+        return np.concatenate(parts).tobytes(), hand.outcome
+
+    one = begun()
+    copies = [one.copy(), one.copy()]
+    assert ended(copies[0]) == ended(begun())
+    assert ended(copies[1]) == ended(begun())
+    assert ended(one) == ended(begun())
+    assert [f.outcome for f in copies] == [one.outcome] * 2
+
+
+@pytest.mark.parametrize("kind", [*BRITTLE, BLOCKS[0], BLOCKS[4]], ids=lambda k: k.name)
+def test_quick_steps_change_no_force_by_much(kind: TwinObject) -> None:
+    hands = []
+    for steps in (None, QUICK):
+        hand = GraspPlant(
+            drawn(kind, 4), Drive(), replace(kind, fragility=None), lift=Lift(over=0.3),
+            calm_steps=steps,
+        )  # fmt: skip
+        for force in (1.0, 3.0, 6.0):
+            hand.command(Command(0.05, force))
+            hand.move(1000)
+        while not hand.ended:
+            hand.move(50)
+        hands.append(hand)
+    fine, quick = (h.forces for h in hands)
+    assert np.abs(quick - fine).max() < 1e-3 * fine.max()
+    assert hands[0].outcome.held == hands[1].outcome.held
+
+
 @pytest.mark.parametrize("over", [0.0, 0.5])
 def test_the_slip_is_known_while_it_goes_on_and_a_firmer_grip_stops_it(over: float) -> None:
     kind = BLOCKS[2]
@@ -328,3 +397,20 @@ def test_blocks_of_any_hardness_are_the_papers(shore_a: float) -> None:
     assert made.shore_a == shore_a
     assert made.mass == pytest.approx(0.189, abs=1e-3)
     assert block(10) == BLOCKS[0]
+
+
+def test_a_copy_may_be_lifted_otherwise() -> None:
+    kind = BLOCKS[2]
+    begun = GraspPlant(drawn(kind, 2), Drive(), kind)
+    begun.command(Command(begun.nominal.speed, 0.5 * needed_force(kind.mass, kind.friction)))
+    begun.move(2000)
+    other = begun.copy(Lift(0.3, 0.2))
+    expected = GraspPlant(drawn(kind, 2), Drive(), kind, lift=Lift(0.3, 0.2))
+    expected.command(Command(begun.nominal.speed, 0.5 * needed_force(kind.mass, kind.friction)))
+    while not expected.ended:
+        expected.move(100)
+    while not other.ended:
+        other.move(expected.sample - 2000)
+    assert other.outcome == expected.outcome
+    assert other.outcome.dropped
+    assert begun.outcome.slipped == 0

@@ -88,7 +88,7 @@ def slide(
     dt
         Sampling interval, s.
     slid
-        How far it slid before (m) and how fast it slides (m/s), shape (2,); changed in place.
+        How far it slid before (m) and how fast (m/s), shape (2,).
     out
         The same after each sample, shape (samples, 2).
     """
@@ -102,7 +102,6 @@ def slide(
             way += 0.5 * (speed + new) * dt
             speed = new
         out[i, 0], out[i, 1] = way, speed
-    slid[0], slid[1] = way, speed
 
 
 def stable_from(grip: NDArray[np.float64], needed: float) -> int | None:

@@ -5,6 +5,9 @@ Integer arithmetic throughout, so that firmware gives the same bits.
 
 from __future__ import annotations
 
+import copy
+from typing import Self
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -91,6 +94,10 @@ class DeviceFilter:
         self._smoothed = np.zeros(2, np.int64)
         self._readings = np.full((2, TAXELS, FORCE_READINGS), -1, np.int64)
         self._sums = np.zeros((2, TAXELS), np.int64)
+
+    def fork(self) -> Self:
+        """Filters that go on from here by themselves."""
+        return copy.deepcopy(self)
 
     def update(self, scans: NDArray[np.uint16]) -> NDArray[np.int16]:
         """Filter the next scans.

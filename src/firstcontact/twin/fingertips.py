@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +43,12 @@ class Fingertips(ABC):
         self.sheets = draw.velostat if sheets is None else sheets
         self.sample = 0
         self._felt = np.zeros((2, 2, TAXELS))
+
+    def fork(self) -> Self:
+        """Converters that go on from here by themselves, with the same noise."""
+        other = copy.copy(self)
+        other._felt = self._felt.copy()
+        return other
 
     @abstractmethod
     def _pickup(self, samples: int) -> list[Pickup]:
@@ -153,9 +161,16 @@ def strip_contacts(
     known
         Contacts before: a finger touches once.
     """
+    return contacts_of(scans[:, 4:6] != 0, first_sample, known)
+
+
+def contacts_of(
+    closed: NDArray[np.bool_], first_sample: int, known: Sequence[Contact]
+) -> list[Contact]:
+    """As of :func:`strip_contacts`, from whether the strips are closed, shape (n, 2)."""
     found = []
     for f in () if len(known) == 2 else Finger:
-        sample = first_closed(scans[:, 4 + f], first_sample)
+        sample = first_closed(closed[:, f], first_sample)
         if sample is not None and all(c.finger != f for c in known):
             found.append(Contact(f, sample, sample))
     return sorted(found, key=lambda c: c.sample)

@@ -167,6 +167,7 @@ def integrate(
     full_speed: float,
     limit: float,
     calm: float,
+    calm_steps: int,
     x: _Vector,
     gap: _Vector,
     touched: _Vector,
@@ -205,7 +206,9 @@ def integrate(
         Contact force at which the object breaks, N: the run stops at the sample
         that shows it.
     calm
-        So long after both contacts half the steps will do, s.
+        So long after both contacts fewer steps will do, s.
+    calm_steps
+        Steps per sampling interval from then on.
     x
         State at ``times[0]``, shape (28,), changed in place to that at ``times[-1]``.
     gap
@@ -249,12 +252,14 @@ def integrate(
             return sample + 1
         if sample == times.size - 1:
             break
+        steps = substeps
         if times[sample] - max(touched[0], touched[1]) > calm and not math.isnan(touched.sum()):
-            near = False
+            steps = calm_steps
+        elif not near:
+            steps = max(substeps // 2, 1)
         moving = 0.5 * (row[0, DRIVE_SPEED] + row[1, DRIVE_SPEED])
         loudness = 1.0 if full_speed <= 0.0 else min(abs(moving) * (1.0 / full_speed), 1.0)
         interval = times[sample + 1] - times[sample]
-        steps = substeps if near else max(substeps // 2, 1)
         for s in range(steps):
             t = times[sample] + interval * s * (1.0 / steps)
             end = times[sample] + interval * (s + 1) * (1.0 / steps)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +14,10 @@ from firstcontact.core.layout import FINGERTIP_RATE, fingertip_layout
 from firstcontact.core.physics import GRAVITY
 from firstcontact.core.pinch import Contact
 from firstcontact.twin._outcome import DROPPED, GraspOutcome, needed_force, slide, stable_from
+from firstcontact.twin._readings import PinchReadings
 from firstcontact.twin.draw import PinchDraw
 from firstcontact.twin.drive import Drive
-from firstcontact.twin.filter import DeviceFilter, settled_filter
-from firstcontact.twin.fingertips import PinchFingertips, strip_contacts
+from firstcontact.twin.fingertips import PinchFingertips, contacts_of
 from firstcontact.twin.lift import Lift
 from firstcontact.twin.mechanics import CONTACT_FORCE, FACE, INDENTATION, OUTPUTS
 from firstcontact.twin.objects import TwinObject
@@ -28,6 +29,8 @@ from firstcontact.twin.sensor import VelostatParameters
 WATCHED = 0.20
 #: No pinch is longer, s: without a contact it ends here.
 LONGEST = 1.5
+#: Samples that are made at a time: the fewest after a command, the most long after it.
+PIECE = (64, 256)
 
 
 class GraspPlant:
@@ -36,6 +39,9 @@ class GraspPlant:
     It begins as a simulated pinch does: both fingers closing at their drawn speed, the
     motor heard, 130 ms or more before the first contact. Never commanded it is that pinch.
     The same draw and commands give the same bytes, however it is advanced.
+
+    Samples are made ahead, in long pieces; a command that takes effect among them has them made
+    again. Readings are made of those that are asked for by :meth:`advance` only.
 
     Parameters
     ----------
@@ -51,6 +57,9 @@ class GraspPlant:
         When the support goes after the first contact, and how.
     longest
         The longest that it can take, s.
+    calm_steps
+        Steps per sampling interval once the hand is calm, as few as
+        :data:`firstcontact.twin.run.QUICK`; as many as before the contacts by default.
 
     Attributes
     ----------
@@ -71,19 +80,16 @@ class GraspPlant:
         *,
         lift: Lift | None = None,
         longest: float = LONGEST,
+        calm_steps: int | None = None,
     ) -> None:
-        self._run = PinchRun(draw, longest, BURN_IN, drive, damped=True)
+        self._run = PinchRun(draw, longest, BURN_IN, drive, damped=True, calm_steps=calm_steps)
         times = self._run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE
         if times[-1] <= draw.timing.second:
             raise ValueError(f"{longest} s is over before the second contact of the pinch")
         sheets = None if velostat is None else (velostat, velostat)
-        self._tips = PinchFingertips(draw, times, sheets)
+        self._readings = PinchReadings(PinchFingertips(draw, times, sheets))
         self._run.limit = math.inf if held.fragility is None else held.fragility.draw(draw.rng)
         self._run.advance(BURN_IN)
-        self._device: DeviceFilter | None = None
-        # Nothing that is commanded from now on changes the next samples as far as the
-        # latency reaches: they are made together and handed out as they are asked for.
-        self._ahead = np.empty((0, fingertip_layout().width), np.int16)
         self._delay = drive.delay
         self._friction = held.friction
         # As the mechanics has it, the share of what the object gives of an indentation.
@@ -96,7 +102,12 @@ class GraspPlant:
         self._contacts: list[Contact] = []
         # How far the object has slid down, m, and how fast it slides, m/s, at each sample.
         self._slid = np.zeros((times.size, 2))
-        self._sliding = np.zeros(2)
+        self._data = np.zeros((times.size, fingertip_layout().width), np.int16)
+        self._made, self._piece = 0, PIECE[0]
+        self._end = times.size
+        # As it was before the newest piece was made, and before the newest samples were read.
+        self._mark = (self._run.fork(), 0)
+        self._unread = self._readings.fork()
         self.nominal = Command(self._run.nominal_speed, drive.force)
         self.sample = 0
 
@@ -115,16 +126,14 @@ class GraspPlant:
         """Whether the object has been lifted and watched, or never was touched."""
         return self.sample >= self._end
 
-    @property
-    def _end(self) -> int:
-        most = len(self._motion)
-        if not self._contacts:
-            return most
-        return min(most, self._contacts[0].sample + self._lift.samples + self._watched)
-
     def command(self, command: Command) -> None:
         """Order; takes effect the drive's latency after the newest sample."""
-        self._run.order(command, BURN_IN + self.sample - 1 + self._delay)
+        effect = self.sample - 1 + self._delay
+        if effect < self._made - 1:
+            self._unmake()
+        self._run.order(command, BURN_IN + effect)
+        self._piece = PIECE[0]
+        self._make(self.sample)
 
     def advance(self, samples: int) -> NDArray[np.int16]:
         """Take the next samples as the device sends them.
@@ -135,45 +144,83 @@ class GraspPlant:
             Shape (samples, 16), in the order of
             :func:`firstcontact.core.layout.fingertip_layout`; less at the longest's end.
         """
-        lacking = samples - len(self._ahead)
-        if lacking > 0:
-            made = self.sample + len(self._ahead)
-            more = min(max(lacking, self._delay), len(self._motion) - made)
-            if more > 0:
-                self._ahead = np.concatenate([self._ahead, self._make(made, more)])
-        data, self._ahead = self._ahead[:samples], self._ahead[samples:]
-        self.sample += len(data)
-        return data
+        first = self.sample
+        self.move(samples)
+        read = self._readings.sample
+        if read < self.sample:
+            self._unread = self._readings.fork()
+            self._data[read : self._made] = self._readings.read(self._motion[read : self._made])
+        return self._data[first : self.sample].copy()
 
-    def _make(self, first: int, samples: int) -> NDArray[np.int16]:
-        motion = self._run.advance(samples)
-        self._motion[first : first + samples] = motion
-        scans = self._tips.read(motion)
-        self._contacts += strip_contacts(scans, first, self._contacts)
-        if self._device is None:
-            self._device = settled_filter(scans[0], self._tips.sheets)
-        self._slide(first, motion)
-        return self._device.update(scans)
+    def move(self, samples: int) -> None:
+        """Go on as :meth:`advance` does, without readings, which cost as much as the motion."""
+        stop = min(self.sample + samples, len(self._motion))
+        if stop > self._made:
+            self._make(stop)
+        self.sample = stop
+
+    def copy(self, lift: Lift | None = None) -> Self:
+        """Another as it is now, to go on by itself; lifted otherwise if asked for.
+
+        What was drawn and has happened is shared: a copy costs a hundredth of a closing.
+        """
+        other = copy.copy(self)
+        other._run = self._run.fork()
+        other._readings = self._readings.fork()
+        for name in ("_motion", "_slid", "_data"):
+            mine = getattr(self, name)
+            its = np.zeros_like(mine)
+            its[: self._made] = mine[: self._made]
+            setattr(other, name, its)
+        if lift is not None:
+            other._lift = lift
+            other._note([])
+            other._slide(self.sample, other._motion[self.sample : self._made])
+        return other
+
+    def _make(self, stop: int) -> None:
+        """Make all samples before that one, and some more."""
+        while self._made < stop:
+            first = self._made
+            self._mark = (self._run.fork(), first)
+            # What is asked for beyond the end is made, but nothing ahead.
+            samples = max(stop - first, min(self._piece, self._end - first))
+            motion = self._run.advance(samples)
+            self._motion[first : first + samples] = motion
+            self._made += samples
+            self._note(contacts_of(motion[..., INDENTATION] > 0, first, self._contacts))
+            self._slide(first, motion)
+            self._piece = min(2 * self._piece, PIECE[1])
+
+    def _unmake(self) -> None:
+        """Go back to before the newest piece, the newest sample may be among it."""
+        run, self._made = self._mark
+        self._run = run.fork()
+        known, self._contacts = self._contacts, []
+        self._end = len(self._motion)
+        self._note([c for c in known if c.sample < self._made])
+        if self._readings.sample > self._made:
+            self._readings = self._unread.fork()
+
+    def _note(self, contacts: list[Contact]) -> None:
+        self._contacts = self._contacts + contacts
+        if self._contacts:
+            end = self._contacts[0].sample + self._lift.samples + self._watched
+            self._end = min(len(self._motion), end)
 
     def _slide(self, first: int, motion: NDArray[np.float64]) -> None:
         if self._contacts:
             hanging = self._lift.hanging(first - self._contacts[0].sample, len(motion))
             slide(
                 motion[..., CONTACT_FORCE], hanging, self._mass, self._friction,
-                1 / FINGERTIP_RATE, self._sliding, self._slid[first : first + len(motion)],
+                1 / FINGERTIP_RATE, self._slid[max(first - 1, 0)].copy(),
+                self._slid[first : first + len(motion)],
             )  # fmt: skip
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
         """Contacts so far, as the strips tell them, in the order of time."""
         return tuple(c for c in self._contacts if c.sample < self.sample)
-
-    def copy(self, lift: Lift | None = None) -> GraspPlant:
-        """Another as it is now, to go on by itself; lifted otherwise if asked for."""
-        other = copy.deepcopy(self)
-        if lift is not None:
-            other._lift = lift
-        return other
 
     @property
     def slipped(self) -> float:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections import deque
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +30,11 @@ from firstcontact.twin.objects import CRUSHED, stiffened
 #: Steps per sampling interval after the first contact, half as many before: 20 us
 #: each, where halving them moves the piezo's waveform by less than 0.1 %.
 SUBSTEPS = 10
-#: So long after both contacts a commanded hand is stepped as coarsely as before them, s:
-#: what is left is slow.
+#: So long after both contacts a commanded hand is stepped more coarsely, s: what is left is slow.
 CALM = 0.03
+#: Steps per sampling interval from then on where quick is good enough, 100 us each: grip forces
+#: differ by less than 0.1 %. One step would not be stable.
+QUICK = 2
 #: Sampling instants are off by no more than this, s: a tenth of the interval or
 #: more would be another fault than jitter.
 LARGEST_WOBBLE = 2e-5
@@ -64,6 +68,8 @@ class PinchRun:
         first order on.
     substeps
         Steps per sampling interval once a finger has touched.
+    calm_steps
+        Steps per sampling interval once a commanded hand is calm; half of ``substeps`` by default.
 
     Attributes
     ----------
@@ -91,6 +97,7 @@ class PinchRun:
         at_rest: bool = False,
         damped: bool = False,
         substeps: int = SUBSTEPS,
+        calm_steps: int | None = None,
     ) -> None:
         begin = lead / FINGERTIP_RATE
         nominal = np.arange(-lead, round(duration * FINGERTIP_RATE)) / FINGERTIP_RATE
@@ -101,6 +108,7 @@ class PinchRun:
         self._noise = PhalanxNoise(draw.noise, length, draw.rng, 0.0 if at_rest else 1.0)
         self._fingers = draw.fingers
         self._substeps = substeps
+        self._calm_steps = max(substeps // 2, 1) if calm_steps is None else calm_steps
         self._speeds = np.array([p.speed for p in draw.fingers])
         self.nominal_speed = float(self._speeds.sum() / 2)
         self._state = np.zeros(STATES)
@@ -112,6 +120,8 @@ class PinchRun:
         # Instants count until the object is placed, then where its faces are.
         self._approach = Approach(draw.timing, begin, self.nominal_speed, speed)
         self._placed = False
+        # Where the object is if the first order takes effect after that sample; forks share it.
+        self._places: dict[int, NDArray[np.float64]] = {}
         self._gap = np.full(2, np.nan)
         self._hold(draw.held)
         self._drive = Drive() if drive is None else drive
@@ -122,6 +132,20 @@ class PinchRun:
         self.released = False
         self.limit = math.inf
         self.broken_at: int | None = None
+
+    def fork(self) -> Self:
+        """A run that goes on from here by itself, with the same noise.
+
+        For runs whose loudness stays.
+        """
+        other = copy.copy(self)
+        other._state = self._state.copy()
+        other._touched = self._touched.copy()
+        other._gap = self._gap.copy()
+        other._approach = copy.copy(self._approach)
+        other._reference = copy.copy(self._reference)
+        other._orders = self._orders.copy()
+        return other
 
     @property
     def now(self) -> float:
@@ -249,7 +273,8 @@ class PinchRun:
             index, thumb, self._held, self._stiffness, self._approach.touch, self.times[begin:stop],
             self._noise.points, self._noise.dt, self._substeps, speeds, self._reference.force,
             damping, self.nominal_speed if self._placed else 0.0, limit,
-            CALM if self._placed else math.inf, state, self._gap, touched, out,
+            CALM if self._placed else math.inf, self._calm_steps,
+            state, self._gap, touched, out,
         )  # fmt: skip
         return out[:taken]
 
@@ -271,7 +296,9 @@ class PinchRun:
         if not self._damped:
             # What was not damped swings: the calm is counted from here.
             self._touched[~np.isnan(self._gap)] = self.now
-        if np.isnan(self._gap).any():
+        if begin in self._places:
+            self._gap = self._places[begin].copy()
+        elif np.isnan(self._gap).any():
             speed, self.speed = self.speed, self.nominal_speed
             stop = int(np.searchsorted(self.times, self._approach.touch.max())) + 1
             speeds = np.tile(self._speeds, (stop - begin, 1))
@@ -279,5 +306,6 @@ class PinchRun:
                 begin, stop, speeds, self._state.copy(), self._touched.copy(), math.inf, 0.0
             )
             self._reference.hold(speed)
+            self._places[begin] = self._gap.copy()
         self._approach.touch = np.full(2, math.inf)
         self._placed = True

@@ -1,0 +1,125 @@
+"""Processor time of one commanded closing of the twin's hand, as a ratio.
+
+Each closing gets the same three commands. The reference makes the plant anew for each closing,
+steps it as finely as before the contacts to the end and reads all samples, in blocks of five while
+commands are to come; the others fork a prepared plant, at its first sample or at the first contact,
+and step it more coarsely once it is calm. All run in this process, in turn. No detector, no
+policy. Compilation is done before any clock starts. Run with nothing else on the machine:
+``OMP_NUM_THREADS=1 python benchmarks/closing.py``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from firstcontact.core.command import Command
+from firstcontact.twin._outcome import GraspOutcome
+from firstcontact.twin.conditions import PAPER_RIG
+from firstcontact.twin.draw import draw_pinch
+from firstcontact.twin.drive import Drive
+from firstcontact.twin.household import HOUSEHOLD, draw_household_specimen
+from firstcontact.twin.lift import Lift
+from firstcontact.twin.plant import GraspPlant
+from firstcontact.twin.run import QUICK
+
+#: Samples of a block.
+BLOCK = 5
+#: Samples of a block when all is commanded.
+LONG = 50
+#: Samples between two commands after the first contact.
+STEP = 100
+
+
+def plant(number: int, latency: float, lift: Lift, calm_steps: int | None) -> GraspPlant:
+    """A closing on the household's next object, the same each time."""
+    thing = HOUSEHOLD[number % len(HOUSEHOLD)]
+    one = draw_household_specimen(0, PAPER_RIG, thing, 0)
+    draw = draw_pinch(0, PAPER_RIG, "benchmark", one, number)
+    return GraspPlant(
+        draw, Drive(latency=latency), one, lift=lift, longest=2.5, calm_steps=calm_steps
+    )
+
+
+def approach(hand: GraspPlant) -> GraspPlant:
+    """Close gently until a finger touches."""
+    hand.command(Command(hand.nominal.speed, 1.0))
+    while not hand.contacts:
+        hand.move(BLOCK)
+    return hand
+
+
+def close(hand: GraspPlant, reads: bool) -> GraspOutcome:
+    """Approach gently, slow down at the first contact, then squeeze."""
+    if hand.sample == 0:
+        hand.command(Command(hand.nominal.speed, 1.0))
+    orders = [Command(0.03, 1.0), Command(0.03, 4.0)]
+    due: int | None = None
+    while not hand.ended:
+        samples = BLOCK if orders else LONG
+        if reads:
+            hand.advance(samples)
+        else:
+            hand.move(samples)
+        if due is None and hand.contacts:
+            due = hand.sample
+        if orders and due is not None and hand.sample >= due:
+            hand.command(orders.pop(0))
+            due += STEP
+    return hand.outcome
+
+
+def anew(number: int, latency: float, lift: Lift) -> GraspOutcome:
+    """The whole of a closing."""
+    return close(plant(number, latency, lift, None), reads=True)
+
+
+def forked(hand: GraspPlant, reads: bool) -> GraspOutcome:
+    """What is left of one that was begun."""
+    return close(hand.copy(), reads)
+
+
+def spent(work: Callable[[], GraspOutcome]) -> tuple[float, GraspOutcome]:
+    """Processor time, ms, and what came of it."""
+    begin = time.process_time()
+    outcome = work()
+    return 1e3 * (time.process_time() - begin), outcome
+
+
+def main() -> None:
+    """Print what was measured."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--rounds", type=int, default=3, help="over the household")
+    options = parser.parse_args()
+    for lift in (Lift(), Lift(over=0.5)):
+        for latency in (0.0, 0.02):
+            rows, other = [], 0
+            for number in range(-3, options.rounds * len(HOUSEHOLD)):
+                base = plant(number, latency, lift, QUICK)
+                touching = approach(base.copy())  # what all policies share is made by the first
+                here = [
+                    spent(partial(anew, number, latency, lift)),
+                    spent(partial(forked, base, False)),
+                    spent(partial(forked, touching, False)),
+                    spent(partial(forked, base, True)),
+                ]
+                if number < 0:
+                    continue
+                rows.append([ms for ms, _ in here])
+                fine, quick = here[0][1], here[1][1]
+                other += (fine.dropped, fine.broken) != (quick.dropped, quick.broken)
+            old, new, later, read = np.median(np.array(rows), axis=0)
+            print(
+                f"latency {1e3 * latency:.0f} ms, lift over {lift.over:g} s; ms of processor time:"
+            )
+            for name, ms in (("forked", new), ("at the contact", later), ("and read", read)):
+                print(f"  {name}: {ms:.1f}, {old / ms:.1f} times less than {old:.1f}")
+            print(f"  {other} of {len(rows)} end otherwise")
+
+
+if __name__ == "__main__":
+    main()

@@ -13,6 +13,7 @@ from firstcontact.core.physics import gent_modulus, gent_shore_a
 from firstcontact.learning.training import LabelledWindows
 from firstcontact.report._anytime_tables import objects_off_blocks, others_off_blocks
 from firstcontact.stiffness import ESTIMATORS
+from firstcontact.study._comparison import MASKED, NETWORK
 from firstcontact.study._entrants import Asked, Entrant, answer
 from firstcontact.study._off_blocks import Answered, off_blocks
 from firstcontact.study._rig_sets import RigSet, Sizes, Use, rig_set
@@ -130,7 +131,7 @@ def test_everybody_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     found = outcome.results.generalise
     assert (found.sets, found.floor.sets) == (1, 1)
     fast = {n for n, e in ESTIMATORS.items() if not e.baseline and not e.slow}
-    assert fast | {"in_context", "in_context_radius"} == set(found.estimators)
+    assert fast | {its.name for its in (MASKED, *NETWORK)} == set(found.estimators)
     assert set(found.ceiling) == {"modulus", "contact_stiffness"}
     assert all(its.other_hand is not None for its in found.estimators.values())
     objects, others = (make(outcome.results) for make in (objects_off_blocks, others_off_blocks))

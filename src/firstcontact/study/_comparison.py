@@ -26,6 +26,8 @@ TOLD = (
     Entrant("modulus", "told the modulus"),
     Entrant("contact_stiffness", "told the stiffness"),
 )
+#: The default estimator as the network is asked: nothing after the second contact is fed to it.
+MASKED = Entrant("masked", "anybody", {"estimator": ESTIMATORS.default})
 AT_HOME = Entrant("floor", "trained", {"estimator": ESTIMATORS.default})
 #: The in-context network, without and with the radius told.
 NETWORK = (

@@ -81,6 +81,7 @@ class Generalised(Record, frozen=True, kw_only=True):
 
 #: Rows that no registry of estimators knows, as people read them.
 TITLES: Mapping[str, str] = {
+    "masked": "Default estimator, masked at the second contact",
     "in_context": "In-context network",
     "in_context_radius": "In-context network, radius told",
     "modulus": "told the modulus",

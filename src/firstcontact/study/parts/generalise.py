@@ -11,7 +11,7 @@ from firstcontact.report.figures.generalise import generalise_figure
 from firstcontact.report.findings import PartResult
 from firstcontact.report.results.study import SubjectResults
 from firstcontact.stiffness import ESTIMATORS, Task
-from firstcontact.study._comparison import BRIEF, NETWORK, compared, rig_sets
+from firstcontact.study._comparison import BRIEF, MASKED, NETWORK, compared, rig_sets
 from firstcontact.study._entrants import Entrant
 from firstcontact.study._rig_sets import Sizes
 from firstcontact.study._subject import Subject
@@ -48,7 +48,7 @@ def _entrants(settings: StudySettings, place: int) -> list[Entrant]:
             continue
         options = entry.quick if entry.slow or settings.brief else {}
         out.append(Entrant(name, "trained", {"estimator": name, **options}))
-    return [*out, *NETWORK]
+    return [*out, MASKED, *NETWORK]
 
 
 def _late(subject: Subject, early: float) -> list[int]:

@@ -50,7 +50,7 @@ def integrated(
     taken = integrate(
         *fingers, o, np.array([contact_stiffness(p, o) for p in fingers]), np.array(touch), times,
         np.zeros((2, 2)), 1.0, substeps, np.array([[p.speed for p in fingers]]),
-        fingers[0].drive_force, back_damping, 0.0, math.inf, math.inf, x,
+        fingers[0].drive_force, back_damping, 0.0, math.inf, math.inf, 1, x,
         np.full(2, np.nan) if gap is None else gap, np.full(2, np.nan), out,
     )  # fmt: skip
     assert taken == times.size

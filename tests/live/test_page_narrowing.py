@@ -79,7 +79,7 @@ def test_the_table_holds_what_stands() -> None:
 
 
 def test_what_was_withdrawn_altogether_is_told() -> None:
-    none = Settled(FIRST, None, 2, SECOND.decided, 0)
+    none = Settled(FIRST, None, 2, SECOND.decided, 0, "touched before there was an answer")
     now = shown(TOUCHED, *ANSWERS[:2], none)["now"]
     assert "before there was an answer" in now["refused"]
     assert "answers" not in now
@@ -115,3 +115,8 @@ def test_it_is_drawn_and_a_new_object_is_asked_for(chromium: Any) -> None:
         until(chromium, lambda d: asked.calls == ["new", "new"])
     finally:
         page.close()
+
+
+def test_what_a_window_said_stays_where_the_other_model_has_no_answer() -> None:
+    none = Settled(FIRST, None, 0, SECOND.decided, 0, "samples were lost")
+    assert shown(TOUCHED, ESTIMATE, none)["now"]["estimate"]["value"] == ESTIMATE.value

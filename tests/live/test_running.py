@@ -170,6 +170,7 @@ def test_every_closing_with_a_contact_settles_whatever_is_lost(
         settled = [e for e in events if isinstance(e, Settled) and e.contact == done.contacts[0]]
         assert settled
         assert settled[-1].answer == done.standing
+        assert bool(done.answers) is (settled[-1].reason == "")
         assert done.answers or done.refused
 
 

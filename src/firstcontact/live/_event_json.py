@@ -85,6 +85,7 @@ def of_event(event: Event) -> dict[str, Any]:
                 "withdrawn": event.withdrawn,
                 "complete": event.complete,
                 "epoch": event.epoch,
+                "reason": event.reason,
             }
         case Refused():
             return {

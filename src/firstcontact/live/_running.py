@@ -159,17 +159,23 @@ class RunningAnswers:
             self._refuse("the second finger touched before there was an answer")
         return [(second.decided, self._settle(first, second.decided, epoch))]
 
-    def finish(self, sample: int, epoch: int) -> list[Event]:
-        """The closing ends before this sample: what stands, where that was not told yet."""
+    def finish(self, sample: int, epoch: int, why: str) -> list[Event]:
+        """The closing ends before this sample: what stands, where that was not told yet.
+
+        ``why`` it ends is why there is no answer, where there is none and nothing else is known.
+        """
         if self._first is None or self._settled:
             return []
+        if not self.answers:
+            self._refuse(why)
         return [self._settle(self._first, sample - 1, epoch)]
 
     def _settle(self, first: Contact, complete: int, epoch: int) -> Settled:
         """What stands, nothing where there is no answer that counts."""
         self._settled = True
         answer = self.answers[-1] if self.answers else None
-        return Settled(first, answer, self.told - len(self.answers), complete, epoch)
+        why = "" if answer is not None else self.refused
+        return Settled(first, answer, self.told - len(self.answers), complete, epoch, why)
 
     def _refuse(self, why: str) -> None:
         self.refused = self.refused or why

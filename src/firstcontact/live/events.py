@@ -141,6 +141,8 @@ class Settled:
         Number of the sample with which this was known.
     epoch
         Of the samples.
+    reason
+        Why there is no answer, "" where there is one.
     """
 
     contact: Contact
@@ -148,6 +150,7 @@ class Settled:
     withdrawn: int
     complete: int
     epoch: int
+    reason: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -284,10 +284,11 @@ class Pipeline:
         running = pinch.running
         answers = () if running is None else tuple(running.answers)
         settled = running is None or bool(answers) or bool(running.refused)
+        why = why or "the closing ended before the window"
         if running is not None:
-            events += running.finish(sample, pinch.epoch)
+            events += running.finish(sample, pinch.epoch, why)
         if not pinch.refused and (len(pinch.estimates) < len(self._models) or not settled):
-            events.append(self._refuse(pinch, why or "the closing ended before the window"))
+            events.append(self._refuse(pinch, why))
         self._number += 1
         done = PinchDone(
             number=self._number,

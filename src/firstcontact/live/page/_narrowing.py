@@ -39,11 +39,12 @@ class Narrowing:
             case Running():
                 self._answers.append(event)
                 return self._shown(event, {**now, "settled": False})
+            case Settled() if event.answer is None and "estimate" in now and not self.begun:
+                return now  # a model of a fixed window has an answer
             case Settled() if event.answer is None:
                 self._answers = []
                 kept = {k: v for k, v in now.items() if k in ("finger", "second", "same")}
-                why = "the second finger touched before there was an answer"
-                return {**kept, "refused": why}
+                return {**kept, "refused": event.reason}
             case Settled():
                 assert event.answer is not None
                 stands = event.answer.samples

@@ -69,3 +69,26 @@ def test_a_marker_of_the_next_pinch_does_not_name_this_one() -> None:
     assert same is not None
     assert other is not None
     assert (same.pinches, other.pinches) == (2, 1)
+
+
+def test_where_pinches_have_labels_one_without_stands_by_itself() -> None:
+    pinched = Pinched()
+    told = []
+    for n, name in enumerate(["apple", "apple", "", "", "apple"]):
+        found = pinched.done(pinch(n))
+        start = 1000 * n
+        label = Label(name, 60.0) if name else Label()
+        corrected = pinched.labels([PinchMark(n, start, start + 900, 0, label)])
+        last = corrected or found
+        assert last is not None
+        told.append(last.pinches)
+    assert told == [1, 2, 1, 1, 1]
+
+
+def test_without_any_label_pinches_are_of_one_object() -> None:
+    pinched = Pinched()
+    for n in range(3):
+        found = pinched.done(pinch(n))
+        assert pinched.labels([PinchMark(n, 1000 * n, 1000 * n + 900, 0, Label())]) is None
+    assert found is not None
+    assert found.pinches == 3

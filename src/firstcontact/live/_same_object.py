@@ -18,7 +18,8 @@ class Pinched:
     """Combines the standing answers of pinches as they come.
 
     Another object begins where somebody says so (:meth:`anew`), where a marker names another
-    one, and where the label of a replayed recording does. Answers that are out of range do not
+    one, and where the label of a replayed recording does. Where pinches have labels, one without
+    is of an object that nobody knows: it stands by itself. Answers that are out of range do not
     count.
     """
 
@@ -28,6 +29,7 @@ class Pinched:
         self._object: str | None = None
         self._last: tuple[PinchDone, Running] | None = None
         self._new = False
+        self._labelled = False  # some pinch was
 
     def anew(self) -> None:
         """The next pinch is of another object; may be called from any thread."""
@@ -59,8 +61,13 @@ class Pinched:
                 continue
             done, answer = self._last
             here = done.epoch == mark.epoch and done.armed < mark.end
-            name = mark.label.specimen or mark.label.object
-            if not (here and mark.first_sample < done.end and name) or name == self._object:
+            name = mark.label.specimen or mark.label.object or None
+            if not (here and mark.first_sample < done.end):
+                continue
+            if name is None and not self._labelled:
+                continue  # words name objects here, or nobody does
+            self._labelled = True
+            if name is not None and name == self._object:
                 continue
             self._object = name
             if len(self._answers) > 1:

@@ -119,8 +119,11 @@ def placing(rng: Rng, n: int) -> NDArray[np.intp]:
     return np.clip(drawn, -MARGIN, MARGIN)
 
 
-def rig_examples(number: int, seed: int, family: Family | None = None) -> Examples:
-    """One rig; its numbers depend on these three alone."""
+def rig_examples(number: int, seed: int, family: Family | None = None, again: int = 0) -> Examples:
+    """One rig; its numbers depend on these alone.
+
+    With ``again``, each thing is pinched so often, in one session.
+    """
     rng = np.random.default_rng([seed, number])
     rig = draw_rig(rng)
     if family is not None:
@@ -136,8 +139,10 @@ def rig_examples(number: int, seed: int, family: Family | None = None) -> Exampl
         wanted.append((thing, held if family is None else family.held(held, rng)))
     wanted += [(-1, draw_block(rng, s, rig.block_scatter)) for s in known]
     for thing, held in wanted:
-        for _ in range(ASKED):
-            signal, speed = _touch(rig, asked_days[rng.integers(3)], held, rng)
+        same = asked_days[rng.integers(3)] if again else None
+        for _ in range(again or ASKED):
+            day = asked_days[rng.integers(3)] if same is None else same
+            signal, speed = _touch(rig, day, held, rng)
             signals.append(signal)
             things.append(held)
             numbers.append(thing)

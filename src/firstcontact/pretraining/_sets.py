@@ -27,6 +27,7 @@ def example_set(
     seed: int,
     runner: Runner,
     family: str = "",
+    again: int = 0,
     progress: Callable[[int], object] = lambda done: None,
 ) -> Examples:
     """Examples of rigs number ``first`` and on.
@@ -43,14 +44,17 @@ def example_set(
         Makes the parts.
     family
         One of the held-out families; "" for those that training draws.
+    again
+        Pinches of each thing in one session; 0 for what the network learns from.
     progress
         Called with the number of rigs just finished.
     """
     folder.mkdir(parents=True, exist_ok=True)
     parts = [(at, min(PART, first + rigs - at)) for at in range(first, first + rigs, PART)]
-    files = [folder / f"{family or 'rigs'}-v{DRAWN}-{seed}-{at}-{n}.safetensors" for at, n in parts]
+    kind = (family or "rigs") + (f"-again{again}" if again else "")
+    files = [folder / f"{kind}-v{DRAWN}-{seed}-{at}-{n}.safetensors" for at, n in parts]
     missing = [part for part, file in zip(parts, files, strict=True) if not file.exists()]
-    made = iter(runner.stream(_part, missing, seed, family))
+    made = iter(runner.stream(_part, missing, seed, family, again))
     out: list[Examples] = []
     for part, file in zip(parts, files, strict=True):
         if not file.exists():
@@ -60,10 +64,11 @@ def example_set(
     return joined(out)
 
 
-def _part(part: tuple[int, int], seed: int, family: str) -> Examples:
+def _part(part: tuple[int, int], seed: int, family: str, again: int) -> Examples:
     first, rigs = part
     of = FAMILIES[family] if family else None
-    return joined([rig_examples(number, seed, of) for number in range(first, first + rigs)])
+    numbers = range(first, first + rigs)
+    return joined([rig_examples(number, seed, of, again) for number in numbers])
 
 
 def _write(file: Path, examples: Examples) -> None:

@@ -17,6 +17,7 @@ from firstcontact.core.jobs import Runner
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.pretraining._examples import Examples
 from firstcontact.pretraining._finishing import LEVEL, answers, finished
+from firstcontact.pretraining._same_object import PINCHES, same_object
 from firstcontact.pretraining._sets import example_set
 from firstcontact.pretraining._training import Training
 from firstcontact.signal import samples_in
@@ -24,6 +25,8 @@ from firstcontact.twin.rig_families import FAMILIES
 
 #: Numbers of the first rigs: of training, of calibration, of judgement, of held-out families.
 TRAINED, CALIBRATED, JUDGED, HELD_OUT = 0, 1_000_000, 2_000_000, 3_000_000
+#: Where each thing is pinched again and again: to learn what errors share, and to be judged by.
+AGAIN, AGAIN_JUDGED = 4_000_000, 5_000_000
 #: Samples after the contact at which the network is judged: 3, 5, 8 and 15 ms.
 SAMPLES = {str(ms): samples_in(ms / 1000, FINGERTIP_RATE) for ms in TIMES[1:]}
 
@@ -84,8 +87,8 @@ def pretrain(
         Called with what is done.
     """
 
-    def made(first: int, rigs: int, family: str = "") -> Examples:
-        return example_set(work, first, rigs, seed, runner, family)
+    def made(first: int, rigs: int, family: str = "", again: int = 0) -> Examples:
+        return example_set(work, first, rigs, seed, runner, family, again)
 
     torch.set_num_threads(1)  # how sums are cut decides their last bits
     examples = made(TRAINED, size.rigs)
@@ -95,10 +98,14 @@ def pretrain(
         lambda epoch, loss: say(f"epoch {epoch} of {size.epochs}: loss {loss:.3f}")
     )
     model = finished(network, made(CALIBRATED, size.calibration), seed)
-    scores = {"random rigs": judged(model, made(JUDGED, size.judgement), seed)}
+    scores: dict[str, Mapping[str, Any]] = {
+        "random rigs": judged(model, made(JUDGED, size.judgement), seed)
+    }
     for name, family in FAMILIES.items():
         examples = made(HELD_OUT, size.held_out, name)
         scores[f"held out: {family.title}"] = judged(model, examples, seed)
+    again = [made(first, size.judgement, again=PINCHES) for first in (AGAIN, AGAIN_JUDGED)]
+    scores["same object"] = same_object(model, *again, SAMPLES, seed + 1)
     trained = f"{size.rigs} random simulated rigs, {size.epochs} epochs, seed {seed}"
     save_anytime(model, out, {"trained": trained, "scores": scores, "size": asdict(size)})
     return model

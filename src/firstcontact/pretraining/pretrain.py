@@ -104,8 +104,8 @@ def pretrain(
     for name, family in FAMILIES.items():
         examples = made(HELD_OUT, size.held_out, name)
         scores[f"held out: {family.title}"] = judged(model, examples, seed)
-    again = [made(first, size.judgement, again=PINCHES) for first in (AGAIN, AGAIN_JUDGED)]
-    scores["same object"] = same_object(model, *again, SAMPLES, seed + 1)
+    known, asked = (made(at, size.judgement, again=PINCHES) for at in (AGAIN, AGAIN_JUDGED))
+    scores["same object"] = same_object(model, known, asked, SAMPLES, seed + 1)
     trained = f"{size.rigs} random simulated rigs, {size.epochs} epochs, seed {seed}"
     save_anytime(model, out, {"trained": trained, "scores": scores, "size": asdict(size)})
     return model

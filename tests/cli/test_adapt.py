@@ -85,7 +85,7 @@ def test_another_rate_is_resampled(blocks: Path, tmp_path: Path, capsys: Any) ->
     assert load_detector(tmp_path / "m").rate in (None, model.rate)
     capsys.readouterr()
     assert run("evaluate", tmp_path / "m", blocks, "--contacts", "detected") == 0
-    assert "the scores below flatter" in capsys.readouterr().out
+    assert "the same resampled or cut anew" in capsys.readouterr().out
 
 
 def test_what_cannot_be_used_is_refused_and_nothing_written(

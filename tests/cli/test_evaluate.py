@@ -28,7 +28,8 @@ def test_seen_and_unseen_are_told_apart(
     assert run("evaluate", tmp_path / "m", data) == 0
     said = capsys.readouterr().out
     assert "warning: 60 pinches are ones that the model learned from, sample by sample" in said
-    unseen, seen = said.split("\nseen in training:")
+    # Of the any-time model first, then of the one that was named.
+    unseen, seen = said[said.index("contacts known") :].split("\nseen in training:")
     assert "4 pinches" in unseen
     assert "apple 1" in unseen
     assert "apple 1" not in seen
@@ -211,15 +212,36 @@ def test_an_any_time_model_is_scored_by_the_time_after_contact(
     assert "64 pinches scored" in said
     assert [line.split()[0] for line in said.splitlines()[-5:]] == ["2", "3", "5", "8", "15"]
     assert "rmse" in said
+    # The rig is known by all but the test object, and these are told apart.
+    assert "60 pinches are ones that the model learned from, sample by sample" in said
+    assert "not seen in training: 4 pinches" in said
+    assert "\nseen in training: 60 pinches" in said
 
     # Beside a model of one window length, both are scored.
     assert run("train", data, "--model", "peak", "--out", tmp_path / "both") == 0
-    for file in ("anytime.json", "anytime.safetensors"):
+    for file in ("anytime.json", "anytime.safetensors", "anytime-pinches.bin"):
         (tmp_path / "both" / file).write_bytes((tmp_path / "m" / file).read_bytes())
     capsys.readouterr()
     assert run("evaluate", tmp_path / "both", data) == 0
     said = capsys.readouterr().out
-    assert said.index("at any time") < said.index("seen in training:")
+    assert said.index("at any time") < said.rindex("seen in training:")
+
+    (tmp_path / "m" / "anytime-pinches.bin").write_bytes(bytes(480))
+    assert run("evaluate", tmp_path / "m", data) == 2
+    assert "anytime-pinches.bin" in capsys.readouterr().err
+
+
+def test_an_any_time_model_that_kept_no_digests_says_so(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("adapt", data, "--out", tmp_path / "m") == 0
+    card = json.loads((tmp_path / "m" / "anytime.json").read_text())
+    for name in ("pinches_sha256", "source", "sessions", "specimens"):
+        del card[name]  # as an older firstcontact wrote it
+    (tmp_path / "m" / "anytime.json").write_text(json.dumps(card))
+    capsys.readouterr()
+    assert run("evaluate", tmp_path / "m", data) == 0
+    assert "about these very ones the scores below flatter" in capsys.readouterr().out
 
 
 def test_an_any_time_model_without_a_contact_to_ask_about_is_refused(

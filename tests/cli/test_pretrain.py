@@ -25,7 +25,7 @@ def test_a_small_one_from_nothing_and_the_same_again(tmp_path: Path, capsys: Any
     assert "epoch 2 of 2" in said
     card = read_anytime_card(tmp_path / "a")
     assert "12 random simulated rigs" in card.trained
-    assert len(card.scores) == 1 + len(FAMILIES)
+    assert len(card.scores) == 2 + len(FAMILIES)
     answers = load_anytime(tmp_path / "a").answers(ringing(10)[0])
     assert np.isfinite(answers.values).all()
     # Everything is there already: no pass is made again, and the weights are the same.

@@ -173,6 +173,7 @@ def test_several_windows_make_a_model_each_beside_one_detector(
         assert load_interval(folder) is not None
         assert load_detector(folder).name == DETECTORS.default
     assert sorted(p.name for p in out.iterdir() if p.is_file()) == [
+        "anytime-pinches.bin",
         "anytime.json",
         "anytime.safetensors",
         "detector.json",

@@ -15,14 +15,18 @@ import msgspec
 
 from firstcontact.anytime.in_context import InContextModel
 from firstcontact.core import InputError
+from firstcontact.core.files import replacing
 from firstcontact.core.records import Count, Name, Notes
-from firstcontact.core.weights import Rate, Sha256, read_card, read_weights, write_learned
+from firstcontact.core.weights import Rate, Sha256, digest, read_card, read_weights, write_learned
+from firstcontact.stiffness.learned_from import Digests, read_digests, to_bytes
 
 FORMAT = "firstcontact-anytime-model"
 #: Raised whenever older files can no longer be read.
 FORMAT_VERSION = 1
 CARD = "anytime.json"
 WEIGHTS = "anytime.safetensors"
+#: Digests of the pinches that the rig is known by.
+PINCHES = "anytime-pinches.bin"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,6 +47,10 @@ class AnytimeCard:
         What the rig is known by: how many pinches, and of which Shore A.
     contacts
         How their contacts were found, in words.
+    source, sessions, specimens
+        Of these pinches, each once.
+    pinches_sha256
+        Of the file with their digests; None where there is none.
     trained
         On what the network was trained, in words.
     scores, size
@@ -58,13 +66,22 @@ class AnytimeCard:
     pinches: Count = 0
     levels: tuple[float, ...] = ()
     contacts: Notes = ""
+    source: Name = ""
+    sessions: tuple[Name, ...] = ()
+    specimens: tuple[Name, ...] = ()
+    pinches_sha256: Sha256 | None = None
     trained: Notes = ""
     scores: Mapping[Name, Any] = field(default_factory=dict)
     size: Mapping[Name, Any] = field(default_factory=dict)
     versions: Mapping[Name, Name] = field(default_factory=dict)
 
 
-def save_anytime(model: InContextModel, directory: Path, about: Mapping[str, Any]) -> Path:
+def save_anytime(
+    model: InContextModel,
+    directory: Path,
+    about: Mapping[str, Any],
+    told_by: Digests | None = None,
+) -> Path:
     """Write a model into a folder.
 
     Parameters
@@ -75,6 +92,8 @@ def save_anytime(model: InContextModel, directory: Path, about: Mapping[str, Any
         Made if it does not exist; an any-time model in it is replaced.
     about
         Further fields of :class:`AnytimeCard`.
+    told_by
+        Of the pinches that the rig is known by; None for a model that knows none.
 
     Raises
     ------
@@ -89,8 +108,28 @@ def save_anytime(model: InContextModel, directory: Path, about: Mapping[str, Any
         "level": model.level,
         **about,
     }
+    file = directory / PINCHES
+    if told_by is not None:
+        digests = to_bytes(told_by)
+        tree["pinches_sha256"] = digest(digests)
+        with replacing(file) as temporary:
+            temporary.write_bytes(digests)
+    else:
+        file.unlink(missing_ok=True)
     write_learned(directory / CARD, directory / WEIGHTS, tree, model.to_arrays(), AnytimeCard)
     return directory
+
+
+def load_told_by(directory: Path) -> Digests | None:
+    """Digests of the pinches that a model's rig is known by; None where it does not say.
+
+    Raises
+    ------
+    InputError
+        A file that is missing or damaged.
+    """
+    vouched = read_anytime_card(directory).pinches_sha256
+    return None if vouched is None else read_digests(directory / PINCHES, vouched, CARD)
 
 
 def has_anytime(directory: Path) -> bool:

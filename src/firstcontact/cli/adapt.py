@@ -15,10 +15,14 @@ from firstcontact.core.errors import InputError
 from firstcontact.core.rate import same_rate
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from firstcontact.anytime import InContextModel
     from firstcontact.contact import Detector
     from firstcontact.core import Dataset
     from firstcontact.learning.alignment import Alignment
+    from firstcontact.stiffness.learned_from import Digests
 
 
 class UnknownRigError(InputError):
@@ -68,16 +72,18 @@ class Adapt:
         from firstcontact.cli.train import at_rate
         from firstcontact.learning.alignment import fit_detector
         from firstcontact.recording import load_dataset
+        from firstcontact.stiffness import pinch_digests
 
         dataset = load_dataset(self.data)
         dataset = dataset.take(~dataset.test)
         if not len(dataset):
             raise InputError(f'{self.data}: all pinches have role "test": none is there to use')
+        digests = pinch_digests(dataset.pinches)
         if not same_rate(dataset.layout.rate, base.rate):
             # The detector, too, is for the rate that the model takes: they listen to one stream.
             dataset = at_rate(dataset, base.rate, self.data)
         detector = fit_detector(dataset, self.detector)
-        lines = adapted(base, dataset, detector, self.data, making, self.seed)
+        lines = adapted(base, dataset, digests, detector, self.data, making, self.seed)
         save_detector(detector, making)
         return [*lines, f"any-time model and detector {detector.name}: {self.out}"]
 
@@ -85,6 +91,7 @@ class Adapt:
 def adapted(
     base: InContextModel,
     dataset: Dataset,
+    digests: Digests,
     detector: Detector,
     data: Path,
     out: Path,
@@ -93,7 +100,8 @@ def adapted(
 ) -> list[str]:
     """Tell a pre-trained model of these pinches' rig and save it; what there is to say.
 
-    The pinches have the model's rate. ``contacts`` are theirs, where they were found already.
+    The pinches have the model's rate; ``digests`` are of them as they were recorded, and
+    ``contacts`` theirs, where they were found already.
 
     Raises
     ------
@@ -119,12 +127,19 @@ def adapted(
         "pinches": len(known),
         "levels": levels,
         "contacts": contacts.how,
+        "source": dataset.source,
+        "sessions": _names(known.sessions),
+        "specimens": _names(known.specimens),
         "scores": {f"held out, {way}": round(score, 3) for way, score in made.scores.items()},
     }
-    save_anytime(made.model, out, about)
+    save_anytime(made.model, out, about, digests[known.which])
     compared = ", ".join(f"{way}: rmse {score:.2f}" for way, score in made.scores.items())
     return [
         f"the rig is known by {len(known)} pinches of {len(levels)} Shore A levels",
         f"fingers as one or each by itself, on pinches held out: {compared or 'too few pinches'}; "
         f"kept: {made.way}",
     ]
+
+
+def _names(names: NDArray[np.str_]) -> list[str]:
+    return sorted({str(name) for name in names})

@@ -24,7 +24,7 @@ _log = logging.getLogger(__name__)
 class Evaluate:
     """Score a saved model, an any-time one from 2 to 15 ms after the contact.
 
-    Pinches that a model of one window length learned from are told apart.
+    Pinches that it learned from, or knows its rig by, are told apart.
     """
 
     model: tyro.conf.Positional[Path]

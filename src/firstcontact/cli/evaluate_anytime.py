@@ -24,13 +24,15 @@ def anytime_lines(
     InputError
         A damaged model, or no pinch that it can be asked about.
     """
-    from firstcontact.anytime.model_file import load_anytime, read_anytime_card
+    from firstcontact.anytime.model_file import load_anytime, load_told_by, read_anytime_card
     from firstcontact.contact.detector_file import load_detector
     from firstcontact.learning.alignment import found, known
     from firstcontact.learning.anytime_scores import answers_by_time, anytime_scores
+    from firstcontact.learning.known_pinches import known_pinches
     from firstcontact.learning.labelled_touches import LabelledTouches
 
-    model = load_anytime(folder)
+    model, card = load_anytime(folder), read_anytime_card(folder)
+    familiar = known_pinches(dataset, card, load_told_by(folder))
     if not same_rate(dataset.layout.rate, model.rate):
         dataset = at_rate(dataset, model.rate, data)
     if aligned_by_truth(contacts, dataset, data):
@@ -44,18 +46,23 @@ def anytime_lines(
             f"{data}: none of {len(dataset)} pinches has a contact ({aligned.how}), a Shore A, and "
             f"{model.shortest} samples before its second contact"
         )
-    answers = answers_by_time(model, asked.touches)
-    scores = anytime_scores(answers, asked.shore_a, asked.clusters, seed=0)
-    return [
-        f"at any time: contacts {aligned.how}; {scores.n} pinches scored, "
-        f"{len(dataset) - scores.n} without contact or label, or ended by the second contact",
-        *_flattered(read_anytime_card(folder).pinches),
-        *_table(scores, model.level),
+    lines = [
+        f"at any time: contacts {aligned.how}; {len(asked)} pinches scored, "
+        f"{len(dataset) - len(asked)} without contact or label, or ended by the second contact",
+        *(familiar.warnings(asked.which) if familiar.by_samples else _flattered(card.pinches)),
     ]
+    for title, which in familiar.groups().items():
+        its = asked.take(which[asked.which])
+        if len(its):
+            scores = anytime_scores(
+                answers_by_time(model, its.touches), its.shore_a, its.clusters, 0
+            )
+            lines += [f"{title}: {len(its)} pinches", *_table(scores, model.level)]
+    return lines
 
 
 def _flattered(pinches: int) -> list[str]:
-    """A note where the model is told of a rig: it does not keep which pinches told it."""
+    """A note where an older firstcontact did not keep which pinches told a model of its rig."""
     if not pinches:
         return []
     return [

@@ -147,7 +147,7 @@ class Train:
                 _interval_in_words(kept, target),
             ]
         if target == "shore_a":
-            lines += _anytime(dataset, detector, contacts, self.data, making, self.seed)
+            lines += _anytime(dataset, digests, detector, contacts, self.data, making, self.seed)
         return [*lines, f"detector {detector.name}: {self.out}"]
 
     def _check(self) -> None:
@@ -210,6 +210,7 @@ def _save(
 
 def _anytime(
     dataset: Dataset,
+    digests: Digests,
     detector: Detector,
     contacts: Alignment,
     data: Path,
@@ -225,7 +226,7 @@ def _anytime(
     if not same_rate(rate, base.rate):
         return [f"no any-time model: it takes {base.rate:g} Hz and these pinches have {rate:g} Hz"]
     try:
-        said = adapted(base, dataset, detector, data, making, seed, contacts)
+        said = adapted(base, dataset, digests, detector, data, making, seed, contacts)
     except UnknownRigError as error:
         return [f"no any-time model: {error}"]
     return [f"any-time model: {line}" for line in said]

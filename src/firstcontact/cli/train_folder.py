@@ -47,7 +47,7 @@ def check_replaceable(out: Path, models: Collection[str], anytime: bool = False)
 
     own = {model_file.CARD, model_file.WEIGHTS, learned_from.FILE}
     detector = {detector_file.CARD, detector_file.WEIGHTS}
-    running = {anytime_file.CARD, anytime_file.WEIGHTS}
+    running = {anytime_file.CARD, anytime_file.WEIGHTS, anytime_file.PINCHES}
     _check_files(out, own | detector | running)
     _check_card(out / anytime_file.CARD, anytime_file.FORMAT)
     if anytime_file.has_anytime(out) and not anytime:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Dataset
-from firstcontact.stiffness import LearnedFrom
 from firstcontact.stiffness.learned_from import Digests, pinch_digests
 
 Mask = NDArray[np.bool_]
@@ -80,9 +80,18 @@ class KnownPinches:
         return lines
 
 
-def known_pinches(
-    dataset: Dataset, learned_from: LearnedFrom, digests: Digests | None
-) -> KnownPinches:
+class Named(Protocol):
+    """A card that names what was learned from."""
+
+    @property
+    def source(self) -> str: ...  # noqa: D102
+    @property
+    def sessions(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def specimens(self) -> tuple[str, ...]: ...  # noqa: D102
+
+
+def known_pinches(dataset: Dataset, learned_from: Named, digests: Digests | None) -> KnownPinches:
     """Tell pinches apart by what a model learned from.
 
     Parameters

@@ -29,7 +29,7 @@ def test_seen_and_unseen_are_told_apart(
     said = capsys.readouterr().out
     assert "warning: 60 pinches are ones that the model learned from, sample by sample" in said
     # Of the any-time model first, then of the one that was named.
-    unseen, seen = said[said.index("\ncontacts ") :].split("\nseen in training:")
+    unseen, seen = said[said.rindex("\nnot seen in training:") :].split("\nseen in training:")
     assert "4 pinches" in unseen
     assert "apple 1" in unseen
     assert "apple 1" not in seen

@@ -28,8 +28,8 @@ def test_seen_and_unseen_are_told_apart(
     assert run("evaluate", tmp_path / "m", data) == 0
     said = capsys.readouterr().out
     assert "warning: 60 pinches are ones that the model learned from, sample by sample" in said
-    # Of the any-time model first, then of the one that was named.
-    unseen, seen = said[said.rindex("\nnot seen in training:") :].split("\nseen in training:")
+    # Of the any-time model first, then of the one of a window.
+    unseen, seen = said[said.index("\ncontacts ") :].split("\nseen in training:")
     assert "4 pinches" in unseen
     assert "apple 1" in unseen
     assert "apple 1" not in seen
@@ -39,7 +39,8 @@ def test_seen_and_unseen_are_told_apart(
     assert run("evaluate", tmp_path / "m", other) == 0
     said = capsys.readouterr().out
     assert "warning" not in said
-    new, familiar = said.split("\nspecimens of the training, other sessions:")
+    of_window = said[said.index("\ncontacts ") :]
+    new, familiar = of_window.split("\nspecimens of the training, other sessions:")
     assert "4 pinches" in new
     assert "apple 1" in new
     assert "30 pinches" in familiar

@@ -10,13 +10,16 @@ import subprocess
 import sys
 import urllib.request
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from emulated_ability import EmulatedAbility
 from firstcontact.cli.main import main
 from firstcontact.core import Block
+from firstcontact.grasp._ability_fingers import NEARLY_OPEN
 from firstcontact.recording import RecordingWriter, read_recording
 
 COMMAND = [sys.executable, "-m", "firstcontact.cli.main", "live"]
@@ -255,3 +258,74 @@ def test_what_cannot_be_used_is_said_in_one_sentence(
     assert said[-1].startswith("firstcontact: ")
     assert word in said[-1]
     assert list(tmp_path.iterdir()) == []
+
+
+@contextmanager
+def closing_by_lines(
+    environment: dict[str, str], port: Path
+) -> Iterator[tuple[EmulatedAbility, subprocess.Popen[str]]]:
+    """A hand that ``live`` has closed because a line asked for it."""
+    arguments = ["--device", "twin", "--hand", "ability", "--hand-port", str(port), "--json"]
+    with (
+        EmulatedAbility(port) as hand,
+        subprocess.Popen(
+            [*COMMAND, *arguments],
+            env=environment,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        ) as process,
+    ):
+        try:
+            assert process.stdout is not None
+            assert "descriptor" in process.stdout.readline()
+            hand.wait(lambda h: h.open)
+            ask(process, "close")
+            hand.wait(is_closing)
+            yield hand, process
+        finally:
+            process.kill()
+
+
+def ask(process: subprocess.Popen[str], line: str) -> None:
+    assert process.stdin is not None
+    process.stdin.write(f"{line}\n")
+    process.stdin.flush()
+
+
+def is_closing(hand: EmulatedAbility) -> bool:
+    return min(hand.position[0], hand.position[4]) > NEARLY_OPEN
+
+
+@pytest.mark.usefixtures("recorded")  # the model is there
+def test_lines_close_and_open_a_hand_and_their_end_opens_it(
+    environment: dict[str, str], tmp_path: Path
+) -> None:
+    with closing_by_lines(environment, tmp_path / "ttyHand") as (hand, process):
+        ask(process, '{"do": "open"}')
+        hand.wait(lambda h: h.open)
+        ask(process, "close")
+        hand.wait(is_closing)
+        assert process.stdin is not None
+        process.stdin.close()
+        hand.wait(lambda h: h.open)
+        process.send_signal(signal.SIGTERM)
+        assert process.stdout is not None
+        events = [json.loads(line) for line in process.stdout]
+        assert process.wait(LONG) == 0
+    told = [(e["told"], e["by"]) for e in events if e["type"] == "hand"]
+    by = "standard input"
+    assert told == [("close", by), ("open", by), ("close", by), ("open", by)]
+
+
+@pytest.mark.usefixtures("recorded")
+def test_two_signals_open_a_hand_that_was_closed_by_a_line(
+    environment: dict[str, str], tmp_path: Path
+) -> None:
+    with closing_by_lines(environment, tmp_path / "ttyHand") as (hand, process):
+        process.send_signal(signal.SIGINT)
+        process.send_signal(signal.SIGTERM)
+        hand.wait(lambda h: h.open)
+        process.communicate(timeout=LONG)
+        assert process.returncode == 0

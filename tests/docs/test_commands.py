@@ -31,6 +31,8 @@ ELSEWHERE = {
     ),
     "firstcontact import biotac_hold/data --labels labels.csv --channels channels.csv "
     "--source real --out held": "tests/recording/test_recording_mat.py, where the recordings are",
+    "my-trigger | firstcontact live --device /dev/ttyACM0 --model model --hand ability "
+    "--hand-port /dev/ttyUSB0": "tests/cli/test_live.py",
     "sudo adduser $USER dialout": "by hand, once on a machine with a device",
     "firstcontact replay pinches/blocks-01.mcap --port fingertip": "tests/cli/test_replay.py",
     "firstcontact pretrain --out network --work pretraining": (

@@ -20,6 +20,7 @@ from firstcontact.device.assembler import Assembler
 from firstcontact.device.decoder import Decoder
 from firstcontact.device.protocol import FrameType
 from firstcontact.device.source import Descriptor
+from firstcontact.live.hand_requests import Ask
 from firstcontact.live.page._allowance import Allowance
 from firstcontact.live.page._commands import Commands
 from firstcontact.live.pipeline import Pipeline
@@ -128,16 +129,22 @@ class _Controls:
         assert len(text.encode()) <= protocol.MARKER_BYTES
         text.encode()
 
+    def ask_hand(self, ask: Ask, by: str) -> None:
+        assert ask in Ask
+
+    def hand_gone(self, by: str) -> None:
+        return
+
 
 def page(rng: Random, _: Path) -> None:
     """Messages of a viewer: each has an answer that can be sent."""
     commands = Commands(_Controls())  # type: ignore[arg-type]
     for _ in range(rng.randrange(1, 4)):
-        wish = {"do": rng.choice(("record", "stop", "mark")), "text": "word"}
+        wish = {"do": rng.choice(("record", "stop", "mark", "close", "open")), "text": "word"}
         message: str | bytes = mutate.tree(rng, wish)
         if rng.random() < 0.7:
             message = message.decode(errors=rng.choice(("replace", "surrogateescape")))  # type: ignore[union-attr]
-        answer, wait = asyncio.run(commands.obey(message, Allowance(10, 5.0)))
+        answer, wait = asyncio.run(commands.obey(message, Allowance(10, 5.0), "viewer"))
         json.dumps(answer, allow_nan=False).encode()
         assert wait >= 0
 

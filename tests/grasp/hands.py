@@ -8,7 +8,7 @@ from math import inf
 from typing import Self
 
 from firstcontact.core import Command
-from firstcontact.grasp.hand import HandLimits
+from firstcontact.grasp.hand import Begins, HandLimits
 
 #: Of a machine that does much else at the same time, s.
 PATIENCE = 60.0
@@ -18,6 +18,7 @@ class HeardHand:
     """Takes orders down; can be told to fail."""
 
     name = "heard"
+    begins = Begins.OTHERS
 
     def __init__(self, limits: HandLimits | None = None) -> None:
         self.limits = limits or HandLimits(speed=0.1, force=5.0, rate=1000.0, watchdog=inf)

@@ -13,9 +13,9 @@ from math import degrees
 from pathlib import Path
 
 import pytest
-from emulated_ability import EmulatedAbility
 from hands import PATIENCE
 
+from emulated_ability import EmulatedAbility
 from firstcontact.core import Command, InputError
 from firstcontact.device.pseudo_terminal import PseudoTerminal
 from firstcontact.grasp._ability_fingers import CLOSED, INDEX, LEVERS, NEARLY_OPEN, OPEN, THUMB

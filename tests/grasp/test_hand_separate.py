@@ -24,10 +24,11 @@ CLOSE = Command(0.02, 2.0)
 MODULE = """
 from math import inf
 from firstcontact.core.errors import InputError
-from firstcontact.grasp.hand import HandError, HandLimits
+from firstcontact.grasp.hand import Begins, HandError, HandLimits
 
 class FileHand:
     name = "file"
+    begins = Begins.US
     limits = HandLimits(speed=0.1, force=5.0, rate=100.0, watchdog=inf)
 
     def __init__(self, port):

@@ -141,3 +141,27 @@ def test_without_force_channels_nothing_is_felt() -> None:
     layout = fingertip_layout()
     bare = type(layout)(layout.channels[:2], layout.rate)
     assert Taxels(bare).update(np.ones((400, 2), np.int16)) == 0.0
+
+
+def test_what_reaches_the_hand_after_the_second_contact_was_not_in_time() -> None:
+    """In hindsight: with the hand's own pacing, and up to the contact itself."""
+    for wait, overtaken in ((0.004, 0), (0.006, 1)):
+        sent: list[Command] = []
+        policy = POLICIES["first_contact"](Grip())
+        loop = GraspLoop(policy, sent.append, RATE, 0.025, wait=lambda w=wait: w)  # type: ignore[misc]
+        loop.begin()
+        touch(loop)
+        loop.estimated(SURE, 0.110)
+        loop.done(Contact(Finger.THUMB, 115, 118))
+        assert (loop.counts.estimates, loop.counts.overtaken) == (1 - overtaken, overtaken)
+        assert len(sent) == 2, "it was acted upon all the same"
+
+
+def test_the_deadline_is_held_against_when_the_hand_gets_it() -> None:
+    sent: list[Command] = []
+    loop = GraspLoop(POLICIES["first_contact"](Grip()), sent.append, RATE, 0.025, lambda: 0.010)
+    loop.begin()
+    touch(loop)
+    loop.estimated(SURE, 0.120)
+    assert (loop.counts.misses, loop.counts.unused, loop.counts.estimates) == (1, 1, 0)
+    assert sent[-1] == Grip().gentle

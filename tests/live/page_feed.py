@@ -10,6 +10,7 @@ from firstcontact.core import Block, ChannelKind, Contact, Finger, InputError, f
 from firstcontact.device import Arrival, Descriptor, Health
 from firstcontact.device.recorder import RecorderStatus
 from firstcontact.live.events import Armed, Case, Estimated, Event, PinchDone, Refused, Touched
+from firstcontact.live.hand_requests import Ask
 from firstcontact.live.sink import Update
 from firstcontact.recording import Marker
 
@@ -191,6 +192,8 @@ class Asked:
         self.feed = feed or Feed()
         self.calls: list[str] = []
         self.refuses = False
+        self.asks: tuple[Ask, ...] = ()
+        self.gone: list[str] = []
 
     def start_recording(self) -> Path:
         self.calls.append("record")
@@ -205,6 +208,15 @@ class Asked:
 
     def mark(self, text: str) -> None:
         self.calls.append(f"mark {text}")
+
+    def hand_asks(self) -> tuple[Ask, ...]:
+        return self.asks
+
+    def ask_hand(self, ask: Ask, by: str) -> None:
+        self.calls.append(f"{ask} {by}")
+
+    def hand_gone(self, by: str) -> None:
+        self.gone.append(by)
 
     def new_object(self) -> None:
         self.calls.append("new")

@@ -12,6 +12,7 @@ from told_events import ANSWER, ESTIMATE, FIRST, SECOND
 
 from firstcontact.contact import Detector
 from firstcontact.core import Block, Command, Dataset, fingertip_layout
+from firstcontact.device.clock import DeviceClock
 from firstcontact.grasp.grip import Grip
 from firstcontact.grasp.policies.registry import live_policies, live_policy
 from firstcontact.grasp.printing import PrintHand
@@ -22,6 +23,7 @@ from firstcontact.live.pipeline import Pipeline
 
 LAYOUT = fingertip_layout()
 FRAME = 5
+RATE = LAYOUT.rate
 
 
 def drive(
@@ -170,3 +172,30 @@ def test_an_answer_out_of_range_is_as_none(hand: PrintHand) -> None:
         for event in (Armed(400, 0), Touched(FIRST, True, 0, 0.0), odd, settled):
             grasping.happened(event)
     assert (grasping.loop.counts.estimates, grasping.loop.counts.unused) == (0, 1)
+
+
+def test_samples_that_came_late_make_an_estimate_late(
+    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[ModelWithInterval]
+) -> None:
+    """Against those that came soonest: what is the same for all of them cannot be known."""
+    counts = []
+    for late in (0.0, 0.040):
+        grasping = Grasping(live_policy("first_contact"), hand, LAYOUT, clock=DeviceClock(RATE))
+        pipeline = Pipeline(LAYOUT, detector, models[-1:], clock=still)
+        with hand:
+            for pinch in fresh.pinches[:1]:
+                for i in range(0, len(pinch.data), FRAME):
+                    block = Block(pinch.data[i : i + FRAME], pinch.first_sample + i)
+                    # The link stalls with the contact; all before came 3 ms after their time.
+                    stalls = any(c.sample <= block.end for c in pinch.truth)
+                    came = 100.0 + block.end / RATE + 0.003 + (late if stalls else 0.0)
+                    grasping.arrived(block, came)
+                    for event in pipeline.update(block, 0.0):
+                        grasping.happened(event)
+                    grasping.came(block)
+        counts.append(grasping.loop.counts)
+    prompt, stalled = counts
+    assert prompt.estimates == 1
+    assert prompt.misses == 0
+    assert stalled.estimates == 0
+    assert stalled.misses == 1

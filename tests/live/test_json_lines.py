@@ -51,7 +51,7 @@ def test_every_type_of_line_has_the_documented_fields() -> None:
     assert {line["type"] for line in lines} == set(pages)
     for line in lines:
         assert list(line) == pages[line["type"]]
-    pinch = lines[-2]
+    (pinch,) = [line for line in lines if line["type"] == "pinch"]
     assert [list(c) for c in pinch["contacts"]] == [["finger", "sample", "decided"]] * 2
     assert [list(c) for c in pinch["strips"]] == [["finger", "sample"]] * 2
     assert [list(e) for e in pinch["estimates"]] == [pages["estimated"][1:]]
@@ -74,6 +74,7 @@ def test_lines_say_what_happened_in_order() -> None:
         "refused",
         "pinch",
         "same_object",
+        "hand",
     ]
     head, link, failed, marker, armed, touched, running, standing, *rest = lines
     estimated, refused, pinch, same = rest

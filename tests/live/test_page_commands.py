@@ -114,3 +114,27 @@ def test_what_is_wrong_with_a_message_is_told(
     assert not got["ok"]
     assert words.lower() in got["text"].lower()
     assert asked.calls == []
+
+
+def test_the_hand_is_asked_by_a_viewer_that_has_a_name(page: PageSink, asked: Asked) -> None:
+    with view(page) as first, view(page) as second:
+        for viewer, wish in ((first, "close"), (second, "open")):
+            viewer.send(json.dumps({"do": wish}))
+            assert answer(viewer)["ok"]
+        (closed, first_name), (opened, second_name) = (c.split(" ", 1) for c in asked.calls)
+        assert (closed, opened) == ("close", "open")
+        assert first_name != second_name
+        first.close()
+        until = time.monotonic() + PATIENCE
+        while asked.gone != [first_name]:
+            assert time.monotonic() < until, asked.gone
+            assert second.recv(timeout=PATIENCE)
+
+
+def test_the_hand_is_opened_however_much_was_asked(page: PageSink, asked: Asked) -> None:
+    with view(page) as viewer:
+        for _ in range(2 * ALL[0]):
+            viewer.send(MARK)
+        viewer.send('{"do":"open"}')
+        while not any(call.startswith("open ") for call in asked.calls):
+            assert answer(viewer)["do"] in ("mark", "", "open")

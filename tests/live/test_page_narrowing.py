@@ -38,7 +38,7 @@ SAME = SameObject(1, 30.5, 22.0, 39.0, 0.9, 3, end=1600, epoch=0)
 
 def shown(*events: Event) -> dict[str, Any]:
     """What a viewer is told of these."""
-    state = State(DESCRIPTOR, {}, controls=True)
+    state = State(DESCRIPTOR, {}, controls=None)
     state.take(Update((numbered(0, 1600),), events, Health(connected=True)))
     parts = state.changed({})
     assert "faults" not in parts

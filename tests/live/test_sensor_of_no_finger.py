@@ -39,7 +39,7 @@ def test_in_json_and_in_words() -> None:
 
 
 def test_on_the_page() -> None:
-    state = State(Descriptor(LAYOUT), {}, controls=False)
+    state = State(Descriptor(LAYOUT), {}, controls=None)
     assert json.loads(state.hello)["fingers"] == [2]  # the third of its names and colours
     block = Block(closing(1).data[:400, :1], 0)
     state.take(Update((Arrival(block, 0.0),), (TOUCHED, DONE), health=Health()))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -159,8 +160,11 @@ def test_an_actor_that_raises_ends_the_session_and_closes_everything(
         def happened(self, event: Event) -> None:
             raise RuntimeError(f"an actor's fault at {type(event).__name__}")
 
-        def came(self, block: Block) -> None:
+        def arrived(self, block: Block, host: float) -> None:
             """Do nothing."""
+
+        def came(self, block: Block) -> Sequence[Event]:
+            return ()
 
         def ended(self) -> None:
             order.append("actor ended")
@@ -193,8 +197,11 @@ def test_a_second_start_disturbs_nothing_of_the_recording_that_runs(
                     session.start_recording()
                 refused.append(str(error.value))
 
-        def came(self, block: Block) -> None:
+        def arrived(self, block: Block, host: float) -> None:
             """Do nothing."""
+
+        def came(self, block: Block) -> Sequence[Event]:
+            return ()
 
         def ended(self) -> None:
             """Do nothing."""

@@ -11,6 +11,7 @@ from firstcontact.live.events import (
     Case,
     Estimated,
     Event,
+    HandAsked,
     PinchDone,
     Refused,
     Running,
@@ -18,6 +19,7 @@ from firstcontact.live.events import (
     Settled,
     Touched,
 )
+from firstcontact.live.hand_requests import Ask
 from firstcontact.live.sink import Update
 from firstcontact.recording import Marker
 
@@ -73,6 +75,7 @@ EVENTS: tuple[Event, ...] = (
         out=1,
     ),
     SameObject(1, 30.5, 22.0, 39.0, 0.9, 2, end=1600, epoch=0),
+    HandAsked(Ask.CLOSE, "keyboard", 390, 0),
 )
 
 

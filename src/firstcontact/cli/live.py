@@ -96,6 +96,7 @@ class Live:
             need("live", "pylsl")
         from threadpoolctl import threadpool_limits
 
+        from firstcontact.cli.hand_keys import hand_keys
         from firstcontact.cli.stopping import stopping
         from firstcontact.core.calibration_file import read_calibration
         from firstcontact.live.grasping import grasp_lines
@@ -121,7 +122,8 @@ class Live:
             )
             with self._driven(source) as grasping:
                 actors = () if grasping is None else (grasping,)
-                session = LiveSession(source, pipeline, actors, self.recordings, calibration)
+                hand = None if grasping is None else grasping.requests
+                session = LiveSession(source, pipeline, actors, self.recordings, calibration, hand)
                 sinks = self._sinks(session, loaded.landmarks)
                 began, used = source.health.samples, time.process_time()
                 if self.record:
@@ -130,7 +132,8 @@ class Live:
                 stop.gently = True
                 # A replay without a pace can wait, so that no line of it is dropped.
                 patient = math.isinf(self.speed)
-                session.run(sinks, self.seconds, self.pinches, lambda: stop.requested, patient)
+                with hand_keys(session):
+                    session.run(sinks, self.seconds, self.pinches, lambda: stop.requested, patient)
                 self._report(session, source, began, time.process_time() - used)
             if grasping is not None:
                 for line in grasp_lines(grasping):
@@ -194,6 +197,7 @@ class Live:
     @contextmanager
     def _driven(self, source: Source) -> Iterator[Grasping | None]:
         """The hand with its policy, released on every way out; None where none is driven."""
+        from firstcontact.device.clock import DeviceClock
         from firstcontact.grasp.hand import HandError
         from firstcontact.grasp.policies.registry import live_policy
         from firstcontact.grasp.registry import open_hand
@@ -203,9 +207,12 @@ class Live:
             yield None
             return
         policy = live_policy(self.policy)
+        layout = source.descriptor.layout
+        # Where samples come faster or slower than they were taken, there is no delay to be told.
+        clock = DeviceClock(layout.rate) if self.speed == 1.0 else None
         try:
             with open_hand(self.hand, self.hand_port, source=source) as hand:
-                yield Grasping(policy, hand, source.descriptor.layout)
+                yield Grasping(policy, hand, layout, clock=clock)
         except HandError as error:
             raise InputError(f"--hand {self.hand}: {error}") from error
 

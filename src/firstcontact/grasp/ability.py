@@ -10,7 +10,7 @@ from typing import Any, Self
 from firstcontact.core import Command
 from firstcontact.grasp._ability_fingers import RELEASED, Felt, Fingers
 from firstcontact.grasp._ability_package import SIMULATED, check, claimed, open_client
-from firstcontact.grasp.hand import Hand, HandError, HandLimits
+from firstcontact.grasp.hand import Begins, Hand, HandError, HandLimits
 
 #: Time without an answer after which the hand is taken for lost, s.
 LOST = 0.5
@@ -43,6 +43,7 @@ class AbilityHand(Hand):
     limits = HandLimits(speed=0.25, force=10.0, rate=100.0, watchdog=0.3)
     simulated_port = SIMULATED
     separate = True
+    begins = Begins.US
 
     def __init__(self, port: str | None = None) -> None:
         self._port = check(port)

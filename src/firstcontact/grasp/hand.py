@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from enum import Flag, auto
 from typing import ClassVar, Self
 
 from firstcontact.core import Command
@@ -36,6 +37,15 @@ class HandLimits:
     watchdog: float
 
 
+class Begins(Flag):
+    """Who begins the closings of a hand."""
+
+    #: Its own controller, its wearer, or the twin: that it closes is heard.
+    OTHERS = auto()
+    #: Whoever has the hand open here: it stays open until it is told to close.
+    US = auto()
+
+
 class Hand(ABC):
     """A hand that takes commands. Opened by ``with``; released on every way out.
 
@@ -52,6 +62,8 @@ class Hand(ABC):
     simulated_port: ClassVar[str | None] = None
     #: Whether a process of its own drives it, which lets go when the program hangs or is no more.
     separate: ClassVar[bool] = False
+    #: Who begins its closings; both where it only takes note.
+    begins: ClassVar[Begins] = Begins.OTHERS
     #: Name of the source over which it is driven; it is then made from that source.
     of_source: ClassVar[str | None] = None
 

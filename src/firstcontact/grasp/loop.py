@@ -20,11 +20,14 @@ class LoopCounts:
     commands
         Sent.
     estimates
-        That came within the deadline of their closing.
+        That reached the hand within the deadline of their closing and, in hindsight, before
+        the second contact.
     misses
         Contacts whose deadline passed without an estimate.
     unused
         Estimates that came after it and were not acted upon.
+    overtaken
+        Estimates within the deadline that, in hindsight, reached the hand after the second contact.
     """
 
     closings: int = 0
@@ -33,14 +36,16 @@ class LoopCounts:
     estimates: int = 0
     misses: int = 0
     unused: int = 0
+    overtaken: int = 0
 
 
 class GraspLoop:
     """Asks a policy and tells a hand.
 
     All times are seconds of one clock that only goes forward, that of the samples: sample
-    number over rate, plus what was spent on computing. An estimate at the deadline itself
-    is in time. After a miss the fallback holds for the rest of the closing.
+    number over rate, plus what was spent on the way and on computing. An estimate that reaches
+    the hand at the deadline itself is in time. After a miss the fallback holds for the rest of
+    the closing.
 
     Parameters
     ----------
@@ -52,6 +57,8 @@ class GraspLoop:
         Of the samples, Hz.
     deadline
         After the first contact, s; None takes the policy's own.
+    wait
+        How long a command that is given now waits until the hand takes it, s.
     """
 
     def __init__(
@@ -60,11 +67,14 @@ class GraspLoop:
         send: Callable[[Command], None],
         rate: float,
         deadline: float | None = None,
+        wait: Callable[[], float] = lambda: 0.0,
     ) -> None:
         self.policy = policy
         self.counts = LoopCounts()
         self._send = send
         self._rate = rate
+        self._wait = wait
+        self._reached: list[float] = []
         wants = policy.deadline
         self._patience = deadline if deadline is not None and wants is not None else wants
         self._closing = False
@@ -79,6 +89,7 @@ class GraspLoop:
         self._closing = True
         self._first = self._due = self._last = None
         self._missed = False
+        self._reached = []
         self._tell(self.policy.begin())
 
     def touched(self, contact: Contact, first: bool, now: float) -> None:
@@ -95,11 +106,13 @@ class GraspLoop:
 
     def estimated(self, stiffness: Stiffness, now: float) -> None:
         """An estimate came at ``now``."""
-        self._watch(now)
+        reaches = now + self._wait()
+        self._watch(reaches)
         if not self._closing or self._first is None or self._missed:
             self.counts.unused += 1
             return
         self.counts.estimates += 1
+        self._reached.append(reaches)
         # Whoever passes this one over still waits for another.
         command = self.policy.estimated(stiffness)
         if command is not None:
@@ -120,8 +133,18 @@ class GraspLoop:
             self._watch(now)
             self._tell(self.policy.slipped())
 
-    def done(self) -> None:
-        """The closing is over: what was waited for was missed, and nobody is told any more."""
+    def done(self, second: Contact | None = None) -> None:
+        """The closing is over: what was waited for was missed, and nobody is told any more.
+
+        Parameters
+        ----------
+        second
+            The second contact: what reached the hand after it was not in time.
+        """
+        late = 0 if second is None else sum(t >= second.sample / self._rate for t in self._reached)
+        self.counts.estimates -= late
+        self.counts.overtaken += late
+        self._reached = []
         self.counts.misses += self._due is not None
         self._due = None
         self._closing = False

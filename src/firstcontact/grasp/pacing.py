@@ -94,6 +94,10 @@ class Pacer:
         self.counts.released += 1
         self._waiting = self._last = None
 
+    def wait(self, now: float) -> float:
+        """How long a command that is offered now waits before it is due, s."""
+        return max(self._told + self._interval - now, 0.0)
+
     def next_time(self) -> float:
         """When :meth:`due` will have something at the earliest; infinite if never."""
         if self._waiting is None and self._last is None:

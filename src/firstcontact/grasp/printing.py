@@ -9,7 +9,7 @@ from math import inf
 from typing import Self, TextIO
 
 from firstcontact.core import Command
-from firstcontact.grasp.hand import Hand, HandError, HandLimits
+from firstcontact.grasp.hand import Begins, Hand, HandError, HandLimits
 
 
 class PrintHand(Hand):
@@ -31,6 +31,7 @@ class PrintHand(Hand):
     name = "print"
     limits = HandLimits(speed=0.5, force=20.0, rate=200.0, watchdog=inf)
     real = False
+    begins = Begins.OTHERS | Begins.US
 
     def __init__(self, port: str | None = None, out: TextIO | None = None) -> None:
         self.told: deque[Command | None] = deque(maxlen=1000)

@@ -46,6 +46,7 @@ class SafeHand(Hand):
     ) -> None:
         self.name = hand.name  # type: ignore[misc]  # as what is inside
         self.limits = hand.limits
+        self.begins = hand.begins  # type: ignore[misc]
         self._hand = hand
         self._clock = clock
         self._pacer = Pacer(hand.limits, silence)
@@ -65,6 +66,11 @@ class SafeHand(Hand):
     def failure(self) -> Exception | None:
         """Why the hand takes no commands any more; None while it does."""
         return self._failure
+
+    @property
+    def wait(self) -> float:
+        """How long a command that is given now waits until the hand takes it, s."""
+        return self._pacer.wait(self._clock())
 
     def send(self, command: Command) -> None:
         """Order; what waits is overtaken.

@@ -47,6 +47,7 @@ class SeparateHand(Hand):
     def __init__(self, kind: type[Any], port: str | None = None, silence: float = 1.0) -> None:
         hand: Hand = kind(port)
         self.name = hand.name  # type: ignore[misc]  # as what it drives
+        self.begins = hand.begins  # type: ignore[misc]
         self.limits = replace(hand.limits, watchdog=min(hand.limits.watchdog, silence))
         self._words = (kind.__module__, kind.__qualname__, str(self.limits.watchdog))
         self._port = () if port is None else (port,)

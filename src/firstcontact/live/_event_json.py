@@ -14,6 +14,7 @@ from firstcontact.live.events import (
     Case,
     Estimated,
     Event,
+    HandAsked,
     PinchDone,
     Refused,
     Running,
@@ -111,6 +112,8 @@ def of_event(event: Event) -> dict[str, Any]:
                 "answers": len(event.answers),
                 "answers_in_time": event.out,
             }
+        case HandAsked():
+            return _hand(event)
         case SameObject():
             return {
                 "type": "same_object",
@@ -122,6 +125,16 @@ def of_event(event: Event) -> dict[str, Any]:
                 "pinches": event.pinches,
                 "epoch": event.epoch,
             }
+
+
+def _hand(event: HandAsked) -> dict[str, Any]:
+    return {
+        "type": "hand",
+        "told": event.ask.value,
+        "by": event.by,
+        "sample": event.sample,
+        "epoch": event.epoch,
+    }
 
 
 def of_marker(marker: Marker) -> dict[str, Any]:

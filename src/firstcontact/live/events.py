@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from firstcontact.core import Contact, Finger
+from firstcontact.live.hand_requests import Ask
 
 
 class Case(StrEnum):
@@ -251,4 +252,29 @@ class PinchDone:
         return Case.IN_TIME if self.out == len(self.answers) else Case.TOO_LATE
 
 
-Event = Armed | Touched | Estimated | Running | Settled | Refused | PinchDone | SameObject
+@dataclass(frozen=True, slots=True)
+class HandAsked:
+    """The hand that is driven was told to close or to open, by somebody who asked for it.
+
+    Parameters
+    ----------
+    ask
+        What it was told.
+    by
+        Who asked: "keyboard", "standard input", a viewer of the page, or "silence" where it was
+        released because nothing came for too long.
+    sample
+        Number of the newest sample then.
+    epoch
+        Of that sample.
+    """
+
+    ask: Ask
+    by: str
+    sample: int
+    epoch: int
+
+
+Event = (
+    Armed | Touched | Estimated | Running | Settled | Refused | PinchDone | SameObject | HandAsked
+)

@@ -2,23 +2,45 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from firstcontact.core import Block, Command, Layout
-from firstcontact.grasp.hand import Hand
+from firstcontact.device.clock import DeviceClock
+from firstcontact.grasp.hand import Begins, Hand
 from firstcontact.grasp.loop import GraspLoop
 from firstcontact.grasp.policy import Policy, Stiffness
 from firstcontact.grasp.safe import SafeHand
 from firstcontact.grasp.taxels import Taxels
-from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Running, Settled, Touched
+from firstcontact.live.events import (
+    Armed,
+    Estimated,
+    Event,
+    HandAsked,
+    PinchDone,
+    Running,
+    Settled,
+    Touched,
+)
+from firstcontact.live.hand_requests import Ask, HandRequests
+
+#: Who opened a hand that was released because samples, or this program, were silent.
+SILENCE = "silence"
 
 
 class Grasping:
     """Drives a hand through the closings of a live session; an actor of it.
 
+    A closing that others begin is heard (:class:`~firstcontact.live.events.Armed`). One that is
+    ours begins when it is asked for and goes on, or is held, until the hand is asked to open, is
+    released because of a silence, or whoever asked is gone; of such a hand the motor's start alone
+    begins nothing: it may be that of its opening.
+
     Where an any-time model answers, the policy is told the one answer that stands, and estimates
     of fixed windows are left aside; one that is out of range counts as none.
 
-    Times are those of the samples, with the computing added where an estimate is
-    told: what the deadline is held against.
+    Times are those of the samples. Where an estimate is told, the deadline is held against the time
+    at which the hand gets it: with the computing, with how much later the samples came than those
+    that came soonest, and with the hand's pacing. The shortest way through the cable is not known.
 
     Parameters
     ----------
@@ -31,30 +53,45 @@ class Grasping:
         Of the samples.
     deadline
         For an estimate, s after the first contact; None takes the policy's own.
+    clock
+        Follows the device's clock where samples come as fast as they are taken; None where not.
     """
 
     def __init__(
-        self, policy: Policy, hand: Hand, layout: Layout, deadline: float | None = None
+        self,
+        policy: Policy,
+        hand: Hand,
+        layout: Layout,
+        deadline: float | None = None,
+        clock: DeviceClock | None = None,
     ) -> None:
         self.hand = hand
-        self.loop = GraspLoop(policy, self._send, layout.rate, deadline)
+        wait = (lambda: hand.wait) if isinstance(hand, SafeHand) else (lambda: 0.0)
+        self.loop = GraspLoop(policy, self._send, layout.rate, deadline, wait)
+        #: What viewers and the keyboard ask of the hand.
+        self.requests = HandRequests(hand.name, hand.begins, hand.release)
         #: What the hand was told last, None before the first.
         self.last: Command | None = None
         self._taxels = Taxels(layout)
         self._rate = layout.rate
+        self._clock = clock
+        self._late = 0.0  # how much later the newest samples came than the soonest, s
         self._epoch = 0
         self._done = True
         self._running = self._settled = False
+        self._released = 0
+
+    def arrived(self, block: Block, host: float) -> None:
+        """Samples came at a time of the host's clock; what is found in them is told next."""
+        if self._clock is not None:
+            self._clock.stamps(block, host)
+            self._late = max(host - self._clock.at(block.end - 1, block.epoch), 0.0)
 
     def happened(self, event: Event) -> None:
         """Let the policy answer to an event."""
         match event:
             case Armed():
-                self._epoch = event.epoch
-                self._done = False
-                self._running = self._settled = False
-                self._taxels.begin()
-                self.loop.begin()
+                self._armed(event)
             case Touched():
                 self.loop.touched(event.contact, event.first, event.contact.decided / self._rate)
             case Running():
@@ -64,7 +101,7 @@ class Grasping:
             case Estimated() if self._running:
                 pass  # what stands of the any-time model was told, or will be
             case Estimated() if event.used:
-                now = event.contact.sample / self._rate + event.after(self._rate)
+                now = event.contact.sample / self._rate + event.after(self._rate) + self._late
                 self.loop.estimated(
                     Stiffness(event.value, event.low, event.high, event.duration), now
                 )
@@ -72,14 +109,76 @@ class Grasping:
                 self.loop.counts.unused += 1
             case PinchDone():
                 self._done = True
-                self.loop.done()
+                self.loop.done(event.contacts[1] if len(event.contacts) > 1 else None)
 
-    def came(self, block: Block) -> None:
-        """Let the policy feel the force, and see the time pass."""
+    def came(self, block: Block) -> Sequence[Event]:
+        """Let the policy feel the force, and see the time pass; obey who asked for something.
+
+        Returns
+        -------
+        sequence of Event
+            What became of the hand, where somebody asked or it was released.
+        """
+        told = self._obey(block)
         if isinstance(self.hand, SafeHand):
             self.hand.alive()
         if not self._done and block.epoch == self._epoch:
-            self.loop.felt(self._taxels.update(block.data), block.end / self._rate)
+            volts = self._taxels.update(block.data)
+            self.loop.felt(volts, block.end / self._rate + self._late)
+        return told
+
+    def ended(self) -> None:
+        """Let go, before anything slower is closed."""
+        self.requests.end()
+        self.hand.release()
+
+    def _armed(self, event: Armed) -> None:
+        """The motor is heard: a closing of others begins, or ours is on its way."""
+        ours = self.requests.by is not None
+        if not ours and Begins.OTHERS not in self.hand.begins:
+            return
+        self._epoch = event.epoch
+        self._taxels.begin()
+        if not ours:
+            self._begin()
+
+    def _begin(self) -> None:
+        self._done = False
+        self._running = self._settled = False
+        self.loop.begin()
+
+    def _obey(self, block: Block) -> list[Event]:
+        """Do what was asked since the last block."""
+        told: list[Event] = []
+        by = self.requests.by
+        while request := self.requests.take():
+            if request.ask is Ask.CLOSE:
+                if self.requests.by is None:
+                    self.requests.by = request.by
+                    self._epoch, self._released = block.epoch, self._releases
+                    self._taxels.begin()
+                    self._begin()
+                    told.append(HandAsked(Ask.CLOSE, request.by, block.end - 1, block.epoch))
+                continue
+            if request.ask is Ask.OPEN or request.by == self.requests.by:
+                self._open()
+                told.append(HandAsked(Ask.OPEN, request.by, block.end - 1, block.epoch))
+            self.requests.opening = False
+        if by is not None and self.requests.by is not None and self._releases != self._released:
+            self._open()
+            told.append(HandAsked(Ask.OPEN, SILENCE, block.end - 1, block.epoch))
+        return told
+
+    def _open(self) -> None:
+        """The closing is over, whoever began it, and the hand released."""
+        self.requests.by = None
+        self._done = True
+        self.loop.done()
+        self.hand.release()
+
+    @property
+    def _releases(self) -> int:
+        return self.hand.counts.released if isinstance(self.hand, SafeHand) else 0
 
     def _stands(self, event: Settled) -> None:
         """Tell what stands, once: a hand that acted on it cannot take that back."""
@@ -90,16 +189,14 @@ class Grasping:
         if answer.strange:  # its interval may not hold: as if there were no estimate
             self.loop.counts.unused += 1
             return
-        late = (event.complete - answer.complete) / self._rate
-        now = answer.contact.sample / self._rate + answer.after(self._rate) + late
+        later = (event.complete - answer.complete) / self._rate
+        now = answer.contact.sample / self._rate + answer.after(self._rate) + later + self._late
         told = Stiffness(answer.value, answer.low, answer.high, answer.duration, standing=True)
         self.loop.estimated(told, now)
 
-    def ended(self) -> None:
-        """Let go, before anything slower is closed."""
-        self.hand.release()
-
     def _send(self, command: Command) -> None:
+        if self.requests.opening:
+            return
         self.last = command
         self.hand.send(command)
 
@@ -110,7 +207,8 @@ def grasp_lines(grasping: Grasping) -> list[str]:
     lines = [
         f"hand {grasping.hand.name}, policy {grasping.loop.policy.name}",
         f"{counts.commands} commands in {counts.closings} closings, {counts.contacts} with contact",
-        f"deadline: {counts.estimates} estimates in time, {counts.misses} missed, "
+        f"deadline: {counts.estimates} estimates in time at the hand, {counts.misses} missed, "
+        f"{counts.overtaken} at the hand after the second contact, "
         f"{counts.unused} too late to be used",
     ]
     if isinstance(grasping.hand, SafeHand):

@@ -17,6 +17,7 @@ from firstcontact.live.events import (
     Armed,
     Estimated,
     Event,
+    HandAsked,
     PinchDone,
     Running,
     SameObject,
@@ -137,7 +138,7 @@ class LslSink:
 def _known(event: Event) -> int:
     """Number of the sample with which an event was known."""
     match event:
-        case Armed():
+        case Armed() | HandAsked():
             return event.sample
         case Estimated() | Running() | Settled():
             return event.complete

@@ -14,6 +14,7 @@ from firstcontact.device.recorder import Recorder, RecorderStatus
 from firstcontact.live._fanout import Fanout
 from firstcontact.live._same_object import Pinched
 from firstcontact.live.events import Event, PinchDone
+from firstcontact.live.hand_requests import Ask, HandRequests
 from firstcontact.live.pipeline import Pipeline
 from firstcontact.live.sink import Sink, Update
 from firstcontact.recording import Header, PinchMark
@@ -27,11 +28,14 @@ TOGETHER = 0.1
 class Actor(Protocol):
     """Acts on what happens, in the session's own thread: must be quick."""
 
+    def arrived(self, block: Block, host: float) -> None:
+        """Samples came at a time of the host's clock, s; what is found in them is told next."""
+
     def happened(self, event: Event) -> None:
         """Something was found."""
 
-    def came(self, block: Block) -> None:
-        """Samples came; what was found in them was told before."""
+    def came(self, block: Block) -> Sequence[Event]:
+        """What was found in the samples that came was told: what it has to tell itself."""
 
     def ended(self) -> None:
         """The session ends, for whatever reason: told before anything else is closed."""
@@ -52,6 +56,8 @@ class LiveSession:
         Folder for recordings that a viewer starts.
     calibration
         Goes into their headers.
+    hand
+        Takes what viewers ask of the hand; None where none is driven.
     """
 
     def __init__(
@@ -61,8 +67,10 @@ class LiveSession:
         actors: Sequence[Actor] = (),
         recordings: Path = Path(),
         calibration: Calibration | None = None,
+        hand: HandRequests | None = None,
     ) -> None:
         self.source = source
+        self._hand = hand
         self.pipeline = pipeline
         self.pinches = 0
         self.fanout: Fanout | None = None
@@ -120,11 +128,15 @@ class LiveSession:
                     self._arrivals.append(arrival)
                     found |= bool(arrival.markers)
                     self._pinched.words(arrival.markers)
+                    for actor in self._actors:
+                        actor.arrived(arrival.block, arrival.host)
                     found |= self._act(self.pipeline.update(arrival.block, arrival.host))
                     corrected = self._pinched.labels(arrival.pinches)
                     self._events += [] if corrected is None else [corrected]
                     for actor in self._actors:
-                        actor.came(arrival.block)
+                        said = actor.came(arrival.block)
+                        self._events += said
+                        found |= bool(said)
                 if found or time.monotonic() - told >= together:
                     self._tell()
                     told = time.monotonic()
@@ -177,6 +189,27 @@ class LiveSession:
     def new_object(self) -> None:
         """The next pinch is of another object."""
         self._pinched.anew()
+
+    def hand_asks(self) -> tuple[Ask, ...]:
+        """What the hand can be asked; nothing where none is driven."""
+        return () if self._hand is None else self._hand.allowed
+
+    def ask_hand(self, ask: Ask, by: str) -> None:
+        """Ask the hand for something.
+
+        Raises
+        ------
+        InputError
+            No hand is driven, or it cannot be asked for that, or not now.
+        """
+        if self._hand is None:
+            raise InputError("No hand is driven: start again with --hand")
+        self._hand.ask(ask, by)
+
+    def hand_gone(self, by: str) -> None:
+        """Somebody can ask no more: what they had the hand close is opened."""
+        if self._hand is not None:
+            self._hand.gone(by)
 
     @property
     def recording(self) -> RecorderStatus:

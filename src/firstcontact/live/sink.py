@@ -10,6 +10,7 @@ from typing import Protocol
 from firstcontact.device import Arrival, Descriptor, Health
 from firstcontact.device.recorder import RecorderStatus
 from firstcontact.live.events import Event
+from firstcontact.live.hand_requests import Ask
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,6 +77,15 @@ class Controls(Protocol):
 
     def mark(self, text: str) -> None:
         """Pin a word to the next sample."""
+
+    def hand_asks(self) -> tuple[Ask, ...]:
+        """What the hand can be asked; nothing where none is driven."""
+
+    def ask_hand(self, ask: Ask, by: str) -> None:
+        """Ask the hand for something; InputError where it cannot be asked for that, or not now."""
+
+    def hand_gone(self, by: str) -> None:
+        """Somebody can ask no more: what they had the hand close is opened."""
 
     def new_object(self) -> None:
         """The next pinch is of another object: nothing is combined across."""

@@ -9,7 +9,7 @@ from firstcontact.core import finger_name
 from firstcontact.device import Descriptor, Health
 from firstcontact.device.link_news import link_news
 from firstcontact.live._lines import write_now
-from firstcontact.live.events import Case, Estimated, PinchDone, Running, SameObject
+from firstcontact.live.events import Case, Estimated, HandAsked, PinchDone, Running, SameObject
 from firstcontact.live.sink import Update
 
 
@@ -46,6 +46,8 @@ class TextSink:
         for event in update.events:
             if isinstance(event, PinchDone):
                 self._say(pinch_line(event, self._rate))
+            elif isinstance(event, HandAsked):
+                self._say(f"hand told to {event.ask}, by {event.by}")
             elif isinstance(event, SameObject) and event.pinches > 1:
                 self._say(same_line(event))
 

@@ -48,6 +48,7 @@ def check_hand(kind: type[Hand], port: str | None = None, source: Source | None 
         assert hand.name == kind.name, f"it calls itself {hand.name!r}, its class {kind.name!r}"
         return hand
 
+    assert kind.begins, "nobody begins its closings"
     assert kind.name.isidentifier(), f"the name {kind.name!r} is not of letters, digits and _"
     for rule in (_limits, _takes, _releases, _closes, _passes_exceptions, _needs_opening, _safe):
         rule(make)

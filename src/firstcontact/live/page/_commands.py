@@ -11,6 +11,7 @@ import msgspec
 from firstcontact.core import InputError
 from firstcontact.core.records import read_record
 from firstcontact.device.protocol import marker_text
+from firstcontact.live.hand_requests import Ask
 from firstcontact.live.page._allowance import Allowance
 from firstcontact.live.sink import Controls
 
@@ -20,13 +21,15 @@ LONGEST = 4096
 EACH = 10, 5.0
 #: What all viewers together may: a marker takes the device as long as 1 ms of samples.
 ALL = 20, 10.0
+#: The message of the page that opens the hand.
+OPEN = b'{"do":"open"}'
 
 
 @dataclass(frozen=True, slots=True)
 class Wish:
     """A viewer's message; ``text`` is a marker's, and cut to what a device sets."""
 
-    do: Literal["record", "stop", "mark", "new"]
+    do: Literal["record", "stop", "mark", "new", "close", "open"]
     text: Annotated[str, msgspec.Meta(max_length=1000)] = ""
 
 
@@ -43,7 +46,9 @@ class Commands:
         self._controls = controls
         self._all = Allowance(*ALL)
 
-    async def obey(self, message: str | bytes, own: Allowance) -> tuple[dict[str, Any], float]:
+    async def obey(
+        self, message: str | bytes, own: Allowance, by: str
+    ) -> tuple[dict[str, Any], float]:
         """Do what a message asks; whatever it is, there is an answer and nothing is raised.
 
         Parameters
@@ -52,6 +57,8 @@ class Commands:
             JSON of a :class:`Wish`.
         own
             What this viewer may still ask for.
+        by
+            Who this viewer is to the hand.
 
         Returns
         -------
@@ -60,28 +67,35 @@ class Commands:
         wait : float
             How long this viewer is not listened to, s: 0 unless it asked too much.
         """
-        wait = own.take() or self._all.take()
+        data = message.encode(errors="surrogatepass") if isinstance(message, str) else message
+        wait = 0.0
+        if data != OPEN:  # a hand is opened however much was asked before
+            wait = own.take() or self._all.take()
         if wait:
             text = (
                 f"That was not done: the page takes {EACH[1]:g} requests a second from a viewer "
                 f"and {ALL[1]:g} from all."
             )
             return {"ok": False, "do": "", "text": text}, wait
-        data = message.encode(errors="surrogatepass") if isinstance(message, str) else message
         try:
             wish = read_record(data, Wish, "This message", "reload the page", LONGEST)
         except InputError as error:
             return {"ok": False, "do": "", "text": f"That was not understood. {error}."}, 0.0
         try:
             # A recorder opens files: that may take a while, and only this viewer waits.
-            done = await asyncio.to_thread(self._do, wish)
+            done = await asyncio.to_thread(self._do, wish, by)
         except InputError as error:
             return {"ok": False, "do": wish.do, "text": str(error)}, 0.0
         except Exception as error:  # a fault of the session is told, and stays there
             return {"ok": False, "do": wish.do, "text": f"That did not work ({error!r})."}, 0.0
         return {"ok": True, "do": wish.do, "text": done}, 0.0
 
-    def _do(self, wish: Wish) -> str:
+    def gone(self, by: str) -> None:
+        """A viewer is gone: what it had the hand close is opened."""
+        if self._controls is not None:
+            self._controls.hand_gone(by)
+
+    def _do(self, wish: Wish, by: str) -> str:
         controls = self._controls
         if controls is None:
             raise InputError("This page may only look.")
@@ -91,6 +105,9 @@ class Commands:
             case "stop":
                 controls.stop_recording()
                 return "Recording stopped."
+            case "close" | "open":
+                controls.ask_hand(Ask(wish.do), by)
+                return "The hand is told to close." if wish.do == "close" else "The hand opens."
             case "new":
                 controls.new_object()
                 return "The next pinch is of a new object."

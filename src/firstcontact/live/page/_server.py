@@ -72,6 +72,7 @@ class PageServer:
         self._files = files
         self._commands = Commands(controls)
         self._viewers = 0
+        self._number = 0  # of the viewer that came last
         # The log of a library is not a place where users look.
         self._log = logging.getLogger("firstcontact.page")
         self._log.setLevel(logging.CRITICAL)
@@ -120,12 +121,14 @@ class PageServer:
 
     async def _view(self, connection: ServerConnection) -> None:
         self._viewers += 1
+        self._number += 1
+        by = f"viewer {self._number} of the page"
         own = Allowance(*EACH)
         try:
             async with asyncio.TaskGroup() as both:
                 telling = both.create_task(self._tell(connection))
                 async for message in connection:
-                    answer, wait = await self._commands.obey(message, own)
+                    answer, wait = await self._commands.obey(message, own, by)
                     await self._send(connection, json.dumps({"answer": answer}))
                     # What this viewer says meanwhile waits on its side of the line.
                     await asyncio.sleep(wait)
@@ -134,6 +137,7 @@ class PageServer:
             pass
         finally:
             self._viewers -= 1
+            self._commands.gone(by)
 
     async def _tell(self, connection: ServerConnection) -> None:
         """Give a viewer what it has not seen, at its own pace."""

@@ -98,7 +98,7 @@ class PageSink:
 
     def open(self, descriptor: Descriptor) -> None:
         """Serve from now on."""
-        self._state = State(descriptor, self._landmarks, self.controls is not None)
+        self._state = State(descriptor, self._landmarks, self.controls)
         self._thread = threading.Thread(target=self._serve, name="page", daemon=True)
         self._thread.start()
         self._started.wait()

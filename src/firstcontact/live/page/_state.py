@@ -18,6 +18,7 @@ from firstcontact.device.recorder import RecorderStatus
 from firstcontact.live.events import (
     Estimated,
     Event,
+    HandAsked,
     PinchDone,
     Refused,
     Running,
@@ -29,7 +30,7 @@ from firstcontact.live.page._closeup import Closeup, finger_place
 from firstcontact.live.page._columns import SECONDS, Columns
 from firstcontact.live.page._narrowing import Narrowing
 from firstcontact.live.page._pinches import Pinches, chosen, hindsight, timing, value
-from firstcontact.live.sink import Update
+from firstcontact.live.sink import Controls, Update
 
 #: Mean time from the first to the second contact, as published, ms.
 BUDGET_MS = 16.65
@@ -66,11 +67,11 @@ class State:
     landmarks
         Shore A of known objects, by name.
     controls
-        Whether viewers may record and mark.
+        What viewers may ask for; None where they may only look.
     """
 
     def __init__(
-        self, descriptor: Descriptor, landmarks: Mapping[str, float], controls: bool
+        self, descriptor: Descriptor, landmarks: Mapping[str, float], controls: Controls | None
     ) -> None:
         layout = descriptor.layout
         self._layout = layout
@@ -102,7 +103,8 @@ class State:
             "seconds": SECONDS,
             "budget_ms": BUDGET_MS,
             "landmarks": {name: float(shore) for name, shore in landmarks.items()},
-            "controls": controls,
+            "controls": controls is not None,
+            "hand_asks": [] if controls is None else [a.value for a in controls.hand_asks()],
         }
         #: What does not change while the source is open, JSON.
         self.hello = json.dumps(hello, allow_nan=False)
@@ -215,6 +217,8 @@ class State:
                     self._put("now", self._now)
                 self._pinches.done(event)
                 self._put("pinches", [dict(row) for row in self._pinches.tree()])
+            case HandAsked():
+                self._put("hand", {"told": event.ask.value, "by": event.by})
             case _:
                 pass
 

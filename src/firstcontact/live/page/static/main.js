@@ -5,6 +5,7 @@ import { Closeup } from "./closeup.js";
 import { Controls } from "./controls.js";
 import { Estimate } from "./estimate.js";
 import { Force } from "./force.js";
+import { Hand } from "./hand.js";
 import { Health, verdict } from "./health.js";
 import { Link } from "./link.js";
 import { pinches } from "./pinches.js";
@@ -27,7 +28,8 @@ const force = new Force();
 const health = new Health();
 let link = null;
 const controls = new Controls(() => link);
-const parts = [traces, closeup, estimate, timing, force, health, controls];
+const hand = new Hand((what) => controls.ask(what));
+const parts = [traces, closeup, estimate, timing, force, health, controls, hand];
 const state = { there: false, health: null, gone: false, faults: [], failed: null };
 
 function hello(tree) {
@@ -53,6 +55,7 @@ function failed(what, error) {
 function lost() {
   state.gone = true;
   controls.lost();
+  hand.lost();
 }
 
 link = new Link({
@@ -66,6 +69,7 @@ link = new Link({
   now: (now) => { estimate.now(now); timing.now(now); closeup.now(now); },
   force: (tree) => force.force(tree),
   health: (tree) => { state.health = tree; health.health(tree); },
+  hand: (told) => hand.told(told),
   recording: (status) => controls.recording(status),
   ledger: (figures) => health.ledger(figures),
   pinches,

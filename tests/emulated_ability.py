@@ -15,11 +15,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Self
 
-from hands import PATIENCE
-
 from firstcontact.device.pseudo_terminal import PseudoTerminal
 from firstcontact.grasp._ability_fingers import NEARLY_OPEN, SENSORS
 from firstcontact.grasp._ability_package import load
+
+#: Of a machine that does much else at the same time, s.
+PATIENCE = 60.0
 
 #: Time without a command after which the hand leaves the control of the port, s.
 WATCHDOG = 0.3

@@ -1,0 +1,36 @@
+// The hand that is driven: it can be asked to close, where that is ours to begin, and to open.
+
+import { byId, setText } from "./dom.js";
+
+export class Hand {
+  constructor(ask) {
+    byId("close-hand").onclick = () => ask({ do: "close" });
+    byId("open-hand").onclick = () => ask({ do: "open" });
+    addEventListener("keydown", (event) => {
+      const typing = event.target instanceof HTMLInputElement;
+      const plain = !(event.ctrlKey || event.metaKey || event.altKey || event.repeat);
+      if (!plain || typing || byId("hand").hidden) return;
+      if (event.key.toLowerCase() === "o" || event.key === "Escape") ask({ do: "open" });
+      if (event.key.toLowerCase() === "c" && !byId("close-hand").hidden) ask({ do: "close" });
+    });
+  }
+
+  hello(hello) {
+    byId("hand").hidden = hello.hand_asks.length === 0;
+    byId("close-hand").hidden = !hello.hand_asks.includes("close");
+    this.told({ told: "", by: "" });
+    this.enable(true);
+  }
+
+  enable(yes) {
+    for (const id of ["close-hand", "open-hand"]) byId(id).disabled = !yes;
+  }
+
+  lost() {
+    this.enable(false);
+  }
+
+  told({ told, by }) {
+    setText(byId("hand-told"), told && `Told to ${told}, by ${by}`);
+  }
+}

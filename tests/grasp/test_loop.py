@@ -154,7 +154,7 @@ def test_what_reaches_the_hand_after_the_second_contact_was_not_in_time() -> Non
         loop.estimated(SURE, 0.110)
         loop.done(Contact(Finger.THUMB, 115, 118))
         assert (loop.counts.estimates, loop.counts.overtaken) == (1 - overtaken, overtaken)
-        assert len(sent) == 2, "it was acted upon all the same"
+        assert sent[-1] == Grip().command_for(45.0), "it was acted upon all the same"
 
 
 def test_the_deadline_is_held_against_when_the_hand_gets_it() -> None:

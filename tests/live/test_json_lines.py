@@ -77,7 +77,8 @@ def test_lines_say_what_happened_in_order() -> None:
         "hand",
     ]
     head, link, failed, marker, armed, touched, running, standing, *rest = lines
-    estimated, refused, pinch, same = rest
+    estimated, refused, pinch, same, hand = rest
+    assert (hand["told"], hand["by"]) == ("close", "keyboard")
     assert (running["value"], running["samples"], running["out_of_range"]) == (30.5, 59, False)
     assert (standing["answer"]["value"], standing["withdrawn"]) == (30.5, 1)
     assert (pinch["standing"]["value"], pinch["standing_case"]) == (30.5, "in_time")

@@ -7,9 +7,11 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from uuid import uuid4
 
 import numpy as np
 import pytest
+from lsl_outlet_of import sending
 from printing_board import PrintingBoard
 
 from firstcontact.core import Block, InputError, fingertip_layout
@@ -57,6 +59,13 @@ def on_a_board() -> Iterator[str]:
         yield f"csv:{board.port}"
 
 
+@contextmanager
+def in_a_stream() -> Iterator[str]:
+    pytest.importorskip("pylsl")
+    with sending(name := f"a source {uuid4().hex}"):
+        yield f"lsl:{name}"
+
+
 def device(name: str, recording: Path) -> AbstractContextManager[str]:
     return {
         "serial": on_a_port,
@@ -64,6 +73,7 @@ def device(name: str, recording: Path) -> AbstractContextManager[str]:
         "recording": lambda: nullcontext(str(recording)),
         "audio": on_a_tape,
         "csv": on_a_board,
+        "lsl": in_a_stream,
     }[name]()
 
 

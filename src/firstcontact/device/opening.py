@@ -126,6 +126,11 @@ _OURS = (
         _in("csv_source", "from_name"),
         origin="real",
     ),
+    SourceKind(
+        "lsl",
+        "lsl:NAME for a stream of the Lab Streaming Layer (lsl:NAME#CHANNEL,CHANNEL)",
+        _in("lsl_source", "from_name"),
+    ),
 )
 #: What no other kind takes is of the default.
 SOURCES: Registry[SourceKind] = Registry(

@@ -149,8 +149,27 @@ class ThreadedSource(ABC):
         if self._thread is not None:
             self._thread.join()
 
-    def _put(self, data: NDArray[Any], first: int, epoch: int, host: float) -> None:
-        """Samples have come: of ``data``, shape (samples, columns), the first has this number."""
+    def _put(
+        self,
+        data: NDArray[Any],
+        first: int,
+        epoch: int,
+        host: float,
+        taken: float | None = None,
+    ) -> None:
+        """Samples have come.
+
+        Parameters
+        ----------
+        data
+            Shape (samples, columns).
+        first, epoch
+            Number and epoch of the first.
+        host
+            When the last came, by the host's clock, s.
+        taken
+            When it was taken, where that is known better.
+        """
         if not len(data):
             return
         with self._changed:
@@ -166,7 +185,7 @@ class ThreadedSource(ABC):
             block = Block(data, first, epoch)
             self._arrivals.append(Arrival(block, host, markers))
             self._next = (epoch, block.end)
-            self._clock.add(block.end, host)
+            self._clock.add(block.end, host if taken is None else taken)
             self._waiting += len(data)
             if self._waiting >= self._wanted:
                 self._changed.notify_all()

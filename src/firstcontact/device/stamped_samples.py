@@ -1,0 +1,89 @@
+"""Sample numbers from time stamps: along a tracked line, not from each stamp by itself."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Chunks that the line is told from: some seconds.
+KEPT = 100
+#: Chunks before gaps are believed of stamps that jitter.
+LEAST = 20
+#: Stamps that scatter less than this, in samples, tell of each sample by itself.
+STEADY = 0.25
+#: A gap shows where stamps are later than the line by so many times their scatter ...
+SIGMAS = 6.0
+#: ... and by so many samples.
+SMALLEST = 2.0
+
+
+class StampedSamples:
+    """Numbers samples that come with stamps, and finds what is missing between them.
+
+    Where stamps are as regular as the samples, a gap of one is found where it is. Where they
+    jitter, the median of a chunk is held against a line through those before it, which follows the
+    clock's drift; a gap shorter than the scatter of these medians cannot be told from it.
+
+    Parameters
+    ----------
+    rate
+        Nominal, Hz.
+    """
+
+    def __init__(self, rate: float) -> None:
+        self._rate = rate
+        self._zero: float | None = None
+        self._end = 0  # number of the next sample
+        self._last = 0.0  # stamp of the newest
+        self._centres: deque[tuple[float, float]] = deque(maxlen=KEPT)
+        self._scatter: deque[float] = deque(maxlen=KEPT)
+
+    def numbers(self, stamps: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Numbers of the samples of the next chunk.
+
+        Parameters
+        ----------
+        stamps
+            Of each sample, by the sender's clock, s, shape (samples,), at least one.
+
+        Returns
+        -------
+        ndarray
+            Shape (samples,), rising.
+        """
+        if self._zero is None:
+            self._zero, self._last = float(stamps[0]), float(stamps[0]) - 1 / self._rate
+        steps = np.diff(stamps, prepend=self._last) * self._rate - 1.0
+        self._last = float(stamps[-1])
+        usual = float(np.median(np.abs(steps)))
+        self._scatter.append(usual)
+        places = np.arange(len(stamps), dtype=np.int64)
+        # Most steps, not half of them: of stamps that jitter a few are always small.
+        if max(float(np.quantile(np.abs(steps), 0.8)), float(np.median(self._scatter))) < STEADY:
+            lost = np.where(steps > 0.5, np.rint(steps), 0.0).astype(np.int64)
+            numbers = self._end + places + np.cumsum(lost)
+        else:
+            numbers = self._end + places
+            numbers += self._missing(stamps, numbers)
+        self._end = int(numbers[-1]) + 1
+        late = (stamps - self._zero) * self._rate - numbers
+        self._centres.append((float(numbers.mean()), float(np.median(late))))
+        return numbers
+
+    def _missing(self, stamps: NDArray[np.float64], numbers: NDArray[np.int64]) -> int:
+        """Samples that are missing before a chunk, by the line through those before it."""
+        assert self._zero is not None
+        if len(self._centres) < LEAST:
+            return 0
+        places, late = np.array(self._centres).T
+        slope, offset = np.polyfit(places - places[0], late, 1)
+        rest = late - slope * (places - places[0]) - offset
+        sigma = 1.4826 * float(np.median(np.abs(rest - np.median(rest))))
+        # No less than the scatter of single stamps leaves of a median of so many.
+        single = float(np.median(self._scatter)) / (0.6745 * 2**0.5)
+        sigma = max(sigma, 1.2533 * single / len(stamps) ** 0.5)
+        here = float(np.median((stamps - self._zero) * self._rate - numbers))
+        jump = here - float(slope * (numbers.mean() - places[0]) + offset)
+        return round(jump) if jump > max(SIGMAS * sigma, SMALLEST) else 0

@@ -1,0 +1,40 @@
+"""A program that offers an LSL stream: a ramp that counts its samples, and a signal.
+
+    python lsl_outlet.py NAME RATE JITTER_MS LOSE_AT LOSE
+
+Counts from 0; stamps scatter by JITTER_MS; from sample LOSE_AT on LOSE samples are not sent.
+Says "ready" when it sends, and ends with its input.
+"""
+
+import sys
+import threading
+import time
+
+import numpy as np
+import pylsl
+
+name, rate, jitter, lose_at, lose = sys.argv[1], *(float(a) for a in sys.argv[2:])
+info = pylsl.StreamInfo(name, "Vibration", 2, rate, pylsl.cf_double64, f"{name} of a test")
+channels = info.desc().append_child("channels")
+for label in ("count", "disc"):
+    channel = channels.append_child("channel")
+    channel.append_child_value("label", label)
+    channel.append_child_value("unit", "V")
+    channel.append_child_value("type", "piezo" if label == "disc" else "count")
+outlet = pylsl.StreamOutlet(info)
+ended = threading.Event()
+threading.Thread(target=lambda: (sys.stdin.read(), ended.set()), daemon=True).start()
+print("ready", flush=True)
+rng = np.random.default_rng(0)
+outlet.wait_for_consumers(30)
+zero, sent = pylsl.local_clock(), 0
+while not ended.is_set():
+    time.sleep(0.005)
+    due = int((pylsl.local_clock() - zero) * rate)
+    numbers = np.arange(sent, due)
+    numbers = numbers[(numbers < lose_at) | (numbers >= lose_at + lose)]
+    sent = due
+    if len(numbers):
+        stamps = zero + numbers / rate + 1e-3 * jitter * rng.standard_normal(len(numbers))
+        rows = np.stack([numbers, np.sin(numbers / 50)], axis=1)
+        outlet.push_chunk(rows.tolist(), stamps.tolist())

@@ -1,0 +1,113 @@
+"""LSL streams of another process: regular, with jittering stamps, killed and back."""
+
+from __future__ import annotations
+
+import subprocess
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from lsl_outlet_of import sending
+
+from firstcontact.core import InputError
+from firstcontact.device.lsl_source import LslSource, from_name
+from firstcontact.device.opening import SourceOptions
+from firstcontact.device.source import Arrival
+
+pytest.importorskip("pylsl")
+
+
+@pytest.fixture
+def name() -> str:
+    return f"a test {uuid.uuid4().hex}"
+
+
+def until(source: LslSource, samples: int, epoch: int = 0) -> list[Arrival]:
+    arrivals: list[Arrival] = []
+    while sum(len(a.block.data) for a in arrivals if a.block.epoch == epoch) < samples:
+        arrivals += source.read(5.0)
+    return arrivals
+
+
+def counted(arrivals: list[Arrival]) -> tuple[np.ndarray, np.ndarray]:
+    """What the stream counted, and the numbers that samples were given."""
+    values = np.concatenate([a.block.data[:, 0] for a in arrivals]).astype(np.float64)
+    numbers = np.concatenate([np.arange(a.block.first_sample, a.block.end) for a in arrivals])
+    return values, numbers
+
+
+@pytest.mark.parametrize("jitter", [0.0, 2.0])
+def test_nothing_is_lost_and_jitter_is_no_gap(name: str, jitter: float) -> None:
+    with sending(name, jitter=jitter), LslSource(name, ("count",)) as source:
+        arrivals = until(source, 4000)
+    values, numbers = counted(arrivals)
+    assert source.health.lost_samples == 0
+    np.testing.assert_array_equal(np.diff(values), 1.0)
+    np.testing.assert_array_equal(np.diff(numbers), 1)
+
+
+def test_what_the_sender_did_not_send_is_lost_where_it_is(name: str) -> None:
+    with sending(name, lose_at=2000, lose=37), LslSource(name, ("count",)) as source:
+        arrivals = until(source, 4000)
+    values, numbers = counted(arrivals)
+    assert source.health.lost_samples == 37
+    assert len(set(values - numbers)) == 1
+
+
+def test_behind_jittering_stamps_a_gap_is_found_to_their_scatter(name: str) -> None:
+    with (
+        sending(name, jitter=1.0, lose_at=6000, lose=500),
+        LslSource(name, ("count",)) as source,
+    ):
+        arrivals = until(source, 9000)
+    values, numbers = counted(arrivals)
+    assert source.health.lost_samples == pytest.approx(500, abs=15)
+    # Its count has the truth: in the end numbers are off by no more than that.
+    assert abs((values[-1] - values[0]) - (numbers[-1] - numbers[0])) <= 15
+
+
+def test_a_stream_that_is_killed_and_comes_back_is_another_epoch(name: str) -> None:
+    with LslSourceOf(name) as (source, outlet):
+        until(source, 500)
+        outlet.kill()
+        while source.health.connected:
+            source.read(0.05)
+        with sending(name):
+            arrivals = until(source, 500, epoch=1)
+            assert source.health.connected
+            assert source.health.reconnects == 1
+    values, numbers = counted([a for a in arrivals if a.block.epoch == 1])
+    assert numbers[0] == 0
+    np.testing.assert_array_equal(np.diff(values), 1.0)
+
+
+@contextmanager
+def LslSourceOf(name: str) -> Iterator[tuple[LslSource, subprocess.Popen[str]]]:  # noqa: N802
+    with sending(name) as outlet, LslSource(name, ("count",)) as source:
+        yield source, outlet
+
+
+def test_the_vibration_channel_is_found_by_its_type_and_resampled(name: str) -> None:
+    with sending(name, rate=10_000.0), LslSource(name) as source:
+        layout = source.descriptor.layout
+        assert layout.column_names == ("disc",)
+        assert (layout.rate, layout.channels[0].unit) == (4936.0, "V")
+        assert 0 < source.descriptor.delay <= 0.0005
+        values, _ = counted(until(source, 1000))
+    assert np.abs(values[200:]).max() == pytest.approx(1.0, abs=0.01)
+
+
+def test_streams_that_cannot_be_used_are_refused(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(InputError, match="lsl: names no stream"):
+        from_name("lsl:", SourceOptions())
+    with sending(name), pytest.raises(InputError, match="there are count, disc"):
+        LslSource(name, ("violin",)).__enter__()
+    with sending(name, rate=100.0), pytest.raises(InputError, match="needs 494 or more"):
+        LslSource(name).__enter__()
+    monkeypatch.setattr("firstcontact.device.lsl_source.PATIENCE", 0.2)
+    with pytest.raises(InputError, match="no LSL stream is called"):
+        LslSource("nobody sends this").__enter__()

@@ -73,7 +73,7 @@ class LslSource(ThreadedSource):
         self._lsl = _library()
         from pylsl import util
 
-        self._lost = (util.LostError, getattr(util, "TimeoutError", TimeoutError))
+        self._lost = (util.LostError, TimeoutError, getattr(util, "TimeoutError", TimeoutError))
         found = self._found(PATIENCE)
         if found is None:
             raise InputError(
@@ -97,7 +97,7 @@ class LslSource(ThreadedSource):
             info = self._inlet.info(PATIENCE)
             self._inlet.open_stream(PATIENCE)
             self._inlet.time_correction(PATIENCE)
-        except (*self._lost, TimeoutError) as error:
+        except self._lost as error:
             raise InputError(f"{self.name} does not answer ({error}): start it again") from error
         self._input_rate = float(info.nominal_srate())
         if not self._input_rate > 0 or info.channel_format() == self._lsl.cf_string:
@@ -155,7 +155,7 @@ class LslSource(ThreadedSource):
             edges = np.flatnonzero(np.diff(numbers) > 1) + 1
             for part, its in zip(np.split(values, edges), np.split(numbers, edges), strict=True):
                 # What is not finite nobody can resample: it is a gap.
-                good = np.isfinite(part).all(axis=1)
+                good = np.asarray(np.isfinite(part).all(axis=1))
                 for run in np.split(np.arange(len(part)), np.flatnonzero(np.diff(good)) + 1):
                     if good[run[0]]:
                         out, first = resampler.update(part[run], int(its[run[0]]))

@@ -13,6 +13,9 @@ KEPT = 100
 LEAST = 20
 #: Stamps that scatter less than this, in samples, tell of each sample by itself.
 STEADY = 0.25
+#: ... where so many of the last steps do.
+MOST = 0.7
+TOLD = 300
 #: A gap shows where stamps are later than the line by so many times their scatter ...
 SIGMAS = 6.0
 #: ... and by so many samples.
@@ -38,7 +41,7 @@ class StampedSamples:
         self._end = 0  # number of the next sample
         self._last = 0.0  # stamp of the newest
         self._centres: deque[tuple[float, float]] = deque(maxlen=KEPT)
-        self._scatter: deque[float] = deque(maxlen=KEPT)
+        self._steps: deque[float] = deque(maxlen=TOLD)
 
     def numbers(self, stamps: NDArray[np.float64]) -> NDArray[np.int64]:
         """Numbers of the samples of the next chunk.
@@ -57,11 +60,10 @@ class StampedSamples:
             self._zero, self._last = float(stamps[0]), float(stamps[0]) - 1 / self._rate
         steps = np.diff(stamps, prepend=self._last) * self._rate - 1.0
         self._last = float(stamps[-1])
-        usual = float(np.median(np.abs(steps)))
-        self._scatter.append(usual)
+        self._steps.extend(np.abs(steps).tolist())
         places = np.arange(len(stamps), dtype=np.int64)
-        # Most steps, not half of them: of stamps that jitter a few are always small.
-        if max(float(np.quantile(np.abs(steps), 0.8)), float(np.median(self._scatter))) < STEADY:
+        # Most of them, not half: of stamps that jitter a few steps are always small.
+        if np.mean(np.array(self._steps) < STEADY) > MOST:
             lost = np.where(steps > 0.5, np.rint(steps), 0.0).astype(np.int64)
             numbers = self._end + places + np.cumsum(lost)
         else:
@@ -82,7 +84,7 @@ class StampedSamples:
         rest = late - slope * (places - places[0]) - offset
         sigma = 1.4826 * float(np.median(np.abs(rest - np.median(rest))))
         # No less than the scatter of single stamps leaves of a median of so many.
-        single = float(np.median(self._scatter)) / (0.6745 * 2**0.5)
+        single = float(np.median(self._steps)) / (0.6745 * 2**0.5)
         sigma = max(sigma, 1.2533 * single / len(stamps) ** 0.5)
         here = float(np.median((stamps - self._zero) * self._rate - numbers))
         jump = here - float(slope * (numbers.mean() - places[0]) + offset)

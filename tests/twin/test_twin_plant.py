@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -414,3 +415,21 @@ def test_a_copy_may_be_lifted_otherwise() -> None:
     assert other.outcome == expected.outcome
     assert other.outcome.dropped
     assert begun.outcome.slipped == 0
+
+
+@pytest.mark.parametrize("force", [0.6, 2.0, 8.0])
+def test_other_specimens_are_judged_by_the_same_forces(force: float) -> None:
+    kind = BERRY
+    own = replace(kind, fragility=Fragility(3.0, math.inf))
+    hands = [GraspPlant(drawn(kind, 3), Drive(), k) for k in (own, replace(kind, fragility=None))]
+    for hand in hands:
+        hand.command(Command(0.05, force))
+        while not hand.ended:
+            hand.move(100)
+    broken, whole = hands
+    assert whole.judged(replace(kind, fragility=None)) == whole.outcome
+    judged = whole.judged(own)
+    assert judged.broken == broken.outcome.broken == (whole.forces.max() > 3.0)
+    assert judged.peak_force == broken.outcome.peak_force
+    slippery = replace(kind, fragility=None, friction=0.01)
+    assert whole.judged(slippery).dropped == (0.02 * force < kind.mass * GRAVITY)

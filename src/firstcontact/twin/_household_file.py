@@ -33,6 +33,8 @@ RANGES = {
 }
 #: What is as hard or harder is firm, Shore A.
 FIRM = 45.0
+#: In place of a year.
+UNDATED = "undated"
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +43,8 @@ class HouseholdSource:
 
     key: str
     authors: str
-    year: int
+    year: int | None
+    """None where it says none."""
     title: str
     where: str
 
@@ -62,10 +65,11 @@ def read_sources(text: str, file: str) -> dict[str, HouseholdSource]:
             raise InputError(f"{where}: a field is empty: fill in {', '.join(columns)}")
         if row["key"] in found or row["key"] == ESTIMATE:
             raise InputError(f"{where}: the key {row['key']!r} is taken: use another")
-        if not (row["year"].isdecimal() and 1800 <= int(row["year"]) <= 2100):
-            raise InputError(f"{where}: {row['year']!r} is no year: use four digits")
+        year = int(row["year"]) if row["year"].isdecimal() else None
+        if row["year"] != UNDATED and not (year and 1800 <= year <= 2100):
+            raise InputError(f"{where}: {row['year']!r} is no year: use four digits or {UNDATED!r}")
         found[row["key"]] = HouseholdSource(
-            row["key"], row["authors"], int(row["year"]), row["title"], row["where"]
+            row["key"], row["authors"], year, row["title"], row["where"]
         )
     return found
 

@@ -1,0 +1,67 @@
+"""Write the tables of docs/reference/household.md from the household's data files.
+
+They stand between ``<!-- household: NAME -->`` and ``<!-- /household -->``; a test holds them
+against the data.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from firstcontact.twin.household import HOUSEHOLD, HOUSEHOLD_SOURCES
+from firstcontact.twin.household_object import QUANTITIES, Quantity
+
+PAGE = Path(__file__).parent / "reference/household.md"
+TABLE = re.compile(
+    r"(?P<open><!-- household: (?P<name>\w+) -->\n).*?(?P<close><!-- /household -->)", re.DOTALL
+)
+#: How each quantity is shown: heading, factor, digits.
+SHOWN = {
+    "shore_a": ("Shore A", 1.0),
+    "mass": ("mass, g", 1e3),
+    "friction": ("friction", 1.0),
+    "limit": ("limit, N", 1.0),
+    "weibull": ("Weibull", 1.0),
+    "radius": ("radius, mm", 1e3),
+    "thickness": ("thick, mm", 1e3),
+    "bulk": ("bulk, N/mm", 1e-3),
+    "loss": ("loss", 1.0),
+}
+
+
+def _cell(quantity: Quantity | None, factor: float, marks: dict[str, int]) -> str:
+    if quantity is None:
+        return "–"
+    shown = f"{factor * quantity.value:.4g}"
+    return shown if quantity.estimated else f"**{shown}** [{marks[quantity.source]}]"
+
+
+def tables() -> dict[str, str]:
+    """The objects, and the sources that they name by number."""
+    marks = {key: i + 1 for i, key in enumerate(HOUSEHOLD_SOURCES)}
+    heads = ["object", "group", "origin", *(SHOWN[name][0] for name in QUANTITIES)]
+    lines = ["| " + " | ".join(heads) + " |", "| " + " | ".join(["---"] * len(heads)) + " |"]
+    for thing in HOUSEHOLD:
+        cells = [_cell(getattr(thing.numbers, n), SHOWN[n][1], marks) for n in QUANTITIES]
+        lines.append("| " + " | ".join([thing.name, thing.group, thing.origin, *cells]) + " |")
+    sources = [
+        f"{marks[s.key]}. {s.authors} ({s.year or 'undated'}). *{s.title}*. {s.where}."
+        for s in HOUSEHOLD_SOURCES.values()
+    ]
+    return {"objects": "\n".join(lines) + "\n", "sources": "\n".join(sources) + "\n"}
+
+
+def filled(text: str) -> str:
+    """The page with its tables in place."""
+    made = tables()
+    return TABLE.sub(lambda m: f"{m['open']}\n{made[m['name']]}\n{m['close']}", text)
+
+
+def main() -> None:
+    """Write them."""
+    PAGE.write_text(filled(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,33 @@
+"""The page of the household says what its data files say."""
+
+from __future__ import annotations
+
+import importlib.util
+
+from pages import ROOT
+
+from firstcontact.twin.household import VARIATIONS
+from firstcontact.twin.household_object import HOLD, LIGHT, LOOSE_HOLD, SCATTER
+
+
+def test_its_tables_are_those_of_the_data() -> None:
+    spec = importlib.util.spec_from_file_location("household", ROOT / "docs/write_household.py")
+    assert spec is not None
+    assert spec.loader is not None
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    text = script.PAGE.read_text(encoding="utf-8")
+    assert script.TABLE.search(text)
+    assert text == script.filled(text), "run python docs/write_household.py"
+
+
+def test_its_scatters_and_variations_are_those_of_the_code() -> None:
+    text = (ROOT / "docs/reference/household.md").read_text(encoding="utf-8")
+    for origin, scatter in SCATTER.items():
+        numbers = (scatter.modulus, scatter.mass, scatter.friction)
+        assert f"| {origin} | " + " | ".join(f"{n:g}" for n in numbers) + " |" in text
+    for name in VARIATIONS:
+        assert f"`{name}`" in text
+    held = f"{LOOSE_HOLD[0]:g} N/m and {LOOSE_HOLD[1]:g} N s/m below {1e3 * LIGHT:g} g"
+    assert held in text
+    assert f"{HOLD[0]:g} N/m and {HOLD[1]:g} N s/m" in text

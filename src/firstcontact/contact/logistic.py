@@ -124,6 +124,8 @@ class LogisticDetector(TrainedDetector):
         above = np.ones(len(each), np.bool_)
         for start in range((LOOKS - 1) * step, -1, -step):
             still = np.flatnonzero(above)
+            if not len(still):
+                break
             look = np.ascontiguousarray(each[still, start : start + length])
             above[still] = (
                 scores(loudness_features(look, weights[still], self._rate), self._line) > 0.0

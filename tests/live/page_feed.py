@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from firstcontact.anytime.told_shape import in_words, radius_of
 from firstcontact.core import Block, ChannelKind, Contact, Finger, InputError, fingertip_layout
 from firstcontact.device import Arrival, Descriptor, Health
 from firstcontact.device.recorder import RecorderStatus
@@ -217,6 +218,12 @@ class Asked:
 
     def hand_gone(self, by: str) -> None:
         self.gone.append(by)
+
+    shapes = True
+
+    def tell_shape(self, text: str) -> str:
+        self.calls.append(f"shape {text}")
+        return in_words(radius_of(text))
 
     def new_object(self) -> None:
         self.calls.append("new")

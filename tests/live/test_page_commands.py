@@ -79,6 +79,17 @@ def test_a_viewer_that_asks_too_much_is_told_and_reaches_nothing(
     assert EACH[0] <= len(asked.calls) <= EACH[0] + 2 + EACH[1] * spent
 
 
+@pytest.mark.parametrize(
+    ("text", "words"), [("flat", "next: flat."), ("", "not known"), ("a ball", "cannot be told")]
+)
+def test_a_shape_is_told_and_answered(page: PageSink, text: str, words: str) -> None:
+    with view(page) as viewer:
+        viewer.send(json.dumps({"do": "shape", "text": text}))
+        said = answer(viewer)
+    assert said["ok"] is (text != "a ball")
+    assert words in said["text"]
+
+
 def test_all_viewers_together_have_a_bound(page: PageSink, asked: Asked) -> None:
     began = time.monotonic()
     with ExitStack() as viewers:

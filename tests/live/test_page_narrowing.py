@@ -113,6 +113,10 @@ def test_it_is_drawn_and_a_new_object_is_asked_for(chromium: Any) -> None:
         until(chromium, lambda d: asked.calls == ["new"])
         chromium.find_element("tag name", "body").send_keys("n")
         until(chromium, lambda d: asked.calls == ["new", "new"])
+        chromium.find_element("id", "shape").send_keys("Flat")
+        chromium.find_element("id", "tell-shape").click()
+        until(chromium, lambda d: asked.calls[2:] == ["shape Flat"])
+        until(chromium, lambda d: "flat" in text(d, "recording"))
     finally:
         page.close()
 
@@ -120,3 +124,9 @@ def test_it_is_drawn_and_a_new_object_is_asked_for(chromium: Any) -> None:
 def test_what_a_window_said_stays_where_the_other_model_has_no_answer() -> None:
     none = Settled(FIRST, None, 0, SECOND.decided, 0, "samples were lost")
     assert shown(TOUCHED, ESTIMATE, none)["now"]["estimate"]["value"] == ESTIMATE.value
+
+
+def test_what_was_told_of_the_shape_stands_beside_the_answer() -> None:
+    assert shown(TOUCHED, *ANSWERS)["now"]["told"] == ""
+    told = [replace(a, radius=0.037) for a in ANSWERS]
+    assert shown(TOUCHED, *told)["now"]["told"] == "radius 37 mm"

@@ -209,3 +209,20 @@ def test_the_ledger_counts_pinches_answered_in_time(
     assert figures["early"] == sum(d.out > 0 for d in pinches)
     assert figures["standing"] == sum(d.standing_case is Case.IN_TIME for d in pinches)
     assert figures["signal_max"] == max(d.standing.duration for d in pinches if d.standing)
+
+
+def test_a_told_shape_is_the_models_input_from_the_next_closing_on(
+    fresh: Dataset, detector: Detector, anytime: InContextModel
+) -> None:
+    asked = pipeline(detector, anytime)
+    first, second = blocks_of(fresh.take([0, 1]))
+    events = list(asked.update(first, 0.0))
+    asked.radius = np.inf
+    events += list(asked.update(second, 0.0)) + asked.finish()
+    done = [e for e in events if isinstance(e, PinchDone)]
+    for its, pinch, radius in zip(done, fresh.pinches[:2], (np.nan, np.inf), strict=True):
+        assert its.standing is not None
+        assert its.standing.radius == (None if np.isnan(radius) else radius)
+        touches, _ = touches_of(Dataset((pinch,)), its.contacts[:1], [None])
+        touches = replace(touches, radii=np.array([radius])).until(its.standing.samples)
+        assert its.standing.value == pytest.approx(anytime.answers(touches).values[0], abs=1e-3)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from streams import offline
 
+from firstcontact.anytime import InContextModel
 from firstcontact.contact import Detector
 from firstcontact.core import (
     Block,
@@ -267,3 +268,21 @@ def test_it_ends_when_nobody_is_left_to_tell(recorded: Path, detector: Detector)
         session = LiveSession(source, Pipeline(LAYOUT, detector))
         session.run([Leaver()], patient=True)
         assert not source.ended
+
+
+def test_a_shape_that_a_viewer_tells_holds_for_one_object(
+    recorded: Path, detector: Detector, anytime: InContextModel
+) -> None:
+    with ReplaySource(recorded, float("inf")) as source:
+        pipeline = Pipeline(LAYOUT, detector, anytime=anytime)
+        session = LiveSession(source, pipeline, shape="flat")
+        assert pipeline.radius == np.inf
+        assert session.tell_shape("40") == "radius 40 mm"
+        assert pipeline.radius == pytest.approx(0.04)
+        session.new_object()
+        assert pipeline.radius == np.inf
+        with pytest.raises(InputError, match="cannot be told"):
+            session.tell_shape("egg")
+        assert pipeline.radius == np.inf
+        with pytest.raises(InputError, match="no any-time model"):
+            LiveSession(source, Pipeline(LAYOUT, detector), shape="flat")

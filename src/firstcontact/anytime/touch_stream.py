@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from firstcontact.anytime.touches import (
@@ -36,10 +38,13 @@ class TouchStream:
     ----------
     layout
         The columns of the blocks.
+    radius
+        Of the thing, m, as told: infinite for a flat one, NaN where it is not told.
     """
 
-    def __init__(self, layout: Layout) -> None:
+    def __init__(self, layout: Layout, radius: float = np.nan) -> None:
         self._layout = layout
+        self._radius = radius
         self._columns = layout.columns(ChannelKind.VIBRATION)
         self._fingers = layout.vibration_fingers
         self._volts = Physical(layout, self._columns)
@@ -109,7 +114,8 @@ class TouchStream:
         self._left = self._left[len(now) :]
         n = len(now)
         fingers = np.full(n, finger_number(contact.finger), np.intp)
-        return Touches.untold(np.tile(signal, (n, 1)), now, fingers, self._layout.rate)
+        touches = Touches.untold(np.tile(signal, (n, 1)), now, fingers, self._layout.rate)
+        return replace(touches, radii=np.full(n, self._radius))
 
     def _refuse(self, why: str) -> None:
         self.refused, self._left = why, ()

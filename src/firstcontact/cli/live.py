@@ -72,6 +72,9 @@ class Live:
     """Of the hand, where it needs one; some have one for a trial without hardware."""
     policy: Annotated[str, one_of(live_policies())] = POLICIES.default
     """What decides how the hand closes."""
+    shape: str = ""
+    """Of what is pinched, where it is known and an any-time model answers: flat, or its radius in
+    mm; on the page it can be told for each object."""
     record: bool = False
     """Begin a recording at once."""
     recordings: Path = Path("firstcontact-recordings")
@@ -123,7 +126,9 @@ class Live:
             with self._driven(source) as grasping:
                 actors = () if grasping is None else (grasping,)
                 hand = None if grasping is None else grasping.requests
-                session = LiveSession(source, pipeline, actors, self.recordings, calibration, hand)
+                session = LiveSession(
+                    source, pipeline, actors, self.recordings, calibration, hand, self.shape
+                )
                 sinks = self._sinks(session, loaded.landmarks)
                 began, used = source.health.samples, time.process_time()
                 if self.record:
@@ -146,12 +151,15 @@ class Live:
                 raise InputError(f"not all was told, these have failed: {', '.join(failed)}")
 
     def _check(self) -> None:
+        from firstcontact.anytime.told_shape import radius_of
+
         if self.seconds is not None and not self.seconds > 0:
             raise InputError(f"--seconds is {self.seconds:g}: give a time above 0, or leave it out")
         if self.pinches is not None and self.pinches < 1:
             raise InputError(f"--pinches is {self.pinches}: give 1 or more, or leave it out")
         if not self.speed > 0:
             raise InputError(f"--speed is {self.speed:g}: give a number above 0")
+        radius_of(self.shape)
         if not 0 <= self.port <= 65535:
             raise InputError(f"--port is {self.port}: give one from 0 to 65535")
         if self.hand is not None:

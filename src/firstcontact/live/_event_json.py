@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from firstcontact.anytime.told_shape import in_words
 from firstcontact.core import Contact, Finger
 from firstcontact.device import Descriptor, Health
 from firstcontact.live.events import (
@@ -185,6 +186,7 @@ def _running(event: Running) -> dict[str, Any]:
             "out_of_range": event.strange,
             "samples": event.samples,
             "signal_s": event.duration,
+            "told_shape": in_words(event.radius) or None,
         },
     )
 

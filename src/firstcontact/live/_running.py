@@ -32,6 +32,8 @@ class RunningAnswers:
         Gives the host's time, s.
     delay
         Of the source's own filter, s.
+    radius
+        Of the thing, m, as told: infinite for a flat one, NaN where it is not told.
     """
 
     def __init__(
@@ -40,13 +42,15 @@ class RunningAnswers:
         layout: Layout,
         clock: Callable[[], float],
         delay: float = 0.0,
+        radius: float = np.nan,
     ) -> None:
         self._model = model
         self._delay = delay
         self._clock = clock
         self._rate = layout.rate
         self._longest = moments(layout.rate)[-1]
-        self._stream = TouchStream(layout)
+        self._stream = TouchStream(layout, radius)
+        self._radius = None if np.isnan(radius) else radius
         self._known: NDArray[np.float64] | None = None
         self._first: Contact | None = None
         self._second: Contact | None = None
@@ -132,6 +136,7 @@ class RunningAnswers:
                 half_width=float(half[i]),
                 strange=bool(given.strange[i]),
                 samples=int(touches.valid[i]),
+                radius=self._radius,
                 duration=int(touches.valid[i]) / self._rate,
                 complete=int(known[i]),
                 epoch=block.epoch,

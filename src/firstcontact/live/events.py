@@ -113,11 +113,14 @@ class Running(Answer):
         interval may not hold.
     samples
         That it was made from, after the contact.
+    radius
+        Of the thing, m, as somebody told it: infinite for a flat one, None where nobody did.
     """
 
     half_width: float
     strange: bool
     samples: int
+    radius: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -57,6 +57,12 @@ class Pipeline:
     delay
         Of the source's own filter, s: counted in all that is said to come after a contact.
 
+    Attributes
+    ----------
+    radius
+        Of what is pinched next, m, as somebody tells it: infinite for a flat thing, NaN where
+        nobody does. It holds from the next closing on.
+
     Raises
     ------
     InputError
@@ -95,6 +101,7 @@ class Pipeline:
         self.layout = layout
         self.ledger = Ledger(layout.rate, delay)
         self._delay = delay
+        self.radius = math.nan
         self._models = {a.model.spec.duration: a for a in models}
         if len(self._models) < len(models):
             raise InputError(
@@ -135,6 +142,11 @@ class Pipeline:
             yield from self._work(host)
 
     @property
+    def answers_at_any_time(self) -> bool:
+        """Whether there is an any-time model."""
+        return self._anytime is not None
+
+    @property
     def closing(self) -> bool:
         """Whether a closing is going on."""
         return self._closings.open
@@ -171,7 +183,7 @@ class Pipeline:
     def _running(self) -> RunningAnswers | None:
         if self._anytime is None:
             return None
-        return RunningAnswers(self._anytime, self.layout, self._clock, self._delay)
+        return RunningAnswers(self._anytime, self.layout, self._clock, self._delay, self.radius)
 
     def _work(self, host: float) -> Iterator[Event]:
         began = self._clock()

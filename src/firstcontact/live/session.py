@@ -8,6 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Protocol
 
+from firstcontact.anytime.told_shape import in_words, radius_of
 from firstcontact.core import Block, Calibration, Contact, InputError, joined
 from firstcontact.device import Arrival, Source
 from firstcontact.device.recorder import Recorder, RecorderStatus
@@ -58,6 +59,14 @@ class LiveSession:
         Goes into their headers.
     hand
         Takes what viewers ask of the hand; None where none is driven.
+    shape
+        Of every object whose shape no viewer tells, as
+        :func:`firstcontact.anytime.told_shape.radius_of` reads it; "" tells none.
+
+    Raises
+    ------
+    InputError
+        A shape that cannot be told, or no model that could use it.
     """
 
     def __init__(
@@ -68,7 +77,9 @@ class LiveSession:
         recordings: Path = Path(),
         calibration: Calibration | None = None,
         hand: HandRequests | None = None,
+        shape: str = "",
     ) -> None:
+        self._shape = shape
         self.source = source
         self._hand = hand
         self.pipeline = pipeline
@@ -85,6 +96,8 @@ class LiveSession:
         self._events: list[Event] = []
         self._pinched = Pinched()
         self._figures: Mapping[str, float] = {}
+        if shape:
+            self.tell_shape(shape)
 
     def run(
         self,
@@ -189,6 +202,30 @@ class LiveSession:
     def new_object(self) -> None:
         """The next pinch is of another object."""
         self._pinched.anew()
+        self.pipeline.radius = radius_of(self._shape)
+
+    @property
+    def shapes(self) -> bool:
+        """Whether it is of use to tell the shape of what is pinched."""
+        return self.pipeline.answers_at_any_time
+
+    def tell_shape(self, text: str) -> str:
+        """The object that is pinched from the next closing on has this shape.
+
+        Returns
+        -------
+        str
+            What was understood, "" where no shape is told any more.
+
+        Raises
+        ------
+        InputError
+            No shape that can be told, or no model that could use it.
+        """
+        if not self.shapes:
+            raise InputError("no any-time model answers here: leave the shape out, it is of no use")
+        self.pipeline.radius = radius_of(text)
+        return in_words(self.pipeline.radius)
 
     def hand_asks(self) -> tuple[Ask, ...]:
         """What the hand can be asked; nothing where none is driven."""

@@ -89,3 +89,10 @@ class Controls(Protocol):
 
     def new_object(self) -> None:
         """The next pinch is of another object: nothing is combined across."""
+
+    @property
+    def shapes(self) -> bool:
+        """Whether it is of use to tell the shape of what is pinched."""
+
+    def tell_shape(self, text: str) -> str:
+        """What is pinched next has this shape; what was understood, or InputError."""

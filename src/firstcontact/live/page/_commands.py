@@ -27,9 +27,9 @@ OPEN = b'{"do":"open"}'
 
 @dataclass(frozen=True, slots=True)
 class Wish:
-    """A viewer's message; ``text`` is a marker's, and cut to what a device sets."""
+    """A viewer's message; ``text`` is a marker's, cut to what a device sets, or a shape."""
 
-    do: Literal["record", "stop", "mark", "new", "close", "open"]
+    do: Literal["record", "stop", "mark", "new", "shape", "close", "open"]
     text: Annotated[str, msgspec.Meta(max_length=1000)] = ""
 
 
@@ -111,6 +111,9 @@ class Commands:
             case "new":
                 controls.new_object()
                 return "The next pinch is of a new object."
+            case "shape":
+                told = controls.tell_shape(wish.text)
+                return f"Shape of what is pinched next: {told or 'not known'}."
             case "mark":
                 word = marker_text(wish.text.strip()).decode().strip()
                 if not word:

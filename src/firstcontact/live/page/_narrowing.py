@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from firstcontact.anytime.told_shape import in_words
 from firstcontact.live.events import Case, PinchDone, Running, SameObject, Settled
 from firstcontact.live.page._closeup import finger_place
 from firstcontact.live.page._pinches import timing, value
@@ -68,6 +69,7 @@ class Narrowing:
             "timing": timing(answer, self._rate),
             "contact": answer.contact.sample,
             "strange": answer.strange,
+            "told": in_words(answer.radius),
             "used": True,
             "case": Case.IN_TIME.name,
             "answers": [

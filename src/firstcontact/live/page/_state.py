@@ -105,6 +105,7 @@ class State:
             "landmarks": {name: float(shore) for name, shore in landmarks.items()},
             "controls": controls is not None,
             "hand_asks": [] if controls is None else [a.value for a in controls.hand_asks()],
+            "shapes": controls is not None and controls.shapes,
         }
         #: What does not change while the source is open, JSON.
         self.hello = json.dumps(hello, allow_nan=False)

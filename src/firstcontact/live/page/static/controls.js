@@ -15,6 +15,10 @@ export class Controls {
       const plain = !(event.ctrlKey || event.metaKey || event.altKey || event.repeat);
       if (event.key.toLowerCase() === "n" && plain && !typing && !byId("same").hidden) this.ask({ do: "new" });
     });
+    byId("shape-form").onsubmit = (event) => {
+      event.preventDefault();
+      this.ask({ do: "shape", text: byId("shape").value.trim() });
+    };
     byId("controls").onsubmit = (event) => {
       event.preventDefault();
       const text = byId("marker").value.trim();
@@ -29,7 +33,7 @@ export class Controls {
   }
 
   enable(yes) {
-    for (const id of ["record", "mark", "marker", "new-object"]) byId(id).disabled = !yes;
+    for (const id of ["record", "mark", "marker", "new-object", "shape", "tell-shape"]) byId(id).disabled = !yes;
   }
 
   // What the recorder does now is not known, so nothing is claimed.
@@ -45,6 +49,7 @@ export class Controls {
 
   answer(answer) {
     if (answer.ok && answer.do === "mark") byId("marker").value = "";
+    if (answer.ok && answer.do === "new") byId("shape").value = "";
     this.say(answer.text, !answer.ok);
   }
 

@@ -22,6 +22,7 @@ export class Estimate {
     this.clear();
     byId("same").hidden = true;
     byId("new-object").hidden = !hello.controls;
+    byId("shape-form").hidden = !hello.shapes;
   }
 
   clear() {
@@ -55,7 +56,8 @@ export class Estimate {
     // What it promises, and for what: other things lie outside far more often.
     setText(byId("sure"), level > 0 ? `${number(100 * level)} % on things like those learned` : "");
     const heard = now.answers ? ` · ${number(now.answers.at(-1)?.ms ?? 0)} ms heard` : "";
-    setText(byId("felt"), `${FINGER_NAMES[now.finger]} first${heard}`);
+    const told = now.told ? ` · told: ${now.told}` : "";
+    setText(byId("felt"), `${FINGER_NAMES[now.finger]} first${heard}${told}`);
     byId("strange").hidden = !now.strange;
     const early = now.case === "IN_TIME";
     verdict.className = early ? "verdict good" : "verdict late";

@@ -18,10 +18,20 @@ WARN = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
 PLAIN = ("-O2", "-ffp-contract=off")
 M7 = ("-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard")
 ARM = "arm-none-eabi-"
+#: Stops at the first thing that C leaves undefined; without PIE as in the firmware's Makefile.
+STRICT = (
+    "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-no-pie", "-fno-pie",
+)  # fmt: skip
 #: What a window is answered with: see windows.c.
 ANSWER = np.dtype(
     [("value", "f8"), ("low", "f8"), ("high", "f8"), ("chosen", "i4"), ("status", "i4"),
      ("instructions", "u4"), ("spare", "u4")]
+)  # fmt: skip
+
+#: What a closing is answered with: see closings.c.
+FOUND = np.dtype(
+    [("found", "i4"), ("contact", [("channel", "i4"), ("sample", "u4"), ("known", "u4")], 2),
+     ("dearest", "u4"), ("whole", "u4"), ("settling", "u4")]
 )  # fmt: skip
 
 
@@ -117,3 +127,14 @@ def same(native: NDArray[np.void], m7: NDArray[np.void]) -> bool:
     for records in plain:
         records["instructions"] = 0
     return plain[0].tobytes() == plain[1].tobytes()
+
+
+def closings(volts: Sequence[NDArray[np.float64]]) -> bytes:
+    """Closings (samples, channels) as closings.c reads them."""
+    return b"".join(np.uint32(len(v)).tobytes() + v.tobytes() for v in volts)
+
+
+def contacts(raw: bytes) -> list[list[tuple[int, int, int]]]:
+    """Of each closing: channel, sample of the contact, sample after which it was known."""
+    records = np.frombuffer(raw, FOUND)
+    return [[tuple(map(int, c)) for c in r["contact"][: r["found"]]] for r in records]

@@ -16,10 +16,6 @@ from firstcontact.stiffness import ESTIMATORS, Interval, Model, Task, make_estim
 from firstcontact.testing._windows import RATE, toy_windows
 
 EACH = [(name, task) for name, kind in ESTIMATORS.items() for task in kind.tasks]
-#: Stops at the first thing that C leaves undefined; without PIE as in the firmware's Makefile.
-STRICT = (
-    "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-no-pie", "-fno-pie",
-)  # fmt: skip
 INTERVAL = Interval(0.9, edges=(20.0, 40.0), half_widths=(1.0, 2.5, 4.0))
 
 
@@ -95,7 +91,7 @@ def test_c_answers_as_python_does(name: str, task: Task, tmp_path: Path) -> None
     X = toy_windows(40, seed=8)[0]
     X = np.concatenate([X, malformed(X)])
     data = X.tobytes()
-    native = building.ask_native(built.native(tmp_path / "native", *STRICT), data, tmp_path)
+    native = building.ask_native(built.native(tmp_path / "native", *building.STRICT), data, tmp_path)
     assert_parity(named, X, building.answers(native))
     if building.emulator_there():
         m7 = building.ask_m7(built.m7(tmp_path / "m7.elf"), data, tmp_path)

@@ -68,10 +68,28 @@ def left(x: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.flo
 @lru_cache(maxsize=64)
 def _edges(n: int, rate: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     """Where the parts of a window begin, quiet first, and how long each is with all after it."""
+    lengths = parts(rate)
+    return np.array([0, *(n - k for k in lengths[::-1])]), np.array(lengths[:-1], dtype=np.float64)
+
+
+def parts(rate: float) -> list[int]:
+    """Samples in the newest parts, ascending, and last in what is not quiet any more."""
     lengths: list[int] = []
     for part in (*PARTS, RECENT):
         lengths.append(max(samples_in(part, rate), lengths[-1] + 1 if lengths else 1))
-    return np.array([0, *(n - k for k in lengths[::-1])]), np.array(lengths[:-1], dtype=np.float64)
+    return lengths
+
+
+def of_logarithms(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Weights of the logarithms that :func:`loudness_features` takes differences of.
+
+    Of each signal: the newest parts, the quiet part, what lies between, the highest peak, the
+    quiet part's. Shape (2 * EACH,) to (2, EACH + 1).
+    """
+    out = []
+    for quiet, *newest, between, peak in weights.reshape(2, EACH):
+        out.append([*newest, quiet - sum(newest) - between, between, peak, -peak])
+    return np.array(out)
 
 
 def loudness_features(

@@ -15,7 +15,16 @@ from firstcontact.contact._logistic_training import (
     looks_of,
     scores,
 )
-from firstcontact.contact._loudness import EACH, ORDER, loudness_features, prediction
+from firstcontact.contact._loudness import (
+    EACH,
+    FLOOR,
+    ORDER,
+    RIDGE,
+    loudness_features,
+    of_logarithms,
+    parts,
+    prediction,
+)
 from firstcontact.contact._trained import TrainedDetector, spread_out
 from firstcontact.contact._training import session_groups
 from firstcontact.contact.closing_start import closings
@@ -23,6 +32,7 @@ from firstcontact.contact.registry import unfitted
 from firstcontact.core.errors import InputError
 from firstcontact.core.palette import GREEN
 from firstcontact.core.pinch import Dataset
+from firstcontact.core.program import Constants, Judgement
 
 #: A look is worth taking where the newest samples hold one so many sigmas from the mean.
 AWAKE = 3.0
@@ -131,6 +141,28 @@ class LogisticDetector(TrainedDetector):
                 scores(loudness_features(look, weights[still], self._rate), self._line) > 0.0
             )
         return above.reshape(n, fingers)
+
+    def judgement(self, rate: float) -> Judgement:
+        """The line in logarithms of levels, whose sums grow from sample to sample."""
+        self._require_training("there is nothing to export")
+        assert self._line is not None
+        sizes = self.sizes(rate)
+        *lengths, recent = parts(rate)
+        look = sizes.window - (LOOKS - 1) * sizes.step
+        quiet, ring = look - recent, 1 << sizes.window.bit_length()
+        line = of_logarithms(self._line[:-1])
+        constants: Constants = {
+            "awake": AWAKE,
+            "floor": FLOOR,
+            "ridge": RIDGE,
+            "bias": float(self._line[-1]),
+            "recent": recent,
+            "lengths": np.array(lengths, np.int32),
+            "line": line.ravel(),
+        }
+        doubles = ORDER + 1 + 4 * ring + 3 * (2 * quiet + 3) + 4 * LOOKS + 1
+        lengths_of = {"FC_LOOK": look, "FC_LOOKS": LOOKS, "FC_QUIET": quiet}
+        return Judgement("loudness", constants, lengths_of, doubles)
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
         """The line, its threshold taken off, and the rate.

@@ -18,6 +18,7 @@ from firstcontact.core.block import Block
 from firstcontact.core.errors import InputError
 from firstcontact.core.layout import ChannelKind, Finger, Layout, Physical
 from firstcontact.core.palette import SKY
+from firstcontact.core.program import Judgement
 from firstcontact.core.pinch import Contact, Dataset
 from firstcontact.signal import AsSent, samples_in
 
@@ -146,6 +147,19 @@ class WindowDetector(ABC):
             Shape (windows,); of each it may depend on the samples of its window only.
         """
         return np.ones(len(ends), np.bool_)
+
+    def judgement(self, rate: float) -> Judgement:
+        """The same judgement sample by sample, at a rate in Hz, for where there is no Python.
+
+        Raises
+        ------
+        InputError
+            It has no such form.
+        """
+        raise InputError(
+            f"the detector {self.name!r} is not described sample by sample, which an export "
+            "needs: train with another --detector"
+        )
 
     @classmethod
     def sizes(cls, rate: float) -> WindowSizes:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from firstcontact.contact.stream import WindowDetector
 from firstcontact.core.errors import InputError
 from firstcontact.core.palette import ORANGE
+from firstcontact.core.program import Judgement
 
 #: No height above this can be meant.
 HIGHEST = 1e6
@@ -60,3 +61,7 @@ class ThresholdDetector(WindowDetector):
         """Say which windows hold a crossing in their newest part."""
         new = windows[:, :, -self._sizes.step :]
         return np.asarray(np.abs(new).max(axis=2) > self.sigmas)
+
+    def judgement(self, rate: float) -> Judgement:
+        """The height alone."""
+        return Judgement("crossing", {"sigmas": self.sigmas}, {}, 1)

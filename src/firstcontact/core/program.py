@@ -90,3 +90,25 @@ class Program:
         if name == INPUT:
             return self.inputs
         return next(step.size for step in self.steps if step.gives == name)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judgement:
+    """How a detector judges windows, as a kernel that is fed sample by sample.
+
+    Parameters
+    ----------
+    kernel
+        Name of the kernel.
+    constants
+        As of a :class:`Step`, arrays of float64 among them.
+    sizes
+        Lengths in samples that its memory depends on, by the names that the kernel has for them.
+    doubles
+        Numbers of 8 bytes that it keeps of each channel.
+    """
+
+    kernel: str
+    constants: Constants
+    sizes: Mapping[str, int]
+    doubles: int

@@ -2,39 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from firstcontact.core.program import INPUT, Program
+from firstcontact.embedded._c_unit import CUnit
 from firstcontact.embedded._c_text import c_struct, constant_bytes
 from firstcontact.embedded.trained import NamedModel
 from firstcontact.stiffness.interval import Interval
 
 
-@dataclass(frozen=True, slots=True)
-class CUnit:
-    """A pair of files.
-
-    Parameters
-    ----------
-    name
-        Of both, without their endings.
-    header, source
-        Their texts.
-    constants, memory
-        Bytes of constants and of static memory.
-    instructions
-        About how many one answer takes.
-    """
-
-    name: str
-    header: str
-    source: str
-    constants: int
-    memory: int
-    instructions: int
-
+#: Files that every model of a window needs.
+FIXED = ("fc_model", "fc_steps")
 
 _HEADER = """\
 /* {about}
@@ -141,7 +119,7 @@ def write_model(named: NamedModel) -> CUnit:
         calls="\n".join(calls),
         model=c_struct("fc_model", "model", fields),
     )
-    return CUnit(f"fc_{name}", header, source, constants, memory, program.instructions)
+    return CUnit(f"fc_{name}", header, source, constants, memory, program.instructions, FIXED)
 
 
 def _interval(interval: Interval | None) -> dict[str, int | float | str | np.ndarray]:

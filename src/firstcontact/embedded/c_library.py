@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from importlib.resources import files
 from pathlib import Path
 
 from firstcontact import __version__
 from firstcontact.core import InputError
-from firstcontact.embedded._c_model import CUnit, write_model
+from firstcontact.embedded._c_detector import write_detector
+from firstcontact.embedded._c_model import write_model
+from firstcontact.embedded._c_unit import CUnit
 from firstcontact.embedded._sketch import sketch
 from firstcontact.embedded.exporters import ModelExporter
 from firstcontact.embedded.trained import Trained
@@ -29,13 +32,17 @@ includes={includes}
 """
 
 
-def fixed_sources() -> dict[str, str]:
-    """The files that are the same for all models, by name."""
+#: Headers that files of others include.
+_SHARED = ("fc_math", "fc_flash")
+
+
+def fixed_sources(names: Collection[str]) -> dict[str, str]:
+    """Those files that are the same for all and have these names, ending left out, by name."""
     folder = files("firstcontact.embedded") / "c"
     return {
         entry.name: entry.read_text(encoding="utf-8")
         for entry in sorted(folder.iterdir(), key=lambda e: e.name)
-        if entry.name.endswith((".c", ".h"))
+        if entry.name.rpartition(".")[0] in {*names, *_SHARED}
     }
 
 
@@ -47,7 +54,8 @@ def units_of(trained: Trained) -> list[CUnit]:
     InputError
         Names what cannot be written in C, and why.
     """
-    return [write_model(named) for named in trained.models]
+    units = [write_model(named) for named in trained.models]
+    return units + ([] if trained.detector is None else [write_detector(trained.detector)])
 
 
 def write(trained: Trained, out: Path) -> list[str]:
@@ -58,7 +66,7 @@ def write(trained: Trained, out: Path) -> list[str]:
     source, example = out / "src", out / "examples" / "cycles"
     source.mkdir()
     example.mkdir(parents=True)
-    for name, text in fixed_sources().items():
+    for name, text in fixed_sources({name for unit in units for name in unit.fixed}).items():
         (source / name).write_text(text, encoding="utf-8")
     for unit in units:
         (source / f"{unit.name}.h").write_text(unit.header, encoding="utf-8")
@@ -69,11 +77,12 @@ def write(trained: Trained, out: Path) -> list[str]:
     )
     (out / "library.properties").write_text(properties, encoding="utf-8")
     (example / "cycles.ino").write_text(sketch(trained), encoding="utf-8")
-    return [
-        f"{unit.name}: {unit.constants} bytes of constants, {unit.memory} of memory, about "
-        f"{unit.instructions} instructions"
-        for unit in units
-    ]
+    return [_said(unit) for unit in units]
+
+
+def _said(unit: CUnit) -> str:
+    took = f", about {unit.instructions} instructions" * bool(unit.instructions)
+    return f"{unit.name}: {unit.constants} bytes of constants, {unit.memory} of memory{took}"
 
 
 C = ModelExporter("c", write)

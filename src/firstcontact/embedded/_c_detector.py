@@ -1,0 +1,83 @@
+"""A detector in C: the sizes of its memory, and what its judge has learned."""
+
+from __future__ import annotations
+
+from firstcontact.contact import Detector
+from firstcontact.contact.stream import WindowDetector
+from firstcontact.core import InputError
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.embedded._c_text import c_struct, constant_bytes
+from firstcontact.embedded._c_unit import CUnit
+
+#: Channels of a fingertip pair; whoever compiles may say another number.
+CHANNELS = 2
+
+_HEADER = """\
+/* Sizes of the detector {name} at {rate:g} Hz, in samples.
+   Written by `firstcontact export-model`: do not edit.
+
+   Constants {constants} bytes; static memory about {memory} bytes for {channels} channels: one
+   fc_detector. Nothing on a heap. */
+#ifndef FC_DETECTOR_SIZES_H
+#define FC_DETECTOR_SIZES_H
+
+#define FC_JUDGE_HEADER "fc_judge_{kernel}.h"
+
+#ifndef FC_CHANNELS
+#define FC_CHANNELS {channels}
+#endif
+
+enum {{
+{sizes}
+}};
+
+#endif
+"""
+
+_SOURCE = """\
+/* What the detector {name} has learned. Written by `firstcontact export-model`: do not edit. */
+#include <stdint.h>
+
+#include "fc_detector_sizes.h"
+#include "fc_flash.h"
+
+#include FC_JUDGE_HEADER
+
+{constants}"""
+
+
+def write_detector(detector: Detector) -> CUnit:
+    """The C of a detector; InputError where it is not described sample by sample."""
+    if not isinstance(detector, WindowDetector):
+        raise InputError(
+            f"the detector {detector.name!r} does not judge windows, and C is written of those "
+            "that do: train with another --detector"
+        )
+    rate = detector.rate or FINGERTIP_RATE
+    lengths, judgement = detector.sizes(rate), detector.judgement(rate)
+    ring = 1 << lengths.window.bit_length()
+    sizes = {
+        "FC_WINDOW": lengths.window,
+        "FC_STEP": lengths.step,
+        "FC_STEADY": lengths.steady,
+        "FC_SEARCH": detector.reach * lengths.step,
+        "FC_RING": ring,
+        **judgement.sizes,
+    }
+    constants = constant_bytes(judgement.constants)
+    memory = 8 * CHANNELS * (ring + lengths.steady + 3 + judgement.doubles) + 16
+    header = _HEADER.format(
+        name=detector.name,
+        rate=rate,
+        kernel=judgement.kernel,
+        channels=CHANNELS,
+        constants=constants,
+        memory=memory,
+        sizes=",\n".join(f"    {name} = {value}" for name, value in sizes.items()),
+    )
+    # Seen by the judge's own file, too: not static as other constants are.
+    text = c_struct(f"fc_{judgement.kernel}", "fc_judge_constants", judgement.constants)
+    text = text.replace("static const fc_", "const fc_")
+    source = _SOURCE.format(name=detector.name, constants=text)
+    fixed = ("fc_detector", "fc_onset", f"fc_judge_{judgement.kernel}")
+    return CUnit("fc_detector_sizes", header, source, constants, memory, 0, fixed)

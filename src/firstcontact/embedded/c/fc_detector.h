@@ -1,0 +1,52 @@
+/* Finds contacts in a stream of samples: one sample of all channels in, contacts out.
+
+   Memory is one fc_detector; what it holds beside the stream is the judge's (fc_judge_*.h). */
+#ifndef FC_DETECTOR_H
+#define FC_DETECTOR_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "fc_detector_sizes.h"
+
+#include FC_JUDGE_HEADER
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct {
+    int32_t channel;
+    uint32_t sample; /* at which the contact began */
+    uint32_t known;  /* after which it was known */
+} fc_contact;
+
+typedef struct {
+    double past[FC_RING];      /* in sigmas of the steady state, sample n at n % FC_RING */
+    double steady[FC_STEADY];  /* volts until the steady state is known */
+    double mean, sigma;        /* sigma is 0 for a channel that does not move */
+    bool latched;
+    fc_judge judge;
+} fc_channel;
+
+typedef struct {
+    fc_channel channel[FC_CHANNELS];
+    uint32_t next;       /* number of the next sample */
+    uint32_t count;      /* samples since the stream began anew */
+    uint32_t window_end; /* count at which the next window is whole */
+} fc_detector;
+
+/* A closing begins: nothing is held, and the next sample has this number. */
+void fc_detector_start(fc_detector *d, uint32_t next);
+
+/* Samples were lost: the steady state is measured anew, what is held stays held. */
+void fc_detector_gap(fc_detector *d, uint32_t next);
+
+/* One sample of each channel, V as the fingertip sends it; room for FC_CHANNELS contacts.
+   Returns how many there are, the earlier first. A value that is not finite is a gap. */
+int32_t fc_detector_take(fc_detector *d, const double *volts, fc_contact *contacts);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,10 @@
+/* Where in a window a contact began: the split into quiet and loud that explains it best. */
+#ifndef FC_ONSET_H
+#define FC_ONSET_H
+
+#include <stdint.h>
+
+/* past: ring of the last samples; end: one after the window's last. Samples from the onset on. */
+uint32_t fc_onset(const double *past, uint32_t end);
+
+#endif

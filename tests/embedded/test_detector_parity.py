@@ -1,0 +1,73 @@
+"""Every detector in C: the contacts of Python, on two machines, whatever is lost in between."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import building
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from firstcontact.contact import DETECTORS, Detector, make_detector
+from firstcontact.core import Block, Dataset, InputError, Pinch
+from firstcontact.embedded import c_library
+from firstcontact.embedded.trained import Trained
+from firstcontact.testing.closings import closing
+
+Contacts = list[tuple[int, int, int]]
+
+
+def trained(name: str) -> Detector:
+    pinches = tuple(closing(seed) for seed in range(24))
+    return make_detector(name).fit(Dataset(pinches))
+
+
+def python_finds(detector: Detector, pinch: Pinch, volts: NDArray[np.float64]) -> Contacts:
+    detector.start(pinch.layout)
+    fingers = pinch.layout.vibration_fingers
+    found = detector.update(Block(volts, 0))
+    return [(fingers.index(c.finger), c.sample, c.decided) for c in found]
+
+
+def spoilt(volts: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """As it is, with values that are no numbers, with a dead channel, at the converter's end."""
+    lost, dead, ended = volts.copy(), volts.copy(), volts.copy()
+    lost[len(lost) // 3, 0] = np.nan
+    lost[-40, 1] = np.inf
+    dead[:, 1] = 0.25
+    ended = np.clip(ended, -np.ptp(volts) / 8, np.ptp(volts) / 8)
+    return [volts, lost, dead, ended]
+
+
+@pytest.mark.parametrize("name", DETECTORS)
+def test_c_finds_the_contacts_of_python(name: str, tmp_path: Path) -> None:
+    detector = trained(name)
+    library = tmp_path / "library"
+    library.mkdir()
+    try:
+        c_library.write(Trained(detector=detector), library)
+    except InputError as error:
+        pytest.skip(f"{name}: {error}")
+    asked, wanted = [], []
+    for seed in range(100, 112):
+        pinch = closing(seed)
+        columns = pinch.layout.physical(pinch.data, (0, 1))
+        for volts in spoilt(np.ascontiguousarray(columns, np.float64)):
+            asked.append(volts)
+            wanted.append(python_finds(detector, pinch, volts))
+    built = building.Program("closings.c", library / "src", {})
+    data = building.closings(asked)
+    native = building.ask_native(built.native(tmp_path / "native", *building.STRICT), data, tmp_path)
+    assert building.contacts(native) == wanted
+    assert any(wanted)
+    if building.emulator_there():
+        m7 = building.ask_m7(built.m7(tmp_path / "m7.elf"), data, tmp_path)
+        assert building.contacts(m7) == wanted
+
+
+def test_a_detector_says_what_it_costs_at_its_top(tmp_path: Path) -> None:
+    c_library.write(Trained(detector=trained(DETECTORS.default)), tmp_path)
+    top = (tmp_path / "src" / "fc_detector_sizes.h").read_text(encoding="utf-8")[:400]
+    assert "static memory about" in top
+    assert not (tmp_path / "src" / "fc_model.c").exists()

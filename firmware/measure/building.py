@@ -33,6 +33,11 @@ FOUND = np.dtype(
     [("found", "i4"), ("contact", [("channel", "i4"), ("sample", "u4"), ("known", "u4")], 2),
      ("dearest", "u4"), ("whole", "u4"), ("settling", "u4")]
 )  # fmt: skip
+#: What a touch is answered with at a moment: see touches.c.
+RUNNING = np.dtype(
+    [("value", "f8"), ("spread", "f8"), ("low", "f8"), ("high", "f8"), ("samples", "i4"),
+     ("status", "i4"), ("strange", "i4"), ("instructions", "u4")]
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -61,8 +66,9 @@ class Program:
         ours = [str(path) for path in sorted(self.sources.glob("*.c"))]
         return [*told, f"-I{HERE}", f"-I{self.sources}", str(HERE / self.main), *ours, *self.more]
 
-    def native(self, to: Path, *options: str) -> Path:
-        """Build for this machine."""
+    def native(self, to: Path, strict: bool = False) -> Path:
+        """Build for this machine; ``strict`` stops at the first thing that C leaves undefined."""
+        options = STRICT if strict else ()
         run(["gcc", *WARN, *PLAIN, *options, *self._common(), str(HERE / "machine_native.c"),
              "-lm", "-o", str(to)])  # fmt: skip
         return to
@@ -138,3 +144,15 @@ def contacts(raw: bytes) -> list[list[tuple[int, int, int]]]:
     """Of each closing: channel, sample of the contact, sample after which it was known."""
     records = np.frombuffer(raw, FOUND)
     return [[tuple(map(int, c)) for c in r["contact"][: r["found"]]] for r in records]
+
+
+def touches(
+    signals: NDArray[np.float32],
+    valid: NDArray[np.intp],
+    fingers: NDArray[np.intp],
+    moments: Sequence[int],
+) -> bytes:
+    """Contacts as touches.c reads them."""
+    head = np.array([len(moments), *moments], np.int32).tobytes()
+    each = zip(signals, valid, fingers, strict=True)
+    return head + b"".join(np.array([f, n], np.int32).tobytes() + s.tobytes() for s, n, f in each)

@@ -58,7 +58,7 @@ def test_c_finds_the_contacts_of_python(name: str, tmp_path: Path) -> None:
             wanted.append(python_finds(detector, pinch, volts))
     built = building.Program("closings.c", library / "src", {})
     data = building.closings(asked)
-    native = building.ask_native(built.native(tmp_path / "native", *building.STRICT), data, tmp_path)
+    native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
     assert building.contacts(native) == wanted
     assert any(wanted)
     if building.emulator_there():

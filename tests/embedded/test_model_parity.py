@@ -91,7 +91,7 @@ def test_c_answers_as_python_does(name: str, task: Task, tmp_path: Path) -> None
     X = toy_windows(40, seed=8)[0]
     X = np.concatenate([X, malformed(X)])
     data = X.tobytes()
-    native = building.ask_native(built.native(tmp_path / "native", *building.STRICT), data, tmp_path)
+    native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
     assert_parity(named, X, building.answers(native))
     if building.emulator_there():
         m7 = building.ask_m7(built.m7(tmp_path / "m7.elf"), data, tmp_path)

@@ -76,6 +76,20 @@ class InContextModel(AnytimeModel):
         """The pre-trained network."""
         return self._network
 
+    @property
+    def familiar(self) -> Familiar:
+        """What contacts are like that it learned from."""
+        return self._familiar
+
+    @property
+    def factors(self) -> NDArray[np.float64]:
+        """Half width of the interval in spreads at each stage, shape (stages,)."""
+        return self._factors
+
+    def context(self, finger: int) -> Context:
+        """What the network makes of a rig."""
+        return self._contexts[finger]
+
     def half_widths(
         self, spreads: Values, samples: NDArray[np.intp] | int, rate: float = FINGERTIP_RATE
     ) -> Values:
@@ -94,7 +108,7 @@ class InContextModel(AnytimeModel):
     def known(self, touches: Touches) -> NDArray[np.float64]:
         """What :meth:`answers` needs to know beside the signal after the contacts."""
         out = np.empty((len(touches), BESIDE))
-        for finger, which in self._by_rig(touches):
+        for finger, which in self.by_rig(touches):
             out[which] = beside(touches.take(which), self.rigs[finger])
         return out
 
@@ -106,7 +120,7 @@ class InContextModel(AnytimeModel):
         strange = np.zeros(n, np.bool_)
         told = self.known(touches) if known is None else known
         stages = stage_of(touches.valid, touches.rate)
-        for finger, which in self._by_rig(touches):
+        for finger, which in self.by_rig(touches):
             rig = self.rigs[finger]
             its = touches if len(which) == n else touches.take(which)
             level, sign = np.full(len(its), rig.level), np.full(len(its), rig.sign)
@@ -136,7 +150,8 @@ class InContextModel(AnytimeModel):
                 f"{touches.valid.min()} are there: wait for more"
             )
 
-    def _by_rig(self, touches: Touches) -> list[tuple[int, NDArray[np.intp]]]:
+    def by_rig(self, touches: Touches) -> list[tuple[int, NDArray[np.intp]]]:
+        """Numbers of rigs, and which touches are of each."""
         numbers = [f if f in self.rigs else ANY for f in touches.fingers.tolist()]
         if len(set(numbers)) == 1:
             return [(numbers[0], np.arange(len(numbers)))]

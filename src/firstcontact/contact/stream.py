@@ -18,8 +18,8 @@ from firstcontact.core.block import Block
 from firstcontact.core.errors import InputError
 from firstcontact.core.layout import ChannelKind, Finger, Layout, Physical
 from firstcontact.core.palette import SKY
-from firstcontact.core.program import Judgement
 from firstcontact.core.pinch import Contact, Dataset
+from firstcontact.core.program import Judgement
 from firstcontact.signal import AsSent, samples_in
 
 #: Longest piece of a block that is worked on at once, samples: bounds the memory.

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from firstcontact.core.program import INPUT, Program
-from firstcontact.embedded._c_unit import CUnit
 from firstcontact.embedded._c_text import c_struct, constant_bytes
+from firstcontact.embedded._c_unit import CUnit
 from firstcontact.embedded.trained import NamedModel
 from firstcontact.stiffness.interval import Interval
-
 
 #: Files that every model of a window needs.
 FIXED = ("fc_model", "fc_steps")

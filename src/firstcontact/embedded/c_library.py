@@ -8,6 +8,7 @@ from pathlib import Path
 
 from firstcontact import __version__
 from firstcontact.core import InputError
+from firstcontact.embedded._c_anytime import write_anytime
 from firstcontact.embedded._c_detector import write_detector
 from firstcontact.embedded._c_model import write_model
 from firstcontact.embedded._c_unit import CUnit
@@ -55,7 +56,11 @@ def units_of(trained: Trained) -> list[CUnit]:
         Names what cannot be written in C, and why.
     """
     units = [write_model(named) for named in trained.models]
-    return units + ([] if trained.detector is None else [write_detector(trained.detector)])
+    if trained.detector is not None:
+        units.append(write_detector(trained.detector))
+    if trained.anytime is not None:
+        units.extend(write_anytime(trained.anytime))
+    return units
 
 
 def write(trained: Trained, out: Path) -> list[str]:
@@ -70,7 +75,8 @@ def write(trained: Trained, out: Path) -> list[str]:
         (source / name).write_text(text, encoding="utf-8")
     for unit in units:
         (source / f"{unit.name}.h").write_text(unit.header, encoding="utf-8")
-        (source / f"{unit.name}.c").write_text(unit.source, encoding="utf-8")
+        if unit.source:
+            (source / f"{unit.name}.c").write_text(unit.source, encoding="utf-8")
     includes = [f"{unit.name}.h" for unit in units]
     properties = _PROPERTIES.format(
         name=NAME, version=__version__, parts="; ".join(trained.parts), includes=",".join(includes)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from math import isfinite
 from typing import Any, ClassVar, Self
 
@@ -72,6 +72,16 @@ class Model(ABC):
             f"a model of kind {self.kind!r} does not describe its arithmetic in steps, which an "
             "export needs: train another estimator"
         )
+
+    def smaller(self, X: Windows) -> Iterator[Model]:
+        """Models that say nearly the same for less work, the smallest first; by default none.
+
+        Parameters
+        ----------
+        X
+            Windows that it learned from, for what is fitted to its answers.
+        """
+        return iter(())
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
         """Number of the class that finite outputs (n, outputs) speak for, shape (n,)."""

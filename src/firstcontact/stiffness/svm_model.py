@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import combinations
 from math import inf, log, nan, sqrt
 from typing import Any, ClassVar
@@ -14,11 +14,14 @@ from firstcontact.core import InputError, steps
 from firstcontact.core.kernel import RbfKernel
 from firstcontact.core.program import INPUT, Program
 from firstcontact.stiffness.model import ArraysModel
+from firstcontact.stiffness.reduced_set import reduced_sets
 from firstcontact.stiffness.spec import Spec, Task, Windows
 
 #: Weight of the level beside the samples of the shape, each of unit variance.
 #: With 74 samples the level then carries about a tenth of all variance.
 LEVEL_WEIGHT = 3.0
+#: Vectors of smaller machines.
+SIZES = (25, 50, 75, 100, 150, 200, 300, 500)
 
 
 def log_rms(X: Windows) -> NDArray[np.float64]:
@@ -158,6 +161,22 @@ class SvmModel(ArraysModel):
             return Program(n, chain, "decisions")
         k = len(spec.classes)
         return Program(n, (*chain, steps.votes("decisions", "votes", k)), "votes")
+
+    def smaller(self, X: Windows) -> Iterator[SvmModel]:
+        """The same with a reduced set of vectors."""
+        a = self._arrays
+        inputs = shape_and_level(X, a["level"])
+        gamma = float(self.parameters[1])
+        for chosen, weights, bias in reduced_sets(a["vectors"], gamma, a["weights"], inputs, SIZES):
+            yield SvmModel(
+                self.spec,
+                a["level"],
+                a["vectors"][chosen],
+                weights.astype(np.float32),
+                (a["bias"] + bias).astype(np.float32),
+                a["target"],
+                a["parameters"],
+            )
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
         """The class that wins most pairs."""

@@ -1,0 +1,230 @@
+"""The in-context network for a small processor: each layer through few directions, in integers.
+
+What a layer puts out for the contacts of one rig lies close to a few directions. With P the first
+of these, ``y = W x + b`` becomes ``m + P (P' (W x + b - m))``: two thin layers. Their weights are
+rounded to integers whose sums cannot overflow 32 bits. It is still a network in NumPy, and
+answers what its C answers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.anytime._features import Shape
+from firstcontact.anytime.in_context import InContextModel
+from firstcontact.anytime.inputs import network_inputs
+from firstcontact.anytime.network import Context, Matrix, Network
+from firstcontact.anytime.rig import GENERAL, Rig, stage_of
+from firstcontact.anytime.touches import Touches, lengths
+from firstcontact.core import InputError
+
+#: Layers that are made thin; the others have few weights or are gone once a rig is known.
+THIN = ("query1", "query2", "body1", "body2", "body3")
+#: Sum of the magnitudes of a row's integers: times 2^15 it stays below 2^31.
+MOST = 65_000
+#: Fewest touches that directions are found in.
+FEWEST = 40
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rounded:
+    """A layer whose weights are integers times a scale for each row.
+
+    Parameters
+    ----------
+    whole
+        int16, shape (outputs, inputs).
+    scale, bias
+        Shape (outputs,).
+    """
+
+    whole: NDArray[np.int16]
+    scale: NDArray[np.float32]
+    bias: NDArray[np.float32]
+
+    @classmethod
+    def of(cls, weight: NDArray[np.floating], bias: NDArray[np.floating]) -> Rounded:
+        """The nearest to a layer."""
+        most = np.maximum(np.abs(weight).sum(axis=1) / MOST, np.abs(weight).max(axis=1) / 32_000)
+        scale = np.maximum(most, 1e-30).astype(np.float32)
+        whole = np.rint(weight / scale[:, None]).astype(np.int16)
+        return cls(whole, scale, bias.astype(np.float32))
+
+    def __call__(self, x: Matrix) -> Matrix:
+        """What it gives for inputs (n, inputs), each row rounded to 15 bits of its largest."""
+        most = np.abs(x).max(axis=1, keepdims=True)
+        each = np.where(most > 1e-30, np.float32(32767) / np.maximum(most, 1e-30), np.float32(0))
+        steps = x * each.astype(np.float32)
+        rounded = np.trunc(steps + np.copysign(np.float32(0.5), steps)).astype(np.float64)
+        sums = (rounded @ self.whole.T.astype(np.float64)).astype(np.float32)  # exact until here
+        found: Matrix = sums * (self.scale * (most / np.float32(32767))) + self.bias
+        return found
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Thin:
+    """Two layers in place of one.
+
+    Parameters
+    ----------
+    into
+        From the inputs to the directions. Of ``body1``: from what changes with the contact; the
+        weights of what does not are in ``rest``.
+    out
+        From the directions to the outputs.
+    rest
+        Shape (directions, inputs that do not change with the contact), float32.
+    """
+
+    into: Rounded
+    out: Rounded
+    rest: Matrix
+
+
+class CompactNetwork(Network):
+    """A network whose large layers are thin.
+
+    Parameters
+    ----------
+    base
+        The pre-trained one.
+    layers
+        By name, of ``THIN``.
+    """
+
+    def __init__(self, base: Network, layers: Mapping[str, Thin]) -> None:
+        super().__init__(base.to_arrays())
+        self.thin = dict(layers)
+        answer = self._layers["answer"]
+        self.answer = Rounded.of(*answer)
+        self._hidden = len(self._layers["query1"][1])
+        self._rest = self._layers["mean"][0].shape[0]
+
+    def _linear(self, name: str, x: Matrix) -> Matrix:
+        if name == "answer":
+            return self.answer(x)
+        thin = self.thin.get(name)
+        if thin is None:
+            return super()._linear(name, x)
+        moving, fixed = self._parted(name, x)
+        return thin.out(thin.into(moving) + fixed @ thin.rest.T)
+
+    def _parted(self, name: str, x: Matrix) -> tuple[Matrix, Matrix]:
+        """Inputs of a layer that change with a contact, and those that do not."""
+        which = moving(name, x.shape[1], self._hidden, self._rest)
+        return x[:, which], x[:, ~which]
+
+    def along(self, context: Context, stage: int) -> Matrix:
+        """What a rig adds to the directions of ``body1`` at a stage, shape (directions,)."""
+        thin = self.thin["body1"]
+        rest = np.concatenate([context.mean[stage], context.general])
+        found: Matrix = thin.rest @ rest + thin.into.bias
+        return found
+
+    def scale(self, name: str) -> tuple[Matrix, Matrix]:
+        """Mean and deviation of inputs."""
+        return self._scales[name]
+
+
+def moving(name: str, inputs: int, hidden: int, mean: int) -> NDArray[np.bool_]:
+    """Which inputs of a layer change with a contact, shape (inputs,)."""
+    which = np.ones(inputs, np.bool_)
+    if name == "body1":
+        which[hidden : hidden + mean] = False
+        which[-GENERAL:] = False
+    return which
+
+
+class _Listening(Network):
+    """Keeps what its layers put out."""
+
+    def __init__(self, base: Network) -> None:
+        super().__init__(base.to_arrays())
+        self.heard: dict[str, list[Matrix]] = {name: [] for name in THIN}
+
+    def _linear(self, name: str, x: Matrix) -> Matrix:
+        out = super()._linear(name, x)
+        if name in self.heard:
+            self.heard[name].append(out.copy())
+        return out
+
+
+def deaf(model: InContextModel) -> InContextModel:
+    """The same without an ear for the motor's pitch: a spectrum for each contact costs too much."""
+    rigs = {
+        finger: Rig(rig.level, rig.sign, None, float("nan"), rig.tokens, rig.general)
+        for finger, rig in model.rigs.items()
+    }
+    return model.told_of(rigs)
+
+
+def compacted(model: InContextModel, touches: Touches, directions: int) -> InContextModel:
+    """The same model with a compact network, without an ear for the motor.
+
+    Parameters
+    ----------
+    model
+        Of the rig.
+    touches
+        Of the rig, which the directions are found in.
+    directions
+        Of each thin layer.
+
+    Raises
+    ------
+    InputError
+        Too few touches.
+    """
+    if len(touches) < FEWEST:
+        raise InputError(
+            f"{len(touches)} contacts are too few to make the any-time network small: give the "
+            f"pinches of a training, {FEWEST} or more"
+        )
+    model = deaf(model)
+    ears = _Listening(model.network)
+    first, last = lengths(touches.rate)
+    for samples in np.linspace(first, last, 7).round().astype(np.intp):
+        _ask(ears, model, touches.until(int(samples)))
+    arrays = model.network.to_arrays()
+    hidden, mean = len(arrays["query1.bias"]), len(arrays["mean.bias"])
+    layers = {}
+    for name in THIN:
+        weight, bias = arrays[f"{name}.weight"], arrays[f"{name}.bias"]
+        which = moving(name, weight.shape[1], hidden, mean)
+        layers[name] = _thin(weight, bias, np.concatenate(ears.heard[name]), which, directions)
+    network = CompactNetwork(model.network, layers)
+    return InContextModel(network, model.familiar, model.factors, model.level, model.rigs)
+
+
+def _ask(network: Network, model: InContextModel, touches: Touches) -> None:
+    """Let a network answer about touches as the model would."""
+    its = touches.take(touches.valid >= model.shortest)
+    for finger, which in model.by_rig(its):
+        rig, part = model.rigs[finger], its.take(which)
+        level, sign = np.full(len(part), rig.level), np.full(len(part), rig.sign)
+        shape = Shape.of(part.after, part.valid, level, sign)
+        x = network_inputs(shape, model.known(part))
+        stages = stage_of(part.valid, part.rate)
+        network.outputs(x, network.context(rig.tokens, rig.general), stages)
+
+
+def _thin(
+    weight: Matrix, bias: Matrix, heard: Matrix, which: NDArray[np.bool_], directions: int
+) -> Thin:
+    mean = heard.mean(axis=0, dtype=np.float64)
+    away = heard - mean
+    power, axes = np.linalg.eigh(away.T @ away / len(away))
+    first = slice(None, -1 - min(directions, len(bias)), -1)
+    # Each direction in its own deviation: rounded together, the faint ones keep their digits.
+    deviation = np.sqrt(np.maximum(power[first], 1e-12))
+    p = axes[:, first]
+    into = (p / deviation).T @ weight
+    return Thin(
+        Rounded.of(into[:, which], (p / deviation).T @ (bias - mean)),
+        Rounded.of(p * deviation, mean),
+        into[:, ~which].astype(np.float32),
+    )

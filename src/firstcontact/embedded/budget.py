@@ -1,0 +1,124 @@
+"""Models made small enough for a budget of time on the microcontroller."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from firstcontact.anytime import InContextModel, touches_of
+from firstcontact.anytime.compact import CompactNetwork, compacted
+from firstcontact.contact import detect
+from firstcontact.core import Contact, Dataset, InputError
+from firstcontact.embedded._c_anytime import instructions
+from firstcontact.embedded.trained import NamedModel, Trained
+from firstcontact.signal import contact_windows
+from firstcontact.stiffness import Model
+from firstcontact.stiffness.spec import Windows
+
+#: Clock of a Teensy 4, Hz, and cycles that an instruction is taken to last.
+CLOCK, CYCLES = 600e6, 1.5
+#: Directions of the any-time network's thin layers: what is tried, and what is taken by default.
+DIRECTIONS = (8, 12, 16, 24, 32, 48)
+USUAL_DIRECTIONS = 16
+
+
+def microseconds(count: float) -> float:
+    """How long so many instructions take by that assumption, us."""
+    return 1e6 * CYCLES * count / CLOCK
+
+
+def small_enough(trained: Trained, dataset: Dataset | None, budget_us: float | None) -> Trained:
+    """The training with models that keep to a budget, the costliest that do.
+
+    Parameters
+    ----------
+    trained
+        As it was saved.
+    dataset
+        Pinches that it learned from, to which smaller models are fitted; None where there are none.
+    budget_us
+        For one answer of each model, us; None leaves models of windows as they are.
+
+    Raises
+    ------
+    InputError
+        No form of a model is so quick, or there are no pinches to fit one to.
+    """
+    contacts = [] if dataset is None else _contacts(dataset, trained)
+    models = tuple(_fitting(named, dataset, contacts, budget_us) for named in trained.models)
+    anytime = trained.anytime
+    if anytime is not None and dataset is not None:
+        anytime = _anytime(anytime, dataset, contacts, budget_us)
+    return replace(trained, models=models, anytime=anytime)
+
+
+def forms(model: Model, X: Windows) -> list[Model]:
+    """A model and the smaller ones, the smallest first."""
+    return [*model.smaller(X), model]
+
+
+def _contacts(dataset: Dataset, trained: Trained) -> list[Contact | None]:
+    if any(p.first is not None for p in dataset.pinches) or trained.detector is None:
+        return [p.first for p in dataset.pinches]
+    found = (detect(trained.detector, p) for p in dataset.pinches)
+    return [next(iter(contacts), None) for contacts in found]
+
+
+def _fitting(
+    named: NamedModel,
+    dataset: Dataset | None,
+    contacts: list[Contact | None],
+    budget_us: float | None,
+) -> NamedModel:
+    if budget_us is None:
+        return named
+    model = named.model
+    there = [model]
+    if dataset is not None:
+        model.spec.require_rate(dataset.layout.rate)
+        there = forms(model, contact_windows(dataset, contacts, model.spec.duration)[0])
+    quick = [m for m in there if microseconds(m.program().instructions) <= budget_us]
+    if not quick:
+        least = microseconds(there[0].program().instructions)
+        raise InputError(
+            f"{named.name} takes about {least:.0f} us at its smallest, and --budget-us is "
+            f"{budget_us:g}: raise it"
+            + ("" if dataset is not None else ", or name with --data what it learned from")
+        )
+    return replace(named, model=quick[-1])
+
+
+def compact_forms(
+    model: InContextModel, dataset: Dataset, contacts: list[Contact | None]
+) -> Iterator[InContextModel]:
+    """The any-time model with compact networks, the smallest first."""
+    touches, _ = touches_of(dataset, contacts)
+    for directions in DIRECTIONS:
+        yield compacted(model, touches, directions)
+
+
+def _anytime(
+    model: InContextModel,
+    dataset: Dataset,
+    contacts: list[Contact | None],
+    budget_us: float | None,
+) -> InContextModel:
+    if budget_us is None:
+        touches, _ = touches_of(dataset, contacts)
+        return compacted(model, touches, USUAL_DIRECTIONS)
+    took: list[float] = []
+    found = None
+    for form in compact_forms(model, dataset, contacts):
+        assert isinstance(form.network, CompactNetwork)
+        took.append(microseconds(instructions(form.network)))
+        if took[-1] > budget_us:
+            break
+        found = form
+    if found is None:
+        raise InputError(
+            f"an answer of the any-time network takes about {min(np.array(took)):.0f} us at its "
+            f"smallest, and --budget-us is {budget_us:g}: raise it"
+        )
+    return found

@@ -99,14 +99,10 @@ class CompactNetwork(Network):
     def __init__(self, base: Network, layers: Mapping[str, Thin]) -> None:
         super().__init__(base.to_arrays())
         self.thin = dict(layers)
-        answer = self._layers["answer"]
-        self.answer = Rounded.of(*answer)
         self._hidden = len(self._layers["query1"][1])
         self._rest = self._layers["mean"][0].shape[0]
 
     def _linear(self, name: str, x: Matrix) -> Matrix:
-        if name == "answer":
-            return self.answer(x)
         thin = self.thin.get(name)
         if thin is None:
             return super()._linear(name, x)
@@ -117,6 +113,11 @@ class CompactNetwork(Network):
         """Inputs of a layer that change with a contact, and those that do not."""
         which = moving(name, x.shape[1], self._hidden, self._rest)
         return x[:, which], x[:, ~which]
+
+    @property
+    def answer(self) -> tuple[Matrix, Matrix]:
+        """Weight and bias of the last layer: rounding there would be seen in the answer."""
+        return self._layers["answer"]
 
     def along(self, context: Context, stage: int) -> Matrix:
         """What a rig adds to the directions of ``body1`` at a stage, shape (directions,)."""
@@ -217,14 +218,11 @@ def _thin(
 ) -> Thin:
     mean = heard.mean(axis=0, dtype=np.float64)
     away = heard - mean
-    power, axes = np.linalg.eigh(away.T @ away / len(away))
-    first = slice(None, -1 - min(directions, len(bias)), -1)
-    # Each direction in its own deviation: rounded together, the faint ones keep their digits.
-    deviation = np.sqrt(np.maximum(power[first], 1e-12))
-    p = axes[:, first]
-    into = (p / deviation).T @ weight
+    _, axes = np.linalg.eigh(away.T @ away)
+    p = axes[:, : -1 - min(directions, len(bias)) : -1]
+    into = p.T @ weight
     return Thin(
-        Rounded.of(into[:, which], (p / deviation).T @ (bias - mean)),
-        Rounded.of(p * deviation, mean),
+        Rounded.of(into[:, which], p.T @ (bias - mean)),
+        Rounded.of(p, mean),
         into[:, ~which].astype(np.float32),
     )

@@ -130,7 +130,11 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
         "limit": familiar.limit,
     }
     fields_of: Fields = {name: array(name, values) for name, values in plain.items()}
-    answer = whole("answer", network.answer)
+    weight, bias = network.answer
+    answer = (
+        f"{{.outputs = {len(bias)}, .inputs = {weight.shape[1]}, "
+        f".weight = {array('answer_weight', weight)}, .bias = {array('answer_bias', bias)}}}"
+    )
     numbers: Fields = {
         "rigs": len(rigs),
         "shortest": model.shortest,
@@ -147,7 +151,7 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
     memory, touch = _memory(sizes)
     listed = ",\n".join(f"    {name} = {value}" for name, value in sizes.items())
     header = _SIZES.format(constants=constants, memory=memory, touch=touch, sizes=listed)
-    fixed = ("fc_anytime", "fc_whole", "fc_model")
+    fixed = ("fc_anytime", "fc_whole", "fc_model", "fc_steps")
     return (
         CUnit("fc_anytime_sizes", header, "", 0, memory, 0, fixed),
         CUnit(
@@ -188,4 +192,4 @@ def instructions(network: CompactNetwork) -> int:
     """About how many an answer takes, the millisecond's samples in it: as counted."""
     weights = sum(t.into.whole.size + t.out.whole.size for t in network.thin.values())
     outputs = sum(len(t.out.bias) for t in network.thin.values())
-    return int(1.9 * (weights + network.answer.whole.size)) + 85 * outputs + 25_000
+    return int(1.9 * weights + 3.4 * network.answer[0].size) + 85 * outputs + 25_000

@@ -243,8 +243,7 @@ fc_status fc_anytime_answer(const fc_anytime *m, const fc_touch *t, fc_running *
     silu(hidden, m->body2[1].outputs);
     thin(m->body3, hidden, NULL, hidden);
     silu(hidden, m->body3[1].outputs);
-    const float unit = fc_round(hidden, m->answer.inputs, rounded);
-    fc_whole_run(&m->answer, rounded, unit, NULL, raw);
+    fc_dense_run(&m->answer, hidden, raw);
     moments(raw, a);
     const double half = m->factor[stage] * a->spread;
     a->value = bounded(a->value, 0.0, 100.0);

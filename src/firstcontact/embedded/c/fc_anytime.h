@@ -10,6 +10,7 @@
 
 #include "fc_anytime_sizes.h"
 #include "fc_model.h"
+#include "fc_steps.h"
 #include "fc_whole.h"
 
 #ifdef __cplusplus
@@ -31,7 +32,8 @@ typedef struct {
     const int32_t *stage;      /* samples up to which each lasts */
     const fc_rig *rig;
     const float *mean, *each;  /* of the inputs: mean, and one over the deviation */
-    fc_whole query1[2], query2[2], body1[2], body2[2], body3[2], answer;
+    fc_whole query1[2], query2[2], body1[2], body2[2], body3[2];
+    fc_dense answer;
     const double *factor;      /* half widths in spreads */
     const double *usual;       /* of what is familiar: means, */
     const float *whitening;    /* what makes distances of differences, */

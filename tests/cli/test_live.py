@@ -330,3 +330,19 @@ def test_two_signals_open_a_hand_that_was_closed_by_a_line(
         hand.wait(lambda h: h.open)
         process.communicate(timeout=LONG)
         assert process.returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--slip", "power"), "name such a hand"),
+        (("--slip", "power", "--hand", "twin", "--policy", "slip_reflex"), "name such a hand"),
+        (("--slip", "power", "--hand", "print", "--policy", "touch"), "a policy with a reflex"),
+        (("--slip", "nothing"), "nothing"),
+    ],
+)
+def test_a_slip_detector_needs_somebody_to_tell(
+    options: tuple[str, ...], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["live", "--device", "twin", *options]) == 2
+    assert words in capsys.readouterr().err

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from told_events import FIRST, SECOND
 
+from firstcontact.contact.slip import SlipDetector
 from firstcontact.core import Block, Command, InputError, fingertip_layout
 from firstcontact.grasp.hand import Begins, Hand, HandLimits
 from firstcontact.grasp.policies.registry import live_policy
@@ -212,3 +213,46 @@ def test_requests_of_many_threads_end_with_an_open_hand() -> None:
 
 def test_every_hand_says_who_begins_its_closings() -> None:
     assert all(HANDS[name].begins for name in HANDS)
+
+
+class Alarms(SlipDetector):
+    """Hears a slip in every block while something is held."""
+
+    name = "alarms"
+    held = False
+
+    def start(self, layout: object) -> None:
+        self.held = False
+
+    def hold(self) -> None:
+        self.held = True
+
+    def release(self) -> None:
+        self.held = False
+
+    def update(self, block: Block) -> list[int]:
+        return [block.first_sample] if self.held else []
+
+
+def test_a_slip_of_what_is_held_is_told_until_the_hand_opens() -> None:
+    for begins, told in ((Begins.US, True), (Begins.OTHERS, False)):
+        hand = Told(begins)
+        session = Session(Grasping(live_policy("slip_reflex"), hand, LAYOUT, slip=Alarms()))
+        if told:
+            session.grasping.requests.ask(Ask.CLOSE, "keyboard")
+        session.block()
+        session.block(Armed(5, 0), Touched(FIRST, True, 0, 0.0), Touched(SECOND, False, 0, 0.0))
+        assert session.grasping.slips == 0, "a closing is loud"
+        before = hand.told[-1]
+        session.block(PinchDone(1, 5, 600, 0, (FIRST, SECOND), (), ()))
+        session.block()
+        after = hand.told[-1]
+        assert isinstance(before, Command)
+        assert isinstance(after, Command)
+        assert (after.force > before.force) is told
+        # When somebody else opens the hand is not known: that motor must not be held on to.
+        assert bool(session.grasping.slips) is told
+        session.grasping.requests.ask(Ask.OPEN, "keyboard")
+        session.block()
+        session.block()
+        assert hand.told[-1] is None

@@ -12,6 +12,7 @@ from page_browser import browsing, needs_browser, text, until
 from page_feed import DESCRIPTOR, LANDMARKS, Asked, Feed
 
 from firstcontact.device import Health
+from firstcontact.live.hand_requests import Ask
 from firstcontact.live.page import PageSink
 from firstcontact.live.sink import Update
 
@@ -40,9 +41,10 @@ return blue;
 class Fed:
     """A page whose feed goes on by itself, at about the pace of a hand."""
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, asks: tuple[Ask, ...] = (), **options: Any) -> None:
         self.feed = Feed()
         self.asked = Asked(self.feed)
+        self.asked.asks = asks
         self.sink = PageSink(port=0, controls=self.asked, landmarks=LANDMARKS, **options)
         self.sink.open(DESCRIPTOR)
         self._stop = threading.Event()
@@ -120,6 +122,24 @@ def test_recording_and_markers_reach_the_session(fed: Fed, chromium: Any) -> Non
     until(chromium, lambda d: "cannot be written to" in text(d, "recording"))
     assert text(chromium, "record-word") == "Start recording"
     assert not faults(chromium)
+
+
+def test_the_hand_is_asked_by_buttons_that_are_there_where_it_can_be(chromium: Any) -> None:
+    for asks, shown in (((Ask.CLOSE, Ask.OPEN), True), ((Ask.OPEN,), False)):
+        fed = Fed(asks=asks)
+        try:
+            chromium.get(fed.sink.url)
+            opens = chromium.find_element("id", "open-hand")
+            until(chromium, lambda d, b=opens: b.is_displayed())  # type: ignore[misc]
+            closes = chromium.find_element("id", "close-hand")
+            assert closes.is_displayed() is shown
+            for button in (closes, opens) if shown else (opens,):
+                button.click()
+            until(chromium, lambda d, n=1 + shown, f=fed: len(f.asked.calls) == n)  # type: ignore[misc]
+            assert [call.split()[0] for call in fed.asked.calls] == ["close", "open"][-1 - shown :]
+            assert fed.asked.calls[-1].endswith("viewer 1 of the page")
+        finally:
+            fed.close()
 
 
 def test_losses_and_a_pulled_cable_are_told(fed: Fed, chromium: Any) -> None:

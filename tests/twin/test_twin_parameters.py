@@ -37,12 +37,14 @@ from firstcontact.twin.drive import Drive
 from firstcontact.twin.filter import FORCE_READINGS
 from firstcontact.twin.objects import BLOCKS, BRITTLE, EVERYDAY_OBJECTS
 from firstcontact.twin.sensor import OPTIMISTIC, VelostatParameters
+from firstcontact.twin.slip_sound import SlipParameters
 
 PAGE = Path(__file__).parents[2] / "docs/reference/twin-parameters.md"
 NOMINAL: dict[str, dict[str, float]] = {
     "FingerParameters": FingerParameters()._asdict(),
     "ObjectParameters": ObjectParameters()._asdict(),
     "VelostatParameters": VelostatParameters()._asdict(),
+    "SlipParameters": SlipParameters()._asdict(),
     "MotorNoise": {f.name: getattr(MotorNoise(), f.name) for f in fields(MotorNoise)},
 }
 CONSTANTS = {

@@ -13,15 +13,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from firstcontact.cli.choices import devices, one_of
+from firstcontact.contact.slip_detectors import SLIP_DETECTORS
 from firstcontact.core.errors import InputError
 from firstcontact.core.extras import need
 from firstcontact.device.opening import open_source, source_kind
+from firstcontact.grasp.hand import Begins
 from firstcontact.grasp.policies.registry import POLICIES, live_policies
 from firstcontact.grasp.registry import HANDS
 
 if TYPE_CHECKING:
     from firstcontact.anytime import InContextModel
     from firstcontact.contact import Detector
+    from firstcontact.contact.slip import SlipDetector
     from firstcontact.core import Calibration
     from firstcontact.device import Source
     from firstcontact.grasp.hand import Hand
@@ -75,6 +78,8 @@ class Live:
     shape: str = ""
     """Of what is pinched, where it is known and an any-time model answers: flat, or its radius in
     mm; on the page it can be told for each object."""
+    slip: Annotated[str | None, one_of(SLIP_DETECTORS)] = None
+    """What tells a policy with a reflex that what it holds slips; never tried on a real slip."""
     record: bool = False
     """Begin a recording at once."""
     recordings: Path = Path("firstcontact-recordings")
@@ -162,8 +167,24 @@ class Live:
         radius_of(self.shape)
         if not 0 <= self.port <= 65535:
             raise InputError(f"--port is {self.port}: give one from 0 to 65535")
+        if self.slip is not None:
+            self._check_slip(self.slip)
         if self.hand is not None:
             self._check_hand(HANDS.find(self.hand))
+
+    def _check_slip(self, slip: str) -> None:
+        """Refuse a slip detector that there is not, or that nobody would act upon."""
+        SLIP_DETECTORS.find(slip)
+        if self.hand is None or Begins.US not in HANDS.find(self.hand).begins:
+            raise InputError(
+                "--slip tells the policy of a --hand whose closings are begun here: name such a "
+                "hand, or leave --slip out"
+            )
+        if not POLICIES.find(self.policy).has_reflex():
+            raise InputError(
+                f"--policy {self.policy} does nothing when something slips: leave --slip out, or "
+                "name a policy with a reflex"
+            )
 
     def _check_hand(self, hand: type[Hand]) -> None:
         """Refuse what the hand must not, or cannot, be driven with."""
@@ -220,9 +241,12 @@ class Live:
         clock = DeviceClock(layout.rate) if self.speed == 1.0 else None
         try:
             with open_hand(self.hand, self.hand_port, source=source) as hand:
-                yield Grasping(policy, hand, layout, clock=clock)
+                yield Grasping(policy, hand, layout, clock=clock, slip=self._slip())
         except HandError as error:
             raise InputError(f"--hand {self.hand}: {error}") from error
+
+    def _slip(self) -> SlipDetector | None:
+        return None if self.slip is None else SLIP_DETECTORS.find(self.slip)()
 
     def _sinks(self, session: LiveSession, landmarks: dict[str, float]) -> list[Sink]:
         from firstcontact.live.json_lines import JsonLinesSink

@@ -77,7 +77,7 @@ class GraspLoop:
         self._reached: list[float] = []
         wants = policy.deadline
         self._patience = deadline if deadline is not None and wants is not None else wants
-        self._closing = False
+        self._closing = self._holding = False
         self._first: float | None = None
         self._due: float | None = None
         self._missed = False
@@ -128,8 +128,8 @@ class GraspLoop:
         self._watch(now)
 
     def slipped(self, now: float) -> None:
-        """The object slips, as was known at ``now``."""
-        if self._closing:
+        """The object slips, as was known at ``now``: also after the closing, while it is held."""
+        if self._closing or self._holding:
             self._watch(now)
             self._tell(self.policy.slipped())
 
@@ -147,7 +147,12 @@ class GraspLoop:
         self._reached = []
         self.counts.misses += self._due is not None
         self._due = None
+        self._holding = self._closing
         self._closing = False
+
+    def released(self) -> None:
+        """The hand has let go: nobody is told of a slip any more."""
+        self._holding = False
 
     def _watch(self, now: float) -> None:
         if self._due is not None and now > self._due:

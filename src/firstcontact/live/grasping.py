@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from firstcontact.contact.slip import SlipDetector
 from firstcontact.core import Block, Command, Layout
 from firstcontact.device.clock import DeviceClock
 from firstcontact.grasp.hand import Begins, Hand
@@ -53,6 +54,9 @@ class Grasping:
         Of the samples.
     deadline
         For an estimate, s after the first contact; None takes the policy's own.
+    slip
+        Tells the policy of slips, in closings that are ours, from their end on until the hand
+        opens; None where nothing does.
     clock
         Follows the device's clock where samples come as fast as they are taken; None where not.
     """
@@ -64,6 +68,7 @@ class Grasping:
         layout: Layout,
         deadline: float | None = None,
         clock: DeviceClock | None = None,
+        slip: SlipDetector | None = None,
     ) -> None:
         self.hand = hand
         wait = (lambda: hand.wait) if isinstance(hand, SafeHand) else (lambda: 0.0)
@@ -75,6 +80,11 @@ class Grasping:
         self._taxels = Taxels(layout)
         self._rate = layout.rate
         self._clock = clock
+        self._slip = slip
+        #: Slips that the policy was told of.
+        self.slips = 0
+        if slip is not None:
+            slip.start(layout)
         self._late = 0.0  # how much later the newest samples came than the soonest, s
         self._epoch = 0
         self._done = True
@@ -109,6 +119,7 @@ class Grasping:
                 self.loop.counts.unused += 1
             case PinchDone():
                 self._done = True
+                self._hold()
                 self.loop.done(event.contacts[1] if len(event.contacts) > 1 else None)
 
     def came(self, block: Block) -> Sequence[Event]:
@@ -125,6 +136,9 @@ class Grasping:
         if not self._done and block.epoch == self._epoch:
             volts = self._taxels.update(block.data)
             self.loop.felt(volts, block.end / self._rate + self._late)
+        if self._slip is not None and self._slip.update(block):
+            self.slips += 1
+            self.loop.slipped(block.end / self._rate + self._late)
         return told
 
     def ended(self) -> None:
@@ -145,7 +159,14 @@ class Grasping:
     def _begin(self) -> None:
         self._done = False
         self._running = self._settled = False
+        if self._slip is not None:
+            self._slip.release()
         self.loop.begin()
+
+    def _hold(self) -> None:
+        # When others open a hand is not known: the motor would be taken for a slip, and held on to.
+        if self._slip is not None and self.requests.by is not None:
+            self._slip.hold()
 
     def _obey(self, block: Block) -> list[Event]:
         """Do what was asked since the last block."""
@@ -174,6 +195,9 @@ class Grasping:
         self.requests.by = None
         self._done = True
         self.loop.done()
+        self.loop.released()
+        if self._slip is not None:
+            self._slip.release()
         self.hand.release()
 
     @property
@@ -199,6 +223,8 @@ class Grasping:
             return
         self.last = command
         self.hand.send(command)
+        if self._done:  # the motor that obeys is as loud as a slip
+            self._hold()
 
 
 def grasp_lines(grasping: Grasping) -> list[str]:
@@ -211,6 +237,8 @@ def grasp_lines(grasping: Grasping) -> list[str]:
         f"{counts.overtaken} at the hand after the second contact, "
         f"{counts.unused} too late to be used",
     ]
+    if grasping.slips:
+        lines.append(f"{grasping.slips} slips heard, or said to go on")
     if isinstance(grasping.hand, SafeHand):
         c = grasping.hand.counts
         lines.append(

@@ -19,11 +19,12 @@ from firstcontact.twin.draw import PinchDraw
 from firstcontact.twin.drive import Drive
 from firstcontact.twin.fingertips import PinchFingertips, contacts_of
 from firstcontact.twin.lift import Lift
-from firstcontact.twin.mechanics import CONTACT_FORCE, FACE, INDENTATION, OUTPUTS
+from firstcontact.twin.mechanics import BUFFER, CONTACT_FORCE, FACE, INDENTATION, OUTPUTS
 from firstcontact.twin.objects import TwinObject
 from firstcontact.twin.pinch import BURN_IN
 from firstcontact.twin.run import PinchRun
 from firstcontact.twin.sensor import VelostatParameters
+from firstcontact.twin.slip_sound import SlipParameters, SlipSound
 
 #: The lifted object is watched for this long, s.
 WATCHED = 0.20
@@ -60,6 +61,9 @@ class GraspPlant:
     calm_steps
         Steps per sampling interval once the hand is calm, as few as
         :data:`firstcontact.twin.run.QUICK`; as many as before the contacts by default.
+    slip, slip_seed
+        What the piezos hear of a slip, modelled; nothing unless it is given. What is drawn for
+        it changes nothing else.
 
     Attributes
     ----------
@@ -81,6 +85,8 @@ class GraspPlant:
         lift: Lift | None = None,
         longest: float = LONGEST,
         calm_steps: int | None = None,
+        slip: SlipParameters | None = None,
+        slip_seed: int = 0,
     ) -> None:
         self._run = PinchRun(draw, longest, BURN_IN, drive, damped=True, calm_steps=calm_steps)
         times = self._run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE
@@ -108,6 +114,11 @@ class GraspPlant:
         # As it was before the newest piece was made, and before the newest samples were read.
         self._mark = (self._run.fork(), 0)
         self._unread = self._readings.fork()
+        self._sound = self._unheard = None
+        if slip is not None:
+            rng = np.random.default_rng(slip_seed)
+            self._sound = SlipSound(draw.fingers, self._mass, self._friction, slip, rng)
+            self._unheard = self._sound.fork()
         self.nominal = Command(self._run.nominal_speed, drive.force)
         self.sample = 0
 
@@ -149,7 +160,7 @@ class GraspPlant:
         read = self._readings.sample
         if read < self.sample:
             self._unread = self._readings.fork()
-            self._data[read : self._made] = self._readings.read(self._motion[read : self._made])
+            self._data[read : self._made] = self._readings.read(self._heard(read))
         return self._data[first : self.sample].copy()
 
     def move(self, samples: int) -> None:
@@ -167,6 +178,7 @@ class GraspPlant:
         other = copy.copy(self)
         other._run = self._run.fork()
         other._readings = self._readings.fork()
+        other._sound = None if self._sound is None else self._sound.fork()
         for name in ("_motion", "_slid", "_data"):
             mine = getattr(self, name)
             its = np.zeros_like(mine)
@@ -177,6 +189,20 @@ class GraspPlant:
             other._note([])
             other._slide(self.sample, other._motion[self.sample : self._made])
         return other
+
+    def _heard(self, first: int) -> NDArray[np.float64]:
+        """The motion from that sample on, with what the piezos hear of a slip."""
+        motion = self._motion[first : self._made]
+        if self._sound is None:
+            return motion
+        self._unheard = self._sound.fork()
+        hanging = np.zeros(len(motion))
+        if self._contacts:
+            hanging = self._lift.hanging(first - self._contacts[0].sample, len(motion))
+        speeds = np.ascontiguousarray(self._slid[first : self._made, 1])
+        motion = motion.copy()
+        motion[..., BUFFER] += self._sound.hear(motion[..., CONTACT_FORCE], speeds, hanging)
+        return motion
 
     def _make(self, stop: int) -> None:
         """Make all samples before that one, and some more."""
@@ -201,6 +227,7 @@ class GraspPlant:
         self._note([c for c in known if c.sample < self._made])
         if self._readings.sample > self._made:
             self._readings = self._unread.fork()
+            self._sound = None if self._unheard is None else self._unheard.fork()
 
     def _note(self, contacts: list[Contact]) -> None:
         self._contacts = self._contacts + contacts

@@ -1,0 +1,92 @@
+"""The modelled sound of a slip: silent where nothing slips; it changes nothing else."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from firstcontact.core import Command
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.twin._parameters import FingerParameters
+from firstcontact.twin.conditions import condition
+from firstcontact.twin.draw import draw_pinch, draw_specimen
+from firstcontact.twin.drive import Drive
+from firstcontact.twin.lift import Lift
+from firstcontact.twin.objects import BLOCKS
+from firstcontact.twin.plant import GraspPlant
+from firstcontact.twin.slip_sound import SlipParameters, SlipSound
+
+FINGERS = (FingerParameters(), FingerParameters())
+MASS, FRICTION, N = 0.3, 0.5, 1000
+
+
+def sound(parameters: SlipParameters = SlipParameters()) -> SlipSound:  # noqa: B008
+    return SlipSound(FINGERS, MASS, FRICTION, parameters, np.random.default_rng(1))
+
+
+def heard(speed: float, force: float = 2.0, **changed: float) -> np.ndarray:
+    forces, speeds = np.full((N, 2), force), np.full(N, speed)
+    p = SlipParameters()._replace(**changed)  # type: ignore[arg-type]
+    return sound(p).hear(forces, speeds, np.zeros(N))
+
+
+def test_what_rests_is_silent() -> None:
+    assert not heard(0.0).any()
+
+
+def test_what_slides_rubs_and_the_louder_the_harder_it_is_pressed() -> None:
+    soft, hard = (heard(0.02, force).std() for force in (1.0, 4.0))
+    assert 0 < soft < hard
+
+
+def test_the_coupling_scales_it_and_nothing_else() -> None:
+    once, twice = heard(0.02, coupling=0.1), heard(0.02, coupling=0.2)
+    np.testing.assert_allclose(twice, 2 * once, rtol=1e-9, atol=1e-15)
+
+
+def test_a_load_that_friction_bears_only_shears_the_pad() -> None:
+    """Slowly loaded, a patch is pulled as far as its spring says, and none lets go."""
+    slow = np.minimum(np.arange(10 * N) / (9 * N), 1.0)
+    voice = sound()
+    voice.hear(np.full((10 * N, 2), 20.0), np.zeros(10 * N), slow)
+    assert (voice._patches[..., 2] == 1.0).all()
+    shear = 0.5 * MASS * 9.81 / SlipParameters().stiffness
+    np.testing.assert_allclose(voice._patches[..., 0], shear, rtol=1e-2)
+
+
+def test_pieces_and_forks_give_the_same() -> None:
+    rng = np.random.default_rng(2)
+    forces, speeds = rng.uniform(0.5, 3.0, (N, 2)), rng.uniform(0.0, 0.1, N)
+    hanging = np.linspace(0, 1, N)
+    whole = sound().hear(forces, speeds, hanging)
+    voice = sound()
+    parts = [voice.hear(forces[:300], speeds[:300], hanging[:300])]
+    aside = voice.fork()
+    aside.hear(forces[:100], speeds[:100], hanging[:100])
+    parts.append(voice.hear(forces[300:], speeds[300:], hanging[300:]))
+    np.testing.assert_array_equal(np.concatenate(parts), whole)
+
+
+def closed(slip: SlipParameters | None, force: float, cut: int) -> tuple[GraspPlant, np.ndarray]:
+    rig = condition("paper-rig")
+    block = draw_specimen(3, rig, BLOCKS[2], 0)
+    draw = draw_pinch(3, rig, "one", block, "one")
+    plant = GraspPlant(draw, Drive(), block, lift=Lift(0.2), slip=slip)
+    data = [plant.advance(1000)]
+    plant.command(Command(0.02, force))
+    while not plant.ended:
+        data.append(plant.advance(cut))
+    return plant, np.concatenate(data)
+
+
+@pytest.mark.parametrize(("force", "slips"), [(8.0, False), (0.7, True)])
+def test_a_plant_without_it_is_the_same_but_for_what_slips(force: float, slips: bool) -> None:
+    loud = SlipParameters(coupling=1.0)
+    silent, before = closed(None, force, 50)
+    plant, after = closed(loud, force, 50)
+    assert plant.outcome == silent.outcome
+    assert (plant.slipped > 0) is slips
+    begin = round(0.19 * FINGERTIP_RATE) + plant.contacts[0].sample
+    np.testing.assert_array_equal(after[:begin], before[:begin])
+    assert (after != before).any(axis=0).tolist()[2:] == [False] * 14, "the piezos alone hear it"
+    np.testing.assert_array_equal(after, closed(loud, force, 170)[1])

@@ -67,8 +67,8 @@ study: $(VENV)/.study ## the full study at paper size: firstcontact-study/report
 quick: $(VENV)/.study ## the same study, small (a minute): firstcontact-study/quick/report.html
 	$(BIN)/firstcontact study --quick --out $(OUT)/quick
 
-grasp: $(VENV)/.study ## policies against one another on the twin (5 minutes): firstcontact-study/grasp/report.html
-	@# Seed 0 was looked at while the rule was set: the numbers in the docs are another's.
+grasp: $(VENV)/.study ## what stiffness is worth to a hand, on the twin (10 minutes): firstcontact-study/grasp/report.html
+	@# Other seeds were looked at while rules were set: the numbers in the docs are of this one.
 	$(BIN)/firstcontact grasp-study --seed 1 --out $(OUT)/grasp
 
 quick-grasp: $(VENV)/.study ## the same, small (half a minute): firstcontact-study/quick-grasp/report.html

@@ -19,9 +19,8 @@ from typing import Any, Generic, TypeVar
 
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.core.by_name import to_tree
-from firstcontact.grasp.policy import Part
-from firstcontact.grasp_study.results import Comparison, GraspResults, Summary
-from firstcontact.grasp_study.variants import playing, variants
+from firstcontact.grasp_study import chapters as grasp_chapters
+from firstcontact.grasp_study.results import GraspResults
 from firstcontact.learning.detection import DetectionScores
 from firstcontact.learning.scores import Bounded, bounded
 from firstcontact.report.accepted import Accepted
@@ -55,9 +54,6 @@ FORMS = {
     "s": ("{:.0f} s", 1.0),
     "ratio": ("{:.1f} times", 1.0),
     "shore": ("{:.2f}", 1.0),
-    "newton": ("{:.2f} N", 1.0),
-    "change": ("{:+z.0f} %", 100.0),
-    "whole_ms": ("{:.0f} ms", 1.0),
     "p": ("{:.3f}", 1.0),
 }
 
@@ -311,38 +307,22 @@ MATERIALS = [
     ),
 ]
 
-#: The columns of one latency.
-GRASP: list[Row[dict[str, Summary]]] = [
-    Row("", lambda groups: bounded(groups["soft"], "peak_n"), "newton"),
-    Row("", lambda groups: bounded(groups["lasting"], "time_ms"), "whole_ms"),
-    Row("", lambda groups: bounded(groups["brittle"], "broken"), "share"),
-    Row("", lambda groups: bounded(groups["all"], "dropped"), "share"),
-]
-PEAK: Row[Comparison] = Row("", lambda found: found.soft.peak_change, "change")
-TIME: Row[Comparison] = Row("", lambda found: bounded(found.lasting, "longer"), "change")
+#: Tables of the grasp study, as its report has them.
+GRASP: Mapping[str, Callable[[GraspResults], grasp_chapters.Table]] = {
+    "grasp": lambda found: grasp_chapters.policies_table(found.household),
+    "grasp_reflex": lambda found: grasp_chapters.reflex_table(found.household),
+    "grasp_controls": lambda found: grasp_chapters.controls_table(found.household),
+    "grasp_closings": lambda found: grasp_chapters.closings_table(found.household),
+    "grasp_estimates": lambda found: grasp_chapters.estimates_table(found.household),
+    "grasp_sensitivity": lambda found: grasp_chapters.sensitivity_table(found.household),
+    "grasp_payload": grasp_chapters.payload_table,
+}
 
 
-def grasp_table(results: GraspResults) -> str:
-    """A row a policy, at the headline's latency."""
-    lines = [["", "peak force, soft objects", "time to grasp", "brittle broken", "dropped"]]
-    lines.append(["---"] * len(lines[0]))
-    for key, variant in variants().items():
-        if key in results.policies:
-            groups = results.policies[key][results.latency]
-            lines.append([variant.title, *(row.cell(groups) for row in GRASP)])
-    return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
-
-
-def target_table(results: GraspResults) -> str:
-    """What is saved against each other policy, at the headline's latency."""
-    lines = [["", "against", "peak force, soft", "time to grasp", "drops", "broken"]]
-    lines.append(["---"] * len(lines[0]))
-    for ours in playing(Part.CANDIDATE):
-        for other, found in results.headline.get(ours.key, {}).items():
-            counts = [f"{found.all.more_dropped:+d}", f"{found.all.more_broken:+d}"]
-            cells = [PEAK.cell(found), TIME.cell(found), *counts]
-            lines.append([ours.title, variants()[other].title, *cells])
-    return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
+def grasp_table(found: grasp_chapters.Table) -> str:
+    """One of them, with its caption."""
+    lines = [found.head, ["---"] * len(found.head), *found.rows]
+    return f"{found.caption}\n\n" + "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
 
 
 def table(
@@ -386,8 +366,8 @@ def short_windows(found: RealSet) -> str:
 
 def tables(results: Path) -> dict[str, str]:
     """All tables by name, of the results that are there."""
-    names = ("headline", "study", "speed", "real", "impacts", "strikes", "grasp", "grasp_target")
-    made = dict.fromkeys((*names, *TABLES), "*Not run yet.*\n")
+    names = ("headline", "study", "speed", "real", "impacts", "strikes", "grasp_headline")
+    made = dict.fromkeys((*names, *GRASP, *TABLES), "*Not run yet.*\n")
     if (results / "study.json").is_file():
         study = read_results(results / "study.json", StudyResults)
         conditions = {"paper rig": study.about, **study}
@@ -407,8 +387,9 @@ def tables(results: Path) -> dict[str, str]:
             made[name] = "".join(map(short_windows, sets.values())) or made[name]
     if (results / "grasp.json").is_file():
         grasp = read_results(results / "grasp.json", GraspResults)
-        made["grasp"] = grasp_table(grasp)
-        made["grasp_target"] = target_table(grasp)
+        made["grasp_headline"] = "".join(f"- {said}\n" for said in grasp_chapters.sentences(grasp))
+        for name, of in GRASP.items():
+            made[name] = grasp_table(of(grasp))
     return made
 
 

@@ -17,8 +17,12 @@ def test_quick_runs_from_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert capsys.readouterr().out.strip() == str(out / "report.html")
     results = json.loads((out / "results.json").read_text(encoding="utf-8"))
     assert results["study"]["quick"]
-    variants, latencies = len(results["policies"]), len(results["data"]["latencies_ms"])
-    assert results["data"]["closings"] == results["data"]["pinches"] * variants * latencies
+    household, payload = results["household"], results["payload"]
+    assert payload["data"]["closings"] == payload["data"]["pinches"] * len(payload["policies"])
+    picks = household["objects"] * household["hands"]
+    assert household["picks"] == picks
+    assert all(closings["n"] == picks for closings in household["closings"].values())
+    assert not set(household["tuned_on"]["hands"]) & set(household["judged_on"]["hands"])
     assert (out / "film.gif").read_bytes().startswith(b"GIF89a")
     assert (out / "grasp.png").stat().st_size > 1000
     page = (out / "report.html").read_text(encoding="utf-8")

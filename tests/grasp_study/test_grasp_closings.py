@@ -10,8 +10,8 @@ from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.grasp_study._learning import Models, learn, loaded
 from firstcontact.grasp_study._search import search
 from firstcontact.grasp_study._trials import PinchSetup, Row, Trial, plant_of, played, run_trial
+from firstcontact.grasp_study._variants import unmodulated, variants
 from firstcontact.grasp_study.settings import KINDS, GraspStudySettings
-from firstcontact.grasp_study.variants import unmodulated, variants
 
 SMALL = GraspStudySettings(
     sessions=2,
@@ -114,5 +114,7 @@ def test_the_search_finds_what_holds_and_asks_other_pinches_than_the_report() ->
 def test_quick_is_part_of_the_whole() -> None:
     quick = GraspStudySettings().quick()
     assert set(quick.kinds) < set(KINDS)
-    assert set(quick.latencies) < set(GraspStudySettings().latencies)
+    whole = GraspStudySettings().household
+    assert set(quick.household.kinds) < set(whole.kinds)
+    assert set(quick.household.forces) < set(whole.forces)
     assert all(round(d * FINGERTIP_RATE) > 0 for d in quick.windows)

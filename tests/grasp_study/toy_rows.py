@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from firstcontact.grasp_study._trials import Row
+from firstcontact.grasp_study._variants import variants
 from firstcontact.grasp_study.settings import HEADLINE, KINDS
-from firstcontact.grasp_study.variants import variants
 
 OBJECTS = ("block 5", "block 20", "block 60", "egg shell")
 SESSIONS = 4
@@ -22,7 +22,7 @@ def row(kind: str, session: int, variant: str, latency: float, peak: float) -> R
 
 
 #: Peak force of every closing of a variant, N.
-PEAKS = dict(zip(variants(), (12.0, 5.0, 4.0, 2.5, 2.6, 2.0, 1.5), strict=True))
+PEAKS = dict(zip(variants(), (12.0, 5.0, 4.0, 2.5, 2.6, 2.0), strict=True))
 
 
 def rows() -> list[Row]:

@@ -15,9 +15,13 @@ STUDY = """
 import sys
 from pathlib import Path
 from firstcontact.grasp_study.run import run_grasp_study
-from firstcontact.grasp_study.settings import GraspStudySettings
+from firstcontact.grasp_study.settings import GraspStudySettings, HouseholdSettings
+things = ("raspberry", "apple", "wrench")
+household = HouseholdSettings(
+    1, 1, (1,), (2,), 4, (0.10,), (2.0,), (1.0, 3.0, 12.0), 3, 4, True, 2, things
+)
 kinds = ("block 5", "block 60", "egg shell")
-small = GraspStudySettings(1, (0.02,), 20, (0.015,), 1, True, kinds, workers=1)
+small = GraspStudySettings(household, 1, (0.02,), 20, (0.015,), 1, True, kinds, workers=1)
 run_grasp_study(small, Path(sys.argv[1]), True, "none")
 """
 CHECKS = """
@@ -67,14 +71,12 @@ def test_help_lists_what_is_there_and_names_what_is_not(
 
 
 def test_a_policy_is_closed_with_judged_and_drawn(study: Path) -> None:
-    results = json.loads((study / "results.json").read_text(encoding="utf-8"))
+    results = json.loads((study / "results.json").read_text(encoding="utf-8"))["payload"]
     ours, touch = (results["policies"][name]["20"]["all"] for name in ("halfway", "touch"))
     assert ours["n"] == touch["n"] == 3
     assert ours["peak_n"] > touch["peak_n"]
-    assert set(results["headline"]["halfway"]) == {"feedback", "feedback_fast", "touch"}
     assert list(results["policies"])[-1] == "halfway"
     page = (study / "report.html").read_text(encoding="utf-8")
-    assert "Half as gentle against force feedback" in page
     assert "<td>half as gentle</td>" in page
     assert "broken" not in results["policies"]
 

@@ -1,4 +1,4 @@
-"""``firstcontact grasp-study``: what grasp modulation saves on the twin."""
+"""``firstcontact grasp-study``: what stiffness is worth to a hand, on the twin."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from firstcontact.stiffness.registry import ESTIMATORS
 
 @dataclass(frozen=True)
 class GraspStudy:
-    """Close the twin's hand with every policy on the same pinches; write report and results."""
+    """Pick up a household with the twin's hands and every policy; write report and results."""
 
     out: Path = Path("firstcontact-grasp-study")
     """Folder for report.html, results.json, the film, and the models made on the way; another
@@ -26,9 +26,9 @@ class GraspStudy:
     quick: bool = False
     """A small study of a minute: every part runs, no number is to be quoted."""
     model: Annotated[str, one_of(ESTIMATORS)] = ESTIMATORS.default
-    """What learns the stiffness that policies act on."""
+    """What learns the stiffness that policies of the older task act on."""
     detector: Annotated[str | None, one_of(DETECTORS)] = None
-    """What finds contacts; left out: the usual one."""
+    """What finds contacts in the older task; left out: the usual one."""
     seed: int = 0
     """Of the twin, the trainings and the intervals."""
     workers: int = 0

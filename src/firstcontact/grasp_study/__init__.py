@@ -1,1 +1,1 @@
-"""What grasp modulation saves: all policies on the same pinches of the twin's hand plant."""
+"""What stiffness is worth to a hand: policies on a household of things, on the twin's plant."""

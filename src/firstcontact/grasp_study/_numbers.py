@@ -6,26 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from firstcontact.core.by_name import ByName
-from firstcontact.grasp.policy import Part
 from firstcontact.grasp_study._trials import Row
-from firstcontact.grasp_study.results import (
-    Comparison,
-    Difference,
-    Headline,
-    HeadlineConditions,
-    Met,
-    ObjectSummary,
-    Policies,
-    Summary,
-    Target,
-)
-from firstcontact.grasp_study.settings import HEADLINE, KINDS, SOFT
-from firstcontact.grasp_study.variants import playing
+from firstcontact.grasp_study.results import Policies, Summary
+from firstcontact.grasp_study.settings import KINDS, SOFT
 from firstcontact.learning.metrics import Values, cluster_intervals
-
-#: What was to be reached, at the headline's latency.
-LESS_PEAK, LONGER = 0.30, 0.10
 
 
 def _breaks(row: Row) -> bool:
@@ -85,47 +69,6 @@ def summary(rows: Sequence[Row], seed: int) -> Summary:
     )
 
 
-def compared(ours: Sequence[Row], theirs: Sequence[Row], seed: int) -> Difference:
-    """What one policy does to the same pinches otherwise than another.
-
-    Parameters
-    ----------
-    ours, theirs
-        Rows of the same pinches in the same order.
-    seed
-        Of the intervals.
-    """
-    same = [(r.kind, r.session, r.latency) for r in ours]
-    if same != [(r.kind, r.session, r.latency) for r in theirs]:
-        raise ValueError("the rows are of different pinches")
-    pairs = list(zip(ours, theirs, strict=True))
-    both = [a.time is not None and b.time is not None for a, b in pairs]
-    columns = np.stack(
-        [
-            [a.peak for a, _ in pairs],
-            [b.peak for _, b in pairs],
-            [(a.time or 0.0) * k for (a, _), k in zip(pairs, both, strict=True)],
-            [(b.time or 0.0) * k for (_, b), k in zip(pairs, both, strict=True)],
-        ],
-        axis=1,
-    )
-    ratios: dict[str, Callable[[Values], Values]] = {
-        "less_peak": lambda s: 1 - s[..., 0] / s[..., 1]
-    }
-    if any(both):
-        ratios["longer"] = lambda s: np.where(
-            s[..., 3] > 0, s[..., 2] / np.maximum(s[..., 3], 1e-9) - 1, 0.0
-        )
-    total = columns.sum(axis=0)
-    return Difference(
-        **{name: float(of(total)) for name, of in ratios.items()},
-        more_dropped=sum(a.dropped - b.dropped for a, b in pairs),
-        more_broken=sum(a.broken - b.broken for a, b in pairs),
-        n=len(pairs),
-        intervals=cluster_intervals(columns, ratios, np.array([r.session for r in ours]), seed),
-    )
-
-
 def by_policy(rows: Sequence[Row], seed: int) -> Policies:
     """Variant to latency (ms) to group to :func:`summary`."""
     found: Policies = {}
@@ -136,55 +79,3 @@ def by_policy(rows: Sequence[Row], seed: int) -> Policies:
             name: summary(group, seed) for name, group in groups.items() if group
         }
     return found
-
-
-def by_object(rows: Sequence[Row], seed: int) -> dict[str, ObjectSummary]:
-    """Object to variant to :func:`summary`, at the headline's latency."""
-    found = {}
-    here = [r for r in rows if r.latency == HEADLINE]
-    for kind in dict.fromkeys(r.kind for r in here):
-        its = [r for r in here if r.kind == kind]
-        found[kind] = ObjectSummary(
-            shore_a=KINDS[kind].shore_a,
-            breaks=KINDS[kind].fragility is not None,
-            variants={
-                v: summary([r for r in its if r.variant == v], seed)
-                for v in dict.fromkeys(r.variant for r in its)
-            },
-        )
-    return found
-
-
-def headline(rows: Sequence[Row], seed: int) -> Headline:
-    """The target at the headline's latency: each candidate against every baseline and control."""
-    here = [r for r in rows if r.latency == HEADLINE]
-
-    def of(variant: str, group: str) -> list[Row]:
-        belongs = GROUPS[group]
-        return [r for r in here if r.variant == variant and belongs(r)]
-
-    baselines, controls, candidates = (
-        [v.key for v in playing(part)] for part in (Part.BASELINE, Part.CONTROL, Part.CANDIDATE)
-    )
-    peaks = {v: float(np.mean([r.peak for r in of(v, "soft")])) for v in baselines}
-    about = HeadlineConditions(
-        latency_ms=1e3 * HEADLINE,
-        soft_up_to=SOFT,
-        best_feedback=min(peaks, key=lambda v: peaks[v]),
-        target=Target(less_peak=LESS_PEAK, more_dropped=0, longer=LONGER),
-    )
-    found: dict[str, dict[str, Comparison]] = {}
-    for variant in candidates:
-        against = {}
-        for other in (*baselines, *controls):
-            soft = compared(of(variant, "soft"), of(other, "soft"), seed)
-            lasting = compared(of(variant, "lasting"), of(other, "lasting"), seed)
-            everything = compared(of(variant, "all"), of(other, "all"), seed)
-            met = Met(
-                less_peak=soft.less_peak >= LESS_PEAK,
-                more_dropped=everything.more_dropped <= 0,
-                longer=lasting.longer is not None and lasting.longer <= LONGER,
-            )
-            against[other] = Comparison(soft=soft, lasting=lasting, all=everything, met=met)
-        found[variant] = against
-    return ByName(found, about)

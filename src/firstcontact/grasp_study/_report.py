@@ -5,11 +5,8 @@ from __future__ import annotations
 import base64
 from pathlib import Path
 
-from firstcontact.grasp.policy import Part
-from firstcontact.grasp_study._chapters import pictures, sentences, tables
-from firstcontact.grasp_study._film import filmed
+from firstcontact.grasp_study.chapters import fronts, pictures, sentences, tables
 from firstcontact.grasp_study.results import GraspResults
-from firstcontact.grasp_study.variants import playing
 from firstcontact.report.page import duration
 from firstcontact.report.template import filled
 
@@ -33,7 +30,6 @@ def render(results: GraspResults, film: Path) -> str:
         tables=tables(results),
         pictures=pictures(results),
         film=f"data:image/gif;base64,{moving}",
-        filmed=filmed().title,
-        controls=[v.title for v in playing(Part.CONTROL)],
+        opening=fronts(results),
         elapsed=duration(results.study.seconds),
     )

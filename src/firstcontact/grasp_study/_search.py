@@ -10,9 +10,9 @@ import numpy as np
 from firstcontact.core.jobs import Runner
 from firstcontact.grasp.policy import Policy
 from firstcontact.grasp_study._trials import PinchSetup, Row, Trial, run_trial
+from firstcontact.grasp_study._variants import Variant, unmodulated, variants
 from firstcontact.grasp_study.results import Tuning
 from firstcontact.grasp_study.settings import HEADLINE, KINDS, SOFT, GraspStudySettings
-from firstcontact.grasp_study.variants import Variant, unmodulated, variants
 
 #: The best so many of a first round meet again on more pinches.
 FINALISTS = 12

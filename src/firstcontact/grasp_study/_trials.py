@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from firstcontact.grasp.grip import Grip
 from firstcontact.grasp_study._closing import LAYOUT, ClosingRecord, close
 from firstcontact.grasp_study._learning import CONDITION, Models
+from firstcontact.grasp_study._variants import Variant
 from firstcontact.grasp_study.settings import KINDS
-from firstcontact.grasp_study.variants import Variant
 from firstcontact.live.pipeline import Pipeline
 from firstcontact.twin.conditions import condition
 from firstcontact.twin.draw import draw_pinch, draw_specimen

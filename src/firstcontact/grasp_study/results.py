@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from firstcontact.core.by_name import ByName, Record
-from firstcontact.learning.scores import Bounded, Ends
+from firstcontact.core.by_name import Record
+from firstcontact.learning.scores import Ends
 
 
 class Summary(Record, frozen=True, kw_only=True):
@@ -34,84 +34,6 @@ class Summary(Record, frozen=True, kw_only=True):
     n: int
     misses: int
     intervals: dict[str, Ends]
-
-
-class Difference(Record, frozen=True, kw_only=True):
-    """What one policy does to the same pinches otherwise than another.
-
-    Parameters
-    ----------
-    less_peak
-        By which share the mean peak force is lower.
-    longer
-        By which share the mean time to grasp is longer, of pinches steadily held by both.
-    more_dropped, more_broken
-        Pinches.
-    n
-        Pinches compared.
-    intervals
-        Of the two shares.
-    """
-
-    less_peak: float
-    longer: float | None = None
-    more_dropped: int
-    more_broken: int
-    n: int
-    intervals: dict[str, Ends]
-
-    @property
-    def peak_change(self) -> Bounded:
-        """By which share the mean peak force is higher."""
-        ends = self.intervals.get("less_peak")
-        return Bounded(-self.less_peak, (-ends[1], -ends[0]) if ends else None)
-
-
-class Met(Record, frozen=True, kw_only=True):
-    """Which parts of the target are met."""
-
-    less_peak: bool
-    more_dropped: bool
-    longer: bool
-
-    @property
-    def all(self) -> bool:
-        """Whether the target is met."""
-        return self.less_peak and self.more_dropped and self.longer
-
-
-class Comparison(Record, frozen=True, kw_only=True):
-    """A candidate against another policy, on groups of objects."""
-
-    soft: Difference
-    lasting: Difference
-    all: Difference
-    met: Met
-
-
-class Target(Record, frozen=True, kw_only=True):
-    """What was to be reached, in the words of :class:`Difference`."""
-
-    less_peak: float
-    more_dropped: int
-    longer: float
-
-
-class HeadlineConditions(Record, frozen=True, kw_only=True):
-    """Latency, what counts as soft (Shore A), the best baseline, and the target."""
-
-    latency_ms: float
-    soft_up_to: float
-    best_feedback: str
-    target: Target
-
-
-class ObjectSummary(Record, frozen=True, kw_only=True):
-    """One object; ``variants`` at the headline's latency."""
-
-    shore_a: float
-    breaks: bool
-    variants: dict[str, Summary]
 
 
 class Tuning(Record, frozen=True, kw_only=True):
@@ -157,32 +79,195 @@ class ModelErrors(Record, frozen=True, kw_only=True):
 
 
 class Filmed(Record, frozen=True, kw_only=True):
-    """What the film shows."""
+    """What the film shows: two things, by a hand of that seed."""
 
-    object: str
-    session: int
+    objects: list[str]
+    hand: int
+    specimen: int
 
 
-#: Candidate to other policy to comparison.
-Headline = ByName[dict[str, Comparison], HeadlineConditions]
 #: Variant to latency (ms) to group of objects.
 Policies = dict[str, dict[str, dict[str, Summary]]]
 
 
-class GraspResults(Record, frozen=True, kw_only=True):
-    """Everything; ``feedback`` has what was tuned, ``grip`` the rule from Shore A to a grip."""
+class Between(Record, frozen=True, kw_only=True):
+    """A number and the ends of its 95 % interval."""
 
-    study: GraspRun
+    value: float
+    low: float
+    high: float
+
+
+class FrontPoints(Record, frozen=True, kw_only=True):
+    """Shares of dropped and damaged picks, from the most cautious on."""
+
+    dropped: list[float]
+    damaged: list[float]
+
+
+class ChosenSettings(Record, frozen=True, kw_only=True):
+    """What was chosen in one fold, and its shares on the picks that it was chosen on."""
+
+    left_out: list[str]
+    settings: dict[str, float]
+    tried: int
+    drops: float
+    damage: float
+
+
+class TunedOn(Record, frozen=True, kw_only=True):
+    """What everything was tuned on: hands by seed, specimens by number, picks in all."""
+
+    hands: list[int]
+    specimens: list[int]
+    picks: int
+    budget: int
+    folds: int
+    families: list[list[str]]
+
+
+class RealClosings(Record, frozen=True, kw_only=True):
+    """Closings of a policy as it was tuned, with plant, detector, estimator and loop in full.
+
+    ``success`` is neither dropped nor damaged; ``steady_ms`` the mean time to a steady grasp,
+    ``steady`` the share that has one; ``as_table`` the share with the table's outcome.
+    """
+
+    n: int
+    success: float
+    dropped: float
+    damaged: float
+    steady: float
+    steady_ms: float | None = None
+    as_table: float | None = None
+    intervals: dict[str, Ends]
+
+
+class Reflexes(Record, frozen=True, kw_only=True):
+    """With a reflex, for one way of lifting and one detection latency.
+
+    ``blind`` and ``stiffness`` are drops at the headline's damage; ``fewer`` is what stiffness
+    saves of those that a reflex alone drops.
+    """
+
+    blind: Between
+    stiffness: Between
+    fewer: Between
+    success: dict[str, float]
+
+
+class ObjectErrors(Record, frozen=True, kw_only=True):
+    """Estimates of one object: RMSE by window (ms) and of what was used, and the mean of that."""
+
+    shore_a: float
+    family: str
+    fragile: bool
+    n: int
+    answered: int
+    rmse: dict[str, float]
+    bias: float | None = None
+    drops: dict[str, float]
+    damage: dict[str, float]
+
+
+class Estimates(Record, frozen=True, kw_only=True):
+    """How good the live estimates were on judged picks, and when they came.
+
+    ``rmse`` over all by window, ms, and "used"; ``bearing`` over things up to 70 Shore A;
+    ``decided`` is the share of pinches in which a window is whole before the second contact.
+    """
+
+    rmse: dict[str, float]
+    bearing: dict[str, float]
+    decided: dict[str, float]
+    block_rmse: float
+    unanswered: float
+    heard: float
+
+
+class Household(Record, frozen=True, kw_only=True):
+    """The household: what a hand that knows stiffness drops and damages less.
+
+    Parameters
+    ----------
+    objects, hands
+        How many are judged.
+    picks
+        Judged ones: objects, hands and specimens.
+    damage
+        Share of damage at which drops are compared.
+    success
+        Share that is neither dropped nor damaged, by policy: as tuned, of real closings where
+        there are some.
+    drops_at_10_damage
+        By policy.
+    drops_between
+        The same with intervals over objects and hands.
+    fewer_drops_than_blind
+        Of the policy that acts on the live estimate. In a resample each thing that it damages
+        more than blind counts as dropped.
+    fewer_drops_only, more_damaged
+        The same where only drops count, and what it damages more in resamples, as a share of all.
+    fewer
+        The same of every policy that has no reflex.
+    target
+        What was to be reached.
+    controls
+        The gain that is left where weights, limits, or both are those of other things.
+    slip_reflex
+        By lift and detection latency.
+    sensitivity
+        The gain where estimated numbers of the objects are others.
+    """
+
+    objects: int
+    hands: int
+    picks: int
+    damage: float
+    success: dict[str, float]
+    drops_at_10_damage: dict[str, float]
+    drops_between: dict[str, Between]
+    fewer_drops_than_blind: Between
+    fewer_drops_only: Between
+    more_damaged: Between
+    fewer: dict[str, Between]
+    target: float
+    controls: dict[str, Between]
+    slip_reflex: dict[str, Reflexes]
+    sensitivity: dict[str, Between]
+    fronts: dict[str, FrontPoints]
+    closings: dict[str, RealClosings]
+    estimates: Estimates
+    by_object: dict[str, ObjectErrors]
+    tuned: dict[str, list[ChosenSettings]]
+    tuned_on: TunedOn
+    judged_on: TunedOn
+
+    @property
+    def met(self) -> bool:
+        """Whether the target is met: the gain is large enough and is not chance."""
+        gain = self.fewer_drops_than_blind
+        return gain.value >= self.target and gain.low > 0
+
+
+class Payload(Record, frozen=True, kw_only=True):
+    """The older task: hold a declared payload as gently as can be; one table."""
+
     data: GraspData
     models: ModelErrors
-    grip: dict[str, Any]
     feedback: dict[str, Tuning]
     policies: Policies
-    objects: dict[str, ObjectSummary]
-    headline: Headline
+
+
+class GraspResults(Record, frozen=True, kw_only=True):
+    """Everything."""
+
+    study: GraspRun
+    household: Household
+    payload: Payload
     film: Filmed
 
     @property
     def latency(self) -> str:
-        """The headline's, ms, as a key of policies."""
-        return f"{self.headline.about.latency_ms:g}"
+        """The payload's, ms, as a key of policies."""
+        return f"{self.payload.data.latencies_ms[0]:g}"

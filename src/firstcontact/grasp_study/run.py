@@ -11,27 +11,25 @@ from typing import Any
 
 from firstcontact.core.files import write_text
 from firstcontact.core.jobs import Runner, parallel
-from firstcontact.grasp.grip import Grip
-from firstcontact.grasp_study._film import PICTURES, film
+from firstcontact.grasp_study._film import KINDS, PICTURES, film
+from firstcontact.grasp_study._household import HouseholdWork, household
+from firstcontact.grasp_study._household_numbers import baseline, candidate
 from firstcontact.grasp_study._learning import Models, learn, loaded
-from firstcontact.grasp_study._numbers import (
-    by_object,
-    by_policy,
-    headline,
-)
+from firstcontact.grasp_study._numbers import by_policy
 from firstcontact.grasp_study._report import render
 from firstcontact.grasp_study._search import search
 from firstcontact.grasp_study._trials import PinchSetup, Row, Trial, run_trial
+from firstcontact.grasp_study._variants import variants
 from firstcontact.grasp_study.results import (
     Filmed,
     GraspData,
     GraspResults,
     GraspRun,
     ModelErrors,
+    Payload,
     Tuning,
 )
 from firstcontact.grasp_study.settings import GraspStudySettings
-from firstcontact.grasp_study.variants import variants
 from firstcontact.report.folder import sole_use
 from firstcontact.report.results.file import write_results
 from firstcontact.report.state import versions
@@ -86,19 +84,11 @@ def _run(
             bar.update(0)
 
         with parallel(settings.workers, within) as runner:
-            stage("models")
-            learned = learn(settings, out, runner)
-            stage("tuning")
-            found = search(settings, runner)
-            stage("closings")
-            models = loaded(learned.folder)
-            rows = close_all(settings, found, models, runner)
+            found = household(settings.household, settings.seed, runner, stage)
             stage("film")
-            tuned = {key: f.settings for key, f in found.items()}
-            pictures = PICTURES // 3 if quick else PICTURES
-            shown = film(
-                out / "film.gif", settings.sessions, settings.seed, tuned, models, pictures
-            )
+            shown = _filmed(out / "film.gif", found, settings, PICTURES // 3 if quick else PICTURES)
+            stage("payload")
+            payload = _payload(settings, out, runner)
     results = GraspResults(
         study=GraspRun(
             command=command,
@@ -110,6 +100,35 @@ def _run(
             asked=asked,
             versions=versions(),
         ),
+        household=found.results,
+        payload=payload,
+        film=shown,
+    )
+    write_results(out / "results.json", results)
+    from firstcontact.grasp_study.figures.fronts import fronts_picture
+
+    fronts_picture(results.household, out / "grasp.png")
+    report = out / "report.html"
+    write_text(report, render(results, out / "film.gif"))
+    return report
+
+
+def _filmed(
+    path: Path, found: HouseholdWork, settings: GraspStudySettings, pictures: int
+) -> Filmed:
+    its = settings.household
+    kinds = [k for k in KINDS if k in its.kinds] or [its.kinds[0], its.kinds[-1]]
+    hand, specimen = its.hands_of(settings.seed)[1][0], its.judged_specimens[0]
+    shown = {p.name: found.chosen[p.name] for p in (baseline(), candidate())}
+    return film(path, kinds, hand, specimen, shown, found.own, pictures)
+
+
+def _payload(settings: GraspStudySettings, out: Path, runner: Runner) -> Payload:
+    """The older task, small."""
+    learned = learn(settings, out, runner)
+    tuned = search(settings, runner)
+    rows = close_all(settings, tuned, loaded(learned.folder), runner)
+    return Payload(
         data=GraspData(
             source="twin",
             objects=list(settings.kinds),
@@ -120,20 +139,9 @@ def _run(
             latencies_ms=[round(1e3 * latency, 3) for latency in settings.latencies],
         ),
         models=ModelErrors(rmse=learned.rmse, interval_width=learned.width),
-        grip=asdict(Grip()),
-        feedback=found,
+        feedback=tuned,
         policies=by_policy(rows, settings.seed),
-        objects=by_object(rows, settings.seed),
-        headline=headline(rows, settings.seed),
-        film=Filmed(object=shown.kind, session=shown.session),
     )
-    write_results(out / "results.json", results)
-    from firstcontact.grasp_study.figures.headline import headline_picture
-
-    headline_picture(results.policies, results.latency, out / "grasp.png")
-    report = out / "report.html"
-    write_text(report, render(results, out / "film.gif"))
-    return report
 
 
 def close_all(

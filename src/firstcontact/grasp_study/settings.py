@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from firstcontact.grasp.policies.final_force import APPROACH
+from firstcontact.grasp.policies.reflex import BOOST
 from firstcontact.stiffness.registry import ESTIMATORS
+from firstcontact.twin.household import HOUSEHOLD
 from firstcontact.twin.objects import BRITTLE, EVERYDAY_OBJECTS, TwinObject, block
 
 #: Objects up to this Shore A are the soft ones of the headline.
@@ -17,15 +20,84 @@ KINDS = {kind.name: kind for kind in (*BLOCKS, *EVERYDAY_OBJECTS, *BRITTLE)}
 
 
 @dataclass(frozen=True, slots=True)
+class HouseholdSettings:
+    """Size of the household's part.
+
+    Parameters
+    ----------
+    tuning_hands, judged_hands
+        How many there are of each; none is both.
+    tuning_specimens, judged_specimens
+        Numbers of the specimens of every object.
+    blocks
+        Pinches of each block that a hand is known by.
+    speeds, boosts
+        Approaches, m/s, and reflexes that closings are made with.
+    forces
+        Likewise, N.
+    folds
+        In how many parts families are left out of the tuning.
+    budget
+        Settings of each policy.
+    few
+        Whether few values of each setting are tried.
+    permutations
+        Of each control.
+    kinds
+        Names of the objects.
+    """
+
+    tuning_hands: int = 3
+    judged_hands: int = 4
+    tuning_specimens: tuple[int, ...] = (1,)
+    judged_specimens: tuple[int, ...] = (2, 3)
+    blocks: int = 10
+    speeds: tuple[float, ...] = APPROACH.tried
+    boosts: tuple[float, ...] = BOOST.tried
+    forces: tuple[float, ...] = (1.0, 1.41, 2.0, 2.83, 4.0, 5.66, 8.0, 12.0)
+    folds: int = 6
+    budget: int = 512
+    few: bool = False
+    permutations: int = 40
+    kinds: tuple[str, ...] = tuple(thing.name for thing in HOUSEHOLD)
+
+    def hands_of(self, seed: int) -> tuple[list[int], list[int]]:
+        """Seeds of the hands that are tuned on, and of those that are judged."""
+        first = 1000 * (seed + 1)
+        tuning = [first + 100 + n for n in range(self.tuning_hands)]
+        return tuning, [first + 200 + n for n in range(self.judged_hands)]
+
+    def quick(self) -> HouseholdSettings:
+        """The same, small: no number is to be quoted."""
+        return replace(
+            self,
+            tuning_hands=1,
+            judged_hands=2,
+            judged_specimens=(2,),
+            blocks=6,
+            speeds=APPROACH.few,
+            boosts=BOOST.few,
+            forces=(1.0, 2.0, 4.0, 8.0, 12.0),
+            folds=3,
+            budget=32,
+            few=True,
+            permutations=4,
+            kinds=self.kinds[::4],
+        )
+
+
+@dataclass(frozen=True, slots=True)
 class GraspStudySettings:
     """Size and seed of a grasp study.
 
     Parameters
     ----------
+    household
+        Of the household's part; what follows is of the older task's table.
     sessions
         Each has one pinch of every object, each pinch with a specimen of its own.
     latencies
-        Of the brake, s; the headline's is among them.
+        Of the brake, s.
     training
         Pinches of each of the five blocks that detector and models learn from.
     windows
@@ -44,12 +116,13 @@ class GraspStudySettings:
         Processes.
     """
 
-    sessions: int = 12
-    latencies: tuple[float, ...] = (0.0, 0.020, 0.040, 0.060, 0.080)
-    training: int = 60
-    windows: tuple[float, ...] = (0.003, 0.005, 0.008, 0.015)
-    tuning: int = 3
-    coarse: bool = False
+    household: HouseholdSettings = HouseholdSettings()
+    sessions: int = 4
+    latencies: tuple[float, ...] = (0.020,)
+    training: int = 30
+    windows: tuple[float, ...] = (0.005, 0.015)
+    tuning: int = 1
+    coarse: bool = True
     kinds: tuple[str, ...] = tuple(KINDS)
     model: str = ESTIMATORS.default
     detector: str | None = None
@@ -60,13 +133,11 @@ class GraspStudySettings:
         """The same study, small: every part runs, no number is to be quoted."""
         return replace(
             self,
-            sessions=3,
-            latencies=(0.020, 0.060),
+            household=self.household.quick(),
+            sessions=2,
             training=20,
-            windows=(0.003, 0.015),
-            tuning=1,
-            coarse=True,
-            kinds=("block 5", "block 20", "block 43", "block 70", "orange 1", "egg shell", "berry"),
+            windows=(0.015,),
+            kinds=("block 5", "block 20", "block 43", "orange 1", "egg shell"),
         )
 
     @property

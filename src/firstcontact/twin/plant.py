@@ -255,6 +255,11 @@ class GraspPlant:
         return float(self._slid[self.sample - 1, 0]) if self.sample else 0.0
 
     @property
+    def lost(self) -> bool:
+        """Whether it has slid down so far that it is dropped."""
+        return self.slipped > DROPPED
+
+    @property
     def slipping_since(self) -> float | None:
         """When the slip began that the newest sample is in, s; None where nothing slips."""
         speeds = self._slid[: self.sample, 1]

@@ -64,11 +64,16 @@ class FinalForce(Policy):
         grip = self.grip
         return Command(min(SLOW, grip.speed), min(grip.searching, grip.force))
 
+    @property
+    def begun(self) -> Command:
+        """The command of the approach."""
+        grip = self.grip
+        return Command(min(self.approach, grip.speed), min(grip.searching, grip.force))
+
     def begin(self) -> Command:
         """Approach, no stronger than that needs."""
         self._both = False
-        grip = self.grip
-        return Command(min(self.approach, grip.speed), min(grip.searching, grip.force))
+        return self.begun
 
     def touched(self, contact: Contact, first: bool) -> Command | None:
         """Slow down, then press."""

@@ -10,14 +10,14 @@ from firstcontact.grasp.policies.final_force import FinalForce
 from firstcontact.grasp.policy import Tunable
 
 #: What a slip multiplies the force by.
-BOOST = Tunable("Boost", "times", 1, (1.5, 2.0, 3.0), (2.0,))
+BOOST = Tunable("Boost", "times", 1, (2.0, 3.0), (2.0,))
 
 
 class Reflex(FinalForce):
     """Beside another of its kind: a slip raises the force.
 
     Each time it is told that the object slips, the force becomes ``boost`` times as high, up
-    to the hand's.
+    to the hand's, and is built as fast as the hand approaches.
     """
 
     boost: float = 2.0
@@ -33,7 +33,10 @@ class Reflex(FinalForce):
     def final(self) -> Command:
         """What the policy presses with, raised as often as the object slipped."""
         command = super().final
-        return self.grip.pressing(command.force * self.boost**self._times)
+        if not self._times:
+            return command
+        harder = self.grip.pressing(command.force * self.boost**self._times)
+        return Command(max(harder.speed, self.begun.speed), harder.force)
 
     def slipped(self) -> Command | None:
         """Press harder."""

@@ -1,0 +1,148 @@
+"""One approach and what comes of every force: a row of the table that tuning looks things up in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Command
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.physics import GRAVITY
+from firstcontact.grasp.grip import Grip
+from firstcontact.grasp.policy import Stiffness
+from firstcontact.grasp_study._approach import Answer, Pick, approached, specimen_of
+from firstcontact.grasp_study._own_hand import OwnHand
+from firstcontact.grasp_study._slip import SlipWatch
+from firstcontact.twin.lift import LIFT, Lift
+from firstcontact.twin.plant import GraspPlant
+
+Values = NDArray[np.float64]
+
+#: Forces of the table, N: from one to the next a factor of the root of two.
+FORCES = (1.0, 1.41, 2.0, 2.83, 4.0, 5.66, 8.0, 12.0)
+#: Ways to be lifted, by name.
+LIFTS = {"abrupt": Lift(), "gradual": Lift(over=1.0)}
+#: Declared times from the beginning of a slip to where the hand knows, s.
+DETECTION = (0.100, 0.300)
+#: Samples that nobody listens to are taken in lots of so many.
+LOT = 100
+
+
+@dataclass(frozen=True, slots=True)
+class Branching:
+    """What a table is made with.
+
+    Parameters
+    ----------
+    speeds
+        Of the approach, m/s.
+    forces
+        N.
+    boosts
+        Of the reflex.
+    """
+
+    speeds: tuple[float, ...]
+    forces: tuple[float, ...]
+    boosts: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Branches:
+    """A pick approached at one speed.
+
+    Parameters
+    ----------
+    pick, speed
+        Which.
+    mass, friction, limit
+        Of the very specimen: kg, and N at which it is damaged, infinite where nothing does.
+    told
+        The estimate that a policy has at the second contact; None without one.
+    strange
+        Whether there was one that is out of range.
+    answers
+        Before the second contact.
+    heard, offset
+        As of :class:`firstcontact.grasp_study._approach.Approached`.
+    peak, hold
+        Largest contact force, N, and what both fingers hold with at last, N, by force.
+    slip_peak, slip_drop
+        Largest contact force, and whether it is dropped, with a reflex: by lift, detection,
+        boost and force; NaN where nothing slips.
+    """
+
+    pick: Pick
+    speed: float
+    mass: float
+    friction: float
+    limit: float
+    told: Stiffness | None
+    strange: bool
+    answers: tuple[Answer, ...]
+    heard: float | None
+    offset: float | None
+    peak: Values
+    hold: Values
+    slip_peak: Values
+    slip_drop: Values
+
+
+def branches(
+    job: tuple[Pick, float], own: dict[tuple[int, float], OwnHand], how: Branching
+) -> Branches:
+    """Approach once, then press with every force, and lift in every way."""
+    pick, speed = job
+    thing = specimen_of(pick)
+    begun = approached(pick, speed, own[pick.hand, speed])
+    shape = (len(LIFTS), len(DETECTION), len(how.boosts), len(how.forces))
+    peak, hold = np.empty(len(how.forces)), np.empty(len(how.forces))
+    slip_peak, slip_drop = np.full(shape, np.nan), np.full(shape, np.nan)
+    for place, force in enumerate(how.forces):
+        plant = begun.plant.copy()
+        plant.command(Grip().pressing(force))
+        _until(plant, LIFT)
+        lifted = plant.copy()
+        _until(lifted, np.inf)
+        forces = lifted.forces
+        peak[place], hold[place] = forces.max(), forces[-1].sum()
+        if thing.friction * hold[place] >= thing.mass * GRAVITY:
+            continue
+        for (a, lift), (b, wait), (c, boost) in product(
+            enumerate(LIFTS.values()), enumerate(DETECTION), enumerate(how.boosts)
+        ):
+            again = plant.copy(lift)
+            slip_peak[a, b, c, place], slip_drop[a, b, c, place] = _reflex(
+                again, force, wait, boost, speed
+            )
+    return Branches(
+        pick, speed, thing.mass, thing.friction,
+        np.inf if thing.fragility is None else thing.fragility.scale,
+        begun.told, begun.strange, begun.answers, begun.heard, begun.offset,
+        peak, hold, slip_peak, slip_drop,
+    )  # fmt: skip
+
+
+def _until(plant: GraspPlant, since: float) -> None:
+    """Let time pass until so long after the first contact, s, or the end."""
+    contacts = plant.contacts
+    end = contacts[0].sample + since * FINGERTIP_RATE if contacts else np.inf
+    while not plant.ended and plant.sample < end:
+        plant.advance(int(min(LOT, max(end - plant.sample, 1))))
+
+
+def _reflex(
+    plant: GraspPlant, force: float, wait: float, boost: float, speed: float
+) -> tuple[float, bool]:
+    """Largest contact force and whether it is dropped, of a reflex without a policy around it."""
+    watch = SlipWatch(wait)
+    while not plant.ended and not plant.lost:
+        plant.advance(10)
+        if watch.slips(plant):
+            force = min(force * boost, Grip().force)
+            pressing = Grip().pressing(force)
+            plant.command(Command(max(pressing.speed, speed), pressing.force))
+    return float(plant.forces.max()), plant.lost or plant.outcome.dropped

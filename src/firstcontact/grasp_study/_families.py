@@ -1,0 +1,36 @@
+"""Things that are alike: none is judged with settings that were tuned on another of its family."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+#: By words of their names; whoever is in none is a family by itself.
+FAMILIES = (
+    ("raspberry", "blueberry", "strawberry"),
+    ("silken tofu", "bread roll"),
+    ("peach", "tomato", "banana"),
+    ("avocado",),
+    ("paper cup", "mug", "wine glass"),
+    ("sponge", "foam brick"),
+    ("cloth", "stuffed toy"),
+    ("orange", "apple"),
+    ("quail egg", "hen egg"),
+    ("potato crisp", "cracker"),
+    ("soup can", "mustard bottle", "sugar box"),
+    ("hammer", "wrench", "screwdriver"),
+    ("wood block", "Rubik's cube"),
+)
+
+
+def family(kind: str) -> str:
+    """The family of a kind of thing."""
+    for words in FAMILIES:
+        if any(word in kind for word in words):
+            return " and ".join(words)
+    return kind
+
+
+def folds(kinds: Sequence[str], count: int) -> dict[str, int]:
+    """Fold of each kind: families stay whole, and are dealt out in their order."""
+    families = list(dict.fromkeys(family(kind) for kind in kinds))
+    return {str(kind): families.index(family(kind)) % count for kind in kinds}

@@ -131,7 +131,7 @@ def _until(plant: GraspPlant, since: float) -> None:
     contacts = plant.contacts
     end = contacts[0].sample + since * FINGERTIP_RATE if contacts else np.inf
     while not plant.ended and plant.sample < end:
-        plant.advance(int(min(LOT, max(end - plant.sample, 1))))
+        plant.move(int(min(LOT, max(end - plant.sample, 1))))
 
 
 def _reflex(
@@ -140,7 +140,7 @@ def _reflex(
     """Largest contact force and whether it is dropped, of a reflex without a policy around it."""
     watch = SlipWatch(wait)
     while not plant.ended and not plant.lost:
-        plant.advance(10)
+        plant.move(10)
         if watch.slips(plant):
             force = min(force * boost, Grip().force)
             pressing = Grip().pressing(force)

@@ -117,6 +117,9 @@ def film(
                 axis.set_xlabel("Time after first contact (ms)")
             return []
 
+        draw(pictures - 1)
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")  # found once: every picture has the same places
         FuncAnimation(figure, draw, frames=pictures, blit=False).save(
             path, writer=PillowWriter(fps=PACE), dpi=90
         )

@@ -74,7 +74,7 @@ grasp: $(VENV)/.study ## what stiffness is worth to a hand, on the twin (10 minu
 quick-grasp: $(VENV)/.study ## the same, small (half a minute): firstcontact-study/quick-grasp/report.html
 	$(BIN)/firstcontact grasp-study --quick --out $(OUT)/quick-grasp
 
-real: $(VENV)/.study ## studies of the real sets in FIRSTCONTACT_DATA: firstcontact-study/real*/report.html
+real: $(VENV)/.study ## the real sets in FIRSTCONTACT_DATA on one page: firstcontact-study/real/report.html
 	@sh examples/real.sh "$(FIRSTCONTACT_DATA)" "$(OUT)" "$(BIN)"
 
 # --- live --------------------------------------------------------------------------------------
@@ -122,8 +122,8 @@ bench: $(VENV)/.dev ## what is timed: benchmarks/
 .PHONY: readme-numbers
 readme-numbers: $(VENV)/.study ## copy the numbers of all studies into docs/results and the tables
 	$(BIN)/python docs/write_tables.py --study $(OUT)/results.json \
-		--real $(OUT)/real/results.json \
-		--strikes $(OUT)/real-strikes/results.json --grasp $(OUT)/grasp/results.json
+		--real $(OUT)/real/impact_hardness/results.json \
+		--strikes $(OUT)/real/piezo_strikes/results.json --sets $(OUT)/real/results.json --grasp $(OUT)/grasp/results.json
 	$(BIN)/python docs/draw_beyond_blocks.py
 
 .PHONY: clean

@@ -1,7 +1,7 @@
 """Write the tables of results in the README and the docs from results files.
 
     python docs/write_tables.py                     the tables, from docs/results
-    python docs/write_tables.py --study A --real B --strikes C --grasp D  copy them there first
+    python docs/write_tables.py --study A --real B --strikes C --grasp D --sets E  copy them
 
 Tables stand between ``<!-- numbers: NAME -->`` and ``<!-- /numbers -->``. Nothing in them is
 typed by hand, and a test holds them against docs/results.
@@ -23,6 +23,7 @@ from firstcontact.grasp_study import chapters as grasp_chapters
 from firstcontact.grasp_study.results import GraspResults
 from firstcontact.learning.detection import DetectionScores
 from firstcontact.learning.scores import Bounded, bounded
+from firstcontact.report._tables import Cell
 from firstcontact.report.accepted import Accepted
 from firstcontact.report.comparison import percent
 from firstcontact.report.markdown import TABLES, markdown
@@ -32,8 +33,10 @@ from firstcontact.report.results.data import Offsets
 from firstcontact.report.results.file import read_results
 from firstcontact.report.results.hardness import HardnessOrder
 from firstcontact.report.results.real import RealSet
+from firstcontact.report.results.sets import SetsResults
 from firstcontact.report.results.stiffness import InferenceTimes
 from firstcontact.report.results.study import FirstSubject, StudyResults, SubjectResults
+from firstcontact.report.sets_page import overview
 from firstcontact.stiffness.registry import ESTIMATORS
 from firstcontact.stiffness.timing import InferenceTime
 
@@ -366,7 +369,7 @@ def short_windows(found: RealSet) -> str:
 
 def tables(results: Path) -> dict[str, str]:
     """All tables by name, of the results that are there."""
-    names = ("headline", "study", "speed", "real", "impacts", "strikes", "grasp_headline")
+    names = ("headline", "study", "speed", "real", "impacts", "strikes", "sets", "grasp_headline")
     made = dict.fromkeys((*names, *GRASP, *TABLES), "*Not run yet.*\n")
     if (results / "study.json").is_file():
         study = read_results(results / "study.json", StudyResults)
@@ -390,15 +393,31 @@ def tables(results: Path) -> dict[str, str]:
         made["grasp_headline"] = "".join(f"- {said}\n" for said in grasp_chapters.sentences(grasp))
         for name, of in GRASP.items():
             made[name] = grasp_table(of(grasp))
+    if (results / "sets.json").is_file():
+        made["sets"] = sets_table(read_results(results / "sets.json", SetsResults))
     return made
+
+
+def sets_table(results: SetsResults) -> str:
+    """A column a set."""
+    its = overview(results)
+    columns = [list(its.head), *([_cell(c) for c in row.cells] for row in its.rows)]
+    head, *lines = zip(*columns, strict=True)
+    rows = [("", *head[1:]), ("---",) * len(head), *lines]
+    return "".join(f"| {' | '.join(row)} |\n" for row in rows)
+
+
+def _cell(cell: Cell) -> str:
+    return f"{cell.text} ({cell.small})" if cell.small else cell.text
 
 
 def copy(source: Path, name: str) -> None:
     """Copy results into the docs; where the data lay on the machine of the run is left out."""
-    kind: Any = GraspResults if name == "grasp" else StudyResults
-    tree = to_tree(read_results(source, kind))
-    tree["study"].pop("asked", None)
-    tree["study"]["command"] = re.sub(r"/\S*/", "", tree["study"]["command"])
+    kinds: dict[str, Any] = {"grasp": GraspResults, "sets": SetsResults}
+    tree = to_tree(read_results(source, kinds.get(name, StudyResults)))
+    run = tree if name == "sets" else tree["study"]
+    run.pop("asked", None)
+    run["command"] = re.sub(r"/\S*/", "", run["command"])
     text = json.dumps(tree, indent=1, ensure_ascii=False) + "\n"
     (RESULTS / f"{name}.json").write_text(text, encoding="utf-8")
 
@@ -423,8 +442,9 @@ def main() -> None:
     """Copy results if asked to, then write the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--study", type=Path, help="results.json of `make study`")
-    parser.add_argument("--real", type=Path, help="results.json of `make real`")
+    parser.add_argument("--real", type=Path, help="results.json of the impacts of `make real`")
     parser.add_argument("--strikes", type=Path, help="results.json of its strikes")
+    parser.add_argument("--sets", type=Path, help="results.json of `make real`")
     parser.add_argument("--grasp", type=Path, help="results.json of `firstcontact grasp-study`")
     options = parser.parse_args()
     RESULTS.mkdir(exist_ok=True)
@@ -433,6 +453,7 @@ def main() -> None:
         ("real", options.real),
         ("strikes", options.strikes),
         ("grasp", options.grasp),
+        ("sets", options.sets),
     ):
         if source is not None:
             copy(source, name)

@@ -1,38 +1,63 @@
 #!/bin/sh
-# Import and study whatever real sets are there; `make real` runs it.
+# Import and study whatever real sets are there, and put all on one page; `make real` runs it.
 #     sh examples/real.sh DATA OUT BIN
-# DATA is a folder with impact_hardness or piezo_strikes in it, or one of the two.
+# DATA is a folder with impact_hardness, piezo_strikes or biotac_hold in it, or one of them.
 set -eu
-data=$1 out=$2 bin=$3
+data=$1 out=$2/real bin=$3
 here=$(dirname "$0")
 found=
 
+# Recordings and page of a set, anew.
+begin() {
+    found=$1 set=$out/$1
+    rm -rf "$set/recordings" "$set/noise" "$set/tables"
+    mkdir -p "$set/tables"
+}
+
 for place in "$data" "$data/impact_hardness"; do
-    [ -z "$found" ] && [ -f "$place/labels.csv" ] || continue
-    found=impacts
-    recordings=$out/real-recordings/impact_hardness
-    rm -rf "$recordings"
-    "$bin/firstcontact" import "$place" --source real --out "$recordings"
+    [ -f "$place/labels.csv" ] || continue
+    begin impact_hardness
+    "$bin/firstcontact" import "$place" --source real --out "$set/recordings"
+    printf 'session,front_end\n*,MEMS microphone\n' > "$set/front_ends.csv"
     # The labels are those of a trigger, which comes up to 4 ms after the hit.
-    "$bin/firstcontact" study --recordings "$recordings" --early-ms 4 --out "$out/real"
+    "$bin/firstcontact" study --recordings "$set/recordings" --early-ms 4 --out "$set"
+    break
 done
 
 for place in "$data" "$data/piezo_strikes"; do
     [ -f "$place/hits.csv" ] && [ -f "$place/files.csv" ] || continue
-    found=$found,strikes
-    recordings=$out/real-recordings/piezo_strikes
-    rm -rf "$recordings"
-    mkdir -p "$out/real-recordings"
-    "$bin/python" "$here/strike_events.py" "$place" "$out/real-recordings/strikes.csv"
-    "$bin/firstcontact" import "$place/wav" --events "$out/real-recordings/strikes.csv" \
-        --sensor piezo --source real --out "$recordings"
-    "$bin/firstcontact" study --recordings "$recordings" --out "$out/real-strikes"
+    begin piezo_strikes
+    "$bin/python" "$here/strike_events.py" "$place" "$set/tables/strikes.csv" \
+        "$set/front_ends.csv" "$set/tables/noise.wav"
+    "$bin/firstcontact" import "$place/wav" --events "$set/tables/strikes.csv" \
+        --sensor piezo --source real --out "$set/recordings"
+    if [ -f "$set/tables/noise.wav" ]; then
+        "$bin/firstcontact" import "$set/tables/noise.wav" --sensor piezo --source real \
+            --out "$set/noise"
+    fi
+    "$bin/firstcontact" study --recordings "$set/recordings" --out "$set"
+    break
+done
+
+for place in "$data" "$data/biotac_hold/data"; do
+    ls "$place"/*_HOLD.mat > /dev/null 2>&1 || continue
+    begin biotac_hold
+    "$bin/python" "$here/biotac_tables.py" "$place" "$set/tables/labels.csv" "$set/tables/channels.csv"
+    "$bin/firstcontact" import "$place" --labels "$set/tables/labels.csv" \
+        --channels "$set/tables/channels.csv" --source real --out "$set/recordings"
+    printf 'session,front_end\n*,BioTac\n' > "$set/front_ends.csv"
+    "$bin/firstcontact" study --recordings "$set/recordings" --out "$set"
+    break
 done
 
 [ -n "$found" ] || {
-    echo "make real: no labels.csv and no hits.csv in FIRSTCONTACT_DATA=$data"
-    echo "Get the impacts (MIT licence) from github.com/Kev-HL/acoustic-hardness-classifier,"
-    echo "converted to WAV as docs/how-to/real-impacts.md says, and name their folder:"
-    echo "    make real FIRSTCONTACT_DATA=/path/to/impact_hardness"
+    echo "make real: FIRSTCONTACT_DATA=$data holds no real set (no labels.csv, hits.csv or *_HOLD.mat): see docs/how-to/real-impacts.md for where they are, and name the folder with make real FIRSTCONTACT_DATA=FOLDER"
     exit 2
 } >&2
+
+# Something to learn from that is none of the sets.
+if [ ! -d "$out/twin-pinches" ]; then
+    "$bin/firstcontact" simulate --condition everyday --pinches-per-block 60 \
+        --pinches-per-object 30 --seed 7 --out "$out/twin-pinches"
+fi
+"$bin/firstcontact" sets "$out" --twin "$out/twin-pinches"

@@ -1,11 +1,12 @@
 """The table of contacts of a set of struck pads, from the two tables that come with it.
 
-    python examples/strike_events.py piezo_strikes strikes.csv
+    python examples/strike_events.py piezo_strikes strikes.csv front_ends.csv noise.wav
     firstcontact import piezo_strikes/wav --events strikes.csv --sensor piezo --out pads
 
 ``hits.csv`` has the file and the sample of each strike, ``files.csv`` the pad and the surface of
 each file. Mesh heads are soft, rubber and kick pads hard; a pad is one specimen, a file
-one session.
+one session. One file is of a converter's noise: its last 85 s become ``noise.wav``. (Between the
+strikes at its beginning and these lie two knocks, at 4.57 and 4.83 s.)
 """
 
 from __future__ import annotations
@@ -14,6 +15,11 @@ import csv
 import sys
 from pathlib import Path
 
+from scipy.io import wavfile
+
+#: The file of noise, and how much of its end is nothing else, s.
+NOISE, QUIET = "teensy4_0_noise_test.wav", 85.0
+
 
 def rows(path: Path) -> list[dict[str, str]]:
     """A table, row by row."""
@@ -21,8 +27,8 @@ def rows(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(table))
 
 
-def main(folder: Path, out: Path) -> None:
-    """Join the tables."""
+def main(folder: Path, out: Path, front_ends: Path, noise: Path) -> None:
+    """Join the tables, and cut out the noise."""
     files = {row["file"]: row for row in rows(folder / "files.csv")}
     with out.open("w", encoding="utf-8", newline="") as table:
         writer = csv.writer(table)
@@ -34,8 +40,18 @@ def main(folder: Path, out: Path) -> None:
             onset = hit["onset_sample"]
             writer.writerow([hit["file"], onset, 0, pad["pad"], pad["pad"], hardness])
 
+    with front_ends.open("w", encoding="utf-8", newline="") as table:
+        writer = csv.writer(table)
+        writer.writerow(["session", "front_end"])
+        for name, pad in files.items():
+            writer.writerow([Path(name).stem, pad.get("front_end", "")])
+    if (folder / "wav" / NOISE).exists():
+        rate, samples = wavfile.read(folder / "wav" / NOISE)
+        first = samples if samples.ndim == 1 else samples[:, 0]
+        wavfile.write(noise, rate, first[-round(QUIET * rate) :])
 
-if len(sys.argv) == 3:
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+
+if len(sys.argv) == 5:
+    main(*map(Path, sys.argv[1:]))
 else:
-    print("give the folder of the set, and the table to write")
+    print("give the folder of the set, and two tables and the noise to write")

@@ -26,6 +26,7 @@ from pages import PAGES, ROOT, Fence, fences, name
 #: Commands that build an environment or take long, and what runs them.
 ELSEWHERE = {
     "firstcontact live --device twin --page": "tests/cli/test_live.py",
+    "firstcontact label long --out labelled": "tests/labelling/test_label_page.py",
     "python examples/biotac_tables.py biotac_hold/data labels.csv channels.csv": (
         "tests/recording/test_recording_mat.py, where the recordings are"
     ),

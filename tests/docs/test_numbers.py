@@ -16,6 +16,7 @@ from firstcontact.core import InputError
 from firstcontact.core.by_name import to_tree
 from firstcontact.grasp_study.results import GraspResults
 from firstcontact.report.results.file import read_results
+from firstcontact.report.results.sets import SetsResults
 from firstcontact.report.results.study import StudyResults
 from partial import filled
 
@@ -46,6 +47,7 @@ def write(path: Path, tree: dict[str, Any]) -> None:
         ("real", StudyResults),
         ("strikes", StudyResults),
         ("grasp", GraspResults),
+        ("sets", SetsResults),
     ],
 )
 def test_committed_results_are_read_whole_and_written_as_they_are(result: str, kind: Any) -> None:
@@ -60,6 +62,7 @@ def test_there_are_no_other_results() -> None:
         "real.json",
         "strikes.json",
         "grasp.json",
+        "sets.json",
     }
 
 

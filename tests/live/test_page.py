@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from page_browser import browsing, needs_browser, text, until
 from page_feed import DESCRIPTOR, LANDMARKS, Asked, Feed
 
 from firstcontact.device import Health
 from firstcontact.live.hand_requests import Ask
 from firstcontact.live.page import PageSink
 from firstcontact.live.sink import Update
+from page_browser import browsing, needs_browser, text, until
 
 pytestmark = needs_browser
 #: Pixels of a canvas that are as blue, or as orange, as the finger they are about.

@@ -9,13 +9,13 @@ from contextlib import ExitStack
 from typing import Any
 
 import pytest
-from page_browser import PATIENCE
 from page_feed import DESCRIPTOR, Asked
 from websockets.sync.client import ClientConnection, connect
 
 from firstcontact.live.page import PageSink
 from firstcontact.live.page._allowance import Allowance
 from firstcontact.live.page._commands import ALL, EACH
+from page_browser import PATIENCE
 
 MARK = '{"do": "mark", "text": "apple"}'
 

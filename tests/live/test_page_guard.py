@@ -7,13 +7,13 @@ import socket
 from collections.abc import Iterator
 
 import pytest
-from page_browser import UPGRADE, ask
 from page_feed import DESCRIPTOR
 from websockets.datastructures import Headers
 
 from firstcontact.core import InputError
 from firstcontact.live.page import PageSink
 from firstcontact.live.page.guard import Guard, NotAllowedError
+from page_browser import UPGRADE, ask
 
 TOKEN = "a-token-of-enough-length"
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from page_browser import browsing, needs_browser, text, until
 from page_feed import DESCRIPTOR, LANDMARKS, RATE, Feed
 
 from firstcontact.live.events import Estimated, PinchDone
 from firstcontact.live.page import PageSink
 from firstcontact.live.page._pinches import timing
+from page_browser import browsing, needs_browser, text, until
 
 pytestmark = needs_browser
 #: On both sides of each width at which the page changes.

@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from page_browser import browsing, needs_browser, text, until
 from page_feed import Asked
 from told_events import ANSWER, DESCRIPTOR, ESTIMATE, FIRST, SECOND, numbered
 
@@ -17,6 +16,7 @@ from firstcontact.live.events import Case, Event, PinchDone, SameObject, Settled
 from firstcontact.live.page import PageSink
 from firstcontact.live.page._state import State
 from firstcontact.live.sink import Update
+from page_browser import browsing, needs_browser, text, until
 
 TOUCHED = Touched(FIRST, first=True, epoch=0, host=0.0)
 #: An answer each millisecond from 2 to 15, narrower each time; the last but one stands.

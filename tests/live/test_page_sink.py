@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from page_browser import PATIENCE, UPGRADE
 from page_feed import DESCRIPTOR, LANDMARKS, Asked, Feed
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
@@ -26,6 +25,7 @@ from firstcontact.live.page import PageSink
 from firstcontact.live.page._pinches import Pinches, timing
 from firstcontact.live.sink import Update
 from firstcontact.recording import Marker, PinchMark
+from page_browser import PATIENCE, UPGRADE
 
 HEAD = "".join(f"{k.replace('_', '-')}: {v}\r\n" for k, v in UPGRADE.items())
 #: Asks for the socket.

@@ -50,6 +50,10 @@ VERBS = {
         "Simulate", "Make recordings of simulated pinches: five blocks and eight everyday objects."
     ),
     "import": Verb("Import", "Turn what others have into recordings."),
+    "label": Verb(
+        "Label",
+        "Confirm on a page, by keyboard, where contacts are; the originals stay as they are.",
+    ),
     "inspect": Verb("Inspect", "Say what is in a recording, and draw a pinch of it."),
     "export": Verb("Export", "Write the pinches of recordings for other tools."),
     "train": Verb(
@@ -74,6 +78,10 @@ VERBS = {
     "study": Verb(
         "Study",
         "Do every experiment that the data permit and write report.html and results.json.",
+    ),
+    "sets": Verb(
+        "Sets",
+        "Hold the detectors against several real sets, and put what was found of them on one page.",
     ),
     "benchmark": Verb(
         "Benchmark",

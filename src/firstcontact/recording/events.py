@@ -9,7 +9,10 @@ from pathlib import Path
 
 from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.core.files import files_below
-from firstcontact.recording._event_table import (
+from firstcontact.recording._labels import labelled
+from firstcontact.recording._sound import SUFFIXES, read_sound
+from firstcontact.recording.checks import FileSettings, make_layout
+from firstcontact.recording.event_table import (
     AFTER,
     BEFORE,
     CHANNEL,
@@ -18,9 +21,6 @@ from firstcontact.recording._event_table import (
     labels_of,
     read_event_table,
 )
-from firstcontact.recording._labels import labelled
-from firstcontact.recording._sound import SUFFIXES, read_sound
-from firstcontact.recording.checks import FileSettings, make_layout
 from firstcontact.recording.formats import Importer
 from firstcontact.recording.quoting import shown
 from firstcontact.recording.wav import FULL_SCALE, check_alike, source_of, wav_samples

@@ -24,7 +24,12 @@ from firstcontact.recording._channel_table import (
     common_type,
     read_signals,
 )
-from firstcontact.recording._event_table import (
+from firstcontact.recording._label_track import label_columns
+from firstcontact.recording._labels import labelled
+from firstcontact.recording._stamps import Run, even_runs
+from firstcontact.recording._xdf_file import Stream, read_xdf
+from firstcontact.recording.checks import LOWEST_RATE, check_rate, check_source
+from firstcontact.recording.event_table import (
     SAMPLE,
     SECONDS,
     Columns,
@@ -33,11 +38,6 @@ from firstcontact.recording._event_table import (
     read_event_table,
     spans,
 )
-from firstcontact.recording._label_track import label_columns
-from firstcontact.recording._labels import labelled
-from firstcontact.recording._stamps import Run, even_runs
-from firstcontact.recording._xdf_file import Stream, read_xdf
-from firstcontact.recording.checks import LOWEST_RATE, check_rate, check_source
 from firstcontact.recording.events import NO_CONTACTS
 from firstcontact.recording.formats import Importer
 from firstcontact.recording.quoting import listed, shown

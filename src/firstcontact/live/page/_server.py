@@ -13,14 +13,14 @@ from http import HTTPStatus
 from typing import Any
 
 from websockets.asyncio.server import ServerConnection, serve
-from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from firstcontact.live.page._allowance import Allowance
 from firstcontact.live.page._commands import EACH, LONGEST, Commands
 from firstcontact.live.page._state import State
-from firstcontact.live.page.guard import Guard, NotAllowedError
+from firstcontact.live.page.guard import Guard
+from firstcontact.live.page.serving import answer, plain
 from firstcontact.live.sink import Controls
 
 #: Between two messages to a viewer, s.
@@ -31,18 +31,7 @@ VIEWERS = 16
 PATIENCE = 10.0
 #: Bytes that wait for one viewer before it skips.
 WAITING_BYTES = 32_768
-SOCKET = "/socket"
 _HEAD = struct.Struct("<IId")
-_SAFE = {
-    "Content-Security-Policy": (
-        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
-        "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-    ),
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
-    "Cross-Origin-Resource-Policy": "same-origin",
-    "Cache-Control": "no-cache",
-}
 
 
 class PageServer:
@@ -98,26 +87,14 @@ class PageServer:
             await stop.wait()
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
-        path = request.path.partition("?")[0]
-        websocket = path == SOCKET
-        try:
-            fresh = self._guard.check(request.path, request.headers, websocket)
-        except NotAllowedError as error:
-            return _response(error.status, "text/plain; charset=utf-8", error.sentence.encode())
-        if websocket:
-            # The loop does nothing else between this and `_view`, which counts: a test holds it.
-            if self._viewers >= VIEWERS:
-                sentence = f"{VIEWERS} viewers are watching: close one of them."
-                return _plain(HTTPStatus.SERVICE_UNAVAILABLE, sentence)
-            return None
-        if path not in self._files:
-            return _plain(HTTPStatus.NOT_FOUND, "There is no such page.")
-        response = _response(HTTPStatus.OK, *self._files[path])
-        if fresh:
-            response.headers["Set-Cookie"] = (
-                f"{self._guard.cookie}={self._guard.quoted}; Path=/; HttpOnly; SameSite=Strict"
+        answered = answer(request, self._guard, self._files)
+        # The loop does nothing else between this and `_view`, which counts: a test holds it.
+        if answered is None and self._viewers >= VIEWERS:
+            return plain(
+                HTTPStatus.SERVICE_UNAVAILABLE,
+                f"{VIEWERS} viewers are watching: close one of them.",
             )
-        return response
+        return answered
 
     async def _view(self, connection: ServerConnection) -> None:
         self._viewers += 1
@@ -171,14 +148,3 @@ class PageServer:
             with suppress(AttributeError):
                 connection.transport.abort()
             raise
-
-
-def _plain(status: HTTPStatus, sentence: str) -> Response:
-    return _response(status, "text/plain; charset=utf-8", sentence.encode())
-
-
-def _response(status: HTTPStatus, kind: str, body: bytes) -> Response:
-    headers = Headers(
-        **{"Content-Type": kind, "Content-Length": str(len(body)), "Connection": "close", **_SAFE}
-    )
-    return Response(status.value, status.phrase, headers, body)

@@ -13,14 +13,12 @@ from types import MappingProxyType
 
 from firstcontact.core import InputError
 from firstcontact.device import Descriptor
-from firstcontact.live.page._files import load
 from firstcontact.live.page._server import PageServer
 from firstcontact.live.page._state import State
 from firstcontact.live.page.guard import TOKEN_LENGTH, Guard, is_loopback
+from firstcontact.live.page.serving import listen, load
 from firstcontact.live.sink import Controls, Update
 
-#: Bytes that the system may hold for one viewer.
-SENDING_BYTES = 131_072
 _NONE: Mapping[str, float] = MappingProxyType({})
 
 
@@ -73,11 +71,11 @@ class PageSink:
             raise InputError(
                 f"the Shore A of {odd[0]!r} is not a finite number: train the model again"
             )
-        self._files = load()
+        self._files = load("firstcontact.live.page")
         #: What viewers may ask for; may be given until the page is opened.
         self.controls = controls
         self._landmarks = dict(landmarks)
-        self._socket = _listen(host, port)
+        self._socket = listen(host, port)
         self._guard = Guard(host, self._socket.getsockname()[1], token)
         self._state: State | None = None
         self._thread: threading.Thread | None = None
@@ -139,18 +137,3 @@ class PageSink:
         server = PageServer(self._state, self._guard, self._files, self.controls)
         self._started.set()
         await server.run(self._socket, self._stop)
-
-
-def _listen(host: str, port: int) -> socket.socket:
-    try:
-        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
-        family, _, _, _, address = found[0]
-        listening = socket.create_server(address[:2], family=family, backlog=64)
-    except (OSError, OverflowError) as error:
-        raise InputError(
-            f"the page cannot be served on {host} port {port} ({error}): name another port or "
-            "address, or 0 for a free port"
-        ) from error
-    # What the system holds back for a viewer that does not read; its connections inherit it.
-    listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SENDING_BYTES)
-    return listening

@@ -1,0 +1,70 @@
+"""``firstcontact label``."""
+
+from __future__ import annotations
+
+import getpass
+import webbrowser
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+import tyro
+
+from firstcontact.core.extras import need
+
+
+@dataclass(frozen=True)
+class Label:
+    """Confirm on a page, by keyboard, where contacts are; the originals stay as they are."""
+
+    paths: tyro.conf.Positional[tuple[Path, ...]]
+    """Recordings, or folders of them."""
+    out: Path
+    """Folder for the new recordings, under their old names. What is done on the page is kept in it
+    as it is done: the same command goes on where it was ended."""
+    by: str = ""
+    """Who labels, for the notes of the recordings; left out: your name on this machine."""
+    port: int = 0
+    """Of the page, on this machine only; 0 takes a free one."""
+    finish: bool = False
+    """Write the new recordings from what was done before, without the page."""
+    no_browser: bool = False
+    """Print the page's address and open no browser."""
+
+    def run(self) -> None:
+        """Find onsets, serve the page until all is done, and write the new recordings."""
+        from firstcontact.core import InputError
+        from firstcontact.labelling.result import By
+        from firstcontact.labelling.session import Session
+        from firstcontact.labelling.signals import open_recordings
+        from firstcontact.report.state import versions
+
+        if not self.paths:
+            raise InputError("nothing to label: give recordings, or folders of them")
+        name = " ".join(self.by.split()) or _name()
+        version = versions()["firstcontact"]
+        by = By(name, f"{datetime.now(UTC):%Y-%m-%d}", f"firstcontact label {version}")
+        session = Session(open_recordings(self.paths), self.out, by)
+        try:
+            print(f"{len(session.marks)} onsets, {session.gone_on} actions done before")
+            if self.finish:
+                for line in session.finish():
+                    print(line)
+                return
+            need("live", "websockets")
+            from firstcontact.labelling.server import LabelServer
+
+            server = LabelServer(session, self.port)
+            print(f"label on {server.url} (Ctrl-C ends; what was done is kept)", flush=True)
+            server.run(lambda: self.no_browser or webbrowser.open(server.url))
+            for path in session.written:
+                print(f"written to {path}")
+        finally:
+            session.close()
+
+
+def _name() -> str:
+    try:
+        return getpass.getuser()
+    except (OSError, KeyError):
+        return "somebody"

@@ -1,0 +1,97 @@
+"""Serves the page of a labelling, on this machine only, until all is done."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import socket
+from collections.abc import Callable
+from contextlib import suppress
+
+from websockets.asyncio.server import ServerConnection, serve
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+from firstcontact.core import InputError
+from firstcontact.labelling.session import LONGEST, Session
+from firstcontact.live.page.guard import Guard
+from firstcontact.live.page.serving import answer, listen, load
+
+HOST = "127.0.0.1"
+
+
+class LabelServer:
+    """The page of a session.
+
+    Parameters
+    ----------
+    session
+        What is labelled.
+    port
+        0 for a free one.
+
+    Raises
+    ------
+    InputError
+        The port cannot be had.
+    """
+
+    def __init__(self, session: Session, port: int) -> None:
+        self._session = session
+        self._socket: socket.socket = listen(HOST, port)
+        self._guard = Guard(HOST, self._socket.getsockname()[1], None)
+        self._files = load("firstcontact.labelling")
+        self._done = asyncio.Event()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._log = logging.getLogger("firstcontact.page")
+        self._log.setLevel(logging.CRITICAL)
+
+    @property
+    def url(self) -> str:
+        """Address to open in a browser."""
+        return f"http://{HOST}:{self._guard.port}/"
+
+    def run(self, ready: Callable[[], object] = lambda: None) -> None:
+        """Serve until the new recordings are written; ``ready`` is called once it is served."""
+        try:
+            asyncio.run(self._run(ready))
+        finally:
+            self._socket.close()
+
+    def stop(self) -> None:
+        """End it, from any thread."""
+        if self._loop is not None:
+            self._loop.call_soon_threadsafe(self._done.set)
+
+    async def _run(self, ready: Callable[[], object]) -> None:
+        server = serve(
+            self._view,
+            sock=self._socket,
+            process_request=self._answer,
+            server_header=None,
+            compression=None,
+            logger=self._log,
+            open_timeout=3,
+            close_timeout=1,
+            max_size=LONGEST,
+        )
+        self._loop = asyncio.get_running_loop()
+        async with server:
+            ready()
+            await self._done.wait()
+
+    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
+        return answer(request, self._guard, self._files)
+
+    async def _view(self, connection: ServerConnection) -> None:
+        with suppress(ConnectionClosed):
+            await connection.send(json.dumps(self._session.hello()))
+            async for message in connection:
+                try:
+                    said = self._session.obey(message)
+                except InputError as error:
+                    said = {"refused": str(error)}
+                await connection.send(json.dumps(said))
+                if self._session.written:
+                    self._done.set()

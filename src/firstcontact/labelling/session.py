@@ -1,0 +1,142 @@
+"""One labelling: what the page is told and asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from msgspec import Meta
+
+from firstcontact.core import InputError
+from firstcontact.core.records import read_record
+from firstcontact.labelling.journal import Journal, Opened
+from firstcontact.labelling.marks import Action, Mark, Marks, Whole
+from firstcontact.labelling.result import By, write_labelled
+from firstcontact.labelling.signals import WIDEST, about, find_marks, piece
+from firstcontact.recording import Recording
+
+#: Longest message of the page, bytes.
+LONGEST = 4096
+#: What changes one mark only, so that the others need not be told again.
+_OF_ONE = ("accept", "reject", "move")
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """A piece of signal around a sample."""
+
+    ask: Literal["signal", "finish"]
+    number: Whole = 0
+    recording: Whole = 0
+    stretch: Whole = 0
+    sample: Whole = 0
+    half: Annotated[float, Meta(gt=0.0, le=WIDEST)] = 0.02
+
+
+class Session:
+    """Marks of some recordings, kept in a journal, and written when all is done.
+
+    Parameters
+    ----------
+    recordings
+        What is labelled.
+    out
+        Folder for the new recordings and the journal.
+    by
+        Who labels, when and with what.
+
+    Raises
+    ------
+    InputError
+        No onsets are found, a new recording is there already, or the journal cannot be used.
+    """
+
+    def __init__(self, recordings: Sequence[Recording], out: Path, by: By) -> None:
+        self._recordings = list(recordings)
+        self._by = by
+        self._paths = [out / r.path.name for r in recordings]
+        there = next((p for p in self._paths if p.exists()), None)
+        if there is not None:
+            raise InputError(
+                f"{there} is there and recordings are never overwritten: choose another --out"
+            )
+        found = find_marks(recordings)
+        self.marks = Marks(found, [[len(s.data) for s in r.stretches] for r in recordings])
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{out} cannot be made ({error.strerror}): choose another") from error
+        self._journal = Journal(
+            out / "labels.jsonl", Opened(tuple(r.path.name for r in recordings), len(found))
+        )
+        for action in self._journal.actions:
+            self.marks.act(action)
+        #: What was written, once all is done.
+        self.written: list[Path] = []
+
+    @property
+    def gone_on(self) -> int:
+        """How many actions an earlier sitting had done."""
+        return len(self._journal.actions)
+
+    def hello(self) -> dict[str, Any]:
+        """All that the page starts with."""
+        return {"recordings": about(self._recordings), **self._all()}
+
+    def obey(self, message: str | bytes) -> dict[str, Any]:
+        """Do what the page asks, and answer with what is new.
+
+        Raises
+        ------
+        InputError
+            It cannot be done; nothing has changed.
+        """
+        data = message.encode() if isinstance(message, str) else message
+        if b'"ask"' in data:
+            return self._ask(read_record(data, _Asked, "the page", "load it again", LONGEST))
+        action = read_record(data, Action, "the page", "load it again", LONGEST)
+        self.marks.act(action)
+        self._journal.add(action)
+        if action.do not in _OF_ONE:
+            return self._all()
+        (mark,) = (m for m in self.marks.ordered() if m.number == action.number)
+        return {"mark": _told(mark), "done": len(self.marks.done)}
+
+    def finish(self) -> list[str]:
+        """Write the new recordings, and say what is in them."""
+        said = []
+        ordered = self.marks.ordered()
+        for number, (recording, path) in enumerate(zip(self._recordings, self._paths, strict=True)):
+            its = [m for m in ordered if m.recording == number]
+            pinches, left = write_labelled(recording, its, path, self._by)
+            self.written.append(path)
+            rest = f"; {left} onsets were not looked at" if left else ""
+            said.append(f"{path}: {pinches} pinches{rest}")
+        return said
+
+    def close(self) -> None:
+        """Let the journal go. Closing twice is fine."""
+        self._journal.close()
+
+    def _ask(self, asked: _Asked) -> dict[str, Any]:
+        if asked.ask == "finish":
+            return {"finished": self.finish()}
+        if asked.recording >= len(self._recordings) or asked.stretch >= len(
+            self._recordings[asked.recording].stretches
+        ):
+            raise InputError("there is no such recording: load the page again")
+        recording = self._recordings[asked.recording]
+        its = piece(recording, asked.stretch, asked.sample, asked.half)
+        return {
+            "signal": {**its, "number": asked.number, "asked": asked.sample, "half": asked.half}
+        }
+
+    def _all(self) -> dict[str, Any]:
+        marks = [_told(mark) for mark in self.marks.ordered()]
+        return {"marks": marks, "done": len(self.marks.done)}
+
+
+def _told(mark: Mark) -> dict[str, Any]:
+    return asdict(mark)

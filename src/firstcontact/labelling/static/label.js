@@ -1,0 +1,178 @@
+"use strict";
+// The page of a labelling: keys become actions, the server answers with what is new.
+
+const element = (id) => document.getElementById(id);
+const plot = element("plot"), overview = element("overview"), form = element("run");
+const HALVES = [0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2], AHEAD = 4;
+const state = { recordings: [], marks: [], at: 0, zoom: 2, done: 0, cursor: null, keys: 0, finished: false };
+const signals = new Map(), asked = new Set();
+const socket = new WebSocket(`ws://${location.host}/socket`);
+
+const half = () => HALVES[state.zoom];
+const key = (mark) => `${mark.number} ${mark.sample} ${half()}`;
+const current = () => state.marks[state.at];
+const send = (message) => { if (socket.readyState === 1) socket.send(JSON.stringify(message)); };
+
+socket.addEventListener("message", (event) => {
+  const said = JSON.parse(event.data);
+  if (said.recordings) state.recordings = said.recordings;
+  if (said.marks) {
+    const here = current() && current().number;
+    state.marks = said.marks;
+    if (state.adding) {
+      state.adding = false;
+      state.at = state.marks.reduce((a, m, i) => (m.number > state.marks[a].number ? i : a), 0);
+    } else if (here === undefined) state.at = Math.max(0, state.marks.findIndex((m) => m.status === "found"));
+    else state.at = Math.max(0, state.marks.findIndex((m) => m.number === here));
+  }
+  if (said.done !== undefined) state.done = said.done;
+  if (said.mark) {
+    const i = state.marks.findIndex((m) => m.number === said.mark.number);
+    state.marks[i] = said.mark;
+  }
+  if (said.signal) {
+    const s = said.signal;
+    signals.set(`${s.number} ${s.asked} ${s.half}`, s);
+    if (signals.size > 400) signals.delete(signals.keys().next().value);
+  }
+  if (said.refused) tell(said.refused, false);
+  if (said.finished) { state.finished = true; tell(`Written. ${said.finished.join("; ")}. This page can be closed.`, true); }
+  draw();
+});
+socket.addEventListener("close", () => {
+  if (!state.finished) tell("The command has ended. What was done is saved: give the same command again to go on.", false);
+});
+
+function tell(sentence, good) {
+  element("said").textContent = sentence;
+  element("said").className = good ? "good" : "";
+}
+
+// The piece for a mark; asked for once, those of the next few with it.
+function piece(mark) {
+  const name = key(mark);
+  if (!signals.has(name) && !asked.has(name)) {
+    asked.add(name);
+    send({ ask: "signal", number: mark.number, recording: mark.recording, stretch: mark.stretch, sample: mark.sample, half: half() });
+  }
+  return signals.get(name);
+}
+
+function draw() {
+  const mark = current();
+  if (!mark) return;
+  const recording = state.recordings[mark.recording], signal = piece(mark) || state.last;
+  for (let i = 1; i <= AHEAD; i++) if (state.marks[state.at + i]) piece(state.marks[state.at + i]);
+  if (signal) {
+    const others = state.marks.filter((m) => m !== mark && m.recording === mark.recording && m.stretch === mark.stretch
+      && Math.abs(m.sample - mark.sample) < 2 * half() * recording.rate);
+    drawSignal(plot, signal, mark, others, recording, state.cursor);
+    state.last = signal;
+    state.shown = piece(mark) ? mark.number : null;
+  }
+  drawOverview(overview, state.marks, state.at);
+  const count = (status) => state.marks.filter((m) => m.status === status).length;
+  element("name").textContent = recording.name;
+  element("place").textContent = `onset ${state.at + 1} of ${state.marks.length}, ${(mark.sample / recording.rate).toFixed(3)} s`;
+  element("counts").textContent = `${count("accepted")} accepted, ${count("rejected")} rejected, ${count("found")} open`;
+  const finger = recording.channels[mark.column].finger, shore = mark.shore_a === null ? "" : `, ${mark.shore_a} Shore A`;
+  const moved = mark.found === null ? ", added" : mark.found === mark.sample ? ""
+    : `, moved by ${(1000 * (mark.sample - mark.found) / recording.rate).toFixed(2)} ms`;
+  element("what").textContent = `${mark.object || "unknown object"}${shore}: ${finger}, ${mark.status}${moved}`;
+  document.body.dataset.shown = `${mark.number} ${mark.status} ${mark.sample}`;
+}
+
+function go(to) {
+  state.at = Math.min(Math.max(to, 0), state.marks.length - 1);
+  state.cursor = null;
+  draw();
+}
+
+function act(action) {
+  tell("", true);
+  send({ number: current().number, ...action });
+}
+
+// What will be answered is shown at once.
+function judge(status, action) {
+  act({ do: action });
+  state.marks[state.at] = { ...current(), status };
+  go(state.at + 1);
+}
+
+function move(by) {
+  const mark = current(), sample = Math.max(0, mark.sample + Math.round(by));
+  act({ do: "move", sample });
+  const signal = piece(mark);
+  state.marks[state.at] = { ...mark, sample, status: "accepted" };
+  // The picture stays where it is while the onset moves in it.
+  if (signal) signals.set(key(current()), signal);
+  draw();
+}
+
+function sampleAt(x) {
+  const signal = signals.get(key(current())) || state.last, { first, perPixel } = span(signal, plot.clientWidth);
+  return Math.max(0, Math.round(first + x * perPixel - 0.5));
+}
+
+function add(x) {
+  state.adding = true;
+  act({ do: "add", sample: sampleAt(x) });
+}
+
+function openForm() {
+  form.hidden = false;
+  element("object").value = current().object;
+  element("shore").value = current().shore_a === null ? "" : current().shore_a;
+  element("object").focus();
+  element("object").select();
+}
+
+function closeForm() {
+  form.hidden = true;
+  document.activeElement.blur();
+}
+
+form.addEventListener("submit", (event) => {
+  event.preventDefault();
+  const text = element("shore").value.trim().replace(",", "."), shore = text === "" ? null : Number(text);
+  if (shore !== null && !(shore >= 0 && shore <= 100)) return tell("Shore A goes from 0 to 100.", false);
+  act({ do: "label", object: element("object").value.trim(), shore_a: shore });
+  closeForm();
+});
+
+const rate = () => state.recordings[current().recording].rate;
+const KEYS = {
+  " ": () => judge("accepted", "accept"), Enter: () => judge("accepted", "accept"), a: () => judge("accepted", "accept"),
+  x: () => judge("rejected", "reject"), r: () => judge("rejected", "reject"), Delete: () => judge("rejected", "reject"),
+  u: () => act({ do: "undo" }), ArrowLeft: () => go(state.at - 1), ArrowRight: () => go(state.at + 1),
+  Home: () => go(0), End: () => go(state.marks.length - 1),
+  Tab: () => { const i = state.marks.findIndex((m, k) => k > state.at && m.status === "found"); go(i < 0 ? state.at : i); },
+  ",": () => move(-1), ".": () => move(1), "<": () => move(-rate() / 1000), ">": () => move(rate() / 1000),
+  "+": () => zoom(-1), "=": () => zoom(-1), "-": () => zoom(1),
+  o: openForm, n: () => add(state.cursor === null ? plot.clientWidth / 2 : state.cursor),
+  f: () => { if (confirm("Write the new recordings and end?")) send({ ask: "finish" }); },
+};
+
+function zoom(by) {
+  state.zoom = Math.min(Math.max(state.zoom + by, 0), HALVES.length - 1);
+  draw();
+}
+
+document.addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.altKey || event.metaKey) return;
+  if (!form.hidden) { if (event.key === "Escape") closeForm(); return; }
+  if (!current() || state.finished || !KEYS[event.key]) return;
+  event.preventDefault();
+  state.keys += 1;
+  KEYS[event.key]();
+});
+plot.addEventListener("mousemove", (event) => { state.cursor = event.offsetX; draw(); });
+plot.addEventListener("mouseleave", () => { state.cursor = null; draw(); });
+plot.addEventListener("click", (event) => {
+  if (!current() || state.finished) return;
+  if (event.shiftKey) add(event.offsetX);
+  else move(sampleAt(event.offsetX) - current().sample);
+});
+overview.addEventListener("click", (event) => go(Math.floor((event.offsetX / overview.clientWidth) * state.marks.length)));
+window.addEventListener("resize", draw);

@@ -1,0 +1,100 @@
+"""What a page of ours is served with: its own files, and heads that keep others out."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Mapping
+from http import HTTPStatus
+from importlib.resources import files
+
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
+
+from firstcontact.core import InputError
+from firstcontact.live.page.guard import Guard, NotAllowedError
+
+#: Where a page's scripts open their socket.
+SOCKET = "/socket"
+#: Content type and bytes, by path.
+Files = Mapping[str, tuple[str, bytes]]
+#: What the system holds back for a viewer that does not read, bytes.
+SENDING_BYTES = 131_072
+_SAFE = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
+        "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    ),
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-cache",
+}
+TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".svg": "image/svg+xml",
+}
+
+
+def load(package: str) -> Files:
+    """A package's own files, read once: what is not in this table does not exist.
+
+    Content type and bytes of each file in its folder ``static``, by the path under which it is
+    served.
+    """
+    table = {}
+    for item in files(package).joinpath("static").iterdir():
+        suffix = "." + item.name.rpartition(".")[2]
+        if suffix in TYPES:
+            table["/" + item.name] = TYPES[suffix], item.read_bytes()
+    table["/"] = table["/index.html"]
+    return table
+
+
+def answer(request: Request, guard: Guard, served: Files) -> Response | None:
+    """What a request gets; None lets it open the socket."""
+    path = request.path.partition("?")[0]
+    websocket = path == SOCKET
+    try:
+        fresh = guard.check(request.path, request.headers, websocket)
+    except NotAllowedError as error:
+        return plain(error.status, error.sentence)
+    if websocket:
+        return None
+    if path not in served:
+        return plain(HTTPStatus.NOT_FOUND, "There is no such page.")
+    response = _response(HTTPStatus.OK, *served[path])
+    if fresh:
+        response.headers["Set-Cookie"] = (
+            f"{guard.cookie}={guard.quoted}; Path=/; HttpOnly; SameSite=Strict"
+        )
+    return response
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """A socket that listens; InputError where the address cannot be had."""
+    try:
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+        family, _, _, _, address = found[0]
+        listening = socket.create_server(address[:2], family=family, backlog=64)
+    except (OSError, OverflowError) as error:
+        raise InputError(
+            f"the page cannot be served on {host} port {port} ({error}): name another port or "
+            "address, or 0 for a free port"
+        ) from error
+    # What the system holds back for a viewer that does not read; its connections inherit it.
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SENDING_BYTES)
+    return listening
+
+
+def plain(status: HTTPStatus, sentence: str) -> Response:
+    """A sentence."""
+    return _response(status, "text/plain; charset=utf-8", sentence.encode())
+
+
+def _response(status: HTTPStatus, kind: str, body: bytes) -> Response:
+    headers = Headers(
+        **{"Content-Type": kind, "Content-Length": str(len(body)), "Connection": "close", **_SAFE}
+    )
+    return Response(status.value, status.phrase, headers, body)

@@ -1,0 +1,74 @@
+"""Onsets that are found by looking ahead."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.contact.finder import APART, find_onsets
+
+RATE = 8000.0
+
+
+def with_taps(places: list[int], level: float = 100.0, seed: int = 0, n: int = 16_000):
+    x = np.random.default_rng(seed).normal(0, 1, n)
+    t = np.arange(300) / RATE
+    for at in places:
+        ring = level * np.exp(-t / 0.006) * np.sin(2 * np.pi * 300 * t + 0.6)
+        x[at : at + 300] += ring[: len(x) - at]
+    return x[:, None]
+
+
+@given(
+    st.lists(st.integers(1, 14), min_size=1, max_size=6, unique=True),
+    st.integers(0, 999),
+    st.floats(30.0, 3000.0),
+)
+def test_every_tap_is_found_where_it_is(slots: list[int], shift: int, level: float) -> None:
+    places = sorted(1000 * slot + shift for slot in slots)
+    found = find_onsets(with_taps(places, level), RATE)
+    assert [o.sample for o in found] == pytest.approx(places, abs=4)
+
+
+def test_level_offset_and_drift_change_nothing() -> None:
+    x = with_taps([3000, 9000])
+    places = [o.sample for o in find_onsets(x, RATE)]
+    drift = np.linspace(0, 50, len(x))[:, None]
+    for other in (x * 1e-6, x + 1e4, x + drift, -x):
+        assert [o.sample for o in find_onsets(other, RATE)] == pytest.approx(places, abs=1)
+
+
+def test_quiet_flat_and_short_signals_have_none() -> None:
+    assert find_onsets(with_taps([]), RATE) == []
+    assert find_onsets(np.zeros((5000, 2)), RATE) == []
+    for n in (0, 1, 100, 200):
+        assert find_onsets(np.random.default_rng(0).normal(size=(n, 1)), RATE) == []
+
+
+def test_what_rings_is_one_contact_and_channels_are_apart() -> None:
+    one, other = with_taps([4000]), with_taps([4000 + round(APART * RATE / 2)], seed=1)
+    found = find_onsets(np.hstack([one, other]), RATE)
+    assert [o.column for o in found] == [0, 1]
+    assert len(find_onsets(one + other, RATE)) == 1
+
+
+def test_real_strikes_are_found_where_they_were_labelled(strikes: Path) -> None:
+    import csv
+
+    from scipy.io import wavfile
+
+    hits: dict[str, list[int]] = {}
+    with (strikes / "hits.csv").open() as table:
+        for row in csv.DictReader(table):
+            hits.setdefault(row["file"], []).append(int(row["onset_sample"]))
+    near = []
+    for name, samples in hits.items():
+        rate, data = wavfile.read(strikes / "wav" / name)
+        found = find_onsets(data.reshape(len(data), -1)[:, :1].astype(float), rate)
+        onsets = np.array([o.sample for o in found])
+        near += [np.abs(onsets - s).min() / rate <= 0.002 for s in samples]
+    assert np.mean(near) > 0.99

@@ -1,0 +1,136 @@
+"""The labelling page in a real browser, by its keys."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from taps import taps, write_taps
+
+from firstcontact.labelling.result import By
+from firstcontact.labelling.server import LabelServer
+from firstcontact.labelling.session import Session
+from firstcontact.labelling.signals import open_recordings
+from firstcontact.recording import load_dataset
+from page_browser import UPGRADE, ask, browsing, needs_browser, text, until
+
+
+class Labelling:
+    """A page that is served in a thread until it is finished."""
+
+    def __init__(self, folder: Path, n: int) -> None:
+        path = write_taps(folder / "taps.mcap", n)
+        self.out = folder / "out"
+        by = By("Ada", "2026-01-02", "a test")
+        self.session = Session(open_recordings([path]), self.out, by)
+        self.server = LabelServer(self.session, 0)
+        ready = threading.Event()
+        self.thread = threading.Thread(target=self.server.run, args=(ready.set,), daemon=True)
+        self.thread.start()
+        assert ready.wait(30)
+
+    def close(self) -> None:
+        if self.thread.is_alive():
+            self.session.obey('{"ask": "finish"}')
+            self.server.stop()
+            self.thread.join(30)
+        self.session.close()
+
+    @property
+    def port(self) -> int:
+        return int(self.server.url.rstrip("/").rpartition(":")[2])
+
+
+@pytest.fixture
+def labelling(tmp_path: Path) -> Iterator[Labelling]:
+    its = Labelling(tmp_path, 10)
+    yield its
+    its.close()
+
+
+@pytest.fixture(scope="module")
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    with browsing(tmp_path_factory.mktemp("profile")) as driver:
+        yield driver
+
+
+def press(driver: Any, *keys: str) -> None:
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    ActionChains(driver).send_keys(*keys).perform()
+
+
+def counts(driver: Any, said: str) -> None:
+    until(driver, lambda d: said in text(d, "counts"))
+
+
+@needs_browser
+def test_a_recording_is_labelled_by_keys_alone(labelling: Labelling, chromium: Any) -> None:
+    from selenium.webdriver.common.keys import Keys
+
+    chromium.get(labelling.server.url)
+    counts(chromium, "10 open")
+    press(chromium, "o")
+    press(chromium, "eraser", Keys.TAB, "40", Keys.ENTER)
+    until(chromium, lambda d: "eraser, 40 Shore A" in text(d, "what"))
+    press(chromium, " ", " ", "x", " ")
+    counts(chromium, "3 accepted, 1 rejected, 6 open")
+    press(chromium, "u")
+    counts(chromium, "2 accepted, 1 rejected, 7 open")
+    press(chromium, ">", ".")
+    until(chromium, lambda d: "moved by 1.13 ms" in text(d, "what"))
+    press(chromium, Keys.TAB, "+", "-", "-")
+    press(chromium, "n")
+    counts(chromium, "4 accepted")
+    assert len(labelling.session.marks) == 11
+    chromium.execute_script("window.confirm = () => true")
+    press(chromium, "f")
+    until(chromium, lambda d: "Written" in text(d, "said"))
+    labelling.thread.join(30)
+    assert not labelling.thread.is_alive()
+    dataset = load_dataset(labelling.out / "taps.mcap")
+    assert len(dataset) == 4
+    assert set(dataset.objects.tolist()) == {"eraser"}
+    firsts = [p.first.sample for p in dataset.pinches if p.first]
+    assert firsts[:2] == pytest.approx(taps(10)[:2], abs=2)
+    assert not [
+        e
+        for e in chromium.get_log("browser")
+        if e["level"] == "SEVERE" and "favicon" not in e["message"]
+    ]
+
+
+@needs_browser
+def test_one_key_an_onset_is_enough_and_every_key_is_answered(
+    tmp_path: Path, chromium: Any
+) -> None:
+    labelling = Labelling(tmp_path, 60)
+    chromium.get(labelling.server.url)
+    counts(chromium, "60 open")
+    press(chromium, *(" " * 60))
+    counts(chromium, "60 accepted, 0 rejected, 0 open")
+    assert chromium.execute_script("return state.keys") == 60
+    until(chromium, lambda d: len(labelling.session.marks.done) == 60)
+    # Opened anew, everything is there.
+    chromium.refresh()
+    counts(chromium, "60 accepted")
+    chromium.execute_script("window.confirm = () => true")
+    press(chromium, "f")
+    until(chromium, lambda d: "Written" in text(d, "said"))
+    labelling.thread.join(30)
+    assert len(load_dataset(labelling.out / "taps.mcap")) == 60
+    labelling.close()
+
+
+def test_other_sites_and_names_get_nothing(labelling: Labelling) -> None:
+    port = labelling.port
+    assert ask(port, "/")[0] == 200
+    assert ask(port, "/", host="evil.example")[0] == 403
+    assert ask(port, "/labels.jsonl")[0] == 404
+    head = {**UPGRADE, "Origin": "http://evil.example"}
+    assert ask(port, "/socket", **head)[0] == 403
+    assert ask(port, "/socket", **UPGRADE)[0] == 101
+    assert ask(port, "/")[1].count("Content-Security-Policy") == 1

@@ -126,6 +126,13 @@ def _when(mark: PinchMark, rate: float) -> str:
     from firstcontact.core import finger_name
 
     length = f"{(mark.end - mark.first_sample) / rate * 1e3:.1f} ms"
+    if not mark.truth and mark.found:
+        first = mark.found[0]
+        at = (first.sample - mark.first_sample) / rate * 1e3
+        return (
+            f"{length}, {finger_name(first.finger)} at {at:.1f} ms as {mark.found_by} detected it, "
+            "not confirmed"
+        )
     if not mark.truth:
         return f"{length}, contacts not known"
     first = mark.truth[0]

@@ -26,6 +26,9 @@ class Simulate:
     """Same seed, same bytes."""
     workers: int | None = None
     """Threads; all cores by default. Does not change a byte."""
+    noise: Path | None = None
+    """A recording of a real sensor at rest: its noise lies under the pinches in place of the
+    modelled electronics and hum."""
     cluster: str | None = None
     """A Dask cluster that does the work instead of this machine: tcp://HOST:PORT."""
 
@@ -34,8 +37,10 @@ class Simulate:
         need("twin", "numba")
         from tqdm import tqdm
 
+        from firstcontact.twin.recorded_noise import read_noise
         from firstcontact.twin.simulate import simulate
 
+        noise = None if self.noise is None else read_noise(self.noise)
         total = 5 * self.pinches_per_block + 8 * self.pinches_per_object
         with (
             where(self.cluster),
@@ -49,5 +54,6 @@ class Simulate:
                 self.seed,
                 self.workers,
                 bar.update,
+                noise,
             )
         print(f"{total} pinches in {len(paths)} recordings: {self.out}")

@@ -27,6 +27,8 @@ AGREE = 0.005
 #: A piezo within one count of the converter's ends is clipped, V.
 _COUNT = ADC_VOLTS / ADC_COUNTS
 HIGHEST = ADC_VOLTS - PIEZO_OFFSET_VOLTS - 1.5 * _COUNT
+#: So is a sound input this near its full scale.
+FULL = 0.99
 LOWEST = -PIEZO_OFFSET_VOLTS + 0.5 * _COUNT
 
 
@@ -79,6 +81,16 @@ class ClosingCheck:
         found = [Contact(f, s, s) for f, s in self.strips.items()]
         return tuple(sorted(found, key=lambda c: c.sample))
 
+    @property
+    def found(self) -> tuple[Contact, ...]:
+        """The contacts of sensors without a strip, as detected, in the order of time."""
+        found = [
+            c
+            for f, c in self.contacts.items()
+            if f is None or not self.layout.columns(ChannelKind.STRIP, f)
+        ]
+        return tuple(sorted(found, key=lambda c: c.sample))
+
     def follow(self, block: Block) -> None:
         """Take the next samples; those before its beginning or after its end do not count."""
         start = max(0, self.seen - block.first_sample)
@@ -106,7 +118,8 @@ class ClosingCheck:
             elif finger in self.strips and not self._felt(finger):
                 said.append(f"the {finger_name(finger)}'s piezo and strip do not agree")
         said += [
-            f"the {finger_name(f)}'s piezo clipped" for f in sorted(self.clipped, key=finger_name)
+            f"the {finger_name(f)}'s {self._sensor(f)} clipped"
+            for f in sorted(self.clipped, key=finger_name)
         ]
         return said
 
@@ -130,6 +143,10 @@ class ClosingCheck:
             return False
         return self.anchor - margin <= contact.sample <= self.strips[finger] + margin
 
+    def _sensor(self, finger: Finger | None) -> str:
+        its = (c.sensor for c in self.layout.vibration if c.finger is finger)
+        return str(next(its, VibrationSensor.PIEZO))
+
     def _watch_strips(self, data: np.ndarray, first: int) -> None:
         for finger in Finger:
             columns = self.layout.columns(ChannelKind.STRIP, finger)
@@ -146,7 +163,10 @@ class ClosingCheck:
         for channel in self.layout.vibration:
             finger = channel.finger
             columns = self.layout.columns(ChannelKind.VIBRATION, finger)
-            if channel.sensor is VibrationSensor.PIEZO and channel.unit == "V" and len(data):
+            if channel.unit == "full scale" and len(data):
+                if np.abs(self.layout.physical(data, columns)).max() >= FULL:
+                    self.clipped.add(finger)
+            elif channel.sensor is VibrationSensor.PIEZO and channel.unit == "V" and len(data):
                 volts = self.layout.physical(data, columns)
                 if volts.max() >= HIGHEST or volts.min() <= LOWEST:
                     self.clipped.add(finger)

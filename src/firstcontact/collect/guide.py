@@ -173,7 +173,17 @@ class Guide:
             self.left_out += 1
         else:
             end = min(check.end or check.seen, check.seen)
-            mark = PinchMark(self._number, check.began, end, check.epoch, label, check.truth)
+            found = tuple(c for c in check.found if c.sample < end)
+            mark = PinchMark(
+                self._number,
+                check.began,
+                end,
+                check.epoch,
+                label,
+                check.truth,
+                found=found,
+                found_by=ThresholdDetector.name if found else "",
+            )
             self._number += 1
             self._done[label] += 1
         truth = check.truth

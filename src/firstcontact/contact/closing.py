@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from firstcontact.contact.detector import Detector
-from firstcontact.contact.gate import ClosingGate, Turn
+from firstcontact.contact.gate import REARM, ClosingGate, Turn
 from firstcontact.contact.stream import WindowDetector
 from firstcontact.core.block import Block
 from firstcontact.core.calibration import Calibration
 from firstcontact.core.layout import Layout
 from firstcontact.core.pinch import Contact
+from firstcontact.signal import samples_in
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +76,8 @@ class Closings:
         self._fingers = len(layout.vibration_fingers)
         self._detector = detector
         self._gate = ClosingGate(layout, calibration)
+        by_hand = None in layout.vibration_fingers
+        self._piece = samples_in(REARM / 2, layout.rate) if by_hand else sys.maxsize
         self._open = False
         self._end = 0
         self._epoch = self._epoch_before = 0
@@ -102,6 +106,12 @@ class Closings:
 
         What this gives must be gone through to its end before the next block.
         """
+        # Without a motor the gate is to know of each contact before what comes so long after it.
+        for start in range(0, max(1, len(block.data)), self._piece):
+            data = block.data[start : start + self._piece]
+            yield from self._take(Block(data, block.first_sample + start, block.epoch))
+
+    def _take(self, block: Block) -> Iterator[Stage]:
         follows = block.first_sample == self._end and block.epoch == self._epoch
         self._end, self._epoch_before, self._epoch = block.end, self._epoch, block.epoch
         place = block.first_sample
@@ -136,4 +146,6 @@ class Closings:
         if self._latched < self._fingers:
             contacts = self._detector.update(piece)
             self._latched += len(contacts)
+            for contact in contacts:
+                self._gate.touched(contact.sample)
         yield ClosingSamples(piece, tuple(contacts))

@@ -61,6 +61,8 @@ def closing_start(pinch: Pinch, floors: Calibration | None = None) -> ClosingSta
         waits = settling(pinch.layout) if pinch.motor_start > first else 0
         return ClosingStart(min(max(first, pinch.motor_start + waits), end), How.LABEL)
     for calibration, how in ((pinch.calibration, How.CALIBRATION), (floors, How.REST)):
+        if how is How.CALIBRATION and None in pinch.layout.vibration_fingers:
+            break  # recorded from where the gate opened, at rest: no motor is heard in it
         if calibration is not None and _complete(calibration, pinch.layout):
             heard = _heard(pinch, calibration)
             return (

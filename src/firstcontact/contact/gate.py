@@ -31,6 +31,8 @@ RUNNING = 1.4
 #: A taxel is loaded this far above its unloaded level, V: some 0.1 N more than makes
 #: Velostat conduct. Its creep after a firm grip leaves it about 0.1 V high for a second.
 LOADED = 0.3
+#: Without a motor, rest opens the gate anew so long after a contact, s.
+REARM = 0.3
 
 
 class Turn(Enum):
@@ -65,6 +67,10 @@ class ClosingGate:
     calibration; without it the gate opens at each epoch's first sample and shuts
     at its end, as for recordings that hold one closing an epoch.
 
+    A sensor that belongs to no finger is moved by a person, or things are moved against it: no
+    motor is heard before a contact. For such a layout the gate opens at rest, too, and again when
+    a contact of which :meth:`touched` tells is 0.3 s old and all is at rest.
+
     Parameters
     ----------
     layout
@@ -81,6 +87,9 @@ class ClosingGate:
         known = [f for f in floors if f is not None]
         self._limit = RUNNING * np.array(known) if len(known) == len(floors) else None
         self._step = samples_in(STEP, layout.rate)
+        self._by_hand = None in layout.vibration_fingers
+        self._rearm = samples_in(REARM, layout.rate)
+        self._due: int | None = None  # from this sample on it may open anew
         self._open = False
         self._started = False
         self._next = 0
@@ -100,6 +109,11 @@ class ClosingGate:
     def undecided(self) -> int:
         """So many more samples change nothing yet: the step they belong to is not whole."""
         return self._step - 1 - self._waiting_samples if self._started else 0
+
+    def touched(self, sample: int) -> None:
+        """A contact began with this sample."""
+        if self._by_hand:
+            self._due = sample + self._rearm
 
     def update(self, block: Block) -> list[GateEvent]:
         """Take the next block.
@@ -130,6 +144,7 @@ class ClosingGate:
         self._open = False
         self._epoch = epoch
         self._state = _State.LOST
+        self._due = None
         self._since = 0  # step in which this state began
         self._waiting: list[NDArray[Any]] = []  # raw samples of a step that is not whole
         self._waiting_samples = 0
@@ -182,16 +197,22 @@ class ClosingGate:
             number = self._steps + k
             if self._state in (_State.LOST, _State.OPEN):
                 # The steady state of the motor must be younger than the gate's opening.
-                first = max(k, self._since + STEPS - self._steps)
+                first = max(k, self._since + STEPS - self._steps, self._first_due())
                 found = _first(quiet, first)
                 if found is None:
                     break
                 if self._state is _State.OPEN:
-                    self._open = False
-                    events.append(GateEvent(Turn.SHUTS, self._sample_after(found)))
+                    events += self._shut(found)
                 k = self._go(_State.REST, found)
+                if self._by_hand:
+                    events += self._reopen(found)
             elif self._state is _State.REST:
                 found = _first(~quiet, k)
+                anew = None if self._due is None else _first(quiet, max(k, self._first_due()))
+                if anew is not None and (found is None or anew < found):
+                    events += self._reopen(anew)
+                    k = anew + 1
+                    continue
                 self._learn_unloaded(quiet, force, k, found)
                 if found is None:
                     break
@@ -202,12 +223,28 @@ class ClosingGate:
             else:
                 if self._loaded(force[k]):
                     self._held = number
-                if number - max(self._since, self._held) >= STEPS:
-                    self._open = True
-                    events.append(GateEvent(Turn.OPENS, self._sample_after(k)))
+                due = self._due is None or self._sample_after(k) >= self._due
+                if due and number - max(self._since, self._held) >= STEPS:
+                    events += self._reopen(k)
                     self._go(_State.OPEN, k)
                 k += 1
         return events
+
+    def _first_due(self) -> int:
+        """Step of those at hand from which on the gate may open anew."""
+        if self._due is None:
+            return 0
+        return -(-(self._due - self._grid) // self._step) - 1
+
+    def _shut(self, k: int) -> list[GateEvent]:
+        was, self._open = self._open, False
+        return [GateEvent(Turn.SHUTS, self._sample_after(k))] if was else []
+
+    def _reopen(self, k: int) -> list[GateEvent]:
+        """A closing begins behind a step; one that goes on ends there."""
+        events = self._shut(k)
+        self._open, self._due = True, None
+        return [*events, GateEvent(Turn.OPENS, self._sample_after(k))]
 
     def _go(self, state: _State, k: int) -> int:
         self._state = state

@@ -99,6 +99,8 @@ class Pipeline:
                     "the finger that touched: train a model on these"
                 )
         self.layout = layout
+        #: Name of what finds contacts.
+        self.detector = detector.name
         self.ledger = Ledger(layout.rate, delay)
         self._delay = delay
         self.radius = math.nan

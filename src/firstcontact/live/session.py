@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Protocol
@@ -313,7 +314,12 @@ class LiveSession:
             return
         inside = [(f, s) for f, s in done.strips if done.armed <= s < done.end]
         truth = tuple(Contact(f, s, s) for f, s in inside)
-        self._recorder.mark(PinchMark(self._number, done.armed, done.end, done.epoch, truth=truth))
+        mark = PinchMark(self._number, done.armed, done.end, done.epoch, truth=truth)
+        if not self.pipeline.layout.has_strip:
+            # Who confirms contacts later begins with these, and sees that nobody has yet.
+            told = tuple(c for c in done.contacts if done.armed <= c.sample < done.end)
+            mark = replace(mark, found=told, found_by=self.pipeline.detector if told else "")
+        self._recorder.mark(mark)
         self._number += 1
 
 

@@ -144,6 +144,8 @@ class _Mark:
     label: Label
     truth: Annotated[tuple[_Touch, ...], Meta(max_length=len(Finger))]
     motor_start: Sample | None = None
+    found: Annotated[tuple[_Touch, ...], Meta(max_length=len(Finger))] = ()
+    found_by: Name = ""
 
     def __post_init__(self) -> None:
         if self.end <= self.first_sample:
@@ -152,7 +154,11 @@ class _Mark:
         fingers = [c.finger for c in self.truth if c.finger is not None]
         if samples != sorted(samples) or len(set(fingers)) < len(fingers):
             raise ValueError("its contacts are not those of two fingers, one after the other")
-        inside = [*samples, *([] if self.motor_start is None else [self.motor_start])]
+        inside = [
+            *samples,
+            *(c.sample for c in self.found),
+            *([] if self.motor_start is None else [self.motor_start]),
+        ]
         if not all(self.first_sample <= sample < self.end for sample in inside):
             raise ValueError("a contact or the motor's start is outside of its samples")
 
@@ -175,6 +181,11 @@ class PinchMark:
         Known contacts, in the order of time.
     motor_start
         Device sample number from which the motor closes the hand, None where not known.
+    found
+        Contacts that a detector marked while it was recorded: not the truth, but where to look
+        for it.
+    found_by
+        Name of that detector.
     """
 
     number: int
@@ -184,6 +195,8 @@ class PinchMark:
     label: Label = field(default_factory=Label)
     truth: tuple[Contact, ...] = ()
     motor_start: int | None = None
+    found: tuple[Contact, ...] = ()
+    found_by: str = ""
 
     def to_json(self) -> dict[str, Any]:
         """A JSON-ready form."""
@@ -197,6 +210,9 @@ class PinchMark:
         }
         if self.motor_start is not None:
             tree["motor_start"] = self.motor_start
+        if self.found:
+            tree["found"] = [{"finger": c.finger, "sample": c.sample} for c in self.found]
+            tree["found_by"] = self.found_by
         return tree
 
 
@@ -210,7 +226,10 @@ def read_mark(data: bytes, where: str) -> PinchMark:
     """
     m = read_record(data, _Mark, where, "mark the pinch again", LONGEST_MARK)
     truth = tuple(Contact(c.finger, c.sample, c.sample) for c in m.truth)
-    return PinchMark(m.number, m.first_sample, m.end, m.epoch, m.label, truth, m.motor_start)
+    found = tuple(Contact(c.finger, c.sample, c.sample) for c in m.found)
+    return PinchMark(
+        m.number, m.first_sample, m.end, m.epoch, m.label, truth, m.motor_start, found, m.found_by
+    )
 
 
 @dataclass(frozen=True, slots=True)

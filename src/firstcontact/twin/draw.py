@@ -18,6 +18,7 @@ from firstcontact.twin._noise import MotorNoise
 from firstcontact.twin._parameters import FingerParameters, ObjectParameters, Timing
 from firstcontact.twin.conditions import Condition, Spread
 from firstcontact.twin.objects import TwinObject, specimen, stiffened
+from firstcontact.twin.recorded_noise import RecordedNoise
 from firstcontact.twin.sensor import VelostatParameters
 
 #: Published offset between the contacts, s: mean and standard deviation.
@@ -42,6 +43,8 @@ class PinchDraw:
     """Share of the force on each taxel, shape (2, 6)."""
     jitter: float
     rng: np.random.Generator
+    recorded: RecordedNoise | None = None
+    """In place of the electronics' noise and hum."""
 
 
 def generator(seed: int, *key: object) -> np.random.Generator:

@@ -102,6 +102,9 @@ class PinchFingertips(Fingertips):
             phase = draw.rng.uniform(0, 2 * math.pi)
             angle = 2 * math.pi * draw.noise[f].mains_rate * times + phase
             self._noise.append(pickup(draw.noise[f], self.sheets[f].noise, angle, draw.rng))
+        if draw.recorded is not None:
+            piezos = draw.recorded.draw(len(times), draw.rng)
+            self._noise = [(p, force) for p, (_, force) in zip(piezos, self._noise, strict=True)]
 
     def _pickup(self, samples: int) -> list[Pickup]:
         here = slice(self.sample, self.sample + samples)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, islice
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from firstcontact.twin._plan import PlannedPinch, PlannedSession, plan_sessions
 from firstcontact.twin.conditions import Condition, condition
 from firstcontact.twin.draw import draw_pinch
 from firstcontact.twin.pinch import DURATION, simulate_pinch
+from firstcontact.twin.recorded_noise import RecordedNoise
 
 #: Sample numbers that pass between two pinches while the hand opens: 1 s.
 BETWEEN = round(FINGERTIP_RATE)
@@ -36,6 +37,7 @@ def simulate(
     seed: int = 0,
     workers: int | None = None,
     progress: Callable[[int], object] = lambda done: None,
+    noise: RecordedNoise | None = None,
 ) -> list[Path]:
     """Simulate a set of pinches.
 
@@ -54,6 +56,8 @@ def simulate(
         ``joblib.parallel_config`` that names a backend, pinches are made there.
     progress
         Called with the number of pinches just finished.
+    noise
+        Of a real sensor at rest, in place of the modelled electronics.
 
     Returns
     -------
@@ -93,7 +97,7 @@ def simulate(
     paths = []
     with (
         parallel(workers or cores(), prefer="threads") as runner,
-        closing(runner.stream(_made, batches, c, seed)) as made,
+        closing(runner.stream(_made, batches, c, seed, noise)) as made,
     ):
         pinches = chain.from_iterable(made)
         for session in sessions:
@@ -101,7 +105,7 @@ def simulate(
             its = islice(pinches, len(session.pinches))
             try:
                 with replacing(path) as temporary:
-                    _write(temporary, session, c, seed, its, progress)
+                    _write(temporary, session, c, seed, its, progress, noise)
             except InputError as error:
                 # The writer speaks of its own file and of what stays in it; of this one nothing
                 # stays.
@@ -134,13 +138,16 @@ class _Batch:
     pinches: Sequence[PlannedPinch]
 
 
-def _made(batch: _Batch, condition: Condition, seed: int) -> list[Pinch]:
+def _made(
+    batch: _Batch, condition: Condition, seed: int, noise: RecordedNoise | None
+) -> list[Pinch]:
     """The pinches of a batch: each depends on the seed and its names alone."""
     step = round(DURATION * FINGERTIP_RATE) + BETWEEN
     out = []
     for place, planned in enumerate(batch.pinches, start=batch.first):
         key = planned.label.specimen + f" {planned.number}"
         draw = draw_pinch(seed, condition, batch.session, planned.specimen, key)
+        draw = replace(draw, recorded=noise)
         out.append(simulate_pinch(draw, planned.label, place * step))
     return out
 
@@ -152,6 +159,7 @@ def _write(
     seed: int,
     pinches: Iterable[Pinch],
     progress: Callable[[int], object],
+    noise: RecordedNoise | None,
 ) -> None:
     header = Header(
         layout=fingertip_layout(),
@@ -160,7 +168,8 @@ def _write(
         hand="simulated hand",
         firmware="",
         session=session.name,
-        notes=f"pinch twin, condition {condition.name}, seed {seed}",
+        notes=f"pinch twin, condition {condition.name}, seed {seed}"
+        + ("" if noise is None else f"\n{noise.said}"),
     )
     with RecordingWriter(path, header) as writer:
         for pinch in pinches:

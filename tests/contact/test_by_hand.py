@@ -1,0 +1,66 @@
+"""A sensor of no finger: no motor before a contact, so closings begin at rest."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firstcontact.contact.closing import ClosingBegan, Closings, ClosingSamples
+from firstcontact.contact.threshold import ThresholdDetector
+from firstcontact.core import Block, Calibration, Channel, ChannelKind, Contact, Layout
+from firstcontact.core import VibrationCalibration as Floor
+
+RATE = 4936.0
+LAYOUT = Layout((Channel("disc", ChannelKind.VIBRATION, None, "V"),), RATE)
+CALIBRATION = Calibration((Floor(None, 0.001, 0.0),))
+
+
+def tapped(times: list[float], seconds: float, rings: float = 0.004) -> np.ndarray:
+    """Rest, with a tap at each of these times, s."""
+    rng = np.random.default_rng(0)
+    x = 0.001 * rng.standard_normal(round(seconds * RATE))
+    t = np.arange(len(x)) / RATE
+    for at in times:
+        past = np.clip(t - at, 0, None)
+        x += np.where(t >= at, 0.2 * np.exp(-past / rings) * np.sin(2500 * past), 0.0)
+    return x[:, None]
+
+
+def run(x: np.ndarray, sizes: list[int]) -> tuple[list[int], list[Contact]]:
+    closings = Closings(LAYOUT, ThresholdDetector(10.0), CALIBRATION)
+    begun, contacts, place, k = [], [], 0, 0
+    while place < len(x):
+        size = sizes[k % len(sizes)]
+        for stage in closings.update(Block(x[place : place + size], place)):
+            if isinstance(stage, ClosingBegan):
+                begun.append(stage.sample)
+            elif isinstance(stage, ClosingSamples):
+                contacts += stage.contacts
+        place, k = place + size, k + 1
+    return begun, contacts
+
+
+def test_each_tap_is_a_contact_of_its_own() -> None:
+    times = [0.5, 1.0, 1.45, 3.0]
+    begun, contacts = run(tapped(times, 4.0), [20])
+    assert len(contacts) == len(times)
+    np.testing.assert_allclose([c.sample / RATE for c in contacts], times, atol=0.001)
+    # One for the rest in the beginning, and one behind each tap.
+    assert len(begun) == 1 + len(times)
+    assert begun[0] / RATE < 0.06
+    assert all(0.3 <= b / RATE - t < 0.32 for b, t in zip(begun[1:], times, strict=True))
+
+
+def test_a_tap_that_rings_on_is_one_contact() -> None:
+    begun, contacts = run(tapped([0.5], 3.0, rings=0.15), [20])
+    assert len(contacts) == 1
+    # It begins anew when all is quiet, not before.
+    assert begun[-1] / RATE > 1.0
+
+
+@settings(max_examples=25)
+@given(sizes=st.lists(st.integers(1, 3000), min_size=1, max_size=8))
+def test_blocks_do_not_matter(sizes: list[int]) -> None:
+    x = tapped([0.5, 0.9, 1.21, 1.9], 2.5)
+    assert run(x, sizes) == run(x, [15])

@@ -106,6 +106,7 @@ class Live:
 
         from firstcontact.cli.hand_keys import hand_keys
         from firstcontact.cli.stopping import stopping
+        from firstcontact.contact import untrained
         from firstcontact.core.calibration_file import read_calibration
         from firstcontact.live.grasping import grasp_lines
         from firstcontact.live.pipeline import Pipeline
@@ -122,7 +123,7 @@ class Live:
             calibration = given or self._measured(source)
             pipeline = Pipeline(
                 source.descriptor.layout,
-                loaded.detector,
+                loaded.detector or untrained(source.descriptor.layout),
                 loaded.models,
                 calibration,
                 anytime=loaded.anytime,
@@ -291,7 +292,7 @@ class Live:
 class _Loaded:
     """What finds contacts, what answers about them, and the objects that it knows."""
 
-    detector: Detector
+    detector: Detector | None  # None: one that needs no training
     models: list[ModelWithInterval]
     anytime: InContextModel | None
     landmarks: dict[str, float]
@@ -300,14 +301,13 @@ class _Loaded:
 def _pretrained(detector: Path | None) -> _Loaded:
     """What came with the package."""
     from firstcontact.anytime.model_file import pretrained
-    from firstcontact.contact import make_detector, unfitted
     from firstcontact.contact.detector_file import load_detector
 
     _say(
         "no --model: the model that came with the package answers, which does not know this rig: "
         "its intervals are wide, and `firstcontact adapt` narrows them with a few pinches of blocks"
     )
-    found = make_detector(unfitted()) if detector is None else load_detector(detector)
+    found = None if detector is None else load_detector(detector)
     return _Loaded(found, [], pretrained(), {})
 
 

@@ -9,7 +9,7 @@ from firstcontact.core.lazy import lazily
 if TYPE_CHECKING:
     from firstcontact.contact.detector import Detector, WindowDecisions, detect
     from firstcontact.contact.detector_file import load_detector, save_detector
-    from firstcontact.contact.registry import DETECTORS, make_detector, unfitted
+    from firstcontact.contact.registry import DETECTORS, make_detector, unfitted, untrained
     from firstcontact.contact.stream import WindowDetector
     from firstcontact.contact.svm import SvmDetector
     from firstcontact.contact.threshold import ThresholdDetector
@@ -19,7 +19,7 @@ else:
         {
             "detector": "Detector WindowDecisions detect",
             "detector_file": "load_detector save_detector",
-            "registry": "DETECTORS make_detector unfitted",
+            "registry": "DETECTORS make_detector unfitted untrained",
             "stream": "WindowDetector",
             "svm": "SvmDetector",
             "threshold": "ThresholdDetector",
@@ -38,4 +38,5 @@ __all__ = [
     "make_detector",
     "save_detector",
     "unfitted",
+    "untrained",
 ]

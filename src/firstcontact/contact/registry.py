@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from firstcontact.contact.detector import Detector
+    from firstcontact.core.layout import Layout
 from firstcontact.core.registry import Registry
 
 DETECTORS: Registry[type[Detector]] = Registry(
@@ -41,3 +42,10 @@ def make_detector(name: str, **options: Any) -> Detector:
 def unfitted() -> str:
     """Name of the first detector that learns nothing: it is there where others cannot learn."""
     return next(name for name, kind in DETECTORS.items() if not kind.learns)
+
+
+def untrained(layout: Layout) -> Detector:
+    """What finds contacts on a layout where nothing was learned from."""
+    kind: Any = DETECTORS[unfitted()]
+    made: Detector = kind.untrained(layout) if hasattr(kind, "untrained") else kind()
+    return made

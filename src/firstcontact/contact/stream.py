@@ -98,6 +98,11 @@ class WindowDetector(ABC):
         """Learn from pinches whose contacts are known; by default nothing."""
         return self
 
+    @classmethod
+    def untrained(cls, layout: Layout) -> Self:
+        """One that is used on a layout without having learned: by default as it is made."""
+        return cls()
+
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
         """Everything that was learned or chosen, to be saved; by default nothing."""
         return {}

@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 
 from firstcontact.contact.stream import WindowDetector
 from firstcontact.core.errors import InputError
+from firstcontact.core.layout import Layout
 from firstcontact.core.palette import ORANGE
 from firstcontact.core.program import Judgement
 
+#: Height where contacts come out of rest, not out of a motor's noise.
+ABOVE_REST = 10.0
 #: No height above this can be meant.
 HIGHEST = 1e6
 
@@ -44,6 +47,11 @@ class ThresholdDetector(WindowDetector):
 
     def __init__(self, sigmas: float = 3.0) -> None:
         self.sigmas = sigmas
+
+    @classmethod
+    def untrained(cls, layout: Layout) -> Self:
+        """As published above a motor; high above rest, of which there is far more than of motor."""
+        return cls(ABOVE_REST) if None in layout.vibration_fingers else cls()
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
         """The height."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact import DETECTORS, Detector, detect, make_detector, unfitted
+from firstcontact.contact import DETECTORS, Detector, detect, make_detector, untrained
 from firstcontact.contact.closing_start import closing_starts, closings, counted, told
 from firstcontact.core import Contact, Dataset, InputError
 from firstcontact.core.jobs import Runner
@@ -72,7 +72,7 @@ def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
             return make_detector(DETECTORS.default).fit(dataset)
         except InputError:
             pass  # too little quiet before the contacts: nothing to learn a steady state from
-    return make_detector(unfitted()).fit(dataset)
+    return untrained(dataset.layout).fit(dataset)
 
 
 def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runner) -> Alignment:

@@ -7,6 +7,7 @@ on the line before a fence says when:
 - none: with the normal tests;
 - ``<!-- slow -->``: with ``make test-slow``;
 - ``<!-- data -->``: with the normal tests where the real impacts are (``FIRSTCONTACT_DATA``);
+- ``<!-- disc -->``: by ``test_two_euro_disc.py``, where a sound input is;
 - ``<!-- elsewhere -->``: not here; each of its commands has its line in ``ELSEWHERE``.
 
 Python in ``python`` fences runs too, each fence by itself.
@@ -70,6 +71,8 @@ ELSEWHERE = {
     ),
     "apt install --no-install-recommends qemu-system-arm": ".ci/run, where it is missing",
     "pip install .": "tests/cli/test_install.py",
+    "pip install 'firstcontact[audio]'": "make test, in editable form",
+    "sudo apt install libportaudio2": ".ci/run, where it is missing",
     "pip install '.[study,live]'": "make test, in editable form",
     "pip install '.[study,cluster]'": "make test, in editable form",
     "dask scheduler --host 10.0.0.1 --port 8786": "tests/dask_cluster.py",
@@ -77,7 +80,7 @@ ELSEWHERE = {
     "firstcontact study --cluster tcp://10.0.0.1:8786": "tests/cli/test_cluster.py",
     "make live": "tests/cli/test_live.py runs its command",
 }
-MARKS = {"", "slow", "data", "elsewhere"}
+MARKS = {"", "slow", "data", "disc", "elsewhere"}
 LANGUAGES = {"sh", "python", "text", "json", "toml", ""}
 ALL = [fence for page in PAGES for fence in fences(page)]
 

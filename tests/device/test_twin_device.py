@@ -8,132 +8,22 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from functools import cache
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 import serial
-from numpy.typing import NDArray
+from twin_host import DEAD, expected, host
 
-from firstcontact.core import Command, InputError
+from firstcontact.core import InputError
 from firstcontact.device import protocol
 from firstcontact.device._twin_device import TwinDevice
-from firstcontact.device.protocol import Frame, FrameError, FrameType, SamplesFrame, encode
+from firstcontact.device.protocol import FrameType, encode
 from firstcontact.device.source import Descriptor
-from firstcontact.device.twin_words import TOLD, held_object, order_text, peak_text
 from firstcontact.twin.filter import DeviceFilter
 from firstcontact.twin.stream import TwinStream
 from processes import PATIENCE, children, command_line, gone, stop, until
-
-#: A twin that says nothing for so long is dead, s.
-DEAD = 60.0
-
-
-@cache
-def expected(samples: int) -> NDArray[np.int16]:
-    """What a twin with seed 4 must send, from its first sample on."""
-    return DeviceFilter().update(TwinStream(seed=4).read(samples))
-
-
-class Host:
-    """A host with nothing between it and the bytes."""
-
-    def __init__(self, port: str) -> None:
-        # As a plain file: it must be raw without a host that makes it so.
-        self.fd = os.open(port, os.O_RDWR | os.O_NOCTTY)
-        self.said = 0
-        self.rest = b""
-        self.torn = False  # whether frames may be cut off
-        self.samples: list[SamplesFrame] = []
-        self.markers: list[tuple[int, str]] = []
-        self.counters: list[int] = []
-
-    def close(self) -> None:
-        os.close(self.fd)
-
-    def say(self, kind: int, payload: bytes = b"") -> None:
-        os.write(self.fd, encode(kind, self.said, payload))
-        self.said += 1
-
-    def hear(self) -> list[Frame]:
-        """What comes next, at least a byte of it."""
-        ready, _, _ = select.select([self.fd], [], [], DEAD)
-        assert ready, "the twin has gone silent"
-        *stuffed, self.rest = (self.rest + os.read(self.fd, 65_536)).split(b"\0")
-        frames = []
-        for one in stuffed:
-            if not one:
-                continue
-            try:
-                frames.append(protocol.decode(one))
-            except FrameError:
-                assert self.torn
-        for frame in frames:
-            self.counters.append(frame.counter)
-            if frame.type == FrameType.SAMPLES:
-                self.samples.append(protocol.read_samples(frame.payload, 16))
-            elif frame.type == FrameType.MARKER:
-                self.markers.append(protocol.read_marker(frame.payload))
-        return frames
-
-    def until(self, kind: FrameType) -> Frame:
-        """Listen until a frame of this kind comes."""
-        while True:
-            for frame in self.hear():
-                if frame.type == kind:
-                    return frame
-
-    def listen(self, enough: Callable[[], bool]) -> None:
-        while not enough():
-            self.hear()
-
-    def boot(self) -> int:
-        self.say(FrameType.HELLO, bytes([protocol.VERSION]))
-        return protocol.read_descriptor(self.until(FrameType.DESCRIPTOR).payload)[1]
-
-    def start(self, samples: int) -> None:
-        """Start, and take so many samples."""
-        self.say(FrameType.START)
-        self.listen(lambda: self.received >= samples)
-
-    def stop(self) -> tuple[int, int]:
-        """Stop; next sample's number and overflow."""
-        self.say(FrameType.STOP)
-        return protocol.read_stopped(self.until(FrameType.STOPPED).payload)
-
-    @property
-    def received(self) -> int:
-        return sum(len(s.data) for s in self.samples)
-
-    @property
-    def first(self) -> int:
-        return self.samples[0].first_sample
-
-    def check(self, stopped: tuple[int, int], right: NDArray[np.int16] | None = None) -> None:
-        """Every frame came, every sample is the right one, and the lost ones are counted."""
-        assert self.counters == list(range(self.counters[0], self.counters[0] + len(self.counters)))
-        right = expected(stopped[0]) if right is None else right
-        lost = 0
-        number = self.first
-        for s in self.samples:
-            lost += s.first_sample - number
-            assert s.overflow == lost
-            number = s.first_sample + len(s.data)
-            assert (s.data == right[s.first_sample : number]).all()
-        assert self.received + stopped[1] == stopped[0] - self.first
-        assert stopped[1] >= lost
-
-
-@contextmanager
-def host(port: str) -> Iterator[Host]:
-    made = Host(port)
-    try:
-        yield made
-    finally:
-        made.close()
 
 
 @pytest.fixture
@@ -246,155 +136,6 @@ def test_a_pulled_cable_ends_the_port_and_comes_back_under_its_name(twin: TwinDe
         assert h.boot() == boot
         h.start(500)
         assert h.first > end
-
-
-def test_the_hand_takes_what_it_is_told_to(twin: TwinDevice) -> None:
-    with host(twin.port) as h:
-        h.say(FrameType.ORDER, b"object: block 29")
-        told = protocol.read_marker(h.until(FrameType.MARKER).payload)[0]
-        h.start(1)
-
-        def taken() -> list[str]:
-            there = [text for sample, text in h.markers if sample > told]
-            return [t for t in there if held_object(t) is not None]
-
-        h.listen(lambda: len(taken()) >= 3)
-        # The piece of stream that was made already may hold one start more.
-        assert taken()[1:3] == ["twin: block 29"] * 2
-        h.say(FrameType.ORDER, b"object: pear")
-        h.listen(lambda: any("'pear' is not known" in text for _, text in h.markers))
-        h.say(FrameType.ORDER, b"object: any")
-        before = len(taken())
-        h.listen(lambda: len(taken()) >= before + 5)
-        assert set(taken()[before + 1 :]) != {"twin: block 29"}
-
-
-def test_only_the_objects_that_were_given_are_taken() -> None:
-    with TwinDevice(objects=["block 10", "apple 1"], speed=20) as twin, host(twin.port) as h:
-        h.start(1)
-        h.listen(lambda: len(h.markers) >= 8)
-        assert {held_object(text) for _, text in h.markers} == {"block 10", "apple 1", None}
-
-
-class Squeezed:
-    """What a host saw of each closing: its object, and how hard it was squeezed."""
-
-    def __init__(self, h: Host) -> None:
-        self.h = h
-
-    def starts(self) -> list[tuple[int, str]]:
-        """Sample and object of each closing that was told to begin."""
-        held = [(sample, held_object(text)) for sample, text in self.h.markers]
-        return [(sample, name) for sample, name in held if name is not None]
-
-    def peaks(self) -> dict[int, float]:
-        """Of each closing that is over, by the sample that it began at."""
-        found: dict[int, float] = {}
-        for end, text in self.h.markers:
-            before = [start for start, _ in self.starts() if start < end]
-            if text.startswith("twin: peak ") and before:
-                found[before[-1]] = float(text.split()[2])
-        return found
-
-    def ordered(self, order: Command | None, within: int) -> tuple[int, int, int]:
-        """Order something of each closing until one hears it so many samples after its start.
-
-        Its number among the closings seen, its start, and the sample that the order came at.
-        """
-        text = order_text(order)
-        answer = f"{TOLD}{text}"
-        while True:
-            n = len(self.starts())
-            self.h.listen(lambda n=n: len(self.starts()) > n)
-            start = self.starts()[-1][0]
-            self.h.say(FrameType.ORDER, text.encode())
-            self.h.listen(
-                lambda s=start: any(at > s and said.endswith(text) for at, said in self.h.markers)
-            )
-            answers = ((at, t) for at, t in self.h.markers if at > start and t.endswith(text))
-            came, said = next(answers)
-            if said != answer:
-                continue  # it came when the hand had begun to open
-            if came - start < within:
-                return len(self.starts()) - 1, start, came
-
-
-def test_a_commanded_closing_presses_less_than_it_would_have() -> None:
-    stream = TwinStream(seed=4)
-    while len(stream.pinches) < 20 or stream.pinches[-1].end is None:
-        stream.read(1000)
-    drawn = [p.start for p in stream.pinches]
-    with TwinDevice(seed=4) as device, host(device.port) as h:
-        h.start(1)
-        seen = Squeezed(h)
-        number, start, _ = seen.ordered(Command(0.03, 1.0), 900)
-        h.listen(lambda: len([s for s in seen.peaks() if s >= start]) >= 3)
-        # Nothing before the first start that was seen was commanded.
-        number += drawn.index(seen.starts()[0][0])
-        there = list(stream.pinches)[number : number + 3]
-        after = [s for s in seen.starts() if s[0] >= start][:3]
-        assert [p.label.object for p in there] == [name for _, name in after]
-        told, *others = [seen.peaks()[s] for s, _ in after]
-        alone = [round(p.peak or 0.0, 1) for p in there]
-        assert told < 0.6 * alone[0]
-        assert others == alone[1:]
-
-
-def test_a_release_opens_the_hand_after_the_latency() -> None:
-    with TwinDevice(seed=4, latency=0.010) as device, host(device.port) as h:
-        h.start(1)
-        seen = Squeezed(h)
-        _, start, came = seen.ordered(None, 2500)
-        h.listen(lambda: start in seen.peaks())
-        end = next(at for at, said in h.markers if at > start and "peak" in said)
-        # To the next piece, and no longer.
-        assert 0 <= end - came - round(0.010 * 4936) <= 50
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["hand:", "hand: 1", "hand: 1 2 3", "hand: nan 1", "hand: 1 inf", "hand: halt", "hand:\0", "?"],
-)
-def test_an_order_that_is_none_is_answered_and_changes_nothing(twin: TwinDevice, text: str) -> None:
-    with host(twin.port) as h:
-        h.start(1)
-        h.say(FrameType.ORDER, text.encode())
-        h.listen(lambda: any("twin: hand order" in said for _, said in h.markers))
-        h.check(h.stop())
-
-
-def test_a_command_to_a_hand_at_rest_is_answered() -> None:
-    with TwinDevice(seed=4) as device, host(device.port) as h:
-        h.start(1)
-        while not any("twin: hand is not closing, command 1" in said for _, said in h.markers):
-            # Told as soon as it begins to open; it opens and rests for most of a second.
-            h.until(FrameType.MARKER)
-            if "peak" in h.markers[-1][1]:
-                h.say(FrameType.ORDER, b"hand: 0.0 0.0")
-
-
-def test_no_mark_is_an_order() -> None:
-    """Whoever sets a marker, a viewer of the page too, moves nothing with it."""
-    with TwinDevice(seed=4, objects=["block 10", "apple 1"]) as device, host(device.port) as h:
-        h.start(1)
-        texts = ("object: block 10", "hand: release", "hand: 0.0 0.0", "twin: told hand: 0.0 0.0")
-
-        def hand() -> list[tuple[int, str]]:
-            return [(at, said) for at, said in h.markers if said not in texts]
-
-        while sum("peak" in said for _, said in hand()) < 3:
-            h.until(FrameType.MARKER)
-            if "peak" not in h.markers[-1][1] and h.markers[-1][1] not in texts:
-                for text in texts:  # as a closing begins
-                    h.say(FrameType.MARK, text.encode())
-        assert {said for _, said in h.markers} >= set(texts)
-        # The hand does what it would have done unasked.
-        stream = TwinStream("paper-rig", ["block 10", "apple 1"], seed=4)
-        while len([p for p in stream.pinches if p.end]) < 20:
-            stream.read(1000)
-        alone = [(p.start, f"twin: {p.label.object}") for p in stream.pinches]
-        alone += [(p.end, peak_text(p.peak)) for p in stream.pinches if p.end and p.peak]
-        assert set(hand()) <= set(alone)
 
 
 def test_ctrl_c_is_not_for_the_twin(twin: TwinDevice) -> None:

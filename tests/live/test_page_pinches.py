@@ -1,0 +1,63 @@
+"""The table of pinches on the page, and where an estimate's time went."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from page_feed import Feed
+
+from firstcontact.core import Label
+from firstcontact.live.events import Case, Estimated, PinchDone
+from firstcontact.live.page._pinches import Pinches, timing
+from firstcontact.recording import Marker, PinchMark
+
+
+def test_time_is_taken_apart_without_rest() -> None:
+    estimate = Feed().estimate
+    parts = timing(estimate, 4936.0)
+    assert parts["window"] == 15.0
+    total = parts["window"] + parts["wait"] + parts["compute"]
+    assert parts["total"] == pytest.approx(total, abs=0.002)
+    early = replace(estimate, complete=estimate.contact.sample + 40)
+    assert timing(early, 4936.0)["wait"] == 0.0
+
+
+def pinch(feed: Feed) -> PinchDone:
+    while True:
+        for event in feed.update().events:
+            if isinstance(event, PinchDone):
+                return event
+
+
+def test_a_pinch_has_the_word_that_was_said_for_it() -> None:
+    feed = Feed()
+    pinches = Pinches(4936.0)
+    pinch(feed)
+    done = [pinch(feed) for _ in range(4)]
+    pinches.word(Marker(done[0].armed - 100, "before"))
+    pinches.done(done[0])
+    pinches.done(done[1])
+    pinches.word(Marker(done[1].armed + 10, "late"))
+    pinches.word(Marker(done[2].armed + 1, "other epoch", epoch=3))
+    pinches.done(done[2])
+    pinches.done(done[3])
+    label = Label("apple", 68.0)
+    pinches.label(PinchMark(0, done[3].armed - 5, done[3].end, 0, label))
+    assert [row["object"] for row in pinches.tree()] == ["before", "late", "", "apple"]
+
+
+def test_the_used_estimate_is_the_one_in_the_table() -> None:
+    done = pinch(Feed())
+    first = done.estimates[0]
+    assert isinstance(first, Estimated)
+    later = replace(first, value=99.0, used=False)
+    cases = (Case.IN_TIME, Case.TOO_LATE)
+    pinches = Pinches(4936.0)
+    pinches.done(replace(done, estimates=(replace(first, used=True), later), cases=cases))
+    pinches.done(replace(done, estimates=(replace(first, used=False), later), cases=cases))
+    pinches.done(replace(done, estimates=(), contacts=(), refused="a gap"))
+    rows = pinches.tree()
+    assert rows[0]["estimate"]["value"] == round(first.value, 2)
+    assert rows[1]["estimate"]["value"] == 99.0
+    assert (rows[2]["estimate"], rows[2]["finger"], rows[2]["refused"]) == (None, None, "a gap")

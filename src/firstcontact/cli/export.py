@@ -33,8 +33,8 @@ class Export:
         need(exporter.extra, *exporter.modules)
         dataset = load_dataset(self.path)
         export(dataset, exporter, self.out)
-        for group in dataset.layout.groups:
-            print(f"note: the samples of group {group.name} are left out: no format has their rate")
+        for group in () if exporter.groups else dataset.layout.groups:
+            print(f"note: the samples of group {group.name} are left out: this format has one rate")
         for note in dataset.notes:
             print(f"note: {note}")
         print(f"{len(dataset)} pinches written to {self.out}")

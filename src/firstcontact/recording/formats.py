@@ -83,12 +83,15 @@ class Exporter:
         format cannot hold it.
     extra, modules
         Of this package that it needs, and the modules that come with it.
+    groups
+        Whether it holds slower groups, too.
     """
 
     name: str
     write: Callable[[Dataset, Path], None]
     extra: str = ""
     modules: tuple[str, ...] = ()
+    groups: bool = False
 
 
 _HERE = "firstcontact.recording"
@@ -114,5 +117,6 @@ EXPORTERS: Registry[Exporter] = Registry(
         "csv": f"{_HERE}.export_csv:CSV",
         "parquet": f"{_HERE}.export_parquet:PARQUET",
         "hdf5": f"{_HERE}.export_hdf5:HDF5",
+        "mcap-plot": f"{_HERE}.export_mcap_plot:MCAP_PLOT",
     },
 )

@@ -18,7 +18,7 @@ def test_pinches_losses_and_failures_are_a_line_each() -> None:
     sink.take(everything())
     sink.take(Update(health=Health(True, lost_samples=7), failed={"page": "OSError: no"}))
     sink.close()
-    head, lost, failed, pinch, same = stream.getvalue().splitlines()
+    head, lost, failed, pinch, same, hand = stream.getvalue().splitlines()
     assert head == "twin: fw 1, piezo, 4936 Hz"
     assert lost == "link: 7 samples lost, 7 in all"
     assert failed == "page: failed (OSError: no)"
@@ -27,3 +27,4 @@ def test_pinches_losses_and_failures_are_a_line_each() -> None:
         "contact, model of 15 ms: 29.2 Shore A (25 to 34) at "
     )
     assert same == "the same object, 2 pinches: 30.5 Shore A (22 to 39)"
+    assert hand == "hand told to close, by keyboard"

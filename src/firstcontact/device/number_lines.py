@@ -90,7 +90,9 @@ class LineReader:
         if not values or len(values) > MOST or not all(math.isfinite(v) for v in values):
             self.bad += 1
             return None
-        if len(self.header) != len(words) and all(":" in w for w in words):  # name:value, for plotters
+        if len(self.header) != len(words) and all(
+            ":" in w for w in words
+        ):  # name:value, for plotters
             self.header = tuple(w.partition(":")[0] for w in words)
         return values
 

@@ -13,6 +13,8 @@ from firstcontact.device.twin_words import (
     TOLD,
     concerns_hand,
     held_object,
+    lost_object,
+    lost_text,
     object_text,
     order_text,
     peak_text,
@@ -51,3 +53,11 @@ def test_only_an_object_is_taken_for_one() -> None:
         assert held_object(text) is None
         assert not concerns_hand(text)
     assert peak_text(3.44) == "twin: peak 3.4 N"
+
+
+def test_what_was_lost_is_about_the_hand_and_no_object() -> None:
+    for how in ("dropped", "broken"):
+        assert lost_object(lost_text(how)) == how
+        assert concerns_hand(lost_text(how))
+        assert held_object(lost_text(how)) is None
+    assert lost_object(peak_text(3.0)) is None

@@ -335,3 +335,29 @@ def test_no_orders_keep_the_hand_from_going_on(
     before = len(stream.pinches)
     stream.read(round(6 * FINGERTIP_RATE))
     assert len(stream.pinches) > before
+
+
+def test_a_hand_picks_from_the_household_and_says_what_it_loses() -> None:
+    breaks = TwinStream("paper-rig", ["potato crisp"], 1)
+    breaks.read(15_000)
+    assert breaks.pinches[0].lost == "broken"
+    assert breaks.pinches[0].label.object == "potato crisp"
+    holds = TwinStream("paper-rig", ["apple"], 1)
+    holds.read(15_000)
+    assert holds.pinches[0].end is not None
+    assert holds.pinches[0].lost is None
+    slips = TwinStream("paper-rig", ["hammer, at its handle"], 1)
+    while not slips.command(Command(0.05, 1.0)):
+        slips.read(50)
+    slips.read(25_000)
+    assert slips.pinches[0].lost == "dropped"
+    with pytest.raises(InputError, match="use one of"):
+        TwinStream("paper-rig", ["anvil"])
+
+
+def test_a_set_is_picked_from_whole() -> None:
+    household = TwinStream("paper-rig", ["household"], 2)
+    assert len(household._objects) >= 34
+    assert TwinStream("paper-rig", ["paper"], 2).read(2000).tobytes() == (
+        TwinStream("paper-rig", None, 2).read(2000).tobytes()
+    )

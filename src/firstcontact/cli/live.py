@@ -90,6 +90,8 @@ class Live:
     """Of the twin: paper-rig or everyday."""
     seed: int = 0
     """Of the twin."""
+    objects: str = "paper"
+    """What the twin picks up: paper, household, or the name of one object."""
     seconds: float | None = None
     """Stop after this time."""
     pinches: int | None = None
@@ -113,7 +115,11 @@ class Live:
         from firstcontact.live.session import LiveSession
 
         source = open_source(
-            self.device, speed=self.speed, condition=self.condition, seed=self.seed
+            self.device,
+            speed=self.speed,
+            condition=self.condition,
+            seed=self.seed,
+            objects=self.objects,
         )
         folder = self.model or self._own_model(source)
         loaded = _pretrained(self.detector) if folder is None else _models(folder, self.detector)

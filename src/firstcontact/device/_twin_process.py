@@ -23,7 +23,15 @@ from firstcontact.device._responder import Responder
 from firstcontact.device.protocol import FRAME_SAMPLES
 from firstcontact.device.pseudo_terminal import PseudoTerminal, port_folder
 from firstcontact.device.source import Descriptor
-from firstcontact.device.twin_words import HAND, OBJECT, TOLD, TWIN, peak_text, read_order
+from firstcontact.device.twin_words import (
+    HAND,
+    OBJECT,
+    TOLD,
+    TWIN,
+    lost_text,
+    peak_text,
+    read_order,
+)
 
 #: What is made before the clock starts ends in a closing: no rest is so long, and no
 #: closing so short.
@@ -132,6 +140,8 @@ class TwinProcess:
             words.append((pinch.start, f"{TWIN}{pinch.label.object}"))
             if pinch.end is not None and pinch.peak is not None:
                 words.append((pinch.end, peak_text(pinch.peak)))
+            if pinch.end is not None and pinch.lost is not None:
+                words.append((pinch.end, lost_text(pinch.lost)))
             if pinch.start <= self._announced:
                 break
         for sample, text in sorted(words):

@@ -27,11 +27,14 @@ class SourceOptions:
         Times real time, where it can be chosen.
     condition, seed
         Of the twin.
+    objects
+        What the twin picks up: the name of a set or of one object.
     """
 
     speed: float = 1.0
     condition: str = "paper-rig"
     seed: int = 0
+    objects: str = "paper"
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +159,12 @@ def source_kind(device: str) -> SourceKind:
 
 
 def open_source(
-    device: str, *, speed: float = 1.0, condition: str = "paper-rig", seed: int = 0
+    device: str,
+    *,
+    speed: float = 1.0,
+    condition: str = "paper-rig",
+    seed: int = 0,
+    objects: str = "paper",
 ) -> Source:
     """A source that is not entered yet.
 
@@ -164,7 +172,7 @@ def open_source(
     ----------
     device
         "twin", a recording (a path that ends in .mcap), a serial port, or what a plug-in takes.
-    speed, condition, seed
+    speed, condition, seed, objects
         See :class:`SourceOptions`.
 
     Raises
@@ -174,4 +182,4 @@ def open_source(
         needs something that is missing.
     """
     _log.info("opening %s", device)
-    return source_kind(device).make(device, SourceOptions(speed, condition, seed))
+    return source_kind(device).make(device, SourceOptions(speed, condition, seed, objects))

@@ -60,12 +60,12 @@ class TwinSource(SerialSource):
 def from_name(name: str, options: SourceOptions) -> TwinSource:
     """The twin as a person asked for it; InputError without its extra."""
     need("twin", "numba")
-    return TwinSource(options.condition, seed=options.seed, speed=options.speed)
+    return TwinSource(options.condition, [options.objects], options.seed, options.speed)
 
 
 def shore_a(name: str) -> float:
     """Of an object that the twin has; InputError for others, and without its extra."""
     need("twin", "numba")
-    from firstcontact.twin.objects import object_named
+    from firstcontact.twin.household import thing_named
 
-    return object_named(name).shore_a
+    return thing_named(name).shore_a

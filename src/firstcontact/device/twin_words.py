@@ -19,7 +19,7 @@ OBJECT = "object:"
 #: How the twin begins the answer to an order that it obeys.
 TOLD = f"{TWIN}told "
 #: How the twin begins what it says about the hand, and not about an object.
-ABOUT_HAND = (f"{TWIN}peak ", f"{TWIN}hand ", TOLD)
+ABOUT_HAND = (f"{TWIN}peak ", f"{TWIN}hand ", TOLD, f"{TWIN}lost ")
 #: How it answered once, without its name; recordings hold such markers.
 _ANSWERED = re.compile(rf"{HAND} (release|-?\d+\.\d{{4}} -?\d+\.\d{{3}})")
 
@@ -57,6 +57,16 @@ def read_order(text: str) -> Command | None:
 def peak_text(peak: float) -> str:
     """How the twin says with what force, N, a closing squeezed at most."""
     return f"{ABOUT_HAND[0]}{peak:.1f} N"
+
+
+def lost_text(how: str) -> str:
+    """How the twin says that a closing has dropped or broken what it closed on."""
+    return f"{ABOUT_HAND[3]}{how}"
+
+
+def lost_object(text: str) -> str | None:
+    """What the twin says that became of an object that was not held: "dropped" or "broken"."""
+    return text.removeprefix(ABOUT_HAND[3]) if text.startswith(ABOUT_HAND[3]) else None
 
 
 def held_object(text: str) -> str | None:

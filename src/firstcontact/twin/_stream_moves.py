@@ -70,6 +70,8 @@ def _squeeze(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
 
 
 def _squeezed(run: PinchRun) -> bool:
+    if run.broken_at is not None:
+        return True  # what is left never stalls the hand
     if run.commanded and run.done > PATIENCE * FINGERTIP_RATE:
         return True
     return all(run.touched) and run.drive_speed <= STALLED * run.nominal_speed

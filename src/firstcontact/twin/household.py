@@ -18,7 +18,7 @@ from firstcontact.twin._household_file import read_household, read_sources
 from firstcontact.twin.conditions import Condition
 from firstcontact.twin.draw import draw_specimen, generator
 from firstcontact.twin.household_object import HouseholdObject
-from firstcontact.twin.objects import Fragility, TwinObject
+from firstcontact.twin.objects import OBJECTS, Fragility, TwinObject
 
 #: No specimen is more standard deviations off.
 MOST = 2.5
@@ -98,3 +98,26 @@ def draw_household_specimen(
         # A Weibull without scatter: a specimen bears the same each time.
         fragility=None if limit is None else Fragility(limit, math.inf),
     )
+
+
+#: What a running hand may pick from, by name.
+OBJECT_SETS: Mapping[str, tuple[TwinObject | HouseholdObject, ...]] = {
+    "paper": tuple(OBJECTS.values()),
+    "household": HOUSEHOLD,
+}
+
+
+def thing_named(name: str) -> TwinObject | HouseholdObject:
+    """The object of that name, of any set.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    for things in OBJECT_SETS.values():
+        for thing in things:
+            if thing.name == name:
+                return thing
+    names = ", ".join(t.name for things in OBJECT_SETS.values() for t in things)
+    raise InputError(f"object {name!r} is not known: use one of {names}")

@@ -134,6 +134,11 @@ class HouseholdObject:
         return replace(self, numbers=replace(self.numbers, **{quantity: other}))
 
     @property
+    def shore_a(self) -> float:
+        """Effective Shore A."""
+        return self.numbers.shore_a.value
+
+    @property
     def scatter(self) -> SpecimenScatter:
         """How much its specimens differ."""
         return SCATTER[self.origin]

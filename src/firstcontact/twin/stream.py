@@ -13,14 +13,18 @@ from firstcontact.core.command import Command
 from firstcontact.core.errors import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.pinch import Contact, Label
+from firstcontact.twin._outcome import DROPPED, slide
 from firstcontact.twin._plan import PlannedPinch, planned_pinch
 from firstcontact.twin._stream_moves import PIECE, close_hand, open_hand, pieces
 from firstcontact.twin.conditions import condition
 from firstcontact.twin.draw import draw_pinch, generator
 from firstcontact.twin.drive import LATENCY, Drive
 from firstcontact.twin.fingertips import StreamFingertips, strip_contacts
+from firstcontact.twin.household import OBJECT_SETS, draw_household_specimen, thing_named
+from firstcontact.twin.household_object import HouseholdObject
+from firstcontact.twin.lift import Lift
 from firstcontact.twin.mechanics import CONTACT_FORCE, OUTPUTS
-from firstcontact.twin.objects import OBJECTS, TwinObject, object_named
+from firstcontact.twin.objects import TwinObject
 from firstcontact.twin.run import PinchRun
 from firstcontact.twin.sensor import SCAN
 
@@ -37,6 +41,8 @@ LONGEST = 4.0
 SESSION = "stream"
 #: Pinches that are remembered.
 REMEMBERED = 1000
+
+Thing = TwinObject | HouseholdObject
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +62,9 @@ class StreamPinch:
         First sample after the hold, where the hand begins to open; None before that.
     peak
         Largest grip force until then, N: the smaller one of both contacts'.
+    lost
+        "dropped" or "broken" where the hand has not held it until then: it is lifted as in the
+        hand plant. The fingers feel a dropped object as if it were still there.
     """
 
     start: int
@@ -63,6 +72,7 @@ class StreamPinch:
     truth: tuple[Contact, ...] = ()
     end: int | None = None
     peak: float | None = None
+    lost: str | None = None
 
 
 class TwinStream:
@@ -77,7 +87,8 @@ class TwinStream:
         "paper-rig" or "everyday".
     objects
         What is picked up, by name or as it is; each once a round, in another order
-        each round. All of the paper's by default.
+        each round. A name may be that of a set in
+        :data:`firstcontact.twin.household.OBJECT_SETS`. All of the paper's by default.
     seed
         Of all random numbers.
     latency
@@ -98,7 +109,7 @@ class TwinStream:
     def __init__(
         self,
         condition_name: str = "paper-rig",
-        objects: Sequence[str | TwinObject] | None = None,
+        objects: Sequence[str | Thing] | None = None,
         seed: int = 0,
         latency: float = LATENCY,
     ) -> None:
@@ -106,16 +117,22 @@ class TwinStream:
         self._drive = Drive(latency=latency)
         if seed < 0:
             raise InputError(f"seed is {seed}: use a whole number from 0 on")
-        given = tuple(OBJECTS) if objects is None else objects
-        self._objects = [object_named(o) if isinstance(o, str) else o for o in given]
+        self._objects: list[Thing] = []
+        for given in ("paper",) if objects is None else objects:
+            if not isinstance(given, str):
+                self._objects.append(given)
+            elif given in OBJECT_SETS:
+                self._objects += OBJECT_SETS[given]
+            else:
+                self._objects.append(thing_named(given))
         if not self._objects:
             raise InputError("the twin has no objects: give at least one")
         self.ignored = 0
         self._run: PinchRun | None = None  # while the hand takes commands
         self._seed = seed
         self._rng = generator(seed, condition_name, "stream")
-        self._chosen: TwinObject | None = None
-        self._waiting: list[TwinObject] = []
+        self._chosen: Thing | None = None
+        self._waiting: list[Thing] = []
         self._round = 0
         self._taken: dict[str, int] = {}
         first = self._plan(self._objects[0], -1)
@@ -139,7 +156,7 @@ class TwinStream:
         InputError
             There is no such object.
         """
-        self._chosen = None if name is None else object_named(name)
+        self._chosen = None if name is None else thing_named(name)
 
     def command(self, command: Command) -> bool:
         """Order something of the closing that is going on; holds until the hand opens.
@@ -207,18 +224,24 @@ class TwinStream:
             self._tips.take(draw)
             self.pinches.append(StreamPinch(self._tips.sample, coming.label))
             lead = round(LEAD * FINGERTIP_RATE)
-            yield from self._pinch(PinchRun(draw, LONGEST, lead, self._drive, at_rest=True))
+            run = PinchRun(draw, LONGEST, lead, self._drive, at_rest=True)
+            if coming.specimen.fragility is not None:
+                run.limit = coming.specimen.fragility.draw(generator(self._seed, "limit", key))
+            yield from self._pinch(run, coming.specimen)
 
-    def _pinch(self, run: PinchRun) -> Iterator[NDArray[np.float64]]:
+    def _pinch(self, run: PinchRun, held: TwinObject) -> Iterator[NDArray[np.float64]]:
         """From rest to rest."""
         self._run = run
         peak = 0.0
+        parts = []
         for motion in close_hand(run, float(self._rng.uniform(*HOLD))):
-            peak = max(peak, float(motion[..., CONTACT_FORCE].min(axis=1).max()))
+            parts.append(motion[..., CONTACT_FORCE])
+            peak = max(peak, float(parts[-1].min(axis=1).max()))
             yield motion
         self._run = None
+        lost = "broken" if run.broken_at is not None else _dropped(np.concatenate(parts), held)
         self.ignored += run.withdraw()
-        self.pinches[-1] = replace(self.pinches[-1], end=self._tips.sample, peak=peak)
+        self.pinches[-1] = replace(self.pinches[-1], end=self._tips.sample, peak=peak, lost=lost)
         yield from open_hand(run)
 
     def _next(self) -> PlannedPinch:
@@ -234,8 +257,12 @@ class TwinStream:
         self._taken[kind.name] = number + 1
         return self._plan(kind, number)
 
-    def _plan(self, kind: TwinObject, number: int) -> PlannedPinch:
-        return planned_pinch(self._seed, self._condition, kind, SESSION, number, number)
+    def _plan(self, kind: Thing, number: int) -> PlannedPinch:
+        if isinstance(kind, TwinObject):
+            return planned_pinch(self._seed, self._condition, kind, SESSION, number, number)
+        one = draw_household_specimen(self._seed, self._condition, kind, 0)
+        label = Label(one.name, one.shore_a, None, one.name, SESSION, one.role)
+        return PlannedPinch(one, label, number)
 
     def _note(self, first: int, scans: NDArray[np.uint16]) -> None:
         """Add the contacts that came with these scans to the pinch they belong to."""
@@ -244,3 +271,22 @@ class TwinStream:
             new = strip_contacts(scans, first, pinch.truth)
             if new:
                 self.pinches[-1] = replace(pinch, truth=(*pinch.truth, *new))
+
+
+def _dropped(forces: NDArray[np.float64], held: TwinObject) -> str | None:
+    """Whether an object falls when it is lifted after its first contact.
+
+    Parameters
+    ----------
+    forces
+        Of a closing, N, shape (samples, 2).
+    held
+        Its mass and friction.
+    """
+    touched = np.flatnonzero((forces > 0).any(axis=1))
+    if not touched.size:
+        return None
+    lift = Lift().hanging(-int(touched[0]), len(forces))
+    slid = np.zeros_like(forces)
+    slide(forces, lift, held.mass, held.friction, 1 / FINGERTIP_RATE, np.zeros(2), slid)
+    return "dropped" if slid[-1, 0] > DROPPED else None

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firstcontact.core.jobs import Runner
 from firstcontact.grasp.policy import Policy
@@ -174,6 +175,7 @@ def _found(
         fewer_drops_than_blind=fewer(ours, blind, weights),
         fewer_drops_only=fewer(ours, blind, weights, strict=False),
         more_damaged=more_damaged(ours, blind, weights),
+        success_gain=_gain(closings, weights),
         fewer={n: fewer(f, blind, weights) for n, f in plain.items() if f is not blind},
         target=TARGET,
         controls={
@@ -214,7 +216,7 @@ def _points(found: Judged) -> FrontPoints:
     return FrontPoints(dropped=its.dropped.tolist(), damaged=its.damaged.tolist())
 
 
-def _reflexes(blind: Judged, ours: Judged, weights: np.ndarray) -> Reflexes:
+def _reflexes(blind: Judged, ours: Judged, weights: NDArray[np.float64]) -> Reflexes:
     return Reflexes(
         blind=drops(blind, weights),
         stiffness=drops(ours, weights),
@@ -242,6 +244,16 @@ def _on(table: Table, tables: Tables) -> TunedOn:
         folds=tables.folds,
         families=[list(words) for words in FAMILIES],
     )
+
+
+def _gain(rows: Sequence[RealRow], weights: NDArray[np.float64]) -> Between:
+    """Of the same picks, in the table's order: how many more end well with stiffness."""
+    fine = [
+        np.array([not (r.dropped or r.damaged) for r in rows if r.job.policy == kind.name], float)
+        for kind in (candidate(), baseline())
+    ]
+    apart = fine[0] - fine[1]
+    return between(float(apart.mean()), apart @ weights / weights.sum(axis=0))
 
 
 def _real(rows: Sequence[RealRow], found: Judged, tables: Tables) -> RealClosings:

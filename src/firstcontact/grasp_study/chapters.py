@@ -108,6 +108,8 @@ def sentences(results: GraspResults) -> list[str]:
         f"more "
         f"than blind counts as dropped. Counting drops alone it is {ends(only)}, and it damages "
         f"{ends(more, True)} of closings more.",
+        f"In closings in full, as tuned, {ends(found.success_gain, True)} more end well, neither "
+        "dropped nor damaged.",
         f"Where every thing has the weight and the limit of another, there is nothing to gain, and "
         f"{ends(both, True)} is gained.",
     ]

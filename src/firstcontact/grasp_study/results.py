@@ -208,8 +208,10 @@ class Household(Record, frozen=True, kw_only=True):
         more than blind counts as dropped.
     fewer_drops_only, more_damaged
         The same where only drops count, and what it damages more in resamples, as a share of all.
+    success_gain
+        By how much more of the same closings in full end well with stiffness than blind, as tuned.
     fewer
-        The same of every policy that has no reflex.
+        As ``fewer_drops_than_blind``, of every policy that has no reflex.
     target
         What was to be reached.
     controls
@@ -230,6 +232,7 @@ class Household(Record, frozen=True, kw_only=True):
     fewer_drops_than_blind: Between
     fewer_drops_only: Between
     more_damaged: Between
+    success_gain: Between
     fewer: dict[str, Between]
     target: float
     controls: dict[str, Between]

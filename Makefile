@@ -74,6 +74,15 @@ grasp: $(VENV)/.study ## what stiffness is worth to a hand, on the twin (10 minu
 quick-grasp: $(VENV)/.study ## the same, small (half a minute): firstcontact-study/quick-grasp/report.html
 	$(BIN)/firstcontact grasp-study --quick --out $(OUT)/quick-grasp
 
+# CMSIS names the unpacked sources of the package cmsisdsp, whose machine is then counted, too.
+CMSIS ?=
+.PHONY: embedded quick-embedded
+embedded: $(VENV)/.study ## models in C on the emulated Cortex-M7: parity, instructions, accuracy
+	$(BIN)/python firmware/measure/measure.py --out $(OUT)/embedded $(if $(CMSIS),--cmsis $(CMSIS))
+
+quick-embedded: $(VENV)/.study ## the same, small (a minute)
+	$(BIN)/python firmware/measure/measure.py --quick --out $(OUT)/quick-embedded
+
 real: $(VENV)/.study ## the real sets in FIRSTCONTACT_DATA on one page: firstcontact-study/real/report.html
 	@sh examples/real.sh "$(FIRSTCONTACT_DATA)" "$(OUT)" "$(BIN)"
 

@@ -46,6 +46,8 @@ ELSEWHERE = {
     "make study": "by hand before a release: it makes docs/results/study.json",
     "firstcontact grasp-study": "by hand before a release: it makes docs/results/grasp.json",
     "make real": "by hand before a release: it makes docs/results/real.json",
+    "make embedded": "by hand before a release: it makes docs/results/embedded.json",
+    "make quick-embedded": ".ci/run",
     "make readme-numbers": "by hand before a release; its script: tests/docs/test_numbers.py",
     "make test": ".ci/run",
     "make lint": ".ci/run",

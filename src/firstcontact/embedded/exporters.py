@@ -37,5 +37,8 @@ class ModelExporter:
 MODEL_EXPORTERS: Registry[ModelExporter] = Registry(
     "form",
     "firstcontact.model_exporters",
-    {"c": "firstcontact.embedded.c_library:C"},
+    {
+        "c": "firstcontact.embedded.c_library:C",
+        "onnx": "firstcontact.embedded.onnx_graph:ONNX",
+    },
 )

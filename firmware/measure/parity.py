@@ -1,0 +1,131 @@
+"""C against Python, over all windows, closings and contacts: what differs, and what it costs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import building
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.anytime import InContextModel, Touches
+from firstcontact.anytime.touch_stream import moments
+from firstcontact.contact import Detector, detect
+from firstcontact.contact.closing_start import closing_start
+from firstcontact.core import Pinch
+from firstcontact.embedded import c_library
+from firstcontact.embedded.trained import NamedModel, Trained
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What an exported part costs, and how far its answers are from Python's.
+
+    Parameters
+    ----------
+    instructions
+        Of the dearest answer; of a detector the mean over 3 ms.
+    flash, ram
+        Bytes in the image of the emulated board, the measuring program's 2 kB among them.
+    max_abs_error
+        Of values and ends of intervals, Shore A.
+    class_mismatches
+        Other classes, refusals, flags or contacts than Python's.
+    asked
+        How many.
+    same_bytes
+        Whether both machines gave the same bytes.
+    """
+
+    instructions: int
+    flash: int
+    ram: int
+    max_abs_error: float
+    class_mismatches: int
+    asked: int
+    same_bytes: bool
+
+
+def of_model(named: NamedModel, X: NDArray[np.float32], folder: Path) -> Cost:
+    """A model of a window."""
+    folder.mkdir(parents=True)
+    c_library.write(Trained((named,)), folder)
+    told = {
+        "MODEL": f"fc_{named.name}",
+        "HEADER": f'"fc_{named.name}.h"',
+        "NUMBERS": str(X[0].size),
+    }
+    native, m7, flash, ram = _ran(building.Program("windows.c", folder / "src", told), X.tobytes())
+    got, on_m7 = building.answers(native), building.answers(m7)
+    values = named.model.predict(X)
+    spreads = named.model.spread(X)
+    if named.model.spec.classes:
+        wrong, error = int((got["value"] != values).sum()), 0.0
+    else:
+        units = np.ones(len(X)) if spreads is None else spreads
+        wanted = [values, values, values]
+        if named.interval is not None:
+            ends = [named.interval.around(v, u) for v, u in zip(values, units, strict=True)]
+            wanted = [values, *np.array(ends).T]
+        fields = ("value", "low", "high")[: len(wanted) if named.interval else 1]
+        error = max(float(np.abs(got[f] - w).max()) for f, w in zip(fields, wanted, strict=False))
+        wrong = int((got["status"] != 0).sum())
+    dearest = int(on_m7["instructions"].max())
+    return Cost(dearest, flash, ram, error, wrong, len(X), building.same(got, on_m7))
+
+
+def of_detector(detector: Detector, pinches: Sequence[Pinch], folder: Path) -> tuple[Cost, int]:
+    """A detector; also the instructions of its dearest 3 ms."""
+    folder.mkdir(parents=True)
+    c_library.write(Trained(detector=detector), folder)
+    asked, wanted = [], []
+    for pinch in pinches:
+        start = closing_start(pinch).sample
+        first = start - pinch.first_sample
+        asked.append(np.ascontiguousarray(pinch.vibration()[first:], np.float64))
+        fingers = pinch.layout.vibration_fingers
+        wanted.append(
+            [(fingers.index(c.finger), c.sample - start, c.decided - start)
+             for c in detect(detector, pinch)]
+        )  # fmt: skip
+    data = building.closings(asked)
+    native, m7, flash, ram = _ran(building.Program("closings.c", folder / "src", {}), data)
+    wrong = sum(g != w for g, w in zip(building.contacts(native), wanted, strict=True))
+    counted = np.frombuffer(m7, building.FOUND)
+    samples = sum(map(len, asked))
+    mean = round(float(counted["whole"].sum()) / samples * 15)
+    same = building.contacts(native) == building.contacts(m7)
+    return Cost(mean, flash, ram, 0.0, wrong, len(pinches), same), int(counted["dearest"].max())
+
+
+def of_anytime(model: InContextModel, touches: Touches, folder: Path) -> Cost:
+    """An any-time model, asked each millisecond."""
+    folder.mkdir(parents=True)
+    c_library.write(Trained(anytime=model), folder)
+    times = moments(model.rate)
+    data = building.touches(touches.signals, touches.valid, touches.fingers, times)
+    native, m7, flash, ram = _ran(building.Program("touches.c", folder / "src", {}), data)
+    got, on_m7 = (np.frombuffer(raw, building.RUNNING) for raw in (native, m7))
+    starts = np.cumsum([0, *(sum(t <= v for t in times) for v in touches.valid)])[:-1]
+    error, wrong = 0.0, int((got["status"] != 0).sum())
+    for k, samples in enumerate(times):
+        there = np.flatnonzero(touches.valid >= samples)
+        wanted = model.answers(touches.take(there).until(samples))
+        records = got[starts[there] + k]
+        wrong += int((records["strange"].astype(bool) != wanted.strange).sum())
+        pairs = (("value", wanted.values), ("low", wanted.low), ("high", wanted.high))
+        error = max(error, *(float(np.abs(records[f] - w).max(initial=0.0)) for f, w in pairs))
+    same = building.same(got, on_m7)
+    return Cost(int(on_m7["instructions"].max()), flash, ram, error, wrong, len(got), same)
+
+
+def _ran(program: building.Program, data: bytes) -> tuple[bytes, bytes, int, int]:
+    """What both machines answer, and the size of the image."""
+    folder = program.sources.parent
+    native = building.ask_native(program.native(folder / "native"), data, folder)
+    image = program.m7(folder / "m7.elf")
+    m7: Any = building.ask_m7(image, data, folder)
+    return native, m7, *building.memory(image)

@@ -1,0 +1,47 @@
+"""Other programs for the same machine, in the same emulator: plain C, and CMSIS-DSP's."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import building
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.embedded._c_text import c_array, literal
+from firstcontact.embedded.c_library import fixed_sources
+from firstcontact.stiffness.svm_model import LEVEL_WEIGHT, SvmModel
+
+
+def plain(model: SvmModel, X: NDArray[np.float32], folder: Path, cmsis: Path | None) -> int:
+    """Instructions for one answer about a window, of plain C or of CMSIS-DSP's sources."""
+    folder.mkdir(parents=True)
+    a = model.to_arrays()
+    numbers = {
+        "PLAIN_VECTORS": len(a["vectors"]),
+        "PLAIN_INPUTS": a["vectors"].shape[1],
+        "PLAIN_BIAS": np.float32(a["bias"][0]),
+        "PLAIN_MEAN": np.float32(a["level"][0]),
+        "PLAIN_SLOPE": np.float32(LEVEL_WEIGHT / a["level"][1]),
+        "PLAIN_GAMMA": np.float32(a["parameters"][1]),
+    }
+    text = "#include <stdint.h>\n#define FC_FLASH\n"
+    text += "".join(f"#define {name} {literal(value)}\n" for name, value in numbers.items())
+    text += c_array("plain_vectors", a["vectors"].astype(np.float32))
+    text += c_array("plain_weights", a["weights"][0].astype(np.float32))
+    (folder / "plain_svm_model.h").write_text(text, encoding="utf-8")
+    for name in ("plain_svm.c", "plain_svm.h"):
+        (folder / name).write_text((building.HERE / name).read_text("utf-8"), encoding="utf-8")
+    shared = fixed_sources({"fc_model"})["fc_model.h"]
+    (folder / "fc_model.h").write_text(shared, encoding="utf-8")
+    told = {"MODEL": "plain_svm", "HEADER": '"plain_svm.h"', "NUMBERS": str(X[0].size)}
+    more: list[str] = []
+    if cmsis is not None:
+        told |= {"CMSIS": "1", "__GNUC_PYTHON__": "1"}
+        source = cmsis / "Source" / "SVMFunctions"
+        more = [str(source / f"arm_svm_rbf_{part}_f32.c") for part in ("init", "predict")]
+        more += ["-isystem", str(cmsis / "Include"), "-isystem", str(cmsis / "PrivateInclude")]
+        more += ["-Wno-error", "-w"]
+    image = building.Program("windows.c", folder, told, more).m7(folder / "plain.elf")
+    found = building.answers(building.ask_m7(image, X[:5].tobytes(), folder))
+    return int(found["instructions"].max())

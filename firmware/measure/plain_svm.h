@@ -1,0 +1,11 @@
+/* A support vector machine as one writes it down, to compare with: libm's expf, one vector after
+   the other. With CMSIS defined, that of CMSIS-DSP on the same vectors. */
+#ifndef PLAIN_SVM_H
+#define PLAIN_SVM_H
+
+#include "fc_model.h"
+#include "plain_svm_model.h"
+
+fc_status plain_svm(const float *window, fc_estimate *answer);
+
+#endif

@@ -83,11 +83,10 @@ def assert_parity(named: NamedModel, X: NDArray[np.float32], got: NDArray[np.voi
 
 @pytest.mark.parametrize(("name", "task"), EACH)
 def test_c_answers_as_python_does(name: str, task: Task, tmp_path: Path) -> None:
+    if ESTIMATORS[name].model.program is Model.program:
+        pytest.skip(f"{name}: its models do not describe their arithmetic in steps")
     named = learned(name, task)
-    try:
-        built = program(named, tmp_path / "library")
-    except InputError as error:
-        pytest.skip(f"{name}: {error}")
+    built = program(named, tmp_path / "library")
     X = toy_windows(40, seed=8)[0]
     X = np.concatenate([X, malformed(X)])
     data = X.tobytes()

@@ -32,6 +32,8 @@ public:
   int read();
   int availableForWrite();
   size_t write(const uint8_t *bytes, size_t n);
+  size_t print(const char *text);
+  size_t println(uint32_t number);
 };
 extern usb_serial_class Serial;
 

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import re
 import runpy
 import shlex
+import threading
+import webbrowser
 from pathlib import Path
 
 import numpy as np
 import pytest
 from pages import ROOT, fences
+from websockets.sync.client import connect
 
 from firstcontact.cli.main import main
 from sound import heard_here
@@ -25,6 +29,36 @@ def commands() -> list[list[str]]:
     return [w for line in text.replace("\\\n", " ").splitlines() if (w := shlex.split(line))]
 
 
+class Newcomer(threading.Thread):
+    """Does what the page tells to do: accepts touches, rejects what follows one, finishes."""
+
+    #: What comes so soon after a touch is its end, s; the next tap is 0.65 s later.
+    ENDS = 0.2
+
+    def __init__(self, url: str) -> None:
+        super().__init__(daemon=True)
+        self._url = url
+        self.finished: list[str] = []
+
+    def run(self) -> None:
+        with connect(self._url.replace("http:", "ws:") + "socket") as page:
+            hello = json.loads(page.recv())
+            touch: dict[str, int] | None = None
+            for mark in hello["marks"]:
+                reach = self.ENDS * hello["recordings"][mark["recording"]]["rate"]
+                same = touch and all(touch[of] == mark[of] for of in ("recording", "stretch"))
+                ends = same and touch and mark["sample"] - touch["sample"] < reach
+                touch = touch if ends else mark
+                page.send(json.dumps({"do": "reject" if ends else "accept", **_of(mark)}))
+                assert "mark" in json.loads(page.recv())
+            page.send('{"ask": "finish"}')
+            self.finished = json.loads(page.recv())["finished"]
+
+
+def _of(mark: dict[str, int]) -> dict[str, int]:
+    return {"number": mark["number"]}
+
+
 def test_every_command_runs_and_hard_things_sound_hard(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -32,7 +66,9 @@ def test_every_command_runs_and_hard_things_sound_hard(
     rest = (40 * np.random.default_rng(0).standard_normal(48_000 * 20)).astype(np.int16)
     (tmp_path / "work").mkdir()
     monkeypatch.chdir(tmp_path / "work")
-    assert len(commands()) == 9
+    assert len(commands()) == 11
+    newcomers: list[Newcomer] = []
+    monkeypatch.setattr(webbrowser, "open", lambda url: _begun(url, newcomers))
     for name, *words in commands():
         assert name == "firstcontact"
         samples = rest
@@ -44,6 +80,20 @@ def test_every_command_runs_and_hard_things_sound_hard(
             ended = main(words)
         said = capsys.readouterr()
         assert ended == 0, f"{words}\n{said.out}\n{said.err}"
+        if words[:2] == ["inspect", "taps/session-1.mcap"]:
+            assert said.out.count("not confirmed") == 10
+        if words[:2] == ["inspect", "labelled/session-1.mcap"]:
+            assert said.out.count("contact accepted by") == 10
+            assert "not confirmed" not in said.out
+    (newcomer,) = newcomers
+    newcomer.join(30)
+    assert len(newcomer.finished) == 3
+    assert all(": 10 pinches" in line for line in newcomer.finished)
     values = [float(v) for v in re.findall(r"pinch \d+: sensor first, ([\d.]+) Shore A", said.out)]
     assert len(values) == 4
     assert 45 < np.median(values) < 75
+
+
+def _begun(url: str, newcomers: list[Newcomer]) -> None:
+    newcomers.append(Newcomer(url))
+    newcomers[-1].start()

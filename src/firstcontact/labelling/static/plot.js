@@ -35,7 +35,8 @@ function drawSignal(canvas, signal, mark, others, recording, cursor) {
   for (let t = Math.ceil((first - mark.sample) / milli / tick) * tick; t <= (first - mark.sample) / milli + reach; t += tick) {
     const at = x(mark.sample + t * milli);
     pen.beginPath(); pen.moveTo(at, 0); pen.lineTo(at, height - foot); pen.stroke();
-    pen.fillText(`${t > 0 ? "+" : t < 0 ? "−" : ""}${Math.abs(t)} ms`, at, height - 8);
+    const said = `${t > 0 ? "+" : t < 0 ? "−" : ""}${Math.abs(t)} ms`, room = pen.measureText(said).width / 2 + 4;
+    pen.fillText(said, Math.min(Math.max(at, room), width - room), height - 8);
   }
   for (let k = 0; k < lanes; k++) {
     const least = signal.least[k], most = signal.most[k], low = Math.min(...least), high = Math.max(...most);

@@ -61,7 +61,7 @@ if __name__ == "__main__":
     parser.add_argument("--shore", type=float, default=29.0, help="10, 20, 29, 43 or 60")
     parser.add_argument("--taps", type=int, default=10)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--out", type=Path, default=Path("taps.wav"))
     said = parser.parse_args()
     wavfile.write(said.out, RATE, tape(said.shore, said.taps, said.seed))
     print(f"{said.taps} taps on {said.shore:g} Shore A: {said.out}")

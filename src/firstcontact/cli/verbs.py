@@ -90,7 +90,7 @@ VERBS = {
     ),
     "grasp-study": Verb(
         "GraspStudy",
-        "Close the twin's hand with every policy on the same pinches; write report and results.",
+        "Pick up a household with the twin's hands and every policy; write report and results.",
     ),
 }
 

@@ -138,6 +138,10 @@ def test_the_hand_is_asked_by_buttons_that_are_there_where_it_can_be(chromium: A
             until(chromium, lambda d, n=1 + shown, f=fed: len(f.asked.calls) == n)  # type: ignore[misc]
             assert [call.split()[0] for call in fed.asked.calls] == ["close", "open"][-1 - shown :]
             assert fed.asked.calls[-1].endswith("viewer 1 of the page")
+            # Whoever types may have to open it, too.
+            chromium.find_element("id", "marker").send_keys("c\ue00c")
+            until(chromium, lambda d, n=2 + shown, f=fed: len(f.asked.calls) == n)  # type: ignore[misc]
+            assert fed.asked.calls[-1].startswith("open")
         finally:
             fed.close()
 

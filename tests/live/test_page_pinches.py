@@ -8,6 +8,7 @@ import pytest
 from page_feed import Feed
 
 from firstcontact.core import Label
+from firstcontact.device.twin_words import lost_text
 from firstcontact.live.events import Case, Estimated, PinchDone
 from firstcontact.live.page._pinches import Pinches, timing
 from firstcontact.recording import Marker, PinchMark
@@ -45,6 +46,22 @@ def test_a_pinch_has_the_word_that_was_said_for_it() -> None:
     label = Label("apple", 68.0)
     pinches.label(PinchMark(0, done[3].armed - 5, done[3].end, 0, label))
     assert [row["object"] for row in pinches.tree()] == ["before", "late", "", "apple"]
+
+
+def test_a_pinch_has_what_the_twin_says_became_of_it_whenever_that_comes() -> None:
+    feed = Feed()
+    pinch(feed)
+    first, second, third = (pinch(feed) for _ in range(3))
+    pinches = Pinches(4936.0)
+    pinches.done(first)
+    pinches.word(Marker(first.end + 5, lost_text("broken")))
+    assert [row["lost"] for row in pinches.tree()] == ["broken"]
+    pinches.word(Marker(second.end - 1, lost_text("dropped")))
+    pinches.done(second)
+    pinches.word(Marker(second.end, lost_text("dropped"), epoch=3))
+    pinches.done(third)
+    assert [row["lost"] for row in pinches.tree()] == ["broken", "dropped", None]
+    assert [row["object"] for row in pinches.tree()] == ["", "", ""]
 
 
 def test_the_used_estimate_is_the_one_in_the_table() -> None:

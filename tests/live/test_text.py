@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 
+from page_feed import Feed
 from told_events import DESCRIPTOR, everything
 
 from firstcontact.device import Health
+from firstcontact.device.twin_words import lost_text, peak_text
 from firstcontact.live.sink import Update
 from firstcontact.live.text import TextSink
+from firstcontact.recording import Marker
 
 
 def test_pinches_losses_and_failures_are_a_line_each() -> None:
@@ -28,3 +32,12 @@ def test_pinches_losses_and_failures_are_a_line_each() -> None:
     )
     assert same == "the same object, 2 pinches: 30.5 Shore A (22 to 39)"
     assert hand == "hand told to close, by keyboard"
+
+
+def test_what_the_twin_drops_or_breaks_is_told() -> None:
+    stream = io.StringIO()
+    sink = TextSink(stream)
+    (arrival,) = Feed().update().arrivals
+    words = (Marker(7, peak_text(3.1)), Marker(7, lost_text("broken")))
+    sink.take(Update(arrivals=(replace(arrival, markers=words),), health=Health(True)))
+    assert stream.getvalue() == "the hand has broken it\n"

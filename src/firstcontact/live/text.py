@@ -8,6 +8,7 @@ from typing import TextIO
 from firstcontact.core import finger_name
 from firstcontact.device import Descriptor, Health
 from firstcontact.device.link_news import link_news
+from firstcontact.device.twin_words import lost_object
 from firstcontact.live._lines import write_now
 from firstcontact.live.events import Case, Estimated, HandAsked, PinchDone, Running, SameObject
 from firstcontact.live.sink import Update
@@ -43,6 +44,9 @@ class TextSink:
         for name, why in update.failed.items() - self._failed.items():
             self._say(f"{name}: failed ({why})")
         self._failed = update.failed
+        for how in (lost_object(m.text) for a in update.arrivals for m in a.markers):
+            if how:
+                self._say(f"the hand has {how} it")
         for event in update.events:
             if isinstance(event, PinchDone):
                 self._say(pinch_line(event, self._rate))

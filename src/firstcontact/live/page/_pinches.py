@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
-from firstcontact.device.twin_words import concerns_hand
+from firstcontact.device.twin_words import concerns_hand, lost_object
 from firstcontact.live.events import Case, Estimated, PinchDone, Running
 from firstcontact.live.page._closeup import finger_place
 from firstcontact.recording import Marker, PinchMark
@@ -68,9 +68,12 @@ class Pinches:
         self._rate = rate
         self._rows: deque[tuple[PinchDone, dict[str, Any]]] = deque(maxlen=ROWS)
         self._words: deque[Marker] = deque(maxlen=ROWS)
+        self._lost: deque[Marker] = deque(maxlen=ROWS)
 
     def word(self, marker: Marker) -> None:
-        """A marker came: it names the pinch it lies in, or the next."""
+        """A marker came: it names the pinch it lies in, or the next, or says what became of it."""
+        if lost_object(marker.text):
+            self._lost.append(marker)
         if concerns_hand(marker.text):
             return
         self._words.append(marker)
@@ -122,5 +125,19 @@ class Pinches:
         return ""
 
     def tree(self) -> list[dict[str, Any]]:
-        """The rows."""
-        return [row for _, row in self._rows]
+        """The rows; of each what the twin says it has dropped or broken, None where nothing."""
+        told = []
+        since: PinchDone | None = None  # the next pinch: what comes after its begin is of it
+        for done, row in reversed(self._rows):
+            its = (m for m in self._lost if _of(m, done, since))
+            told.append(row | {"lost": next((lost_object(m.text) for m in its), None)})
+            since = done
+        return told[::-1]
+
+
+def _of(marker: Marker, done: PinchDone, following: PinchDone | None) -> bool:
+    """Whether a marker came after a pinch had begun, and before the next one had."""
+    place = (marker.epoch, marker.sample)
+    if place < (done.epoch, done.armed) or marker.epoch != done.epoch:
+        return False
+    return following is None or place < (following.epoch, following.armed)

@@ -7,10 +7,11 @@ export class Hand {
     byId("close-hand").onclick = () => ask({ do: "close" });
     byId("open-hand").onclick = () => ask({ do: "open" });
     addEventListener("keydown", (event) => {
+      if (event.key === "Escape" && !byId("hand").hidden) ask({ do: "open" }); // whatever is typed
       const typing = event.target instanceof HTMLInputElement;
       const plain = !(event.ctrlKey || event.metaKey || event.altKey || event.repeat);
       if (!plain || typing || byId("hand").hidden) return;
-      if (event.key.toLowerCase() === "o" || event.key === "Escape") ask({ do: "open" });
+      if (event.key.toLowerCase() === "o") ask({ do: "open" });
       if (event.key.toLowerCase() === "c" && !byId("close-hand").hidden) ask({ do: "close" });
     });
   }

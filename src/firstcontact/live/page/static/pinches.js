@@ -17,6 +17,7 @@ function row(pinch) {
   // The top of the page says already that it is a twin.
   cell(tr, "left object", pinch.object.replace(/^twin: /, "") || "–");
   tr.lastChild.title = pinch.object;
+  if (pinch.lost) tr.lastChild.append(make("b", "lost", `✕ ${pinch.lost}`));
   if (pinch.finger === null) cell(tr, "left", "–");
   else cell(tr, `left ${FINGERS[pinch.finger]}`, make("span", "swatch"), SHORT[pinch.finger]);
   if (!pinch.estimate) {

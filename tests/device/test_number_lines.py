@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firstcontact.device.number_lines import LineReader
+from firstcontact.device._number_lines import LineReader
 
 
 @settings(max_examples=60)

@@ -14,7 +14,7 @@ from taps import RATE, taps, write_taps
 
 from firstcontact.cli.main import main
 from firstcontact.core import InputError
-from firstcontact.labelling.marks import Action, Mark, Marks, Status
+from firstcontact.labelling._marks import Action, Mark, Marks, Status
 from firstcontact.labelling.result import By
 from firstcontact.labelling.session import Session
 from firstcontact.labelling.signals import open_recordings

@@ -11,8 +11,8 @@ import numpy as np
 
 from firstcontact.core import Channel, ChannelKind, Finger, InputError, Layout
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.device._number_lines import BELIEVED, Columns, LineReader, columns_of
 from firstcontact.device._transport import FAULTS, LinkError, why_not
-from firstcontact.device.number_lines import BELIEVED, Columns, LineReader, columns_of
 from firstcontact.device.opening import SourceOptions
 from firstcontact.device.source import Descriptor
 from firstcontact.device.threaded import ThreadedSource

@@ -19,9 +19,9 @@ from firstcontact.core import (
 )
 from firstcontact.core.extras import need
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.device._stamped_samples import StampedSamples
 from firstcontact.device.opening import SourceOptions
 from firstcontact.device.source import Descriptor
-from firstcontact.device.stamped_samples import StampedSamples
 from firstcontact.device.threaded import ThreadedSource
 from firstcontact.signal import CausalResampler
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from firstcontact.core import Block, Contact, InputError, Label
 from firstcontact.core.files import creating
-from firstcontact.labelling.marks import Mark, Status
+from firstcontact.labelling._marks import Mark, Status
 from firstcontact.recording import Header, Marker, PinchMark, Recording, RecordingWriter
 from firstcontact.recording.event_table import Event, spans
 

@@ -11,8 +11,8 @@ from msgspec import Meta
 
 from firstcontact.core import InputError
 from firstcontact.core.records import read_record
-from firstcontact.labelling.journal import Journal, Opened
-from firstcontact.labelling.marks import Action, Mark, Marks, Whole
+from firstcontact.labelling._journal import Journal, Opened
+from firstcontact.labelling._marks import Action, Mark, Marks, Whole
 from firstcontact.labelling.result import By, write_labelled
 from firstcontact.labelling.signals import WIDEST, about, find_marks, piece
 from firstcontact.recording import Recording

@@ -10,7 +10,7 @@ import numpy as np
 
 from firstcontact.contact.finder import find_onsets
 from firstcontact.core import ChannelKind, InputError, finger_name
-from firstcontact.labelling.marks import MOST, Mark
+from firstcontact.labelling._marks import MOST, Mark
 from firstcontact.recording import Recording, read_recording
 from firstcontact.recording.dataset import find_recordings
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError, steps
 from firstcontact.core.kernel import RbfKernel
 from firstcontact.core.program import INPUT, Program
+from firstcontact.stiffness._reduced_set import reduced_sets
 from firstcontact.stiffness.model import ArraysModel
-from firstcontact.stiffness.reduced_set import reduced_sets
 from firstcontact.stiffness.spec import Spec, Task, Windows
 
 #: Weight of the level beside the samples of the shape, each of unit variance.

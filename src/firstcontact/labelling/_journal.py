@@ -12,7 +12,7 @@ from typing import IO
 from firstcontact.core import InputError
 from firstcontact.core.files import read_regular
 from firstcontact.core.records import read_record
-from firstcontact.labelling.marks import Action
+from firstcontact.labelling._marks import Action
 
 #: Most bytes of a journal that is read.
 LONGEST = 1 << 27

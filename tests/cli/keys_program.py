@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 
 from firstcontact.cli.hand_keys import hand_keys
@@ -9,6 +10,11 @@ from firstcontact.core import InputError
 from firstcontact.live.hand_requests import Ask
 
 ended = threading.Event()
+
+
+def say(words: str) -> None:
+    """A whole line at once: two threads speak."""
+    os.write(1, f"{words}\n".encode())
 
 
 class Session:
@@ -21,17 +27,17 @@ class Session:
 
     def ask_hand(self, ask: Ask, by: str) -> None:
         if ask is Ask.CLOSE and self.closed:
-            print(f"again by {by}", flush=True)
+            say(f"again by {by}")
             ended.set()
             raise InputError("it is closed already")
         self.closed = ask is Ask.CLOSE
-        print(f"{ask} by {by}", flush=True)
+        say(f"{ask} by {by}")
 
     def hand_gone(self, by: str) -> None:
-        print(f"{by} is gone", flush=True)
+        say(f"{by} is gone")
         ended.set()
 
 
 with hand_keys(Session()):  # type: ignore[arg-type]
-    print("listens", flush=True)
+    say("listens")
     ended.wait()

@@ -23,7 +23,7 @@ from firstcontact.grasp_study import chapters as grasp_chapters
 from firstcontact.grasp_study.results import GraspResults
 from firstcontact.learning.detection import DetectionScores
 from firstcontact.learning.scores import Bounded, bounded
-from firstcontact.report._tables import Cell
+from firstcontact.report._tables import Cell, Table
 from firstcontact.report.accepted import Accepted
 from firstcontact.report.comparison import percent
 from firstcontact.report.markdown import TABLES, markdown
@@ -36,7 +36,7 @@ from firstcontact.report.results.real import RealSet
 from firstcontact.report.results.sets import SetsResults
 from firstcontact.report.results.stiffness import InferenceTimes
 from firstcontact.report.results.study import FirstSubject, StudyResults, SubjectResults
-from firstcontact.report.sets_page import overview
+from firstcontact.report.sets_page import noises, overview
 from firstcontact.stiffness.registry import ESTIMATORS
 from firstcontact.stiffness.timing import InferenceTime
 
@@ -369,7 +369,8 @@ def short_windows(found: RealSet) -> str:
 
 def tables(results: Path) -> dict[str, str]:
     """All tables by name, of the results that are there."""
-    names = ("headline", "study", "speed", "real", "impacts", "strikes", "sets", "grasp_headline")
+    names = ("headline", "study", "speed", "real", "impacts", "strikes", "sets", "noises")
+    names = (*names, "grasp_headline")
     made = dict.fromkeys((*names, *GRASP, *TABLES), "*Not run yet.*\n")
     if (results / "study.json").is_file():
         study = read_results(results / "study.json", StudyResults)
@@ -394,13 +395,14 @@ def tables(results: Path) -> dict[str, str]:
         for name, of in GRASP.items():
             made[name] = grasp_table(of(grasp))
     if (results / "sets.json").is_file():
-        made["sets"] = sets_table(read_results(results / "sets.json", SetsResults))
+        sets = read_results(results / "sets.json", SetsResults)
+        made["sets"] = columns_of(overview(sets))
+        made["noises"] = columns_of(noises(sets)) if sets.noises else made["noises"]
     return made
 
 
-def sets_table(results: SetsResults) -> str:
-    """A column a set."""
-    its = overview(results)
+def columns_of(its: Table) -> str:
+    """A table on its side: a column for each of its rows."""
     columns = [list(its.head), *([_cell(c) for c in row.cells] for row in its.rows)]
     head, *lines = zip(*columns, strict=True)
     rows = [("", *head[1:]), ("---",) * len(head), *lines]
@@ -417,7 +419,7 @@ def copy(source: Path, name: str) -> None:
     tree = to_tree(read_results(source, kinds.get(name, StudyResults)))
     run = tree if name == "sets" else tree["study"]
     run.pop("asked", None)
-    run["command"] = re.sub(r"/\S*/", "", run["command"])
+    run["command"] = re.sub(r"(?<![^\s=])[^\s=]*/", "", run["command"])
     text = json.dumps(tree, indent=1, ensure_ascii=False) + "\n"
     (RESULTS / f"{name}.json").write_text(text, encoding="utf-8")
 

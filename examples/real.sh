@@ -60,4 +60,21 @@ if [ ! -d "$out/twin-pinches" ]; then
     "$bin/firstcontact" simulate --condition everyday --pinches-per-block 60 \
         --pinches-per-object 30 --seed 7 --out "$out/twin-pinches"
 fi
-"$bin/firstcontact" sets "$out" --twin "$out/twin-pinches"
+# The same pinches over the modelled electronics and over a real converter's quiet.
+twin() {
+    rm -rf "$out/noises/$1"
+    name=$1
+    shift
+    "$bin/firstcontact" simulate --condition everyday --pinches-per-block 60 \
+        --pinches-per-object 30 --seed 8 --out "$out/noises/$name" "$@"
+}
+set --
+volts=$out/piezo_strikes/tables/noise_volts.wav
+if [ -f "$volts" ]; then
+    rm -rf "$out/noises"
+    "$bin/firstcontact" import "$volts" --sensor piezo --source real --out "$out/noises/quiet"
+    twin modelled
+    twin teensy_4.0 --noise "$out/noises/quiet/000_noise_volts.mcap"
+    set -- --noises "$out/noises/modelled" "$out/noises/teensy_4.0"
+fi
+"$bin/firstcontact" sets "$out" --twin "$out/twin-pinches" "$@"

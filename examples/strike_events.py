@@ -7,6 +7,8 @@
 each file. Mesh heads are soft, rubber and kick pads hard; a pad is one specimen, a file
 one session. One file is of a converter's noise: its last 85 s become ``noise.wav``. (Between the
 strikes at its beginning and these lie two knocks, at 4.57 and 4.83 s.)
+Beside it ``noise_volts.wav`` is the same for ``simulate --noise``, which takes full scale for
+1.65 V.
 """
 
 from __future__ import annotations
@@ -15,10 +17,14 @@ import csv
 import sys
 from pathlib import Path
 
+import numpy as np
 from scipy.io import wavfile
 
 #: The file of noise, and how much of its end is nothing else, s.
 NOISE, QUIET = "teensy4_0_noise_test.wav", 85.0
+#: Counts of a WAV of 16 bits in one of that converter, whose 12 bits are 3.3 V: its file has its
+#: counts as they are, from 0 to 4095. Full scale, 32768, is then 1.65 V around the middle.
+VOLTS = 16
 
 
 def rows(path: Path) -> list[dict[str, str]]:
@@ -48,7 +54,11 @@ def main(folder: Path, out: Path, front_ends: Path, noise: Path) -> None:
     if (folder / "wav" / NOISE).exists():
         rate, samples = wavfile.read(folder / "wav" / NOISE)
         first = samples if samples.ndim == 1 else samples[:, 0]
-        wavfile.write(noise, rate, first[-round(QUIET * rate) :])
+        quiet = first[-round(QUIET * rate) :]
+        wavfile.write(noise, rate, quiet)
+        around = VOLTS * (quiet.astype(np.int32) - round(float(quiet.mean())))
+        volts = noise.with_name(f"{noise.stem}_volts.wav")
+        wavfile.write(volts, rate, np.clip(around, -32768, 32767).astype(np.int16))
 
 
 if len(sys.argv) == 5:

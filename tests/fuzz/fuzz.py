@@ -39,7 +39,7 @@ _COMMON = (
     "firstcontact.cli.inspect", "firstcontact.cli.live", "firstcontact.cli.record",
     "firstcontact.cli.train", "firstcontact.live.session", "firstcontact.learning.training",
     "firstcontact.learning.final_model", "firstcontact.recording.importing", "tyro",
-    "scipy.io.wavfile",
+    "scipy.io.wavfile", "scipy.io.matlab", "soundfile", "pyxdf", "firstcontact.cli.label",
     "firstcontact.contact.detector_file", "firstcontact.live.json_lines", "pyarrow.parquet",
     "firstcontact.live.text", "firstcontact.live.summary", "firstcontact.device.opening",
     "matplotlib.backends.backend_agg", "matplotlib.figure", "matplotlib.backends.backend_svg",

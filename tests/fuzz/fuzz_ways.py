@@ -11,9 +11,11 @@ from pathlib import Path
 from random import Random
 
 import fuzz_imports
+import fuzz_lines
 import fuzz_models
 import fuzz_mutate as mutate
 import fuzz_recordings
+import fuzz_strangers
 import fuzz_wire
 from fuzz_seeds import Seeds
 
@@ -231,10 +233,17 @@ def _path(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
 def _wire(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
     what = rng.choice(
         (fuzz_wire.descriptor, fuzz_wire.frames, fuzz_wire.frames, fuzz_wire.requests,
-         fuzz_wire.page)
+         fuzz_wire.page, fuzz_lines.lines, fuzz_lines.stamps)
     )  # fmt: skip
     case.way = f"wire: {what.__name__}"
     case.calls.append(lambda: what(rng, folder))
+
+
+def _stranger(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
+    """Files of other programs, and what was done on the page of labels."""
+    what = rng.choice(fuzz_strangers.MAKERS)
+    case.way = f"stranger: {what.__name__}"
+    case.commands.append([*what(rng, seeds, folder), "--out", str(folder / "out")])
 
 
 Maker = Callable[[Random, Seeds, Path, Case], None]
@@ -245,6 +254,7 @@ WAYS: dict[str, tuple[int, Maker]] = {
     "import": (20, _import),
     "text": (6, _text),
     "path": (4, _path),
-    "wire": (8, _wire),
+    "wire": (12, _wire),
+    "stranger": (20, _stranger),
 }
 REFUSALS = (InputError,)

@@ -98,6 +98,19 @@ def test_a_journal_of_others_is_refused(tmp_path: Path) -> None:
         session(tmp_path)
 
 
+def test_a_journal_that_is_refused_stays_as_it_is(tmp_path: Path) -> None:
+    its = session(tmp_path)
+    do(its, do="accept", number=0)
+    its.close()
+    journal = tmp_path / "out" / "labels.jsonl"
+    line = json.dumps({"do": "accept", "number": 99, "object": ""})
+    journal.write_text(f'{journal.read_text()}{line}\n{{"do": "acc')
+    before = journal.read_bytes()
+    with pytest.raises(InputError, match=r"labels\.jsonl tells of what is not there"):
+        session(tmp_path)
+    assert journal.read_bytes() == before
+
+
 MARKS = [Mark(k, 0, 0, 0, 100 * k, 100 * k) for k in range(5)]
 ACTIONS = st.builds(
     Action,

@@ -53,6 +53,23 @@ def test_every_detector_is_scored_and_the_page_written(folder: Path) -> None:
     assert "toys" in page
 
 
+def test_the_twin_over_another_noise_has_a_row(folder: Path) -> None:
+    twin, other = folder.parent / "twin", folder.parent / "other_noise"
+    other.mkdir()
+    for file in twin.iterdir():
+        (other / file.name).write_bytes(file.read_bytes())
+    words = ["sets", str(folder), "--twin", str(twin), "--noises", str(other)]
+    assert main(words) == 0
+    found = (read_results(folder / "results.json", SetsResults).noises or {})["other_noise"]
+    assert set(found.detectors) == set(DETECTORS)
+    assert found.noise == "as modelled"
+    assert found.estimated > 0
+    assert found.rmse is not None
+    assert found.rmse < 20  # the very pinches that it learned from, here
+    assert "other noise" in (folder / "report.html").read_text()
+    assert main([*words, str(other)]) == 2
+
+
 def test_a_folder_without_sets_is_refused_in_one_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -45,14 +45,13 @@ class Journal:
     def __init__(self, path: Path, opened: Opened) -> None:
         self.path = path
         self.actions: list[Action] = []
-        end = self._read(opened) if path.exists() else 0
+        #: Where the next line goes: what a crash cut off stays until there is one.
+        self._end = self._read(opened) if path.exists() else 0
         try:
-            self._stream: IO[bytes] = path.open("r+b" if end else "wb")
-            self._stream.truncate(end)
-            self._stream.seek(end)
+            self._stream: IO[bytes] = path.open("r+b" if self._end else "wb")
         except OSError as error:
             raise self._failed(error) from error
-        if not end:
+        if not self._end:
             self._append(asdict(opened))
 
     def add(self, action: Action) -> None:
@@ -65,8 +64,11 @@ class Journal:
 
     def _append(self, tree: object) -> None:
         try:
+            self._stream.truncate(self._end)
+            self._stream.seek(self._end)
             self._stream.write(json.dumps(tree, ensure_ascii=False).encode() + b"\n")
             self._stream.flush()
+            self._end = self._stream.tell()
             os.fsync(self._stream.fileno())
         except OSError as error:
             raise self._failed(error) from error

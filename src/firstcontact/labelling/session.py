@@ -71,8 +71,15 @@ class Session:
         self._journal = Journal(
             out / "labels.jsonl", Opened(tuple(r.path.name for r in recordings), len(found))
         )
-        for action in self._journal.actions:
-            self.marks.act(action)
+        try:
+            for action in self._journal.actions:
+                self.marks.act(action)
+        except InputError as error:
+            self._journal.close()
+            raise InputError(
+                f"{self._journal.path} tells of what is not there ({error}): remove it to begin "
+                "anew, or choose another --out"
+            ) from error
         #: What was written, once all is done.
         self.written: list[Path] = []
 

@@ -25,7 +25,8 @@ _LENGTHS = ("3", "15")
 
 def tables(results: SetsResults) -> list[Table]:
     """The sets side by side, every detector and training, and what each file gave."""
-    return [overview(results), trainings(results), finders(results), *_files(results)]
+    its = [overview(results), trainings(results), finders(results)]
+    return [*its, *([noises(results)] if results.noises else []), *_files(results)]
 
 
 def overview(results: SetsResults) -> Table:
@@ -90,6 +91,44 @@ def finders(results: SetsResults) -> Table:
         "(median; small: 95th percentile)."
     )
     return Table(caption, ["set", "within 2 ms", "from the label", "from the detector"], rows)
+
+
+def noises(results: SetsResults) -> Table:
+    """A row a detector and noise under the twin's pinches."""
+    head = [
+        *("noise under the twin's pinches, detector", "pinches", "placed within 3 ms"),
+        *("decided within 3 ms", "false alarms a minute", "delay"),
+        *("15 ms: error, Shore A", "unseen objects"),
+    ]
+    rows = []
+    for name, its in (results.noises or {}).items():
+        for kind, d in its.detectors.items():
+            reads = kind == DETECTORS.default
+            rows.append(
+                Row(
+                    [
+                        Cell(
+                            f"{name.replace('_', ' ')}, "
+                            f"{DETECTORS[kind].title if kind in DETECTORS else kind}"
+                        ),
+                        *map(Cell, (f"{d.n:,}", percent(d.pinch_success))),
+                        Cell(percent(d.decided_within_3_ms)),
+                        Cell(_alarms(d.false_alarms_per_minute)),
+                        _delay(d.delay_ms),
+                        *(
+                            Cell(_ABSENT if value is None or not reads else f"{value:.1f}")
+                            for value in (its.rmse, its.rmse_unseen)
+                        ),
+                    ]
+                )
+            )
+    caption = (
+        "Twin results: the same simulated pinches over the modelled electronics and over a real "
+        "sensor's quiet, with the modelled motor on top. Detectors and the estimator learned from "
+        "other pinches, of other rigs, over the modelled noise. Errors are RMSE, from the "
+        "contacts that the default detector found."
+    )
+    return Table(caption, head, rows)
 
 
 def render(results: SetsResults) -> str:

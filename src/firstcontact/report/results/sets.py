@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from firstcontact.core.by_name import Record
-from firstcontact.learning.detection import Delays
+from firstcontact.learning.detection import Delays, DetectionScores
 
 
 class Found(Record, frozen=True, kw_only=True):
@@ -113,10 +113,35 @@ class SetResults(Record, frozen=True, kw_only=True):
     chance: float | None = None
 
 
+class NoiseFound(Record, frozen=True, kw_only=True):
+    """The twin's pinches over some noise, by what learned from others over the modelled one.
+
+    Parameters
+    ----------
+    noise
+        What lies under them, in words.
+    detectors
+        By detector.
+    estimator, estimated
+        What read 15 ms from the default detector's contacts, and of how many pinches.
+    rmse, rmse_unseen
+        Of those, of objects that it had learned from (on other rigs) and of others, Shore A; None
+        where there are none.
+    """
+
+    noise: str
+    detectors: dict[str, DetectionScores]
+    estimator: str
+    estimated: int
+    rmse: float | None = None
+    rmse_unseen: float | None = None
+
+
 class SetsResults(Record, frozen=True, kw_only=True):
-    """``results.json`` of all sets."""
+    """``results.json`` of all sets, and of the twin over other noises."""
 
     command: str
     seconds: float
     versions: dict[str, str]
     sets: dict[str, SetResults]
+    noises: dict[str, NoiseFound] | None = None

@@ -83,8 +83,6 @@ def assert_parity(named: NamedModel, X: NDArray[np.float32], got: NDArray[np.voi
 
 @pytest.mark.parametrize(("name", "task"), EACH)
 def test_c_answers_as_python_does(name: str, task: Task, tmp_path: Path) -> None:
-    if ESTIMATORS[name].model.program is Model.program:
-        pytest.skip(f"{name}: its models do not describe their arithmetic in steps")
     named = learned(name, task)
     built = program(named, tmp_path / "library")
     X = toy_windows(40, seed=8)[0]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from importlib.resources import files
+
 import numpy as np
 
 from firstcontact.core.program import INPUT, Program
@@ -10,8 +12,9 @@ from firstcontact.embedded._c_unit import CUnit
 from firstcontact.embedded.trained import NamedModel
 from firstcontact.stiffness.interval import Interval
 
-#: Files that every model of a window needs.
-FIXED = ("fc_model", "fc_steps")
+#: Files that every model of a window needs, and those that have kernels of steps.
+FIXED = ("fc_model",)
+KERNELS = ("fc_steps", "fc_layers", "fc_shapes")
 
 _HEADER = """\
 /* {about}
@@ -47,8 +50,7 @@ _SOURCE = """\
 #include <stddef.h>
 
 #include "fc_flash.h"
-#include "fc_steps.h"
-
+{includes}
 {constants}
 {memory}static float outputs[{outputs}];
 
@@ -82,6 +84,7 @@ def write_model(named: NamedModel) -> CUnit:
         calls.append(f"    fc_{step.kernel}_run(&{own}, {taken}, {vectors[step.gives]});")
     if program.spread is None:
         calls.append("    (void)spread;")
+    used = _files(program)
     outputs = program.size(program.output)
     constants = sum(constant_bytes(step.constants) for step in program.steps)
     memory = 4 * (words + outputs)
@@ -112,13 +115,26 @@ def write_model(named: NamedModel) -> CUnit:
     source = _SOURCE.format(
         about=said,
         name=name,
+        includes="".join(f'#include "{kernels}.h"\n' for kernels in used),
         constants="".join(texts),
         memory=f"static float memory[{words}];\n" if words else "",
         outputs=outputs,
         calls="\n".join(calls),
         model=c_struct("fc_model", "model", fields),
     )
-    return CUnit(f"fc_{name}", header, source, constants, memory, program.instructions, FIXED)
+    return CUnit(
+        f"fc_{name}", header, source, constants, memory, program.instructions, FIXED + used
+    )
+
+
+def _files(program: Program) -> tuple[str, ...]:
+    """Which of the files have kernels of its steps."""
+    folder = files("firstcontact.embedded") / "c"
+    texts = {name: (folder / f"{name}.h").read_text(encoding="utf-8") for name in KERNELS}
+    kernels = {step.kernel for step in program.steps}
+    return tuple(
+        name for name, text in texts.items() if any(f"fc_{k}_run(" in text for k in kernels)
+    )
 
 
 def _interval(interval: Interval | None) -> dict[str, int | float | str | np.ndarray]:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from firstcontact.core import InputError
 from firstcontact.core.program import INPUT, Program, Step
+from firstcontact.embedded import _onnx_layers, _onnx_shapes, _onnx_steps
+from firstcontact.embedded._onnx_nodes import Graph
 from firstcontact.embedded.exporters import ModelExporter
 from firstcontact.embedded.trained import NamedModel, Trained
 
@@ -19,116 +20,17 @@ OPSET = 17
 TOLERANCE = 1e-3
 
 
-class Graph:
-    """Nodes and constants as they are added; rows are windows."""
-
-    def __init__(self) -> None:
-        self.nodes: list[Any] = []
-        self.constants: list[Any] = []
-
-    def add(self, operator: str, takes: Sequence[str], gives: str = "", **told: Any) -> str:
-        """Add a node; what it gives."""
-        from onnx import helper
-
-        gives = gives or f"v{len(self.nodes)}"
-        self.nodes.append(helper.make_node(operator, list(takes), [gives], **told))
-        return gives
-
-    def constant(self, values: Any, kind: Any = np.float32) -> str:
-        """Add a constant; its name."""
-        from onnx import numpy_helper
-
-        name = f"c{len(self.constants)}"
-        self.constants.append(numpy_helper.from_array(np.asarray(values, dtype=kind), name))
-        return name
+#: How the kernels of steps are written: a function of the kernel's name in one of these; a step
+#: that has none is refused.
+FORMS = (_onnx_steps, _onnx_layers, _onnx_shapes)
 
 
-def _shape_and_level(g: Graph, s: Step) -> None:
-    mean = g.add("ReduceMean", [g.add("Mul", [s.takes[0], s.takes[0]])], axes=[1], keepdims=1)
-    rms = g.add("Sqrt", [mean])
-    level = g.add("Sub", [g.add("Log", [rms]), g.constant(s.constants["mean"])])
-    loud = g.add("Mul", [level, g.constant(s.constants["slope"])])
-    g.add("Concat", [g.add("Div", [s.takes[0], rms]), loud], s.gives, axis=1)
-
-
-def _rbf(g: Graph, s: Step) -> None:
-    c = s.constants
-    steep = np.reshape(c["steep"], (int(c["vectors"]), int(c["inputs"])))
-    near = g.add("Gemm", [s.takes[0], g.constant(steep), g.constant(c["norms"])], transB=1)
-    square = g.add(
-        "ReduceSum",
-        [g.add("Mul", [s.takes[0], s.takes[0]]), g.constant([1], np.int64)],
-        keepdims=1,
-    )
-    far = g.add("Mul", [square, g.constant(c["gamma"])])
-    g.add("Exp", [g.add("Sub", [near, far])], s.gives)
-
-
-def _dense(g: Graph, s: Step) -> None:
-    c = s.constants
-    weight = np.reshape(c["weight"], (int(c["outputs"]), int(c["inputs"])))
-    g.add("Gemm", [s.takes[0], g.constant(weight), g.constant(c["bias"])], s.gives, transB=1)
-
-
-def _votes(g: Graph, s: Step) -> None:
-    k = int(s.constants["classes"])
-    first, second = np.triu_indices(k, 1)
-    won, lost = (np.eye(k)[which] for which in (first, second))
-    above = g.add("Greater", [s.takes[0], g.constant(0.0)])
-    share = g.add("Cast", [above], to=1)
-    more = g.add("MatMul", [share, g.constant(won - lost)])
-    g.add("Add", [more, g.constant(lost.sum(axis=0))], s.gives)
-
-
-def _log_peak(g: Graph, s: Step) -> None:
-    peak = g.add("ReduceMax", [g.add("Abs", [s.takes[0]])], axes=[1], keepdims=1)
-    g.add("Log", [peak], s.gives)
-
-
-def _parabola(g: Graph, s: Step) -> None:
-    c = s.constants
-    line = g.add("Mul", [s.takes[0], g.constant(c["a"])])
-    slope = g.add("Add", [line, g.constant(c["b"])])
-    value = g.add("Add", [g.add("Mul", [slope, s.takes[0]]), g.constant(c["c"])])
-    g.add("Clip", [value, g.constant(c["low"]), g.constant(c["high"])], s.gives)
-
-
-def _nearness(g: Graph, s: Step) -> None:
-    away = g.add("Sub", [s.takes[0], g.constant(s.constants["places"])])
-    g.add("Neg", [g.add("Abs", [away])], s.gives)
-
-
-def _given(g: Graph, s: Step) -> None:
-    none = g.add("Mul", [s.takes[0], g.constant(0.0)])
-    nothing = g.add("ReduceSum", [none, g.constant([1], np.int64)], keepdims=1)
-    g.add("Add", [nothing, g.constant(np.reshape(s.constants["values"], (1, -1)))], s.gives)
-
-
-def _deviation(g: Graph, s: Step) -> None:
-    c = s.constants
-    n = int(c["inputs"])
-    lower = np.zeros((n, n), np.float32)
-    lower[np.tril_indices(n)] = c["lower"]
-    known = g.add("MatMul", [s.takes[0], g.constant(lower.T)])
-    squares = g.add("Mul", [known, known])
-    told = g.add("ReduceSum", [squares, g.constant([1], np.int64)], keepdims=1)
-    left = g.add("Sub", [g.constant(c["most"]), told])
-    root = g.add("Sqrt", [g.add("Max", [left, g.constant(c["least"])])])
-    g.add("Mul", [root, g.constant(c["scale"])], s.gives)
-
-
-#: How the kernels of steps are written; one that is not here is refused.
-KERNELS: Mapping[str, Callable[[Graph, Step], None]] = {
-    "shape_and_level": _shape_and_level,
-    "rbf": _rbf,
-    "dense": _dense,
-    "votes": _votes,
-    "log_peak": _log_peak,
-    "parabola": _parabola,
-    "nearness": _nearness,
-    "given": _given,
-    "deviation": _deviation,
-}
+def _form(kernel: str) -> Callable[[Graph, Step], None]:
+    for module in FORMS:
+        form: Callable[[Graph, Step], None] | None = getattr(module, kernel, None)
+        if form is not None:
+            return form
+    raise InputError(f"the step {kernel!r} of this model has no form in ONNX: use --to c")
 
 
 def _inner(vector: str) -> str:
@@ -148,12 +50,9 @@ def to_onnx(program: Program) -> bytes:
 
     graph = Graph()
     for step in program.steps:
-        if step.kernel not in KERNELS:
-            raise InputError(
-                f"the step {step.kernel!r} of this model has no form in ONNX: use --to c"
-            )
+        form = _form(step.kernel)
         takes = tuple(_inner(name) for name in step.takes)
-        KERNELS[step.kernel](graph, replace(step, takes=takes, gives=_inner(step.gives)))
+        form(graph, replace(step, takes=takes, gives=_inner(step.gives)))
     names = {"outputs": program.output} | ({"spread": program.spread} if program.spread else {})
     for name, vector in names.items():
         graph.add("Identity", [_inner(vector)], name)

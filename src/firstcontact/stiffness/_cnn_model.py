@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from firstcontact.core import InputError
 from firstcontact.core.extras import need
+from firstcontact.core.layer_steps import compress as compress_step
+from firstcontact.core.program import INPUT, Program
 from firstcontact.stiffness._network import Network
 from firstcontact.stiffness.model import Model
 from firstcontact.stiffness.spec import Arrays, Spec, Windows
@@ -107,6 +109,16 @@ class CnnModel(Model):
         x = compress(window, self._scale).T.reshape(1, self.spec.channels, 1, self.spec.samples)
         out: NDArray[np.float32] = self._network.run(np.ascontiguousarray(x))[0]
         return out
+
+    def program(self) -> Program:
+        """The compressed window, and the layers of the network."""
+        from firstcontact.stiffness._network_steps import NetworkSteps
+
+        n = self.spec.samples * self.spec.channels
+        amplitude, mean, deviation = (float(number) for number in self._scale)
+        first = compress_step(INPUT, "compressed", n, 1.0 / amplitude, mean, 1.0 / deviation)
+        found = NetworkSteps(self._raw, self.spec.samples, self.spec.channels, first.gives)
+        return Program(n, (first, *found.steps), found.output)
 
     def to_arrays(self) -> Arrays:
         """The constructor's arrays, by name; the network as its bytes."""

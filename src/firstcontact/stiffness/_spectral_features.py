@@ -38,8 +38,13 @@ def features(kind: str, X: Windows, rate: float) -> Values:
 
 def log_bands(waves: Values, rate: float) -> Values:
     """Level-free log spectrum in bands of even width on a logarithmic scale, shape (n, BANDS)."""
-    padded = max(PADDED, 1 << (waves.shape[1] - 1).bit_length())
-    return _level_free(_power(waves, padded) @ _in_bands(padded, rate))
+    padded = padded_length(waves.shape[1])
+    return _level_free(_power(waves, padded) @ in_bands(padded, rate))
+
+
+def padded_length(samples: int) -> int:
+    """What windows of this length are padded to for the coarse spectrum."""
+    return max(PADDED, 1 << (samples - 1).bit_length())
 
 
 def log_bins(waves: Values, rate: float) -> Values:
@@ -65,11 +70,20 @@ def course(waves: Values, rate: float) -> Values:
 
 
 def _power(waves: Values, length: int) -> Values:
-    n = waves.shape[1]
-    # The contact is at the window's start: only its end is faded out.
-    fade = np.hanning(2 * n + 1)[n : 2 * n]
-    power: Values = np.abs(np.fft.rfft(waves * fade, length, axis=1)) ** 2
+    power: Values = np.abs(np.fft.rfft(waves * _fade(waves.shape[1]), length, axis=1)) ** 2
     return power
+
+
+def _fade(n: int) -> Values:
+    """The contact is at the window's start: only its end is faded out."""
+    fade: Values = np.hanning(2 * n + 1)[n : 2 * n]
+    return fade
+
+
+def faded_lines(samples: int, length: int) -> NDArray[np.complex128]:
+    """What makes the spectrum of a faded window of one of its samples, shape (lines, samples)."""
+    each: NDArray[np.complex128] = np.fft.rfft(np.diag(_fade(samples)), length, axis=1).T
+    return each
 
 
 def _level_free(power: Values) -> Values:
@@ -80,7 +94,7 @@ def _level_free(power: Values) -> Values:
 
 
 @cache
-def _in_bands(padded: int, rate: float) -> NDArray[np.float64]:
+def in_bands(padded: int, rate: float) -> NDArray[np.float64]:
     """Weights that take the mean of a spectrum's lines in each band, shape (lines, BANDS).
 
     A band between two lines has the one nearest to its middle.

@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from firstcontact.core import InputError
 from firstcontact.core.palette import SKY
+from firstcontact.core.program import Program
 from firstcontact.stiffness._spectral_features import KINDS, features
+from firstcontact.stiffness._spectral_steps import spectral_program
 from firstcontact.stiffness.estimator import Estimator, target_scale, training_spec
 from firstcontact.stiffness.folds import inner_folds
 from firstcontact.stiffness.model import ArraysModel, Model
@@ -94,6 +96,13 @@ class LogSpectrumModel(ArraysModel):
         inputs = (features(self._features, X, self.spec.rate) - mean) / deviation
         out: Values = inputs @ self._arrays["weights"] + self._arrays["bias"]
         return out
+
+    def program(self) -> Program:
+        """Features of each channel, and what their weights make of them."""
+        a, spec = self._arrays, self.spec
+        weights = a["weights"] / a["scale"][1][:, None]
+        offset = a["bias"] - a["scale"][0] @ weights
+        return spectral_program(self._features, spec, weights.T, offset)
 
 
 @dataclass(frozen=True)

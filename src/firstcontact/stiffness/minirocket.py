@@ -15,8 +15,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
+from firstcontact.core import InputError, steps
 from firstcontact.core.palette import ORANGE
+from firstcontact.core.program import INPUT, Program
+from firstcontact.core.shape_steps import shares_above
 from firstcontact.stiffness.estimator import Estimator, target_scale, training_spec
 from firstcontact.stiffness.model import ArraysModel, Model
 from firstcontact.stiffness.spec import Spec, Task, Values, Windows
@@ -130,15 +132,31 @@ class MiniRocketModel(ArraysModel):
         out: NDArray[np.float32] = np.concatenate([none, *parts]) + self._offsets
         return out
 
+    def program(self) -> Program:
+        """Shape and level, shares above the biases, and the linear model."""
+        own, spec = self._arrays, self.spec
+        n = spec.samples * spec.channels
+        dilated = [int(step) for step in own["dilations"]]
+        chain = (
+            steps.shape_and_level(INPUT, "shape", n, 0.0, 1.0),
+            shares_above("shape", "shares", spec.samples, spec.channels, dilated, own["biases"]),
+            steps.dense("shares", "outputs", self._weights, self._offsets),
+        )
+        return Program(n, chain, "outputs")
 
-def features(X: Windows, steps: NDArray[Any], biases: NDArray[np.float32]) -> NDArray[np.float32]:
+
+def features(
+    X: Windows, distances: NDArray[Any], biases: NDArray[np.float32]
+) -> NDArray[np.float32]:
     """Share of each window above each bias, and the logarithm of its RMS: (n, features)."""
     waves = normalised(X)
     shares = [
         (convolve(waves, int(step))[:, :, None, :] > bias[:, :, None]).mean(axis=3)
-        for step, bias in zip(steps, biases, strict=True)
+        for step, bias in zip(distances, biases, strict=True)
     ]
-    every = [*(s.reshape(len(X), -1) for s in shares), log_rms(X)]
+    # Too loud for float32 there is no shape, and then no level either: no answer comes of it.
+    loud = np.where(waves.any(axis=1), log_rms(X), np.nan)
+    every = [*(s.reshape(len(X), -1) for s in shares), loud]
     return np.column_stack(every).astype(np.float32)
 
 

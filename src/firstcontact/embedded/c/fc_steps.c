@@ -15,10 +15,10 @@ static void rows(const float *weight, const float *bias, int32_t n, int32_t inpu
         const float *const c = b + inputs, *const d = c + inputs;
         float p = bias[i], q = bias[i + 1], r = bias[i + 2], s = bias[i + 3];
         for (int32_t k = 0; k < inputs; k++) {
-            p += a[k] * x[k];
-            q += b[k] * x[k];
-            r += c[k] * x[k];
-            s += d[k] * x[k];
+            p = fmaf(a[k], x[k], p);
+            q = fmaf(b[k], x[k], q);
+            r = fmaf(c[k], x[k], r);
+            s = fmaf(d[k], x[k], s);
         }
         out[i] = p;
         out[i + 1] = q;
@@ -28,7 +28,7 @@ static void rows(const float *weight, const float *bias, int32_t n, int32_t inpu
     for (; i < n; i++) {
         float p = bias[i];
         for (int32_t k = 0; k < inputs; k++)
-            p += weight[i * inputs + k] * x[k];
+            p = fmaf(weight[i * inputs + k], x[k], p);
         out[i] = p;
     }
 }
@@ -111,7 +111,7 @@ void fc_deviation_run(const fc_deviation *s, const float *in, float *out)
     for (int32_t i = 0; i < s->inputs; row += ++i) {
         float y = 0.0f;
         for (int32_t k = 0; k <= i; k++)
-            y += row[k] * in[k];
+            y = fmaf(row[k], in[k], y);
         known += (double)y * y;
     }
     const double left = s->most - known;

@@ -63,6 +63,7 @@ def test_there_are_no_other_results() -> None:
         "strikes.json",
         "grasp.json",
         "sets.json",
+        "embedded.json",  # of firmware/measure: tests/embedded holds its table against it
     }
 
 

@@ -7,7 +7,6 @@ from random import Random
 
 import fuzz_mutate as mutate
 import numpy as np
-
 from firstcontact.device.number_lines import MOST, LineReader
 from firstcontact.device.stamped_samples import StampedSamples
 

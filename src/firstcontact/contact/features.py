@@ -49,6 +49,16 @@ def _loudness_edges(quiet: int, new: int, n: int) -> _Edges:
     return _Edges(np.concatenate(starts), np.concatenate(widths))
 
 
+def edges(samples: int, step: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Where parts begin whose loudness, and whose means, are features; the end of the last, too."""
+    new, quiet = samples - step, samples - 2 * step
+    coarse = _edges(quiet, new, COARSE).starts
+    return (
+        np.append(_loudness_edges(quiet, new, samples).starts, samples),
+        np.append(coarse, new),
+    )
+
+
 def window_features(windows: NDArray[np.float64], step: int) -> NDArray[np.float64]:
     """Shape of the recent part, and how loud each part is.
 

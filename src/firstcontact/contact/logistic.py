@@ -39,6 +39,8 @@ AWAKE = 3.0
 #: Most pinches that are learned from, and folds for the threshold.
 PINCHES = 1000
 FOLDS = 3
+#: So far from the truth rough logarithms in C are at most, and as much again to be safe.
+ROUGH = 4e-5
 #: Lowest rate, Hz: below it a step is longer than a millisecond.
 LOWEST = 1000.0
 
@@ -156,6 +158,7 @@ class LogisticDetector(TrainedDetector):
             "floor": FLOOR,
             "ridge": RIDGE,
             "bias": float(self._line[-1]),
+            "doubt": ROUGH * float(np.abs(line).sum()),
             "recent": recent,
             "lengths": np.array(lengths, np.int32),
             "line": line.ravel(),

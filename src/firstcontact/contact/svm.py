@@ -17,10 +17,11 @@ from firstcontact.contact._training import (
     training_windows,
 )
 from firstcontact.contact.closing_start import closings
-from firstcontact.contact.features import feature_count, window_features
+from firstcontact.contact.features import FLOOR, edges, feature_count, window_features
 from firstcontact.core.errors import InputError
 from firstcontact.core.palette import BLUE
 from firstcontact.core.pinch import Dataset
+from firstcontact.core.program import Constants, Judgement
 
 #: Bounds on what is trained on, so that training stays below a minute.
 PINCHES = 1500
@@ -101,6 +102,27 @@ class SvmDetector(TrainedDetector):
         n, fingers, samples = windows.shape
         features = window_features(windows.reshape(n * fingers, samples), self._sizes.step)
         return self._machine.decide(features).reshape(n, fingers)
+
+    def judgement(self, rate: float) -> Judgement:
+        """Features of the window, and the machine in single precision."""
+        self._require_training("there is nothing to export")
+        machine = self._machine
+        assert machine is not None
+        sizes = self.sizes(rate)
+        spans, coarse = edges(sizes.window, sizes.step)
+        constants: Constants = {
+            "floor": FLOOR,
+            "gamma": machine.gamma,
+            "bias": machine.intercept - self._threshold,
+            "vectors": len(machine.support),
+            "span": spans.astype(np.int32),
+            "coarse": coarse.astype(np.int32),
+            "mean": machine.mean,
+            "slope": 1.0 / machine.scale,
+            "support": machine.support.astype(np.float32),
+            "weight": machine.weights.astype(np.float32),
+        }
+        return Judgement("kernel", constants, {}, 0)
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
         """Everything that was learnt, as named arrays.

@@ -90,11 +90,15 @@ void fc_judge_take(fc_judge *j, const double *past, uint32_t n)
     double left = j->weight[0] * x;
     if (at >= FC_ORDER) {
         const double *const newest = past + at;
-        for (int32_t k = 1; k <= FC_ORDER; k++)
-            left += j->weight[k] * newest[-k];
+        for (int32_t k = 1; k <= FC_ORDER; k += 4) {
+            left = fma(j->weight[k], newest[-k], left);
+            left = fma(j->weight[k + 1], newest[-k - 1], left);
+            left = fma(j->weight[k + 2], newest[-k - 2], left);
+            left = fma(j->weight[k + 3], newest[-k - 3], left);
+        }
     } else {
         for (uint32_t k = 1; k <= FC_ORDER; k++)
-            left += j->weight[k] * past[(n - k) % FC_RING];
+            left = fma(j->weight[k], past[(n - k) % FC_RING], left);
     }
     if (n < FC_ORDER)
         left = 0.0; /* what went before is not known yet */
@@ -132,19 +136,19 @@ static double power(const fc_judge *j, double mean, uint32_t a, uint32_t b)
     return (between(j->square, a, b) - 2.0 * mean * between(j->sum, a, b)) / n + mean * mean;
 }
 
-static double logarithm(double level)
+static double root(double level)
 {
-    return fc_log(sqrt(level > 0.0 ? level : 0.0) + C.floor);
+    return sqrt(level > 0.0 ? level : 0.0) + C.floor;
 }
 
-/* What a look that ends before sample end says: above 0 for a contact. */
-static double score(const fc_judge *j, const double *past, uint32_t end, uint32_t look)
+/* Levels of a look that ends before sample end, as C.line weighs their logarithms. */
+static void levels(const fc_judge *j, const double *past, uint32_t end, uint32_t look, double *level)
 {
     const uint32_t start = end - FC_LOOK, recent = end - (uint32_t)C.recent;
     const uint32_t newest = end - (uint32_t)C.lengths[FC_PARTS - 1];
     const double mean = between(j->sum, start, recent) / FC_QUIET;
-    const double *line = C.line, *const other = C.line + FC_LEVELS;
-    double top = 0.0, loud = 0.0, sum = 0.0, left = 0.0, out = C.bias;
+    double *const other = level + FC_LEVELS;
+    double top = 0.0, loud = 0.0, sum = 0.0, left = 0.0;
     uint32_t k = end;
     for (int32_t p = 0; p < FC_PARTS; p++) {
         const uint32_t first = end - (uint32_t)C.lengths[p];
@@ -157,18 +161,34 @@ static double score(const fc_judge *j, const double *past, uint32_t end, uint32_
             loud = more > loud ? more : loud;
         }
         const double n = (double)C.lengths[p];
-        out += line[p] * logarithm(sum / n) + other[p] * logarithm(left / n);
+        level[p] = sum / n;
+        other[p] = left / n;
     }
     const double above = j->look[look].high - mean, below = mean - j->look[look].low;
     const double quiet = above > below ? above : below;
-    line += FC_PARTS;
-    out += line[0] * logarithm(power(j, mean, start, recent)) +
-           line[1] * logarithm(power(j, mean, recent, newest)) + line[2] * logarithm(top) +
-           line[3] * logarithm(quiet * quiet);
-    line = other + FC_PARTS;
-    out += line[0] * logarithm(between(j->left, start + FC_ORDER, recent) / (FC_QUIET - FC_ORDER)) +
-           line[1] * logarithm(between(j->left, recent, newest) / (double)(newest - recent)) +
-           line[2] * logarithm(loud) + line[3] * logarithm(j->look[look].loud);
+    level[FC_PARTS] = power(j, mean, start, recent);
+    level[FC_PARTS + 1] = power(j, mean, recent, newest);
+    level[FC_PARTS + 2] = top;
+    level[FC_PARTS + 3] = quiet * quiet;
+    other[FC_PARTS] = between(j->left, start + FC_ORDER, recent) / (FC_QUIET - FC_ORDER);
+    other[FC_PARTS + 1] = between(j->left, recent, newest) / (double)(newest - recent);
+    other[FC_PARTS + 2] = loud;
+    other[FC_PARTS + 3] = j->look[look].loud;
+}
+
+/* What a look says: above 0 for a contact. Rough logarithms do where the sign is beyond doubt. */
+static double score(const fc_judge *j, const double *past, uint32_t end, uint32_t look)
+{
+    double level[2 * FC_LEVELS], rough = C.bias, out = C.bias;
+    levels(j, past, end, look, level);
+    for (int32_t k = 0; k < 2 * FC_LEVELS; k++) {
+        level[k] = root(level[k]);
+        rough = fma(C.line[k], fc_log_rough(level[k]), rough);
+    }
+    if (fabs(rough) > C.doubt)
+        return rough;
+    for (int32_t k = 0; k < 2 * FC_LEVELS; k++)
+        out += C.line[k] * fc_log(level[k]);
     return out;
 }
 

@@ -14,6 +14,7 @@ enum { FC_ORDER = 12, FC_PARTS = 5, FC_LEVELS = FC_PARTS + 4 };
 
 typedef struct {
     double awake, floor, ridge, bias;
+    double doubt;                   /* a score by rough logarithms is this far off at most */
     int32_t recent;                 /* samples at a look's end that are not quiet any more */
     const int32_t *lengths;         /* FC_PARTS of the newest parts, ascending */
     const double *line;             /* of the logarithms of 2 * FC_LEVELS levels */

@@ -3,7 +3,7 @@
 #include "fc_detector_sizes.h"
 #include "fc_math.h"
 
-enum { LEAST_LOUD = 3 };
+enum { LEAST_LOUD = 3, FIRST = FC_WINDOW - FC_SEARCH > LEAST_LOUD ? FC_WINDOW - FC_SEARCH : LEAST_LOUD };
 
 static double held(double variance)
 {
@@ -13,25 +13,32 @@ static double held(double variance)
 uint32_t fc_onset(const double *past, uint32_t end)
 {
     const int32_t n = FC_WINDOW, start = (int32_t)end - n;
-    const int32_t first = n - FC_SEARCH > LEAST_LOUD ? n - FC_SEARCH : LEAST_LOUD;
-    double all = 0.0, squares = 0.0, left = 0.0, left_squares = 0.0, least = 0.0;
+    double quiet[FC_WINDOW], loud[FC_WINDOW], sum = 0.0, squares = 0.0, least = 0.0;
+    float rough[FC_WINDOW], floor = 0.0f;
     int32_t best = -1;
+    /* Sums before each split, in the place of what they become. */
     for (int32_t k = 0; k < n; k++) {
         const double x = past[(uint32_t)(start + k) % FC_RING];
-        all += x;
+        quiet[k] = sum;
+        loud[k] = squares;
+        sum += x;
         squares += x * x;
     }
-    for (int32_t k = 0; k < n - LEAST_LOUD; k++) {
-        const double x = past[(uint32_t)(start + k) % FC_RING];
-        left += x;
-        left_squares += x * x;
-        const int32_t split = k + 1, rest = n - split;
-        if (split < first)
+    for (int32_t split = FIRST; split <= n - LEAST_LOUD; split++) {
+        const double each = 1.0 / split, other = 1.0 / (n - split);
+        const double a = quiet[split] * each, b = (sum - quiet[split]) * other;
+        quiet[split] = held(loud[split] * each - a * a);
+        loud[split] = held((squares - loud[split]) * other - b * b);
+        rough[split] = (float)split * fc_log_rough(quiet[split]) +
+                       (float)(n - split - 1) * fc_log_rough(loud[split]);
+        floor = split == FIRST || rough[split] < floor ? rough[split] : floor;
+    }
+    /* Rough logarithms leave few that can be the least. */
+    for (int32_t split = FIRST; split <= n - LEAST_LOUD; split++) {
+        if (rough[split] > floor + 1e-4f * (float)n)
             continue;
-        const double a = left / split, b = (all - left) / rest;
-        const double quiet = held(left_squares / split - a * a);
-        const double loud = held((squares - left_squares) / rest - b * b);
-        const double aic = split * fc_log(quiet) + (rest - 1) * fc_log(loud);
+        const double aic =
+            split * fc_log(quiet[split]) + (n - split - 1) * fc_log(loud[split]);
         if (best < 0 || aic < least) {
             least = aic;
             best = split;

@@ -1,0 +1,49 @@
+/* A contact is where a machine of radial basis functions says so of a window's features. */
+#ifndef FC_JUDGE_KERNEL_H
+#define FC_JUDGE_KERNEL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "fc_detector_sizes.h"
+
+/* FC_STEP is that of the detector, generated beside what was learned. */
+enum { FC_SPANS = 3, FC_COARSE = 5, FC_SEEN = FC_STEP + FC_COARSE + 6 * FC_SPANS + 2 };
+
+typedef struct {
+    double floor, gamma, bias;     /* bias: less the threshold */
+    int32_t vectors;
+    const int32_t *span, *coarse;  /* where parts of a window begin, and the end of the last */
+    const double *mean, *slope;    /* of each feature: mean, and one over the deviation */
+    const float *support, *weight; /* vectors x FC_SEEN, and of each vector */
+} fc_kernel;
+extern const fc_kernel fc_judge_constants;
+
+typedef struct {
+    uint8_t nothing;
+} fc_judge;
+
+bool fc_judge_fires(fc_judge *j, const double *past, uint32_t end);
+
+static inline void fc_judge_settle(fc_judge *j, const double *quiet)
+{
+    (void)j, (void)quiet;
+}
+
+static inline void fc_judge_take(fc_judge *j, const double *past, uint32_t n)
+{
+    (void)j, (void)past, (void)n;
+}
+
+static inline void fc_judge_step(fc_judge *j)
+{
+    (void)j;
+}
+
+static inline bool fc_judge_wakes(double size)
+{
+    (void)size;
+    return true;
+}
+
+#endif

@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from firstcontact.contact.registry import DETECTORS
 from firstcontact.core.by_name import to_tree
 from firstcontact.grasp_study import chapters as grasp_chapters
 from firstcontact.grasp_study.results import GraspResults
@@ -271,11 +270,6 @@ SPEED = [
 #: What the README shows: no intervals, which stand beside the same numbers in the results.
 HEADLINE: Rows = [
     Row(
-        "first contacts placed within ±3 ms",
-        of(lambda r: r.contact.get(DETECTORS.default), lambda s: s.pinch_success),
-        "share",
-    ),
-    Row(
         "answers before the second contact",
         of(lambda r: r.anytime, lambda a: a.before_second),
         "share",
@@ -370,7 +364,7 @@ def short_windows(found: RealSet) -> str:
 def tables(results: Path) -> dict[str, str]:
     """All tables by name, of the results that are there."""
     names = ("headline", "study", "speed", "real", "impacts", "strikes", "sets", "noises")
-    names = (*names, "grasp_headline")
+    names = (*names, "grasp_headline", "grasp_short")
     made = dict.fromkeys((*names, *GRASP, *TABLES), "*Not run yet.*\n")
     if (results / "study.json").is_file():
         study = read_results(results / "study.json", StudyResults)
@@ -391,6 +385,7 @@ def tables(results: Path) -> dict[str, str]:
             made[name] = "".join(map(short_windows, sets.values())) or made[name]
     if (results / "grasp.json").is_file():
         grasp = read_results(results / "grasp.json", GraspResults)
+        made["grasp_short"] = grasp_chapters.shortly(grasp.household) + "\n"
         made["grasp_headline"] = "".join(f"- {said}\n" for said in grasp_chapters.sentences(grasp))
         for name, of in GRASP.items():
             made[name] = grasp_table(of(grasp))

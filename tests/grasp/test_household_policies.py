@@ -68,6 +68,26 @@ def test_an_estimate_that_comes_after_the_second_contact_corrects_the_force() ->
     assert policy.late() == told
 
 
+@pytest.mark.parametrize("kind", [ByStiffness, StiffnessReflex])
+def test_an_estimate_in_time_is_no_miss_however_late_the_second_finger_comes(
+    kind: type[ByStiffness],
+) -> None:
+    sent: list[Command] = []
+    loop = GraspLoop(kind(Grip()), sent.append, 1000.0)
+    for told in (True, False):
+        loop.begin()
+        loop.touched(CONTACT, True, 0.105)
+        if told:
+            loop.estimated(Stiffness(40.0, 35.0, 45.0, 0.01), 0.115)
+        loop.felt(0.0, 0.100 + ByStiffness.deadline + 0.002)
+        # Who knows goes on as before, who does not goes on more gently.
+        assert (sent[-1] == Command(SLOW, 1.0)) is told
+        assert (sent[-1].speed < SLOW) is not told
+        loop.touched(Contact(Finger.THUMB, 170, 175), False, 0.175)
+        loop.done(Contact(Finger.THUMB, 170, 175))
+    assert (loop.counts.estimates, loop.counts.misses) == (1, 1)
+
+
 @pytest.mark.parametrize("kind", [SlipReflex, StiffnessReflex])
 def test_each_slip_raises_the_force_up_to_the_hands(
     kind: type[SlipReflex | StiffnessReflex],

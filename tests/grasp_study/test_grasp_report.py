@@ -10,7 +10,7 @@ import pytest
 from toy_results import results as toy_results
 
 from firstcontact.grasp_study._report import render
-from firstcontact.grasp_study.chapters import headline, reflex_sentence, sentences, tables
+from firstcontact.grasp_study.chapters import headline, reflex_sentence, sentences, shortly, tables
 from firstcontact.grasp_study.figures.fronts import fronts_figure, fronts_picture
 from firstcontact.grasp_study.figures.objects import objects_figure
 from firstcontact.grasp_study.results import Between, GraspResults
@@ -46,6 +46,23 @@ def test_the_target_is_met_where_the_gain_is_large_and_no_chance(results: GraspR
     assert "is not met: the interval includes zero." in with_gain(0.5, -0.1)
     assert "is not met." in with_gain(0.3, 0.1)
     assert "50 % (10 to 90) fewer of 9 household things" in with_gain(0.5, 0.1)
+
+
+def test_the_short_word_says_what_is_sure_and_what_a_reflex_leaves(results: GraspResults) -> None:
+    said = shortly(results.household)
+    assert "drops 50 % (10 to 90) fewer of 9" in said
+    assert "With a slip reflex, stiffness saves 50 to 50 % of its drops." in said
+    its = dict(results.household.slip_reflex)
+    name = next(iter(its))
+    zero = Between(value=0.0, low=0.0, high=0.0)
+    its[name] = msgspec.structs.replace(its[name], fewer=zero)
+    gain = Between(value=0.4, low=-0.1, high=0.9)
+    said = shortly(
+        msgspec.structs.replace(results.household, slip_reflex=its, fewer_drops_than_blind=gain)
+    )
+    assert "40 % (−10 to 90)" in said
+    assert "an interval that includes zero" in said
+    assert f"({name}) nothing is left of it" in said
 
 
 def test_every_reflex_is_in_the_sentence(results: GraspResults) -> None:

@@ -20,8 +20,10 @@ from firstcontact.grasp_study._household_numbers import (
     ceiling,
     drops,
     fewer,
+    fewer_as_bold,
     judged,
     labelled,
+    less,
     permuted,
     weights_of,
 )
@@ -133,6 +135,41 @@ def test_stiffness_gains_where_what_is_firm_is_heavy_and_nothing_where_both_are_
     assert drops(judged(TABLES, candidate(), told), weights).value == 0.0
     assert ceiling(TABLES.judged).drops_at() == 0.0
     assert permuted(TABLES, 12, True, True, 0).value < 0.5
+
+
+def test_a_gain_is_a_share_of_what_the_other_drops_and_none_may_be_bought_for_nothing() -> None:
+    dropped, others = np.array([0.1, 0.2, 0.9, 0.0, 0.1]), np.array([0.2, 0.1, 0.1, 0.0, 0.0])
+    assert less(dropped, others) == pytest.approx([0.5, -1.0, -1.0, 0.0, -1.0])
+
+
+def test_in_resamples_drops_are_read_off_where_a_tenth_is_damaged_there() -> None:
+    weights = weights_of(TABLES.judged, 0)[:, :50]
+    blind, ours = judged(TABLES, baseline()), judged(TABLES, candidate())
+    drawn = [
+        float(less(*(front(j.outcomes, w).drops_at() for j in (ours, blind)))) for w in weights.T
+    ]
+    found = fewer(ours, blind, weights)
+    assert (found.low, found.high) == pytest.approx(tuple(np.percentile(drawn, [2.5, 97.5])))
+    kept = fewer_as_bold(ours, blind, weights)
+    assert kept.value == found.value
+    assert kept.low <= kept.high
+
+
+@given(st.integers(0, 10**6))
+def test_nothing_in_the_table_is_better_than_the_ceiling(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    toy = table((1, 2))
+    hard = toy.otherwise(
+        toy.needed * np.exp(rng.normal(size=len(toy.picks))),
+        toy.limit * np.exp(rng.normal(size=len(toy.picks))),
+    )
+    best = ceiling(hard)
+    within = np.geomspace(HOW.forces[0], HOW.forces[-1], 60)
+    for reflex in (None, Reflexed(1, 0, 0)):
+        its = hard.outcomes(0, rng.choice(within, size=(7, len(toy.picks))), reflex)
+        lost = (its.dropped + its.damaged).mean(axis=1)
+        assert (lost >= (best.dropped + best.damaged).min() - 1e-12).all()
+        assert (its.damaged.mean(axis=1) >= best.damaged.min()).all()
 
 
 def test_nobody_is_tuned_on_the_family_that_it_is_judged_on() -> None:

@@ -38,7 +38,7 @@ def household() -> Household:
         success=shares | {"ceiling": 1.0},
         drops_at_10_damage=shares | {"ceiling": 0.0},
         drops_between=dict.fromkeys(POLICIES, Between(value=0.2, low=0.1, high=0.3)),
-        fewer_drops_than_blind=GAIN, fewer_drops_only=GAIN, success_gain=GAIN, more_damaged=GAIN,
+        fewer_drops_than_blind=GAIN, fewer_drops_as_bold=GAIN, success_gain=GAIN,
         fewer={"stiffness": GAIN}, target=0.35,
         controls=dict.fromkeys(("mass_permuted", "damage_permuted", "both_permuted"), GAIN),
         slip_reflex=dict.fromkeys(

@@ -52,7 +52,6 @@ class Answer:
     value: float
     low: float
     high: float
-    strange: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,8 +64,6 @@ class Approached:
         As it is then.
     told
         The estimate that a policy has by then; None without one.
-    strange
-        Whether there is one that is out of range.
     answers
         Answers that came before the second contact.
     heard
@@ -77,7 +74,6 @@ class Approached:
 
     plant: GraspPlant
     told: Stiffness | None
-    strange: bool
     answers: tuple[Answer, ...]
     heard: float | None
     offset: float | None
@@ -132,18 +128,14 @@ def approached(pick: Pick, speed: float, own: OwnHand, breaks: bool = False) -> 
     answers: list[Answer] = []
     first: float | None = None
     heard: float | None = None
-    strange = False
     while not policy.both and not plant.ended:
         start = plant.sample
         block = Block(plant.advance(BLOCK), start)
         for event in pipeline.update(block, 0.0):
             match event:
                 case Running():
-                    answers.append(
-                        Answer(event.duration, event.value, event.low, event.high, event.strange)
-                    )
+                    answers.append(Answer(event.duration, event.value, event.low, event.high))
                 case Settled() if event.answer is not None:
-                    strange = event.answer.strange
                     answers = [a for a in answers if a.duration <= event.answer.duration]
                 case Touched() if event.first:
                     first = event.contact.sample / LAYOUT.rate
@@ -154,4 +146,4 @@ def approached(pick: Pick, speed: float, own: OwnHand, breaks: bool = False) -> 
     outcome = plant.outcome
     both = outcome.first_contact is not None and outcome.second_contact is not None
     offset = (outcome.second_contact or 0.0) - (outcome.first_contact or 0.0) if both else None
-    return Approached(plant, policy.told, strange, tuple(answers), heard, offset)
+    return Approached(plant, policy.told, tuple(answers), heard, offset)

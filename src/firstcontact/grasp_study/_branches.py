@@ -21,8 +21,6 @@ from firstcontact.twin.plant import GraspPlant
 
 Values = NDArray[np.float64]
 
-#: Forces of the table, N: from one to the next a factor of the root of two.
-FORCES = (1.0, 1.41, 2.0, 2.83, 4.0, 5.66, 8.0, 12.0)
 #: Ways to be lifted, by name.
 LIFTS = {"abrupt": Lift(), "gradual": Lift(over=1.0)}
 #: Declared times from the beginning of a slip to where the hand knows, s.
@@ -62,11 +60,9 @@ class Branches:
         Of the very specimen: kg, and N at which it is damaged, infinite where nothing does.
     told
         The estimate that a policy has at the second contact; None without one.
-    strange
-        Whether there was one that is out of range.
     answers
         Before the second contact.
-    heard, offset
+    heard
         As of :class:`firstcontact.grasp_study._approach.Approached`.
     peak, hold
         Largest contact force, N, and what both fingers hold with at last, N, by force.
@@ -81,10 +77,8 @@ class Branches:
     friction: float
     limit: float
     told: Stiffness | None
-    strange: bool
     answers: tuple[Answer, ...]
     heard: float | None
-    offset: float | None
     peak: Values
     hold: Values
     slip_peak: Values
@@ -121,7 +115,7 @@ def branches(
     return Branches(
         pick, speed, thing.mass, thing.friction,
         np.inf if thing.fragility is None else thing.fragility.scale,
-        begun.told, begun.strange, begun.answers, begun.heard, begun.offset,
+        begun.told, begun.answers, begun.heard,
         peak, hold, slip_peak, slip_drop,
     )  # fmt: skip
 

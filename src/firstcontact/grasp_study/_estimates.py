@@ -8,7 +8,7 @@ import numpy as np
 
 from firstcontact.grasp_study._branches import Branches
 from firstcontact.grasp_study._families import family, folds
-from firstcontact.grasp_study._front import SCALES
+from firstcontact.grasp_study._front import TUNED
 from firstcontact.grasp_study._household_numbers import Judged, Tables
 from firstcontact.grasp_study._own_hand import OwnHand
 from firstcontact.grasp_study.results import Estimates, ObjectErrors
@@ -21,7 +21,6 @@ USED = "used"
 FIRMEST = 70.0
 #: A window is a whole number of samples: it may be half of one shorter.
 HALF = 1e-4
-_TUNED = int(np.argmin(np.abs(SCALES - 1.0)))
 
 
 def at_tuned_speed(tables: Tables, rows: Sequence[Branches], ours: Judged) -> list[Branches]:
@@ -92,9 +91,7 @@ def by_object(
             answered=len(errors[USED]),
             rmse=_rmse(errors),
             bias=float(np.mean(errors[USED])) if errors[USED] else None,
-            drops={n: float(p.outcomes.dropped[_TUNED, which].mean()) for n, p in policies.items()},
-            damage={
-                n: float(p.outcomes.damaged[_TUNED, which].mean()) for n, p in policies.items()
-            },
+            drops={n: float(p.outcomes.dropped[TUNED, which].mean()) for n, p in policies.items()},
+            damage={n: float(p.outcomes.damaged[TUNED, which].mean()) for n, p in policies.items()},
         )
     return found

@@ -19,6 +19,7 @@ from firstcontact.grasp_study._own_hand import OwnHand
 from firstcontact.grasp_study._real import RealJob, played
 from firstcontact.grasp_study.results import Filmed
 from firstcontact.report.figures.style import STYLE
+from firstcontact.twin.lift import LIFT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -139,6 +140,12 @@ def _panel(axis: Axes, shown: Take, now: float, most: float) -> None:
         axis.text(640, most * 0.97, "crushed above", ha="right", va="top", fontsize=7.5, color=RED)
     if shown.second is not None and now >= shown.second:
         axis.axvline(1e3 * shown.second, color=GREY, linewidth=0.9, linestyle=":")
+    if now >= LIFT:
+        axis.axvline(1e3 * LIFT, color=GREY, linewidth=0.9, linestyle="--")
+        axis.text(
+            1e3 * LIFT - 8, 0.97 * most, "lifted", ha="right", va="top", fontsize=7.5,
+            color="#52606D",
+        )  # fmt: skip
     axis.set_xlim(-1e3 * BEFORE, 1e3 * AFTER)
     axis.set_ylim(0, most)
     name = shown.kind.split(",")[0].capitalize()

@@ -11,6 +11,8 @@ from firstcontact.grasp_study._table import Outcomes, Values
 
 #: What all forces are multiplied by, from the most cautious on.
 SCALES = np.exp(np.linspace(np.log(0.25), np.log(4.0), 41))
+#: Place of the tuned caution among them.
+TUNED = int(np.argmin(np.abs(SCALES - 1.0)))
 #: Share of damaged picks at which drops are compared.
 DAMAGE = 0.10
 #: Shares over which a setting is chosen: one share alone would be chance.

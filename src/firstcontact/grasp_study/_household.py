@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.jobs import Runner
+from firstcontact.grasp.policies.registry import POLICIES
 from firstcontact.grasp.policy import Policy
 from firstcontact.grasp_study._approach import Pick
 from firstcontact.grasp_study._branches import (
@@ -20,7 +21,7 @@ from firstcontact.grasp_study._branches import (
 )
 from firstcontact.grasp_study._estimates import by_object, estimates
 from firstcontact.grasp_study._families import FAMILIES, folds
-from firstcontact.grasp_study._front import DAMAGE, SCALES
+from firstcontact.grasp_study._front import DAMAGE, TUNED
 from firstcontact.grasp_study._household_numbers import (
     Judged,
     Tables,
@@ -31,10 +32,10 @@ from firstcontact.grasp_study._household_numbers import (
     conditions,
     drops,
     fewer,
+    fewer_as_bold,
     household_policies,
     judged,
     labelled,
-    more_damaged,
     permuted,
     weights_of,
 )
@@ -59,8 +60,6 @@ TARGET = 0.35
 NOISES = (0.0, 3.0, 5.0, 10.0)
 #: Lift and detection of the closings in full that have a reflex.
 FULL = ("gradual", DETECTION[0])
-#: Place of the tuned caution among the scales.
-TUNED = int(np.argmin(np.abs(SCALES - 1.0)))
 OwnHands = dict[tuple[int, float], OwnHand]
 
 
@@ -173,8 +172,7 @@ def _found(
         drops_at_10_damage=dropped,
         drops_between=between_of,
         fewer_drops_than_blind=fewer(ours, blind, weights),
-        fewer_drops_only=fewer(ours, blind, weights, strict=False),
-        more_damaged=more_damaged(ours, blind, weights),
+        fewer_drops_as_bold=fewer_as_bold(ours, blind, weights),
         success_gain=_gain(closings, weights),
         fewer={n: fewer(f, blind, weights) for n, f in plain.items() if f is not blind},
         target=TARGET,
@@ -266,6 +264,7 @@ def _real(rows: Sequence[RealRow], found: Judged, tables: Tables) -> RealClosing
     fine = ~(dropped | damaged)
     its = found.outcomes
     alike = fine == (np.maximum(its.dropped[TUNED], its.damaged[TUNED]) < 1)
+    deadline = POLICIES[rows[0].job.policy].deadline
     times = [1e3 * r.steady for r in rows if r.steady is not None]
 
     def share(flags: np.ndarray) -> Between:
@@ -280,6 +279,7 @@ def _real(rows: Sequence[RealRow], found: Judged, tables: Tables) -> RealClosing
         steady=len(times) / len(rows),
         steady_ms=float(np.mean(times)) if times else None,
         as_table=float(alike.mean()),
+        in_time=None if deadline is None else float(np.mean([r.estimates > 0 for r in rows])),
         intervals={
             name: (b.low, b.high)
             for name, b in {

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from firstcontact.grasp.policy import Part, Policy, Stiffness, Task
 from firstcontact.grasp_study._branches import DETECTION, LIFTS
 from firstcontact.grasp_study._families import folds
 from firstcontact.grasp_study._front import SCALES, Front, front, resampled, scale_at
-from firstcontact.grasp_study._table import Outcomes, Table
+from firstcontact.grasp_study._table import Outcomes, Reflexed, Table
 from firstcontact.grasp_study._tuning import (
     SCATTER,
     Candidate,
@@ -171,25 +172,24 @@ def _by_fold(
 
 
 def ceiling(table: Table) -> Front:
-    """The best force and approach of each kind, found by looking at what they do to it.
+    """The best approach, force and reflex of each very pick, found by looking at what they do.
 
-    Nobody can have it: it is chosen on the very picks that it is judged on. For each price of
-    damage in drops each kind has its best; what results is a front.
+    Nobody can do better, and nobody can have it: it is chosen on the very picks that it is judged
+    on. Where a pick can be neither dropped nor damaged, it is; where not, the price of damage in
+    drops decides, which makes a front.
     """
     forces = np.exp(np.linspace(np.log(table.how.forces[0]), np.log(table.how.forces[-1]), 60))
     grid = np.repeat(forces[:, None], len(table.picks), axis=1)
-    found = [table.outcomes(v, grid) for v in range(len(table.how.speeds))]
+    reflexes = product(range(len(LIFTS)), range(len(DETECTION)), range(len(table.how.boosts)))
+    acting = [None, *(Reflexed(*places) for places in reflexes)]
+    found = [table.outcomes(v, grid, r) for v in range(len(table.how.speeds)) for r in acting]
     dropped = np.concatenate([f.dropped for f in found])
     damaged = np.concatenate([f.damaged for f in found])
-    kinds = table.kinds
+    picks = np.arange(len(table.picks))
     points = []
-    for price in np.exp(np.linspace(np.log(1e-2), np.log(1e2), 60))[::-1]:
-        drops = damage = 0.0
-        for kind in np.unique(kinds):
-            d, b = dropped[:, kinds == kind].sum(axis=1), damaged[:, kinds == kind].sum(axis=1)
-            best = int(np.argmin(d + price * b))
-            drops, damage = drops + d[best], damage + b[best]
-        points.append((drops / len(kinds), damage / len(kinds)))
+    for price in (100.0, 0.01):
+        best = np.argmin(dropped + price * damaged, axis=0)
+        points.append((dropped[best, picks].mean(), damaged[best, picks].mean()))
     both = np.array(points)
     return Front(both[:, 0], both[:, 1])
 
@@ -206,27 +206,26 @@ def between(value: float, drawn: NDArray[np.float64]) -> Between:
     return Between(value=value, low=float(low), high=float(high))
 
 
-def place_of(found: Front) -> int:
-    """Place of the boldest scale that damages no more than a tenth."""
-    return int(np.argmin(np.abs(SCALES - scale_at(found))))
-
-
 def drops(found: Judged, weights: NDArray[np.float64]) -> Between:
-    """Share of drops where a tenth is damaged; in resamples as bold as over all picks."""
-    whole = found.front
-    drawn = front(found.outcomes, weights).dropped[place_of(whole)]
-    return between(float(whole.drops_at()), drawn)
+    """Share of drops where a tenth is damaged, in resamples as over all picks."""
+    return between(float(found.front.drops_at()), front(found.outcomes, weights).drops_at())
 
 
-def fewer(
-    ours: Judged,
-    theirs: Judged,
-    weights: NDArray[np.float64] | None = None,
-    strict: bool = True,
-) -> Between:
+def less(dropped: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
+    """By which share one drops less than another, -1 to 1: twice as much is -1, more too."""
+    ratio = np.where(
+        others > 0, dropped / np.maximum(others, 1e-9), np.where(dropped > 0, 2.0, 1.0)
+    )
+    gain: NDArray[np.float64] = np.clip(1 - ratio, -1.0, 1.0)
+    return gain
+
+
+def fewer(ours: Judged, theirs: Judged, weights: NDArray[np.float64] | None = None) -> Between:
     """By which share ours drops less where both damage a tenth.
 
-    In a resample both stay as bold, and what they damage is no longer the same.
+    In each resample both are as bold as damages a tenth there: nothing that one of them damages
+    more is hidden, and what the choice of their boldness leaves to chance is in the interval.
+    How often such intervals hold a truth that is known: ``benchmarks/grasp_intervals.py``.
 
     Parameters
     ----------
@@ -234,36 +233,26 @@ def fewer(
         On the same picks.
     weights
         Of resamples; None for none.
-    strict
-        Whether in a resample each thing that ours damages more counts as one that it drops, and
-        each that it damages less as one that it does not.
     """
-
-    def less(dropped: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
-        # Where nothing is dropped there is nothing to gain.
-        ratio = np.where(others > 0, dropped / np.maximum(others, 1e-9), 1.0)
-        gain: NDArray[np.float64] = np.clip(1 - ratio, -1.0, 1.0)
-        return gain
-
     value = float(less(ours.front.drops_at(), theirs.front.drops_at()))
     if weights is None:
         return Between(value=value, low=value, high=value)
-    mine, others = front(ours.outcomes, weights), front(theirs.outcomes, weights)
-    a, b = place_of(ours.front), place_of(theirs.front)
-    dropped = mine.dropped[a]
-    if strict:
-        # Over all picks both damage a tenth but for a step of the scale.
-        apart = ours.front.damaged[a] - theirs.front.damaged[b]
-        dropped = dropped + mine.damaged[a] - others.damaged[b] - apart
-    return between(value, less(dropped, others.dropped[b]))
+    mine, others = (front(j.outcomes, weights).drops_at() for j in (ours, theirs))
+    return between(value, less(mine, others))
 
 
-def more_damaged(ours: Judged, theirs: Judged, weights: NDArray[np.float64]) -> Between:
-    """By how much more ours damages in resamples, where both damage a tenth of all picks."""
+def fewer_as_bold(ours: Judged, theirs: Judged, weights: NDArray[np.float64]) -> Between:
+    """The same where in resamples both stay as bold as over all picks.
+
+    What they damage then differs: each thing that ours damages more counts as one that it drops,
+    and each that it damages less as one that it does not.
+    """
+    a, b = (int(np.argmin(np.abs(SCALES - scale_at(j.front)))) for j in (ours, theirs))
     mine, others = front(ours.outcomes, weights), front(theirs.outcomes, weights)
-    a, b = place_of(ours.front), place_of(theirs.front)
-    apart = float(ours.front.damaged[a] - theirs.front.damaged[b])
-    return between(apart, mine.damaged[a] - others.damaged[b])
+    # Over all picks both damage a tenth but for a step of the scale.
+    apart = ours.front.damaged[a] - theirs.front.damaged[b]
+    dropped = mine.dropped[a] + mine.damaged[a] - others.damaged[b] - apart
+    return between(fewer(ours, theirs).value, less(dropped, others.dropped[b]))
 
 
 def conditions() -> dict[str, tuple[int, int]]:

@@ -49,8 +49,6 @@ class RealRow:
     dropped: bool
     damaged: bool
     steady: float | None
-    peak: float
-    misses: int
     estimates: int
 
 
@@ -93,9 +91,8 @@ def played(job: RealJob, own: Mapping[tuple[int, float], OwnHand]) -> Played:
         if watch is not None and watch.slips(plant):
             grasping.loop.slipped(plant.now)
     outcome = plant.outcome
-    counts = grasping.loop.counts
     row = RealRow(
-        job, outcome.dropped, outcome.broken, outcome.time_to_grasp, outcome.peak_force,
-        counts.misses, counts.estimates,
+        job, outcome.dropped, outcome.broken, outcome.time_to_grasp,
+        grasping.loop.counts.estimates,
     )  # fmt: skip
     return Played(plant, tuple(hand.orders), plant.forces, row)

@@ -130,7 +130,8 @@ class RealClosings(Record, frozen=True, kw_only=True):
     """Closings of a policy as it was tuned, with plant, detector, estimator and loop in full.
 
     ``success`` is neither dropped nor damaged; ``steady_ms`` the mean time to a steady grasp,
-    ``steady`` the share that has one; ``as_table`` the share with the table's outcome.
+    ``steady`` the share that has one; ``as_table`` the share with the table's outcome;
+    ``in_time`` the share in which an estimate met the policy's deadline, if it has one.
     """
 
     n: int
@@ -140,6 +141,7 @@ class RealClosings(Record, frozen=True, kw_only=True):
     steady: float
     steady_ms: float | None = None
     as_table: float | None = None
+    in_time: float | None = None
     intervals: dict[str, Ends]
 
 
@@ -204,10 +206,10 @@ class Household(Record, frozen=True, kw_only=True):
     drops_between
         The same with intervals over objects and hands.
     fewer_drops_than_blind
-        Of the policy that acts on the live estimate. In a resample each thing that it damages
-        more than blind counts as dropped.
-    fewer_drops_only, more_damaged
-        The same where only drops count, and what it damages more in resamples, as a share of all.
+        Of the policy that acts on the live estimate; in each resample both damage a tenth.
+    fewer_drops_as_bold
+        The same where in resamples both stay as bold as over all picks, and each thing that
+        stiffness damages more than blind counts as dropped.
     success_gain
         By how much more of the same closings in full end well with stiffness than blind, as tuned.
     fewer
@@ -230,8 +232,7 @@ class Household(Record, frozen=True, kw_only=True):
     drops_at_10_damage: dict[str, float]
     drops_between: dict[str, Between]
     fewer_drops_than_blind: Between
-    fewer_drops_only: Between
-    more_damaged: Between
+    fewer_drops_as_bold: Between
     success_gain: Between
     fewer: dict[str, Between]
     target: float

@@ -34,7 +34,7 @@ class HouseholdSettings:
     speeds, boosts
         Approaches, m/s, and reflexes that closings are made with.
     forces
-        Likewise, N.
+        Likewise, N: from one to the next about a factor of the root of two.
     folds
         In how many parts families are left out of the tuning.
     budget

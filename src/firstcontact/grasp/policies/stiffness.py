@@ -77,9 +77,9 @@ class ByStiffness(FinalForce):
         return super().begin()
 
     def estimated(self, stiffness: Stiffness) -> Command | None:
-        """Remember it; press accordingly where both fingers touch."""
+        """Remember it; press accordingly where both fingers touch, go on slowly until then."""
         self._told = stiffness
-        return self.final if self._both else None
+        return self.final if self._both else self.slow
 
     def late(self) -> Command | None:
         """What was not told in time is not known: stay slow, or press as one who knows nothing."""

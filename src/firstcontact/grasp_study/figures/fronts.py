@@ -63,11 +63,12 @@ def _draw(axis: Axes, found: Household) -> None:
             color=policy.colour, marker="o", markersize=5, capsize=3, linewidth=1.1, zorder=3,
         )  # fmt: skip
     if CEILING in found.fronts:
-        _front(axis, found.fronts[CEILING], INK, "-.", "ceiling: each thing known")
+        _front(axis, found.fronts[CEILING], INK, "*-.", "ceiling: each specimen known")
     axis.set_xlim(0, MOST_DAMAGE)
     axis.set_ylim(0, MOST_DROPS)
     axis.set_xlabel("Damaged (% of closings)")
     axis.set_ylabel("Dropped (% of closings)")
+    axis.text(0.6, 0.6, "better", va="bottom", fontsize=8, color="#52606D")
     axis.legend(loc="upper right")
 
 

@@ -11,7 +11,10 @@ from __future__ import annotations
 
 import argparse
 import json
+import shutil
+from collections.abc import Sequence
 from dataclasses import asdict
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -24,24 +27,26 @@ from firstcontact.anytime import Touches, touches_of
 from firstcontact.anytime.compact import CompactNetwork, deaf
 from firstcontact.anytime.in_context import InContextModel
 from firstcontact.anytime.model_file import pretrained
-from firstcontact.contact import make_detector
+from firstcontact.contact import Detector, make_detector
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.core import Dataset
 from firstcontact.core.files import replacing
 from firstcontact.core.jobs import Serial
 from firstcontact.embedded.budget import USUAL_DIRECTIONS, compact_forms, forms, microseconds
-from firstcontact.embedded.trained import NamedModel
+from firstcontact.embedded.trained import NamedModel, Trained
 from firstcontact.learning.adapting import adapt
 from firstcontact.learning.final_model import train_final_model
 from firstcontact.learning.training import labelled_windows
 from firstcontact.recording import load_dataset
-from firstcontact.stiffness import Interval, Model, Task
+from firstcontact.stiffness import ESTIMATORS, Interval, Model, Task, make_estimator
 from firstcontact.twin.simulate import simulate
 
 WINDOW, LEVEL, SEED = 0.015, 0.9, 0
 SETS = (("paper-rig", 31), ("everyday", 32))
 #: Contacts that forms of the any-time network are asked about that are not exported by default.
 FEW = 40
+#: Vectors of the reduced set that is counted together with the other parts.
+USUAL_VECTORS = 150
 Numbers = dict[str, Any]
 
 
@@ -92,36 +97,56 @@ def rmse(errors: NDArray[np.float64]) -> float:
     return float(np.sqrt(np.mean(errors**2)))
 
 
-def of_windows(sets: list[Dataset], out: Path, quick: bool, cmsis: Path | None) -> Numbers:
-    """The kernel machines, whole and reduced, and what they are compared with."""
+def of_windows(sets: list[Dataset], out: Path, cmsis: Path | None) -> tuple[Numbers, NamedModel]:
+    """The kernel machines, whole and reduced, and what they are compared with; one of them."""
     learn, held, objects = (windows(part) for part in parts(sets[0]))
     everything = np.concatenate([windows(dataset).X for dataset in sets])
     rows: Numbers = {}
     others: Numbers = {}
+    usual: NamedModel | None = None
     for task, name in ((Task.REGRESSION, "svr"), (Task.CLASSIFICATION, "svc")):
-        kept = train_final_model(learn, "svm", task, SEED, LEVEL, Serial(), True)
-        for form in forms(kept.model, learn.X):
-            label = f"{name}_{form.notes['support_vectors']}"
-            interval = kept.interval if task is Task.REGRESSION else None
-            named = NamedModel("stiffness", form, interval)
-            cost = parity.of_model(named, everything, out / label)
-            row = asdict(cost) | scored(form, interval, held, "blocks")
+        kept = train_final_model(learn, ESTIMATORS.default, task, SEED, LEVEL, Serial(), True)
+        interval = kept.interval if task is Task.REGRESSION else None
+        for form in forms(NamedModel("stiffness", kept.model, interval), learn.X, learn.sessions):
+            size = form.model.notes["support_vectors"]
+            cost = parity.of_model(form, everything, out / f"{name}_{size}")
+            row = asdict(cost) | scored(form.model, form.interval, held, "blocks")
             if task is Task.REGRESSION:
-                row |= scored(form, interval, objects, "objects")
-            rows[label] = row
+                row |= scored(form.model, form.interval, objects, "objects")
+                usual = form if size <= USUAL_VECTORS else usual
+            rows[f"{name}_{size}"] = row
         if task is Task.REGRESSION:
             model: Any = kept.model
             n = kept.model.notes["support_vectors"]
             count = peers.plain(model, everything, out / "plain", None)
             others[f"plain C, SVR of {n} vectors"] = {"instructions": count}
-            if cmsis is not None:
-                count = peers.plain(model, everything, out / "cmsis", cmsis)
-                others[f"CMSIS-DSP arm_svm_rbf_predict_f32, {n} vectors"] = {"instructions": count}
-    return {"models": rows, "peers": others}
+            others |= peers.of_cmsis(model, everything, out / "cmsis", cmsis)
+    assert usual is not None
+    rows |= of_others(learn, held, objects, everything, out)
+    return {"models": rows, "peers": others}, usual
 
 
-def of_touches(sets: list[Dataset], out: Path, quick: bool) -> Numbers:
-    """The any-time network with several numbers of directions."""
+def of_others(learn: Any, held: Any, objects: Any, everything: Any, out: Path) -> Numbers:
+    """One model of each other estimator, as it is."""
+    rows: Numbers = {}
+    for name, kind in ESTIMATORS.items():
+        if name == ESTIMATORS.default or not set(kind.modules) <= available(kind.modules):
+            continue
+        estimator = make_estimator(name, Task.REGRESSION, learn.rate)
+        model = estimator.fit(learn.X, learn.y, learn.sessions, SEED)
+        cost = parity.of_model(NamedModel("stiffness", model, None), everything, out / name)
+        row = asdict(cost) | scored(model, None, held, "blocks")
+        rows[name] = row | scored(model, None, objects, "objects")
+    return rows
+
+
+def available(modules: Sequence[str]) -> set[str]:
+    """Which of these modules are installed."""
+    return {name for name in modules if find_spec(name) is not None}
+
+
+def of_touches(sets: list[Dataset], out: Path, quick: bool) -> tuple[Numbers, InContextModel]:
+    """The any-time network with several numbers of directions; the usual one of them."""
     learn, held, objects = parts(sets[0])
     touches, which = _touches(learn)
     sessions = learn.sessions[which]
@@ -132,14 +157,15 @@ def of_touches(sets: list[Dataset], out: Path, quick: bool) -> Numbers:
         "anytime_deaf": _running(deaf(whole), held, objects),
     }
     contacts = [p.first for p in learn.pinches]
-    made_small = list(compact_forms(whole, learn, contacts))
-    for form in made_small:
+    chosen = whole
+    for form in compact_forms(whole, learn, contacts):
         assert isinstance(form.network, CompactNetwork)
         directions = len(form.network.thin["body1"].into.bias)
         label = f"anytime_{directions}"
         usual = directions == USUAL_DIRECTIONS
         if quick and not usual:
             continue
+        chosen = form if usual else chosen
         # All moments of all contacts of the usual form; of the others, what tells their costs.
         asked = [some if usual else some.take(np.arange(FEW)) for some in everything]
         costs = [
@@ -151,7 +177,7 @@ def of_touches(sets: list[Dataset], out: Path, quick: bool) -> Numbers:
         row["asked"] = sum(c.asked for c in costs)
         row["same_bytes"] = all(c.same_bytes for c in costs)
         rows[label] = row | _running(form, held, objects)
-    return rows
+    return rows, chosen
 
 
 def _touches(dataset: Dataset) -> tuple[Touches, NDArray[np.intp]]:
@@ -173,22 +199,25 @@ def _running(model: InContextModel, held: Dataset, objects: Dataset) -> Numbers:
     return said
 
 
-def of_detectors(sets: list[Dataset], out: Path) -> Numbers:
-    """The default detector and the one that learns nothing."""
+def of_detectors(sets: list[Dataset], out: Path) -> tuple[Numbers, Detector]:
+    """Every detector; the default one of them."""
     learn, _, _ = parts(sets[0])
     pinches = [p for dataset in sets for p in dataset.pinches]
     rows: Numbers = {}
-    for name in (DETECTORS.default, "three_sigma"):
+    usual: Detector | None = None
+    for name in DETECTORS:
         detector = make_detector(name).fit(learn)
+        usual = detector if name == DETECTORS.default else usual
         cost, dearest = parity.of_detector(detector, pinches, out / f"detector-{name}")
         rows[f"detector_{name}"] = asdict(cost) | {"dearest_3ms": dearest}
-    return rows
+    assert usual is not None
+    return rows, usual
 
 
 def table(results: Numbers) -> str:
     """For people."""
     head = "| | instructions | us | flash | ram | asked | max error | mismatches | same bytes |"
-    lines = [head + " blocks | objects | width |", "|---" * 12 + "|"]
+    lines = [head + " blocks | inside | objects | width | inside |", "|---" * 14 + "|"]
     for name, row in results["models"].items():
         count = row.get("instructions")
         cost = ["", "", "", "", "", "", "", ""]
@@ -196,12 +225,19 @@ def table(results: Numbers) -> str:
             cost = [f"{count:,}", f"{microseconds(count):.0f}", f"{row['flash']:,}",
                     f"{row['ram']:,}", f"{row['asked']:,}", f"{row['max_abs_error']:.4f}",
                     str(row["class_mismatches"]), "yes" if row["same_bytes"] else "NO"]  # fmt: skip
-        quality = ("blocks", "objects", "objects_width")
+        quality = ("blocks", "blocks_coverage", "objects", "objects_width", "objects_coverage")
         cost += [f"{row[key]:.2f}" if key in row else "" for key in quality]
         lines.append(f"| {name} | {' | '.join(cost)} |")
     for name, row in results["peers"].items():
-        count = row["instructions"]
-        lines.append(f"| {name} | {count:,} | {microseconds(count):.0f} |" + " |" * 9)
+        count = row.get("instructions")
+        cost = " | |" if count is None else f" {count:,} | {microseconds(count):.0f} |"
+        asked = " | | | |"
+        if "asked" in row:
+            asked = f" {row['asked']:,} | | {row['other_sides']} | |"
+        lines.append(f"| {name} |{cost} | |{asked}" + " |" * 5)
+    if whole := results.get("together"):
+        name = f"together: {whole['parts']}"
+        lines.append(f"| {name} | | | {whole['flash']:,} | {whole['ram']:,} |" + " |" * 9)
     return "\n".join(lines)
 
 
@@ -213,9 +249,13 @@ def main() -> None:
     parser.add_argument("--cmsis", type=Path, help="unpacked sources of the package cmsisdsp")
     told = parser.parse_args()
     sets = made(told.out, told.quick)
-    results = of_windows(sets, told.out / "built", told.quick, told.cmsis)
-    results["models"] |= of_detectors(sets, told.out / "built")
-    results["models"] |= of_touches(sets, told.out / "built", told.quick)
+    built = told.out / "built"
+    shutil.rmtree(built, ignore_errors=True)
+    results, named = of_windows(sets, built, told.cmsis)
+    detectors, detector = of_detectors(sets, built)
+    touches, anytime = of_touches(sets, built, told.quick)
+    results["models"] |= detectors | touches
+    results["together"] = parity.together(Trained((named,), detector, anytime), built / "together")
     results["seeds"] = dict(SETS)
     with replacing(told.out / "embedded.json") as temporary:
         temporary.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")

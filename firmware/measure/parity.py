@@ -122,6 +122,21 @@ def of_anytime(model: InContextModel, touches: Touches, folder: Path) -> Cost:
     return Cost(int(on_m7["instructions"].max()), flash, ram, error, wrong, len(got), same)
 
 
+def together(trained: Trained, folder: Path) -> dict[str, Any]:
+    """Size of one image that has all parts; the model's window is of one finger."""
+    folder.mkdir(parents=True)
+    c_library.write(trained, folder)
+    (named,) = trained.models
+    told = {
+        "MODEL": f"fc_{named.name}",
+        "HEADER": f'"fc_{named.name}.h"',
+        "NUMBERS": str(named.model.spec.samples * named.model.spec.channels),
+    }
+    image = building.Program("whole.c", folder / "src", told).m7(folder / "m7.elf")
+    flash, ram = building.memory(image)
+    return {"parts": ", ".join(trained.parts), "flash": flash, "ram": ram}
+
+
 def _ran(program: building.Program, data: bytes) -> tuple[bytes, bytes, int, int]:
     """What both machines answer, and the size of the image."""
     folder = program.sources.parent

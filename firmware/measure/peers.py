@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from firstcontact.embedded._c_text import c_array, literal
 from firstcontact.embedded.c_library import fixed_sources
-from firstcontact.stiffness.svm_model import LEVEL_WEIGHT, SvmModel
+from firstcontact.stiffness.svm_model import LEVEL_WEIGHT, SvmModel, shape_and_level
 
 
 def plain(model: SvmModel, X: NDArray[np.float32], folder: Path, cmsis: Path | None) -> int:
@@ -45,3 +45,46 @@ def plain(model: SvmModel, X: NDArray[np.float32], folder: Path, cmsis: Path | N
     image = building.Program("windows.c", folder, told, more).m7(folder / "plain.elf")
     found = building.answers(building.ask_m7(image, X[:5].tobytes(), folder))
     return int(found["instructions"].max())
+
+
+def oracle(model: SvmModel, X: NDArray[np.float32]) -> dict[str, int] | None:
+    """What the package cmsisdsp says on this machine: on which side of 0 a decision lies.
+
+    Its machine answers two classes only, so that is what it is asked. None where it is not there.
+    """
+    try:
+        import cmsisdsp
+    except ImportError:
+        return None
+    a = model.to_arrays()
+    vectors = a["vectors"].astype(np.float32)
+    machine = cmsisdsp.arm_svm_rbf_instance_f32()
+    cmsisdsp.arm_svm_rbf_init_f32(
+        machine, *vectors.shape, float(a["bias"][0]), a["weights"][0].astype(np.float32),
+        vectors.ravel(), np.array([0, 1], np.int32), float(a["parameters"][1]),
+    )  # fmt: skip
+    inputs = shape_and_level(X, a["level"]).astype(np.float32)
+    sides = [int(cmsisdsp.arm_svm_rbf_predict_f32(machine, x)) for x in inputs]
+    wanted = model.outputs(X)[:, 0] > 0
+    return {"asked": len(X), "other_sides": int((np.array(sides) != wanted).sum())}
+
+
+def of_cmsis(
+    model: SvmModel, X: NDArray[np.float32], folder: Path, sources: Path | None
+) -> dict[str, dict[str, int]]:
+    """A row of CMSIS-DSP, by its name: what it costs, and how often it says otherwise.
+
+    What is not there is skipped, and that is said.
+    """
+    name = f"CMSIS-DSP arm_svm_rbf_predict_f32, {model.notes['support_vectors']} vectors"
+    row: dict[str, int] = {}
+    if sources is None:
+        print(f"skipped: instructions of {name} (no --cmsis)")
+    else:
+        row["instructions"] = plain(model, X, folder, sources)
+    said = oracle(model, X)
+    if said is None:
+        print(f"skipped: answers of {name} (the package cmsisdsp is not installed)")
+    else:
+        row |= said
+    return {name: row} if row else {}

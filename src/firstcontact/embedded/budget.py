@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firstcontact.anytime import InContextModel, touches_of
 from firstcontact.anytime.compact import CompactNetwork, compacted
@@ -14,7 +15,6 @@ from firstcontact.core import Contact, Dataset, InputError
 from firstcontact.embedded._c_anytime import instructions
 from firstcontact.embedded.trained import NamedModel, Trained
 from firstcontact.signal import contact_windows
-from firstcontact.stiffness import Model
 from firstcontact.stiffness.spec import Windows
 
 #: Clock of a Teensy 4, Hz, and cycles that an instruction is taken to last.
@@ -54,9 +54,32 @@ def small_enough(trained: Trained, dataset: Dataset | None, budget_us: float | N
     return replace(trained, models=models, anytime=anytime)
 
 
-def forms(model: Model, X: Windows) -> list[Model]:
-    """A model and the smaller ones, the smallest first."""
-    return [*model.smaller(X), model]
+def forms(named: NamedModel, X: Windows, sessions: NDArray[np.str_]) -> list[NamedModel]:
+    """A model and the smaller ones, the smallest first.
+
+    A smaller one is fitted to four fifths of the sessions; on the others, which did not choose
+    it, is seen how far its answers are from the model's, and its interval becomes so much wider.
+
+    Parameters
+    ----------
+    named
+        The model and its interval.
+    X, sessions
+        Windows that it learned from, and the session of each.
+    """
+    held = np.isin(sessions, np.unique(sessions)[::5])
+    if held.all():
+        held = np.arange(len(X)) % 5 == 0
+    found = []
+    for form in named.model.smaller(X[~held]):
+        interval = named.interval
+        if interval is not None and not interval.scaled:
+            away = np.abs(form.predict(X[held]) - named.model.predict(X[held]))
+            further = float(np.quantile(away, interval.level))
+            wider = tuple(half + further for half in interval.half_widths)
+            interval = replace(interval, half_widths=wider)
+        found.append(replace(named, model=form, interval=interval))
+    return [*found, named]
 
 
 def _contacts(dataset: Dataset, trained: Trained) -> list[Contact | None]:
@@ -75,19 +98,21 @@ def _fitting(
     if budget_us is None:
         return named
     model = named.model
-    there = [model]
+    there = [named]
     if dataset is not None:
         model.spec.require_rate(dataset.layout.rate)
-        there = forms(model, contact_windows(dataset, contacts, model.spec.duration)[0])
-    quick = [m for m in there if microseconds(m.program().instructions) <= budget_us]
+        X, kept = contact_windows(dataset, contacts, model.spec.duration)
+        there = forms(named, X, dataset.sessions[kept])
+    took = [microseconds(form.model.program().instructions) for form in there]
+    quick = [form for form, time in zip(there, took, strict=True) if time <= budget_us]
     if not quick:
-        least = microseconds(there[0].program().instructions)
+        least = took[0]
         raise InputError(
             f"{named.name} takes about {least:.0f} us at its smallest, and --budget-us is "
             f"{budget_us:g}: raise it"
             + ("" if dataset is not None else ", or name with --data what it learned from")
         )
-    return replace(named, model=quick[-1])
+    return quick[-1]
 
 
 def compact_forms(

@@ -76,7 +76,8 @@ bool fc_judge_fires(fc_judge *j, const double *past, uint32_t end)
             const double away = f[k] - (double)v[k];
             far = fma(away, away, far);
         }
-        out += C.weight[i] * exp(-C.gamma * far);
+        if (far * C.gamma < 700.0) /* else next to nothing, at the price of an underflow */
+            out += C.weight[i] * exp(-C.gamma * far);
     }
     return out > 0.0;
 }

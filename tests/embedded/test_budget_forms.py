@@ -1,0 +1,41 @@
+"""Smaller forms of a model keep their promise: their intervals grow by what they say otherwise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from test_model_parity import INTERVAL, learned
+
+from firstcontact.embedded.budget import forms
+from firstcontact.embedded.trained import NamedModel
+from firstcontact.stiffness import ESTIMATORS, Task, make_estimator
+from firstcontact.testing._windows import RATE, toy_windows
+
+
+def test_a_smaller_form_has_a_wider_interval() -> None:
+    X, y, sessions = toy_windows()
+    # What cannot be learned takes many vectors.
+    noisy = y + np.random.default_rng(0).normal(0, 6, len(y))
+    estimator = make_estimator(
+        ESTIMATORS.default, Task.REGRESSION, RATE, **ESTIMATORS[ESTIMATORS.default].quick
+    )
+    named = NamedModel("stiffness", estimator.fit(X, noisy, sessions, seed=1), INTERVAL)
+    *smaller, whole = forms(named, X, sessions.astype(str))
+    assert whole is named
+    assert smaller
+    new = toy_windows(60, seed=5)[0]
+    for form in smaller:
+        assert form.interval is not None
+        assert named.interval is not None
+        grown = np.subtract(form.interval.half_widths, named.interval.half_widths)
+        assert (grown >= 0).all()
+        np.testing.assert_allclose(grown, grown[0])
+        away = np.abs(form.model.predict(new) - named.model.predict(new))
+        assert (away <= 3 * grown[0] + 1e-6).mean() > 0.8
+
+
+def test_without_an_interval_there_is_nothing_to_widen() -> None:
+    named = replace(learned(ESTIMATORS.default, Task.CLASSIFICATION), interval=None)
+    X, _, sessions = toy_windows()
+    assert all(form.interval is None for form in forms(named, X, sessions.astype(str)))

@@ -97,7 +97,9 @@ def rmse(errors: NDArray[np.float64]) -> float:
     return float(np.sqrt(np.mean(errors**2)))
 
 
-def of_windows(sets: list[Dataset], out: Path, cmsis: Path | None) -> tuple[Numbers, NamedModel]:
+def of_windows(
+    sets: list[Dataset], out: Path, quick: bool, cmsis: Path | None
+) -> tuple[Numbers, NamedModel]:
     """The kernel machines, whole and reduced, and what they are compared with; one of them."""
     learn, held, objects = (windows(part) for part in parts(sets[0]))
     everything = np.concatenate([windows(dataset).X for dataset in sets])
@@ -122,17 +124,21 @@ def of_windows(sets: list[Dataset], out: Path, cmsis: Path | None) -> tuple[Numb
             others[f"plain C, SVR of {n} vectors"] = {"instructions": count}
             others |= peers.of_cmsis(model, everything, out / "cmsis", cmsis)
     assert usual is not None
-    rows |= of_others(learn, held, objects, everything, out)
+    rows |= of_others(learn, held, objects, everything, out, quick)
     return {"models": rows, "peers": others}, usual
 
 
-def of_others(learn: Any, held: Any, objects: Any, everything: Any, out: Path) -> Numbers:
+def of_others(
+    learn: Any, held: Any, objects: Any, everything: Any, out: Path, quick: bool
+) -> Numbers:
     """One model of each other estimator, as it is."""
     rows: Numbers = {}
     for name, kind in ESTIMATORS.items():
         if name == ESTIMATORS.default or not set(kind.modules) <= available(kind.modules):
             continue
-        estimator = make_estimator(name, Task.REGRESSION, learn.rate)
+        estimator = make_estimator(
+            name, Task.REGRESSION, learn.rate, **(kind.quick if quick else {})
+        )
         model = estimator.fit(learn.X, learn.y, learn.sessions, SEED)
         cost = parity.of_model(NamedModel("stiffness", model, None), everything, out / name)
         row = asdict(cost) | scored(model, None, held, "blocks")
@@ -251,7 +257,7 @@ def main() -> None:
     sets = made(told.out, told.quick)
     built = told.out / "built"
     shutil.rmtree(built, ignore_errors=True)
-    results, named = of_windows(sets, built, told.cmsis)
+    results, named = of_windows(sets, built, told.quick, told.cmsis)
     detectors, detector = of_detectors(sets, built)
     touches, anytime = of_touches(sets, built, told.quick)
     results["models"] |= detectors | touches

@@ -48,8 +48,8 @@ def shares_above(
 ) -> Step:
     """MiniRocket's features: share of a window above biases after each of its 84 kernels.
 
-    ``takes`` is what :func:`firstcontact.core.steps.shape_and_level` gives; the level is passed on
-    as the last number. Biases are of shape (steps, 84, each).
+    ``takes`` is the window; the logarithm of its RMS is the last number. Biases are of shape
+    (steps, 84, each).
     """
     each = biases.shape[2]
     own: Constants = {
@@ -60,5 +60,5 @@ def shares_above(
         "dilation": np.array(steps, np.int32),
         "bias": flat32(biases),
     }
-    count = (12 + 4 * each) * samples * channels * 84 * len(steps)
+    count = (6 + 14 * each) * samples * channels * 84 * len(steps)
     return Step("shares_above", (takes,), gives, biases.size + 1, own, count)

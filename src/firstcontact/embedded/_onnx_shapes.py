@@ -70,9 +70,9 @@ def shares_above(g: Graph, s: Step) -> None:
     """As :func:`firstcontact.core.shape_steps.shares_above`."""
     c = s.constants
     n, channels, each = int(c["samples"]), int(c["channels"]), int(c["each"])
-    edges = [g.constant(k, np.int64) for k in ([0], [n * channels], [n * channels + 1], [1])]
-    waves = g.add("Slice", [s.takes[0], edges[0], edges[1], edges[3]])
-    level = g.add("Slice", [s.takes[0], edges[1], edges[2], edges[3]])
+    square = g.add("Mul", [s.takes[0], s.takes[0]])
+    rms = g.add("Sqrt", [g.add("ReduceMean", [square], axes=[1], keepdims=1)])
+    waves, level = g.add("Div", [s.takes[0], rms]), g.add("Log", [rms])
     turned = g.add("Transpose", [by_sample(g, waves, n, channels)], perm=[0, 2, 1])
     wave = by_sample(g, turned, 1, n * channels)
     kernels = np.full((84, 1, 9), -1.0)

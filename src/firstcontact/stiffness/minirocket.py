@@ -44,7 +44,7 @@ def dilations(samples: int) -> NDArray[np.int64]:
     return np.unique(np.logspace(0, np.log2(most), 5, base=2.0).astype(np.int64))
 
 
-def convolve(X: NDArray[np.float32], dilation: int) -> NDArray[np.float32]:
+def convolve(X: Values, dilation: int) -> Values:
     """All kernels over windows (n, samples), zeros around them: (n, 84, samples)."""
     reach = dilation * (TAPS // 2)
     padded = np.pad(X, ((0, 0), (reach, reach)))
@@ -52,9 +52,13 @@ def convolve(X: NDArray[np.float32], dilation: int) -> NDArray[np.float32]:
     return np.asarray(KERNELS @ padded[:, starts])
 
 
-def normalised(X: Windows) -> NDArray[np.float32]:
-    """Windows (n, samples, channels) end to end, divided by their RMS: (n, samples * channels)."""
-    flat = X.transpose(0, 2, 1).reshape(len(X), -1).astype(np.float32)
+def normalised(X: Windows) -> Values:
+    """Windows (n, samples, channels) end to end, divided by their RMS: (n, samples * channels).
+
+    In double precision, in which no sum lies so near a bias that the order of its terms, another
+    on each machine, decides.
+    """
+    flat = X.transpose(0, 2, 1).reshape(len(X), -1).astype(np.float64)
     rms = np.sqrt(np.einsum("ij,ij->i", flat, flat) / flat.shape[1])
     return np.asarray(flat / rms[:, None])
 
@@ -138,8 +142,7 @@ class MiniRocketModel(ArraysModel):
         n = spec.samples * spec.channels
         dilated = [int(step) for step in own["dilations"]]
         chain = (
-            steps.shape_and_level(INPUT, "shape", n, 0.0, 1.0),
-            shares_above("shape", "shares", spec.samples, spec.channels, dilated, own["biases"]),
+            shares_above(INPUT, "shares", spec.samples, spec.channels, dilated, own["biases"]),
             steps.dense("shares", "outputs", self._weights, self._offsets),
         )
         return Program(n, chain, "outputs")
@@ -154,9 +157,7 @@ def features(
         (convolve(waves, int(step))[:, :, None, :] > bias[:, :, None]).mean(axis=3)
         for step, bias in zip(distances, biases, strict=True)
     ]
-    # Too loud for float32 there is no shape, and then no level either: no answer comes of it.
-    loud = np.where(waves.any(axis=1), log_rms(X), np.nan)
-    every = [*(s.reshape(len(X), -1) for s in shares), loud]
+    every = [*(s.reshape(len(X), -1) for s in shares), log_rms(X)]
     return np.column_stack(every).astype(np.float32)
 
 
@@ -198,7 +199,7 @@ class MiniRocket(Estimator):
         )
 
 
-def _biases(waves: NDArray[np.float32], steps: NDArray[np.int64], seed: int) -> NDArray[np.float32]:
+def _biases(waves: Values, steps: NDArray[np.int64], seed: int) -> NDArray[np.float32]:
     """Quantiles of each kernel's output on some windows: (d, 84, k)."""
     k = max(1, FEATURES // (len(KERNELS) * len(steps)))
     # Low-discrepancy quantiles by the golden ratio, as published.

@@ -78,27 +78,31 @@ void fc_course_run(const fc_course *s, const float *in, float *out)
 }
 
 /* One tap of the window, its channels end to end; 0 outside. */
-static inline float tap(const fc_shares_above *s, const float *in, int32_t at)
+static inline double tap(const fc_shares_above *s, const float *in, int32_t at)
 {
     if (at < 0 || at >= s->samples * s->channels)
-        return 0.0f;
+        return 0.0;
     return in[at % s->samples * s->channels + at / s->samples];
 }
 
+/* In double: there no sum lies so near a bias that the order of its terms decides. */
 void fc_shares_above_run(const fc_shares_above *s, const float *in, float *out)
 {
-    const int32_t n = s->samples * s->channels;
-    const int32_t per_dilation = 84 * s->each;
+    const int32_t n = s->samples * s->channels, per_dilation = 84 * s->each;
+    double power = 0.0;
+    for (int32_t k = 0; k < n; k++)
+        power += (double)in[k] * in[k];
+    const double rms = sqrt(power / n);
     for (int32_t k = 0; k < s->dilations * per_dilation; k++)
         out[k] = 0.0f;
     for (int32_t d = 0; d < s->dilations; d++) {
         const float *const biases = s->bias + d * per_dilation;
         float *const counts = out + d * per_dilation;
         for (int32_t t = 0; t < n; t++) {
-            float high[TAPS], sum = 0.0f;
+            double high[TAPS], sum = 0.0;
             for (int32_t k = 0; k < TAPS; k++) {
-                const float x = tap(s, in, t + (k - TAPS / 2) * s->dilation[d]);
-                high[k] = (float)HIGH * x;
+                const double x = tap(s, in, t + (k - TAPS / 2) * s->dilation[d]) / rms;
+                high[k] = HIGH * x;
                 sum += x;
             }
             const float *bias = biases;
@@ -106,13 +110,13 @@ void fc_shares_above_run(const fc_shares_above *s, const float *in, float *out)
             for (int32_t a = 0; a < TAPS; a++)
                 for (int32_t b = a + 1; b < TAPS; b++)
                     for (int32_t c = b + 1; c < TAPS; c++) {
-                        const float y = high[a] + high[b] + high[c] - sum;
+                        const double y = high[a] + high[b] + high[c] - sum;
                         for (int32_t k = 0; k < s->each; k++, count++)
-                            *count += y > *bias++ ? 1.0f : 0.0f;
+                            *count += y > (double)*bias++ ? 1.0f : 0.0f;
                     }
         }
     }
     for (int32_t k = 0; k < s->dilations * per_dilation; k++)
         out[k] = out[k] / (float)n;
-    out[s->dilations * per_dilation] = in[n];
+    out[s->dilations * per_dilation] = (float)fc_log(rms);
 }

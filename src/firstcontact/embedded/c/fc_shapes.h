@@ -34,8 +34,8 @@ typedef struct {
 } fc_course;
 void fc_course_run(const fc_course *s, const float *in, float *out);
 
-/* MiniRocket: of 84 kernels at each dilation the share of the window above each bias. in holds the
-   window over its RMS, then its level, which goes out last. */
+/* MiniRocket: of 84 kernels at each dilation the share of the window, over its RMS, above each bias;
+   last the logarithm of the RMS. */
 typedef struct {
     int32_t samples, channels, dilations, each;
     const int32_t *dilation;

@@ -48,3 +48,32 @@ def test_a_gap_among_jittering_stamps_is_as_long_as_it_was(seed: int) -> None:
     found = numbers(stamps, 25)
     assert abs(found[-1] - true[-1]) < 10
     np.testing.assert_array_equal(found[:2950], true[:2950])
+
+
+def of_chunks(true: np.ndarray, sent: int, held_up: np.ndarray) -> np.ndarray:
+    """Stamps as LSL makes them of chunks: the last sample has the time of sending."""
+    of = np.arange(len(true)) // sent
+    last = np.minimum((of + 1) * sent, len(true)) - 1
+    return (true[last] - (last - np.arange(len(true)))) / RATE + held_up[of]
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("sent", [10, 32])
+def test_chunks_that_are_sent_late_are_no_gaps(seed: int, sent: int) -> None:
+    # All steps within a chunk are regular; between two, time goes forward and back.
+    rng = np.random.default_rng(seed)
+    true = np.arange(30_000)
+    held_up = np.abs(rng.normal(0.0, 0.002, len(true) // sent + 1))
+    found = numbers(of_chunks(true, sent, held_up), 100)
+    assert 0 <= found[-1] - true[-1] <= 10  # before the first step back nothing tells them
+
+
+def test_a_chunk_that_was_held_up_once_is_no_gap_and_one_that_lacks_is() -> None:
+    rng = np.random.default_rng(0)
+    true = np.concatenate([np.arange(8000), np.arange(8500, 16_000)])
+    held_up = rng.uniform(0.0, 0.002, len(true) // 20 + 1)
+    held_up[200] += 0.05
+    found = numbers(of_chunks(true, 20, held_up), 20)
+    assert abs(found[7900] - 7900) <= 5
+    assert abs(found[-1] - true[-1]) <= 5
+    np.testing.assert_array_equal(np.diff(found[8050:]), 1)

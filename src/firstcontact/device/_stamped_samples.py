@@ -16,6 +16,8 @@ STEADY = 0.25
 #: ... where so many of the last steps do.
 MOST = 0.7
 TOLD = 300
+#: ... and none of the last chunks came sooner than its samples can be taken, by so much.
+SOONER = 0.5
 #: A gap shows where stamps are later than the line by so many times their scatter ...
 SIGMAS = 6.0
 #: ... and by so many samples.
@@ -26,8 +28,10 @@ class StampedSamples:
     """Numbers samples that come with stamps, and finds what is missing between them.
 
     Where stamps are as regular as the samples, a gap of one is found where it is. Where they
-    jitter, the median of a chunk is held against a line through those before it, which follows the
-    clock's drift; a gap shorter than the scatter of these medians cannot be told from it.
+    jitter, or whole chunks are stamped by when they were sent, the median of a chunk is held
+    against a line through those before it, which follows the clock's drift. A gap shorter than the
+    scatter of these medians cannot be told from it, and one is counted with the chunk behind the
+    first that is late: what comes late once was held up, and nothing is lost.
 
     Parameters
     ----------
@@ -42,6 +46,8 @@ class StampedSamples:
         self._last = 0.0  # stamp of the newest
         self._centres: deque[tuple[float, float]] = deque(maxlen=KEPT)
         self._steps: deque[float] = deque(maxlen=TOLD)
+        self._soonest: deque[float] = deque(maxlen=KEPT)  # step of each chunk
+        self._late = 0  # samples that the chunk before was late by, not yet counted
 
     def numbers(self, stamps: NDArray[np.float64]) -> NDArray[np.int64]:
         """Numbers of the samples of the next chunk.
@@ -62,20 +68,30 @@ class StampedSamples:
         self._last = float(stamps[-1])
         self._steps.extend(np.abs(steps).tolist())
         places = np.arange(len(stamps), dtype=np.int64)
-        # Most of them, not half: of stamps that jitter a few steps are always small.
-        if np.mean(np.array(self._steps) < STEADY) > MOST:
+        self._soonest.append(float(steps.min()))
+        # Most of them, not half: of stamps that jitter a few steps are always small. And a step
+        # back is jitter, however regular the others are: one forward is then no gap by itself.
+        steady = np.mean(np.array(self._steps) < STEADY) > MOST
+        if steady and min(self._soonest) > -SOONER:
+            self._late = 0
             lost = np.where(steps > 0.5, np.rint(steps), 0.0).astype(np.int64)
             numbers = self._end + places + np.cumsum(lost)
         else:
             numbers = self._end + places
-            numbers += self._missing(stamps, numbers)
+            late = self._missing(stamps, numbers)
+            lost, self._late = min(late, self._late), late
+            if lost:
+                numbers += lost
+                self._late = 0
         self._end = int(numbers[-1]) + 1
+        if self._late:  # whether it was held up or something lacks is not known yet
+            return numbers
         late = (stamps - self._zero) * self._rate - numbers
         self._centres.append((float(numbers.mean()), float(np.median(late))))
         return numbers
 
     def _missing(self, stamps: NDArray[np.float64], numbers: NDArray[np.int64]) -> int:
-        """Samples that are missing before a chunk, by the line through those before it."""
+        """Samples that a chunk is late by, beyond its jitter, by the line through those before."""
         assert self._zero is not None
         if len(self._centres) < LEAST:
             return 0

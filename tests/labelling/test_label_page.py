@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,8 +22,8 @@ from page_browser import UPGRADE, ask, browsing, needs_browser, text, until
 class Labelling:
     """A page that is served in a thread until it is finished."""
 
-    def __init__(self, folder: Path, n: int) -> None:
-        path = write_taps(folder / "taps.mcap", n)
+    def __init__(self, folder: Path, n: int, every: float = 0.25) -> None:
+        path = write_taps(folder / "taps.mcap", n, every)
         self.out = folder / "out"
         by = By("Ada", "2026-01-02", "a test")
         self.session = Session(open_recordings([path]), self.out, by)
@@ -123,6 +124,38 @@ def test_one_key_an_onset_is_enough_and_every_key_is_answered(
     labelling.thread.join(30)
     assert len(load_dataset(labelling.out / "taps.mcap")) == 60
     labelling.close()
+
+
+@needs_browser
+def test_one_goes_back_to_a_signal_that_the_page_has_forgotten(
+    tmp_path: Path, chromium: Any
+) -> None:
+    from selenium.webdriver.common.keys import Keys
+
+    labelling = Labelling(tmp_path, 420, every=0.12)
+    chromium.get(labelling.server.url)
+    counts(chromium, "420 open")
+    for _ in range(42):
+        press(chromium, *([Keys.ARROW_RIGHT] * 10))
+        until(chromium, lambda d: d.execute_script("return state.shown === current().number"))
+    press(chromium, Keys.HOME)
+    until(chromium, lambda d: d.execute_script("return state.shown === 0"))
+    labelling.close()
+
+
+@needs_browser
+def test_what_the_disk_refuses_is_not_shown_as_done(labelling: Labelling, chromium: Any) -> None:
+    chromium.get(labelling.server.url)
+    counts(chromium, "10 open")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    size = (labelling.out / "labels.jsonl").stat().st_size
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, limits[1]))
+    try:
+        press(chromium, " ")
+        until(chromium, lambda d: "cannot be written" in text(d, "said"))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    counts(chromium, "0 accepted, 0 rejected, 10 open")
 
 
 def test_other_sites_and_names_get_nothing(labelling: Labelling) -> None:

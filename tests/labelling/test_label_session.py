@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import resource
 from pathlib import Path
 from typing import Any
 
@@ -210,3 +211,73 @@ def test_without_the_page_what_was_done_is_written(tmp_path: Path) -> None:
     (pinch,) = load_dataset(tmp_path / "out" / "taps.mcap").pinches
     assert pinch.first is not None
     assert abs(pinch.first.sample - taps(8)[3]) <= 2
+
+
+def test_a_word_of_the_program_can_be_an_object(tmp_path: Path) -> None:
+    its = session(tmp_path)
+    for name in ("ask", '"ask": 1', "\\", "do"):
+        assert do(its, do="label", number=0, object=name)["marks"][0]["object"] == name
+    its.close()
+    again = session(tmp_path)
+    assert again.marks.ordered()[0].object == "do"
+    again.close()
+
+
+def test_what_the_disk_did_not_take_was_not_done(tmp_path: Path) -> None:
+    its = session(tmp_path)
+    do(its, do="accept", number=0)
+    before, journal = its.hello(), tmp_path / "out" / "labels.jsonl"
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (journal.stat().st_size + 5, limits[1]))
+    try:
+        with pytest.raises(InputError, match="cannot be written"):
+            do(its, do="reject", number=1)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert its.hello() == before
+    do(its, do="accept", number=2)
+    its.close()
+    again = session(tmp_path)
+    assert [a.number for a in again.marks.done] == [0, 2]
+    again.close()
+
+
+def test_two_cannot_label_into_one_folder_at_once(tmp_path: Path) -> None:
+    its = session(tmp_path)
+    do(its, do="accept", number=0)
+    with pytest.raises(InputError, match="written by another firstcontact label"):
+        session(tmp_path)
+    do(its, do="accept", number=1)
+    its.close()
+    again = session(tmp_path)
+    assert len(again.marks.done) == 2
+    again.close()
+
+
+def test_all_recordings_are_written_or_none(tmp_path: Path) -> None:
+    paths = [write_taps(tmp_path / name, 2) for name in ("a.mcap", "b.mcap")]
+    out = tmp_path / "out"
+    its = Session(open_recordings(paths), out, BY)
+    do(its, do="accept", number=0)
+    (out / "b.mcap").write_bytes(b"of somebody else")
+    with pytest.raises(InputError, match=r"b\.mcap is there"):
+        do(its, ask="finish")
+    assert not its.written
+    assert sorted(p.name for p in out.iterdir()) == ["b.mcap", "labels.jsonl"]
+    (out / "b.mcap").unlink()
+    do(its, do="accept", number=1)
+    do(its, ask="finish")
+    its.close()
+    assert [len(read_recording(p).pinches) for p in its.written] == [2, 0]
+
+
+def test_two_onsets_at_one_sample_are_written(tmp_path: Path) -> None:
+    its = session(tmp_path)
+    at = its.hello()["marks"][2]["sample"]
+    do(its, do="accept", number=2)
+    for sample in (at, at, at + 1):
+        do(its, do="add", number=2, sample=sample)
+    do(its, ask="finish")
+    its.close()
+    dataset = load_dataset(tmp_path / "out" / "taps.mcap")
+    assert [p.first.sample for p in dataset.pinches if p.first] == [at, at, at, at + 1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 from collections.abc import Sequence
@@ -39,20 +40,32 @@ class Journal:
     Raises
     ------
     InputError
-        The file is of other recordings, cannot be read or not be written.
+        The file is of other recordings, cannot be read or not be written, or another command has
+        it.
     """
 
     def __init__(self, path: Path, opened: Opened) -> None:
         self.path = path
         self.actions: list[Action] = []
         #: Where the next line goes: what a crash cut off stays until there is one.
-        self._end = self._read(opened) if path.exists() else 0
+        self._end = 0
+        there = path.exists()
+        if there:
+            self._read(opened)
         try:
-            self._stream: IO[bytes] = path.open("r+b" if self._end else "wb")
+            # What could not be written must not wait in a buffer: it would be at the end.
+            self._stream: IO[bytes] = path.open("r+b" if there else "xb", buffering=0)
         except OSError as error:
             raise self._failed(error) from error
-        if not self._end:
-            self._append(asdict(opened))
+        try:
+            self._take()
+            if there:  # again: who had it until now may have gone on
+                self._end = self._read(opened)
+            if not self._end:
+                self._append(asdict(opened))
+        except BaseException:
+            self._stream.close()
+            raise
 
     def add(self, action: Action) -> None:
         """Append an action."""
@@ -66,12 +79,25 @@ class Journal:
         try:
             self._stream.truncate(self._end)
             self._stream.seek(self._end)
-            self._stream.write(json.dumps(tree, ensure_ascii=False).encode() + b"\n")
-            self._stream.flush()
-            self._end = self._stream.tell()
+            rest = memoryview(json.dumps(tree, ensure_ascii=False).encode() + b"\n")
+            while rest:
+                rest = rest[self._stream.write(rest) :]
             os.fsync(self._stream.fileno())
+            self._end = self._stream.tell()
         except OSError as error:
             raise self._failed(error) from error
+
+    def _take(self) -> None:
+        """Keep other commands from it until it is closed."""
+        try:
+            fcntl.flock(self._stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InputError(
+                f"{self.path} is written by another firstcontact label: end that one, or choose "
+                "another --out"
+            ) from None
+        except OSError:
+            return  # a disk without locks
 
     def _read(self, opened: Opened) -> int:
         """Take in what was done before; where the last whole line ends."""

@@ -123,12 +123,13 @@ class Marks:
         if action.do == "undo":
             if not self.done:
                 raise InputError("nothing is left to undo")
-            self._again(self.done[:-1])
+            self.again(self.done[:-1])
             return
         self._do(action)
         self.done.append(action)
 
-    def _again(self, actions: Iterable[Action]) -> None:
+    def again(self, actions: Iterable[Action]) -> None:
+        """Begin anew, and do these."""
         self._marks = {mark.number: mark for mark in self._found}
         self._runs, self.done = {}, []
         for action in actions:

@@ -91,7 +91,8 @@ class LabelServer:
                 try:
                     said = self._session.obey(message)
                 except InputError as error:
-                    said = {"refused": str(error)}
+                    # The page shows what it asked for before it is answered: here is what holds.
+                    said = {"refused": str(error), **self._session.now()}
                 await connection.send(json.dumps(said))
                 if self._session.written:
                     self._done.set()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -21,6 +22,8 @@ from firstcontact.recording import Recording
 LONGEST = 4096
 #: What changes one mark only, so that the others need not be told again.
 _OF_ONE = ("accept", "reject", "move")
+#: The field that only a question has: an object may have that name, too.
+_QUESTION = re.compile(rb'"ask"\s*:')
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,9 +91,16 @@ class Session:
         """How many actions an earlier sitting had done."""
         return len(self._journal.actions)
 
+    def now(self) -> dict[str, Any]:
+        """All marks as they are."""
+        return {
+            "marks": [_told(mark) for mark in self.marks.ordered()],
+            "done": len(self.marks.done),
+        }
+
     def hello(self) -> dict[str, Any]:
         """All that the page starts with."""
-        return {"recordings": about(self._recordings), **self._all()}
+        return {"recordings": about(self._recordings), **self.now()}
 
     def obey(self, message: str | bytes) -> dict[str, Any]:
         """Do what the page asks, and answer with what is new.
@@ -101,26 +111,45 @@ class Session:
             It cannot be done; nothing has changed.
         """
         data = message.encode() if isinstance(message, str) else message
-        if b'"ask"' in data:
+        if _QUESTION.search(data):
             return self._ask(read_record(data, _Asked, "the page", "load it again", LONGEST))
         action = read_record(data, Action, "the page", "load it again", LONGEST)
+        before = list(self.marks.done)
         self.marks.act(action)
-        self._journal.add(action)
+        try:
+            self._journal.add(action)
+        except InputError:
+            self.marks.again(before)
+            raise
         if action.do not in _OF_ONE:
-            return self._all()
+            return self.now()
         (mark,) = (m for m in self.marks.ordered() if m.number == action.number)
         return {"mark": _told(mark), "done": len(self.marks.done)}
 
     def finish(self) -> list[str]:
-        """Write the new recordings, and say what is in them."""
+        """Write the new recordings, and say what is in them.
+
+        Raises
+        ------
+        InputError
+            One cannot be written: none is there then, and the labelling can go on.
+        """
         said = []
+        written: list[Path] = []
         ordered = self.marks.ordered()
-        for number, (recording, path) in enumerate(zip(self._recordings, self._paths, strict=True)):
-            its = [m for m in ordered if m.recording == number]
-            pinches, left = write_labelled(recording, its, path, self._by)
-            self.written.append(path)
-            rest = f"; {left} onsets were not looked at" if left else ""
-            said.append(f"{path}: {pinches} pinches{rest}")
+        try:
+            for number, recording in enumerate(self._recordings):
+                path = self._paths[number]
+                its = [m for m in ordered if m.recording == number]
+                pinches, left = write_labelled(recording, its, path, self._by)
+                written.append(path)
+                rest = f"; {left} onsets were not looked at" if left else ""
+                said.append(f"{path}: {pinches} pinches{rest}")
+        except BaseException:
+            for path in written:
+                path.unlink(missing_ok=True)
+            raise
+        self.written = written
         return said
 
     def close(self) -> None:
@@ -139,10 +168,6 @@ class Session:
         return {
             "signal": {**its, "number": asked.number, "asked": asked.sample, "half": asked.half}
         }
-
-    def _all(self) -> dict[str, Any]:
-        marks = [_told(mark) for mark in self.marks.ordered()]
-        return {"marks": marks, "done": len(self.marks.done)}
 
 
 def _told(mark: Mark) -> dict[str, Any]:

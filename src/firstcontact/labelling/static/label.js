@@ -32,10 +32,12 @@ socket.addEventListener("message", (event) => {
   }
   if (said.signal) {
     const s = said.signal;
-    signals.set(`${s.number} ${s.asked} ${s.half}`, s);
+    const name = `${s.number} ${s.asked} ${s.half}`;
+    signals.set(name, s);
+    asked.delete(name);  // what is forgotten below can be asked for again
     if (signals.size > 400) signals.delete(signals.keys().next().value);
   }
-  if (said.refused) tell(said.refused, false);
+  if (said.refused) { state.adding = false; tell(said.refused, false); }
   if (said.finished) { state.finished = true; tell(`Written. ${said.finished.join("; ")}. This page can be closed.`, true); }
   draw();
 });
@@ -115,7 +117,11 @@ function sampleAt(x) {
   return Math.max(0, Math.round(first + x * perPixel - 0.5));
 }
 
+// What is pointed at is this onset's signal only once that has come.
+const drawn = () => signals.has(key(current()));
+
 function add(x) {
+  if (!drawn()) return;
   state.adding = true;
   act({ do: "add", sample: sampleAt(x) });
 }
@@ -172,7 +178,7 @@ plot.addEventListener("mouseleave", () => { state.cursor = null; draw(); });
 plot.addEventListener("click", (event) => {
   if (!current() || state.finished) return;
   if (event.shiftKey) add(event.offsetX);
-  else move(sampleAt(event.offsetX) - current().sample);
+  else if (drawn()) move(sampleAt(event.offsetX) - current().sample);
 });
 overview.addEventListener("click", (event) => go(Math.floor((event.offsetX / overview.clientWidth) * state.marks.length)));
 window.addEventListener("resize", draw);

@@ -30,13 +30,18 @@ function drawSignal(canvas, signal, mark, others, recording, cursor) {
   const x = (sample) => (sample - first + 0.5) / perPixel;
   pen.font = "12px system-ui, sans-serif";
   const milli = recording.rate / 1000, reach = (perPixel * width) / milli;
-  const tick = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500].find((t) => reach / t <= 12) || 1000;
+  const tick = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500].find((t) => reach / t <= Math.min(12, width / 70)) || 1000;
   pen.strokeStyle = "#eef1f4"; pen.fillStyle = "#52606d"; pen.textAlign = "center";
+  let right = 0;
   for (let t = Math.ceil((first - mark.sample) / milli / tick) * tick; t <= (first - mark.sample) / milli + reach; t += tick) {
     const at = x(mark.sample + t * milli);
     pen.beginPath(); pen.moveTo(at, 0); pen.lineTo(at, height - foot); pen.stroke();
     const said = `${t > 0 ? "+" : t < 0 ? "−" : ""}${Math.abs(t)} ms`, room = pen.measureText(said).width / 2 + 4;
-    pen.fillText(said, Math.min(Math.max(at, room), width - room), height - 8);
+    const middle = Math.min(Math.max(at, room), width - room);
+    // At the edges words are moved inwards, onto the next ones where the picture is narrow.
+    if (middle - room < right) continue;
+    pen.fillText(said, middle, height - 8);
+    right = middle + room;
   }
   for (let k = 0; k < lanes; k++) {
     const least = signal.least[k], most = signal.most[k], low = Math.min(...least), high = Math.max(...most);

@@ -94,6 +94,22 @@ def test_damaged_lines_are_counted_and_cost_only_themselves(tmp_path: Path) -> N
     assert source.health.lost_samples == source.health.bad_frames
 
 
+def test_a_count_that_is_damaged_is_no_restart_and_no_leap(tmp_path: Path) -> None:
+    def line(number: int) -> bytes:
+        if number > 5000 and number % 400 == 0:
+            count = (b"1e300", b"99%d" % number, b"-3", b"7")[number // 400 % 4]
+            return b"%s,512,0\n" % count
+        return counted(number)
+
+    with PrintingBoard(tmp_path / "port", line) as board:
+        source = CsvSource(board.port, ("2",), measured=MEASURED)
+        with source:
+            arrivals = until(source, lambda _: board.printed > 7500)
+    assert {a.block.epoch for a in arrivals} == {0}
+    assert source.health.bad_frames >= 4
+    assert source.health.lost_samples == source.health.bad_frames
+
+
 def test_a_reset_begins_an_epoch_with_its_header_in_the_middle(tmp_path: Path) -> None:
     def line(number: int) -> bytes:
         if number < 6000:
@@ -109,19 +125,26 @@ def test_a_reset_begins_an_epoch_with_its_header_in_the_middle(tmp_path: Path) -
     assert {a.block.epoch for a in arrivals} == {0, 1}
     assert source.health.reconnects == 1
     assert source.health.lost_samples == 0
+    # The first line that counts back is believed with the next, and is lost.
+    assert source.health.bad_frames >= 1
 
 
 def test_a_port_that_comes_back_goes_on_in_another_epoch(tmp_path: Path) -> None:
-    with PrintingBoard(tmp_path / "port", counted) as board:
+    def line(number: int) -> bytes:
+        return b"noise\xff\n" if number % 400 == 399 else counted(number)
+
+    with PrintingBoard(tmp_path / "port", line) as board:
         source = CsvSource(board.port, ("2",), measured=MEASURED)
         with source:
-            until(source, samples(100))
+            until(source, lambda _: source.health.bad_frames > 1)
+            before = source.health.bad_frames
             board.unplug()
             while source.health.connected:
                 source.read(0.05)
             board.plug()
             arrivals = until(source, lambda some: bool(some) and some[-1].block.epoch == 1)
             assert source.health.connected
+            assert source.health.bad_frames >= before
     assert len(arrivals[-1].block.data)
 
 
@@ -177,5 +200,8 @@ def test_what_a_person_types_says_port_baud_and_columns() -> None:
     assert source_kind("csv:/dev/ttyUSB0").name == "csv"
     with pytest.raises(InputError, match="names no port"):
         from_name("csv:", SourceOptions())
+    for baud in ("0", "fast", "9" * 20):
+        with pytest.raises(InputError, match="no baud rate behind the @"):
+            from_name(f"csv:/dev/ttyUSB0@{baud}", SourceOptions())
     with pytest.raises(InputError, match="there is no such port"):
         CsvSource("/dev/ttyNONE").__enter__()

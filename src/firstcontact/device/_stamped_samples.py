@@ -78,11 +78,10 @@ class StampedSamples:
             numbers = self._end + places + np.cumsum(lost)
         else:
             numbers = self._end + places
-            late = self._missing(stamps, numbers)
-            lost, self._late = min(late, self._late), late
-            if lost:
-                numbers += lost
-                self._late = 0
+            missing = self._missing(stamps, numbers)
+            believed = min(missing, self._late)
+            numbers += believed
+            self._late = 0 if believed else missing
         self._end = int(numbers[-1]) + 1
         if self._late:  # whether it was held up or something lacks is not known yet
             return numbers

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,8 @@ ALIKE = 0.01
 LEAST_RATE = 500.0
 #: A counter that has wrapped has at least so many bits.
 WRAPS = (8, 16, 32)
+#: Counts that go on by more than this from line to line are damaged, or another count.
+LEAP = 100_000.0
 #: Waits between attempts to open a port that is gone, s.
 RETRY = 0.2
 #: A board that prints nothing for so long is gone, s.
@@ -41,30 +43,37 @@ class _Counter:
     """Numbers of samples, from a column that counts them, or from how many lines there were."""
 
     place: int | None
-    last: float = -1.0
+    last: float | None = None
     number: int = -1
     restarted: bool = False
-    _wrap: int = field(default=0)
+    _doubted: float | None = None
 
-    def next(self, line: tuple[float, ...], damaged: int) -> int:
+    def next(self, line: tuple[float, ...], damaged: int) -> int | None:
         """Number of this sample; ``damaged`` lines came since the last one.
 
-        Without a counter each damaged line stands for a sample.
+        Without a counter each damaged line stands for a sample. With one, a line that counts back
+        or leaps is taken for damaged (None), unless the next goes on from it.
         """
         self.restarted = False
         if self.place is None:
             self.number += 1 + damaged
             return self.number
         told = line[self.place]
+        if self.last is None:
+            self.last = told - 1.0
         step = told - self.last
-        if self.last < 0:
-            step = 1.0
-        elif step <= 0:
+        if step <= 0:
             # It wrapped where it was near the end of a width, and began anew otherwise.
             wrap = next((2.0**b for b in WRAPS if 0.9 * 2.0**b < self.last < 2.0**b), None)
-            self.restarted = wrap is None or told > 0.1 * wrap
-            step = 1.0 if self.restarted or wrap is None else step + wrap
-        self.last = told
+            if wrap is not None and told <= 0.1 * wrap:
+                step += wrap
+        if not 0 < step <= LEAP:
+            if self._doubted is None or not 0 < told - self._doubted <= LEAP:
+                self._doubted = told
+                return None
+            self.restarted = True
+            step = 1.0
+        self.last, self._doubted = told, None
         self.number += max(1, round(step))
         return self.number
 
@@ -181,8 +190,9 @@ class CsvSource(ThreadedSource):
         rate = float(np.polyfit(later[:, 0] - began, later[:, 1], 1)[0]) if len(later) > 2 else 0.0
         if columns.counter is not None:
             whole = [n for n in lines if len(n) == columns.width]
-            sent = whole[-1][columns.counter] - whole[0][columns.counter]
-            rate *= max(1.0, sent / max(1, len(whole) - 1)) if sent > 0 else 1.0
+            steps = np.diff([n[columns.counter] for n in whole])
+            steps = steps[(steps > 0) & (steps <= LEAP)]
+            rate *= max(1.0, float(steps.mean())) if len(steps) else 1.0
         if abs(rate - self._rate) <= ALIKE * self._rate:
             rate = self._rate  # as its timer is set; how far it is off is its clock's drift
         if rate < LEAST_RATE:
@@ -213,6 +223,10 @@ class CsvSource(ThreadedSource):
                     self._lines.bad += line is not None
                     continue
                 number = counter.next(line, damaged)
+                if number is None:
+                    damaged += 1
+                    self._lines.bad += 1
+                    continue
                 damaged = 0
                 if counter.restarted or (run and number != start + len(run)):
                     self._give(run, start, epoch, now)
@@ -244,7 +258,7 @@ class CsvSource(ThreadedSource):
         """Wait until the port is there again; nothing when closed before that."""
         self._note(connected=False)
         self._shut()
-        self._lines = LineReader(header=self._lines.header)
+        self._lines = LineReader(self._lines.bad, self._lines.header)
         while not self._closing.wait(RETRY):
             with suppress(InputError):
                 self._serial = self._opened()
@@ -263,7 +277,10 @@ def from_name(name: str, options: SourceOptions) -> CsvSource:
         raise InputError(f"--speed is {options.speed:g}, but {name} has its own: leave it out")
     rest, _, columns = name.removeprefix("csv:").partition("#")
     port, _, baud = rest.partition("@")
-    if not port or (baud and not baud.isdecimal()):
+    if not port:
         raise InputError(f"{name} names no port: as in csv:/dev/ttyACM0@115200#piezo")
+    # So many digits at most: the system has no room for more.
+    if baud and not (baud.isdecimal() and len(baud) <= 8 and int(baud) > 0):
+        raise InputError(f"{name} has no baud rate behind the @: as in csv:{port}@{BAUD}")
     wanted = tuple(word for word in columns.split(",") if word)
     return CsvSource(port, wanted, int(baud) if baud else BAUD)

@@ -75,10 +75,16 @@ def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
                         shore_a=its.shore_a if its else None,
                     )
                 )
-    if not 0 < len(out) <= MOST:
+    if not out:
         raise InputError(
-            f"{recordings[0].path} and what was given with it have {len(out)} onsets: give "
-            f"recordings with 1 to {MOST}"
+            f"no onset is found in {', '.join(r.path.name for r in recordings[:3])}"
+            f"{' and others' if len(recordings) > 3 else ''}: give recordings in which something "
+            "is touched, louder than their noise"
+        )
+    if len(out) > MOST:
+        raise InputError(
+            f"{recordings[0].path} and what was given with it have {len(out)} onsets, more than "
+            f"{MOST}: label in several parts"
         )
     return out
 

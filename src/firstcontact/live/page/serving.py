@@ -15,6 +15,7 @@ from firstcontact.live.page.guard import Guard, NotAllowedError
 
 #: Where a page's scripts open their socket.
 SOCKET = "/socket"
+LAST_PORT = 65_535
 #: Content type and bytes, by path.
 Files = Mapping[str, tuple[str, bytes]]
 #: What the system holds back for a viewer that does not read, bytes.
@@ -74,6 +75,10 @@ def answer(request: Request, guard: Guard, served: Files) -> Response | None:
 
 def listen(host: str, port: int) -> socket.socket:
     """A socket that listens; InputError where the address cannot be had."""
+    if not 0 <= port <= LAST_PORT:  # the system takes the rest of its division for it
+        raise InputError(
+            f"port {port} is none: name one from 1 to {LAST_PORT}, or 0 for a free port"
+        )
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
         family, _, _, _, address = found[0]

@@ -43,7 +43,7 @@ export class Closeup {
       return;
     }
     const { ms, traces, marks } = this.tree;
-    const left = Math.ceil(pen.measureText("+0.5 V").width) + 10;
+    const left = Math.ceil(pen.measureText(`+0.5 ${this.unit}`).width) + 10;
     const right = width - 6;
     const [from, to] = [ms[0], ms[ms.length - 1]];
     const x = (t) => left + ((t - from) / (to - from)) * (right - left);

@@ -19,6 +19,8 @@ export class Estimate {
 
   hello(hello) {
     this.landmarks = Object.entries(hello.landmarks).sort((a, b) => a[1] - b[1]);
+    // A single sensor has no second contact to be in time for.
+    this.alone = hello.fingers.length < 2;
     this.clear();
     byId("same").hidden = true;
     byId("new-object").hidden = !hello.controls;
@@ -64,7 +66,7 @@ export class Estimate {
     const used = early && !now.used ? ", not used" : "";
     setText(verdict, (early ? "✓ before the second contact" : "✕ after the second contact") + used);
     // Until no better answer comes, nothing is said of how it went.
-    verdict.hidden = now.settled === false;
+    verdict.hidden = now.settled === false || this.alone;
     const beside = byId("window-model");
     beside.hidden = !now.window;
     if (now.window) setText(beside, `Model of ${number(now.window_ms)} ms: ${number(now.window.value)} (${number(now.window.low)} to ${number(now.window.high)})`);

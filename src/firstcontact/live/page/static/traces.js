@@ -24,6 +24,9 @@ export class Traces {
     this.seconds = hello.seconds;
     this.fingers = hello.fingers;
     this.unit = hello.unit;
+    for (const item of document.querySelectorAll(".legend [data-finger]")) {
+      item.hidden = !hello.fingers.includes(Number(item.dataset.finger));
+    }
     this.ring = new Ring(Math.ceil(this.shown * 1.25), hello.fingers.length);
     this.marks = [];
     this.head = null;
@@ -57,7 +60,7 @@ export class Traces {
     this.advance(now);
     const [pen, width, height] = context(this.canvas);
     pen.font = font();
-    const left = Math.ceil(pen.measureText("+0.025 V").width) + 10;
+    const left = Math.ceil(pen.measureText(`+0.025 ${this.unit}`).width) + 10;
     const right = width - 4;
     const start = this.head - this.shown;
     const x = (column) => left + ((column - start) / this.shown) * (right - left);

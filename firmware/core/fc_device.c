@@ -18,6 +18,21 @@ void fc_device_init(fc_device *d, const char *descriptor, uint32_t boot, fc_samp
     d->boot = boot;
 }
 
+void fc_device_listen(fc_device *d, fc_sample *slots, uint32_t size)
+{
+    fc_ring_init(&d->listeners, slots, size);
+}
+
+void fc_device_tell(fc_device *d, uint8_t type, const uint8_t *payload, size_t n)
+{
+    if (!d->streaming || n > FC_ESTIMATE_BYTES || d->tellings - d->told == FC_TELLINGS)
+        return;
+    fc_telling *const t = &d->telling[d->tellings++ % FC_TELLINGS];
+    t->type = type;
+    t->n = (uint8_t)n;
+    memcpy(t->payload, payload, n);
+}
+
 void fc_device_sample(fc_device *d, const fc_raw *raw)
 {
     fc_sample s;
@@ -30,7 +45,10 @@ void fc_device_sample(fc_device *d, const fc_raw *raw)
     }
     s.number = d->next;
     s.overflow = d->overflow;
-    if (d->streaming && !fc_ring_put(&d->ring, &s))
+    s.streamed = d->streaming;
+    if (d->listeners.size > 0)
+        (void)fc_ring_put(&d->listeners, &s); /* what is missing shows in the numbers */
+    if (s.streamed && !fc_ring_put(&d->ring, &s))
         d->overflow++;
     d->next++;
     fc_scan_next(&d->scan);
@@ -67,6 +85,23 @@ static void mark(fc_device *d, const fc_frame *frame)
     d->reply = FC_MARKER;
 }
 
+static void take_model(fc_device *d, const fc_frame *frame)
+{
+    if (d->taker == NULL)
+        return;
+    d->reply_of = frame->type;
+    d->reply_why = "";
+    d->reply_sample = 0;
+    if (d->streaming) {
+        d->reply_state = FC_MODEL_REFUSED;
+        d->reply_why = "samples are being sent: stop them first";
+    } else {
+        d->reply_state =
+            d->taker->hear(d->taker->own, frame, &d->reply_sample, &d->reply_why);
+    }
+    d->reply = FC_MODEL_STATE;
+}
+
 static void obey(fc_device *d, const fc_frame *frame)
 {
     switch (frame->type) {
@@ -81,6 +116,11 @@ static void obey(fc_device *d, const fc_frame *frame)
         break;
     case FC_MARK:
         mark(d, frame);
+        break;
+    case FC_MODEL_BEGIN:
+    case FC_MODEL_CHUNK:
+    case FC_MODEL_END:
+        take_model(d, frame);
         break;
     default: /* what a later version may say */
         break;
@@ -120,7 +160,7 @@ static size_t put_samples(fc_device *d, uint8_t *payload, uint32_t n)
     size_t w = fc_put_samples_head(payload, first->number, first->overflow, (uint8_t)n);
     for (uint32_t k = 0; k < n; k++) {
         const fc_sample *s = fc_ring_peek(&d->ring, k);
-        for (int c = 0; c < FC_CHANNELS; c++, w += 2)
+        for (int c = 0; c < FC_WIDTH; c++, w += 2)
             fc_put_u16(payload + w, (uint16_t)s->value[c]);
     }
     fc_ring_drop(&d->ring, n);
@@ -131,15 +171,35 @@ static size_t put_samples(fc_device *d, uint8_t *payload, uint32_t n)
 #define IN_WORDS_(x) #x
 #define REFUSAL "this firmware speaks version " IN_WORDS(FC_PROTOCOL_VERSION) " of the protocol"
 
+/* The descriptor, with what there is to say of a model as its last field. */
+static size_t put_descriptor(fc_device *d, uint8_t *payload)
+{
+    static const char field[] = ",\"answers\":";
+    const size_t n = strlen(d->descriptor);
+    size_t w = fc_put_descriptor(payload, d->boot, d->descriptor, n);
+    if (d->answers == NULL || n + sizeof field + d->answers_bytes > FC_DESCRIPTOR_MAX)
+        return w;
+    w--; /* its closing brace */
+    memcpy(payload + w, field, sizeof field - 1);
+    w += sizeof field - 1;
+    memcpy(payload + w, d->answers, d->answers_bytes);
+    w += d->answers_bytes;
+    payload[w++] = '}';
+    return w;
+}
+
 static size_t put_reply(fc_device *d, uint8_t *payload)
 {
     switch (d->reply) {
     case FC_DESCRIPTOR:
-        return fc_put_descriptor(payload, d->boot, d->descriptor, strlen(d->descriptor));
+        return put_descriptor(d, payload);
     case FC_REFUSED:
         return fc_put_refused(payload, REFUSAL);
     case FC_MARKER:
         return fc_put_marker(payload, d->reply_sample, d->text, d->text_bytes);
+    case FC_MODEL_STATE:
+        return fc_put_model_state(payload, d->reply_state, d->reply_of, d->reply_sample,
+                                  d->reply_why);
     default:
         return fc_put_stopped(payload, d->reply_sample, d->reply_overflow);
     }
@@ -150,10 +210,16 @@ static bool next_frame(fc_device *d)
 {
     uint8_t *const payload = d->body + FC_FRAME_HEAD;
     const bool replies_now = d->reply != 0 && d->reply != FC_STOPPED;
-    const uint32_t samples = replies_now ? 0 : in_a_row(d);
+    const bool tells_now = !replies_now && d->told != d->tellings;
+    const uint32_t samples = replies_now || tells_now ? 0 : in_a_row(d);
     uint8_t type = FC_SAMPLES;
     size_t n;
-    if (samples > 0) {
+    if (tells_now) {
+        const fc_telling *const t = &d->telling[d->told++ % FC_TELLINGS];
+        type = t->type;
+        n = t->n;
+        memcpy(payload, t->payload, n);
+    } else if (samples > 0) {
         n = put_samples(d, payload, samples);
     } else if (d->reply != 0) { /* a stop's only after the last samples */
         type = d->reply;

@@ -16,9 +16,10 @@ extern "C" {
 #endif
 
 enum {
-    FC_DESCRIPTOR_MAX = 2400, /* longest descriptor */
+    FC_DESCRIPTOR_MAX = 2400, /* longest descriptor, what it says of a model in it */
     FC_PAYLOAD_MAX = FC_DESCRIPTOR_MAX + 5,
-    FC_HEARD_MAX = 256        /* longer than any frame of the host, stuffed */
+    FC_HEARD_MAX = 256,       /* longer than any frame of the host, stuffed */
+    FC_TELLINGS = 64          /* contacts and estimates that wait for the line, at most */
 };
 
 /* One scan: both piezos, the taxel of each array whose turn it is, both strips (0 or 1). */
@@ -28,6 +29,19 @@ typedef struct {
     uint8_t strip[FC_FINGERS];
 } fc_raw;
 
+/* A contact or an estimate on its way. */
+typedef struct {
+    uint8_t type, n;
+    uint8_t payload[FC_ESTIMATE_BYTES];
+} fc_telling;
+
+/* What takes a model that comes over the line. Gives what is answered: a state, how many bytes
+   there are, and the reason where it is refused. */
+typedef struct {
+    void *own;
+    uint8_t (*hear)(void *own, const fc_frame *frame, uint32_t *next, const char **why);
+} fc_model_taker;
+
 typedef struct {
     /* Written by the side that samples. */
     fc_smooth piezo[FC_FINGERS];
@@ -36,14 +50,22 @@ typedef struct {
     volatile uint32_t next; /* number of the sample that comes next */
     volatile uint32_t overflow;
     fc_ring ring;
+    fc_ring listeners; /* for who answers on the device itself; of size 0 where nobody does */
     /* Written by the side that talks. */
     volatile bool streaming;
     const char *descriptor;
+    const char *answers; /* JSON about the model that answers, NULL where there is none */
+    size_t answers_bytes;
+    const fc_model_taker *taker; /* NULL where no model can be taken */
+    fc_telling telling[FC_TELLINGS];
+    uint32_t tellings, told; /* put and sent so far */
     uint32_t boot;
     uint32_t counter;
     uint8_t reply; /* type of the frame that the host is owed, 0 for none */
     uint32_t reply_sample;
     uint32_t reply_overflow;
+    uint8_t reply_state, reply_of;
+    const char *reply_why;
     uint8_t text[FC_MARKER_BYTES];
     size_t text_bytes;
     uint8_t heard[FC_HEARD_MAX];
@@ -58,6 +80,13 @@ typedef struct {
    after each start; slots: room for size - 1 samples. */
 void fc_device_init(fc_device *d, const char *descriptor, uint32_t boot, fc_sample *slots,
                     uint32_t size);
+
+/* Has all samples put into slots, too, sent or not, for who answers on the device itself. */
+void fc_device_listen(fc_device *d, fc_sample *slots, uint32_t size);
+
+/* A contact or an estimate goes out, before samples that wait; nothing where nobody asked for
+   samples. One too many is left out. */
+void fc_device_tell(fc_device *d, uint8_t type, const uint8_t *payload, size_t n);
 
 /* Takes one scan, whose force readings are of the taxel d->scan; moves d->scan on. */
 void fc_device_sample(fc_device *d, const fc_raw *raw);

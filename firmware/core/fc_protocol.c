@@ -85,3 +85,44 @@ size_t fc_put_refused(uint8_t *to, const char *reason)
     memcpy(to + 1, reason, n);
     return 1 + n;
 }
+
+size_t fc_put_contact(uint8_t *to, uint32_t sample, uint32_t known, uint8_t finger, bool first)
+{
+    fc_put_u32(to, sample);
+    fc_put_u32(to + 4, known);
+    to[8] = finger;
+    to[9] = first;
+    return FC_CONTACT_BYTES;
+}
+
+static void put_float(uint8_t *to, float value)
+{
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    fc_put_u32(to, bits);
+}
+
+size_t fc_put_estimate(uint8_t *to, const fc_told *told)
+{
+    fc_put_u32(to, told->contact);
+    fc_put_u32(to + 4, told->known);
+    fc_put_u16(to + 8, told->samples);
+    to[10] = told->finger;
+    to[11] = told->flags;
+    put_float(to + 12, told->value);
+    put_float(to + 16, told->low);
+    put_float(to + 20, told->high);
+    fc_put_u32(to + 24, told->took);
+    return FC_ESTIMATE_BYTES;
+}
+
+size_t fc_put_model_state(uint8_t *to, uint8_t state, uint8_t of, uint32_t next,
+                          const char *reason)
+{
+    const size_t n = strlen(reason);
+    to[0] = state;
+    to[1] = of;
+    fc_put_u32(to + 2, next);
+    memcpy(to + 6, reason, n);
+    return 6 + n;
+}

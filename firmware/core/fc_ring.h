@@ -9,12 +9,13 @@
 extern "C" {
 #endif
 
-enum { FC_FINGERS = 2, FC_CHANNELS = 16 };
+enum { FC_FINGERS = 2, FC_WIDTH = 16 };
 
 typedef struct {
     uint32_t number;
     uint32_t overflow; /* samples dropped before this one, since the device's start */
-    int16_t value[FC_CHANNELS];
+    int16_t value[FC_WIDTH];
+    bool streamed; /* whether it is sent to the host, too */
 } fc_sample;
 
 typedef struct {

@@ -19,6 +19,10 @@ void timer_period(uint32_t ticks);
 void timer_stop(void);
 void board_timer_interrupt(void); /* the program's */
 
+/* What instructions took, ns at 600 MHz and 1.5 cycles each, where each lasts 1024 ns here. */
+void counter_start(void);
+uint32_t counter_ns(void);
+
 /* Semihosting: what the emulator does for its guest. */
 void host_arguments(char *text, size_t room);
 size_t host_read(const char *path, uint8_t *to, size_t room); /* bytes read, 0 on an error */

@@ -2,25 +2,60 @@
 
    Arguments, by semihosting: "timer" samples in the timer's interrupt at 4936 Hz of the
    board's clock; "free" samples whenever there is room, so that nothing overflows however
-   slow the emulator is. A path behind it names a file of scans; without one a pattern is
-   sent that has the sample's number in it. The clock starts with the first start. */
+   slow the emulator is; "counted" is "free" with instructions counted, for an emulator in which
+   each lasts 1024 ns (-icount shift=10). A path behind it names a file of scans; without one a pattern is
+   sent that has the sample's number in it. A path behind that names a model that answers. The clock starts with the first start. */
 #include <string.h>
 
 #include "board.h"
+#include "fc_answers.h"
+#include "fc_crc32.h"
 #include "fc_device.h"
 #include "fc_layout.h"
 #include "fc_pace.h"
 
 enum { RING = 1024, RECORD = 12, SCANS_MOST = 250000, ARGUMENTS_MOST = 512 };
+/* Stands for flash: what is in it is gone with the emulator. */
+enum { LISTENERS = 256, MODEL_ROOM = 1 << 18 };
 
 static const char descriptor[] = FC_DESCRIPTOR_TEXT("mps2-an500", "synthetic");
 static fc_sample slots[RING];
+static fc_sample waiting[LISTENERS];
 static fc_device device;
+static fc_answers answers;
+static uint64_t models[2][MODEL_ROOM / 8];
 static fc_pace pace;
 static uint8_t scans[SCANS_MOST * RECORD + 1]; /* one more tells that a file is too long */
 static size_t scans_bytes;
 static bool from_file;
 static volatile bool over;
+
+static uint8_t *model_at(int slot)
+{
+    return (uint8_t *)models[slot];
+}
+
+static const uint8_t *model_read(void *own, int slot)
+{
+    (void)own;
+    return model_at(slot);
+}
+
+static bool model_clear(void *own, int slot)
+{
+    (void)own;
+    memset(model_at(slot), 0xff, MODEL_ROOM);
+    return true;
+}
+
+static bool model_write(void *own, int slot, uint32_t at, const uint8_t *bytes, uint32_t n)
+{
+    (void)own;
+    memcpy(model_at(slot) + at, bytes, n);
+    return true;
+}
+
+static const fc_keeper keeper = {NULL, MODEL_ROOM, model_read, model_clear, model_write};
 
 static void pattern(uint32_t i, fc_raw *raw)
 {
@@ -78,27 +113,51 @@ static void talk(void)
         fc_device_hear(&device, byte);
 }
 
+/* A model that the emulator was started with is kept as if it had come over the line. */
+static void flash(const char *path)
+{
+    fc_store store;
+    const uint8_t *const bytes = scans; /* nothing is in it yet */
+    const size_t n = host_read(path, scans, sizeof scans);
+    fc_store_open(&store, &keeper);
+    if (n == 0 || fc_store_begin(&store, (uint32_t)n, fc_crc32(bytes, n)) != NULL
+        || fc_store_chunk(&store, 0, bytes, (uint32_t)n) != NULL
+        || fc_store_keep(&store) != NULL)
+        board_exit(2);
+}
+
 /* Returns whether the timer paces. */
-static bool read_arguments(void)
+static bool read_arguments(uint32_t (**clock)(void))
 {
     static char text[ARGUMENTS_MOST];
     host_arguments(text, sizeof text);
-    const char *const path = strchr(text, ' ');
+    char *const path = strchr(text, ' ');
+    char *const model = path == NULL ? NULL : strchr(path + 1, ' ');
+    if (model != NULL) {
+        *model = '\0';
+        flash(model + 1);
+    }
     if (path != NULL) {
         from_file = true;
         scans_bytes = host_read(path + 1, scans, sizeof scans);
         if (scans_bytes == 0 || scans_bytes == sizeof scans)
             board_exit(2); /* no such file, or more than fits */
     }
-    return strncmp(text, "free", 4) != 0;
+    const bool counted = strncmp(text, "counted", 7) == 0;
+    *clock = counted ? counter_ns : NULL;
+    return !counted && strncmp(text, "free", 4) != 0;
 }
 
 int main(void)
 {
-    const bool timed = read_arguments();
+    uint32_t (*clock)(void);
+    const bool timed = read_arguments(&clock);
     bool begun = false;
     uart_init();
+    counter_start();
     fc_device_init(&device, descriptor, host_seconds(), slots, RING);
+    fc_device_listen(&device, waiting, LISTENERS);
+    fc_answers_init(&answers, &device, &keeper, clock);
     fc_pace_init(&pace, BOARD_CLOCK_HZ, FC_RATE_HZ);
     for (;;) {
         talk();
@@ -109,5 +168,6 @@ int main(void)
         }
         if (begun && !timed && !over && fc_ring_used(&device.ring) < RING - 1)
             sample();
+        fc_answers_work(&answers);
     }
 }

@@ -8,21 +8,25 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "fc_answers.h"
 #include "fc_device.h"
 #include "fc_layout.h"
 #include "fc_pace.h"
 #include "feed.h"
 #include "line.h"
+#include "models.h"
 
+enum { LISTENERS = 4096 };
 enum { NANO = 1000000000, RING_MOST = 1 << 16, SPEED_MOST = 1000 };
 
 static const char descriptor[] = FC_DESCRIPTOR_TEXT("native", "twin");
 static const char usage[] =
-    "usage: firstcontact-device --scans FILE|- [--speed N] [--ring N] [--boot N]\n"
-    "Prints the path of a pseudo terminal and serves the scans there, from the first start on.\n";
+    "usage: firstcontact-device --scans FILE|- [--speed N] [--ring N] [--boot N] [--models FILE]\n"
+    "Prints the path of a pseudo terminal and serves the scans there, from the first start on.\n"
+    "With --models it answers by itself, with the model that is kept there.\n";
 
 typedef struct {
-    const char *scans;
+    const char *scans, *models;
     unsigned long speed, ring, boot;
 } options;
 
@@ -31,6 +35,11 @@ static uint64_t now_ns(clockid_t clock)
     struct timespec t;
     clock_gettime(clock, &t);
     return (uint64_t)t.tv_sec * NANO + (uint64_t)t.tv_nsec;
+}
+
+static uint32_t clock_ns(void)
+{
+    return (uint32_t)now_ns(CLOCK_MONOTONIC);
 }
 
 static int number(const char *text, unsigned long low, unsigned long high, unsigned long *out)
@@ -48,6 +57,8 @@ static int parse(int argc, char **argv, options *o)
         const char *const value = argv[i + 1];
         if (strcmp(argv[i], "--scans") == 0)
             o->scans = value;
+        else if (strcmp(argv[i], "--models") == 0)
+            o->models = value;
         else if (strcmp(argv[i], "--speed") == 0)
             good = number(value, 1, SPEED_MOST, &o->speed);
         else if (strcmp(argv[i], "--ring") == 0)
@@ -69,7 +80,7 @@ typedef struct {
 
 /* Takes the scans that are due. Sends in between, so that catching up after a pause of the
    operating system overflows nothing. */
-static void sample(ticking *t, feed *scans, fc_device *d, line *l)
+static void sample(ticking *t, feed *scans, fc_answers *a, fc_device *d, line *l)
 {
     const uint64_t now = now_ns(CLOCK_MONOTONIC);
     if (!t->running && !t->over && d->streaming) {
@@ -87,6 +98,8 @@ static void sample(ticking *t, feed *scans, fc_device *d, line *l)
         } else {
             fc_device_sample(d, &raw);
             t->next += fc_pace_next(&t->pace);
+            if (d->listeners.size > 0)
+                fc_answers_work(a);
             if (k % FC_FRAME_SAMPLES == 0)
                 line_send(l, d);
         }
@@ -96,10 +109,13 @@ static void sample(ticking *t, feed *scans, fc_device *d, line *l)
 int main(int argc, char **argv)
 {
     static fc_sample slots[RING_MOST];
+    static fc_sample waiting[LISTENERS];
     static fc_device device;
+    static fc_answers answers;
+    static fc_keeper keeper;
     static feed scans;
     line l;
-    options o = {NULL, 1, 8192, (unsigned long)(now_ns(CLOCK_REALTIME) & 0xffffffffu)};
+    options o = {NULL, NULL, 1, 8192, (unsigned long)(now_ns(CLOCK_REALTIME) & 0xffffffffu)};
     ticking t = {.next = 0, .running = false, .over = false};
 
     if (!parse(argc, argv, &o)) {
@@ -116,11 +132,19 @@ int main(int argc, char **argv)
         return 1;
     }
     fc_device_init(&device, descriptor, (uint32_t)o.boot, slots, (uint32_t)o.ring + 1);
+    if (o.models != NULL) {
+        if (models_open(&keeper, o.models) < 0) {
+            fprintf(stderr, "%s cannot keep models: %s\n", o.models, strerror(errno));
+            return 2;
+        }
+        fc_device_listen(&device, waiting, LISTENERS);
+        fc_answers_init(&answers, &device, &keeper, clock_ns);
+    }
     fc_pace_init(&t.pace, NANO, (uint32_t)(FC_RATE_HZ * o.speed));
     printf("%s\n", path);
     fflush(stdout);
     for (;;) {
-        sample(&t, &scans, &device, &l);
+        sample(&t, &scans, &answers, &device, &l);
         line_send(&l, &device);
         line_wait(&l, &device, t.running ? 1 : -1);
         line_hear(&l, &device);

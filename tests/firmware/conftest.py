@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from firmware_build import make, need_arm
 from firmware_core import Core
+from hand import models
 
 
 @pytest.fixture(scope="session")
@@ -34,6 +35,12 @@ def strict_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     build = tmp_path_factory.mktemp("strict")
     make(build, "native", "SANITIZE=address,undefined")
     return build / "firstcontact-device"
+
+
+@pytest.fixture(scope="session")
+def hand_models(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """Folders of two models for a hand that answers by itself."""
+    return models(tmp_path_factory.mktemp("models"))
 
 
 @pytest.fixture

@@ -21,6 +21,20 @@ class _Frame(c.Structure):
     ]
 
 
+class _Told(c.Structure):
+    _fields_ = [
+        ("contact", c.c_uint32),
+        ("known", c.c_uint32),
+        ("samples", c.c_uint16),
+        ("finger", c.c_uint8),
+        ("flags", c.c_uint8),
+        ("value", c.c_float),
+        ("low", c.c_float),
+        ("high", c.c_float),
+        ("took", c.c_uint32),
+    ]
+
+
 class _Pace(c.Structure):
     _fields_ = [(name, c.c_uint32) for name in ("whole", "rest", "rate", "sum")]
 
@@ -66,6 +80,10 @@ class Core:
         lib.fc_put_stopped.argtypes = [c.c_char_p, c.c_uint32, c.c_uint32]
         lib.fc_put_refused.restype = c.c_size_t
         lib.fc_put_refused.argtypes = [c.c_char_p, _BYTES]
+        lib.fc_put_contact.restype = c.c_size_t
+        lib.fc_put_contact.argtypes = [c.c_char_p, c.c_uint32, c.c_uint32, c.c_uint8, c.c_bool]
+        lib.fc_put_estimate.restype = c.c_size_t
+        lib.fc_put_estimate.argtypes = [c.c_char_p, c.POINTER(_Told)]
         lib.fc_pace_init.argtypes = [c.POINTER(_Pace), c.c_uint32, c.c_uint32]
         lib.fc_pace_next.restype = c.c_uint32
         lib.fc_pace_next.argtypes = [c.POINTER(_Pace)]
@@ -135,6 +153,17 @@ class Core:
     def refused_payload(self, reason: bytes) -> bytes:
         out = c.create_string_buffer(1 + len(reason))
         n = self._lib.fc_put_refused(out, reason)
+        return out.raw[:n]
+
+    def contact_payload(self, sample: int, known: int, finger: int, first: bool) -> bytes:
+        out = c.create_string_buffer(10)
+        n = self._lib.fc_put_contact(out, sample, known, finger, first)
+        return out.raw[:n]
+
+    def estimate_payload(self, *told: float) -> bytes:
+        """Fields in the order of the frame."""
+        out = c.create_string_buffer(28)
+        n = self._lib.fc_put_estimate(out, c.byref(_Told(*told)))
         return out.raw[:n]
 
     def periods(self, clock: int, rate: int, n: int) -> list[int]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -11,7 +12,16 @@ from golden_frames import GOLDEN, Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firstcontact.core import Finger
 from firstcontact.device import protocol
+from firstcontact.device.told import (
+    ToldContact,
+    ToldEstimate,
+    contact_payload,
+    estimate_payload,
+    read_contact,
+    read_estimate,
+)
 
 #: Bytes with many zeros and long runs without any, so that runs of 254 come about.
 RUNS = st.lists(
@@ -112,3 +122,28 @@ def test_payloads_are_pythons(core: Core, first: int, overflow: int, n: int) -> 
     )
     assert core.marker_payload(first, "rôle".encode()) == protocol.marker_payload(first, "rôle")
     assert core.refused_payload(b"no") == bytes([protocol.VERSION]) + b"no"
+
+
+@given(sample=U32, known=U32, finger=st.sampled_from(Finger), flags=st.integers(0, 3), ns=U32)
+def test_payloads_of_answers_are_pythons(
+    core: Core, sample: int, known: int, finger: Finger, flags: int, ns: int
+) -> None:
+    number, first = list(Finger).index(finger), bool(flags & 1)
+    payload = contact_payload(finger, sample, known, first)
+    assert core.contact_payload(sample, known, number, first) == payload
+    assert read_contact(payload, 3) == ToldContact(finger, sample, known, first, 3)
+    told = ToldEstimate(
+        finger, sample, 59, known, 41.5, 30.25, 52.75, first, flags >= 2, ns * 1e-9, 3
+    )
+    payload = estimate_payload(told)
+    assert (
+        core.estimate_payload(sample, known, 59, number, flags, 41.5, 30.25, 52.75, ns) == payload
+    )
+    assert read_estimate(payload, 3) == told
+
+
+@pytest.mark.parametrize("read", [read_contact, read_estimate])
+def test_answers_that_are_damaged_are_refused(read: Callable[[bytes, int], object]) -> None:
+    for payload in (b"", bytes(9), bytes(27), b"\xff" * 10, b"\xff" * 28):
+        with pytest.raises(protocol.FrameError):
+            read(payload, 0)

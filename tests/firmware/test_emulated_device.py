@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -21,11 +21,12 @@ from firstcontact.twin.scans import write_scans
 
 
 @contextmanager
-def emulated(image: Path, *arguments: str) -> Iterator[str]:
-    """Run the firmware; yields the path of its UART."""
+def emulated(image: Path, *arguments: str, more: Sequence[str] = ()) -> Iterator[str]:
+    """Run the firmware, with more options of the emulator; yields the path of its UART."""
     semihosting = ",".join(["enable=on", "target=native", *(f"arg={a}" for a in arguments)])
     command = ["qemu-system-arm", "-M", "mps2-an500", "-display", "none", "-monitor", "none"]
     command += ["-serial", "pty", "-semihosting-config", semihosting, "-kernel", str(image)]
+    command += more
     with subprocess.Popen(
         command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
     ) as process:

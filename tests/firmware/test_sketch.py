@@ -45,3 +45,8 @@ def test_the_how_to_wires_the_pins_that_the_sketch_uses() -> None:
     rows = re.findall(r"^\| (\d+)(?: \(A\d\))? \|", page.read_text(encoding="utf-8"), re.MULTILINE)
     assert len(pins) == 14
     assert sorted(map(int, rows)) == sorted(pins)
+
+
+def test_the_kernels_sizes_are_the_packages() -> None:
+    for name, text in runpy.run_path(str(FIRMWARE / "write_sizes.py"))["texts"]().items():
+        assert (FIRMWARE / "answers" / f"fc_{name}_sizes.h").read_text(encoding="utf-8") == text

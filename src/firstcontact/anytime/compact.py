@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,6 +115,43 @@ class CompactNetwork(Network):
         which = moving(name, x.shape[1], self._hidden, self._rest)
         return x[:, which], x[:, ~which]
 
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """The whole network's, and ``thin.LAYER.PART`` of each thin layer."""
+        arrays = super().to_arrays()
+        for name, layer in self.thin.items():
+            for part, rounded in (("into", layer.into), ("out", layer.out)):
+                # As all weights in files: floats, which hold these integers exactly.
+                arrays[f"thin.{name}.{part}.weight"] = rounded.whole.astype(np.float32)
+                arrays[f"thin.{name}.{part}.scale"] = rounded.scale
+                arrays[f"thin.{name}.{part}.bias"] = rounded.bias
+            arrays[f"thin.{name}.rest"] = layer.rest
+        return arrays
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """The inverse of :meth:`to_arrays`; InputError where arrays do not fit together."""
+        made = cls(Network(arrays), {})
+        made.thin = {name: made._thin_layer(name, arrays) for name in THIN}
+        return made
+
+    def _thin_layer(self, name: str, arrays: Mapping[str, NDArray[Any]]) -> Thin:
+        weight, bias = self._layers[name]
+        which = moving(name, weight.shape[1], self._hidden, self._rest)
+        into, out = (_rounded(arrays, f"thin.{name}.{part}") for part in ("into", "out"))
+        rest = arrays[f"thin.{name}.rest"]
+        directions = len(into.bias)
+        shapes: list[tuple[NDArray[Any], tuple[int, ...]]] = [
+            (into.whole, (directions, int(which.sum()))),
+            (out.whole, (len(bias), directions)),
+            (into.scale, (directions,)),
+            (out.scale, (len(bias),)),
+            (out.bias, (len(bias),)),
+            (rest, (directions, int((~which).sum()))),
+        ]
+        if any(array.shape != shape for array, shape in shapes):
+            raise InputError("the arrays of the compact network do not fit together")
+        return Thin(into, out, rest.astype(np.float32))
+
     @property
     def answer(self) -> tuple[Matrix, Matrix]:
         """Weight and bias of the last layer: rounding there would be seen in the answer."""
@@ -129,6 +167,29 @@ class CompactNetwork(Network):
     def scale(self, name: str) -> tuple[Matrix, Matrix]:
         """Mean and deviation of inputs."""
         return self._scales[name]
+
+
+def _rounded(arrays: Mapping[str, NDArray[Any]], at: str) -> Rounded:
+    weight, scale, bias = (arrays[f"{at}.{part}"] for part in ("weight", "scale", "bias"))
+    sums = np.abs(weight).sum(axis=-1)
+    if (
+        (weight != np.rint(weight)).any()
+        or (np.abs(weight) > 32_767).any()
+        or (sums > 65_535).any()
+    ):
+        raise InputError("the weights of the compact network are no integers of 16 bits")
+    return Rounded(weight.astype(np.int16), scale.astype(np.float32), bias.astype(np.float32))
+
+
+class CompactModel(InContextModel):
+    """The in-context model with a compact network: what runs on the hand."""
+
+    kind: ClassVar[str] = "compact"
+
+    @classmethod
+    def network_of(cls, arrays: Mapping[str, NDArray[Any]]) -> Network:
+        """The network in a file's arrays."""
+        return CompactNetwork.from_arrays(arrays)
 
 
 def moving(name: str, inputs: int, hidden: int, mean: int) -> NDArray[np.bool_]:
@@ -163,7 +224,7 @@ def deaf(model: InContextModel) -> InContextModel:
     return model.told_of(rigs)
 
 
-def compacted(model: InContextModel, touches: Touches, directions: int) -> InContextModel:
+def compacted(model: InContextModel, touches: Touches, directions: int) -> CompactModel:
     """The same model with a compact network, without an ear for the motor.
 
     Parameters
@@ -198,7 +259,7 @@ def compacted(model: InContextModel, touches: Touches, directions: int) -> InCon
         which = moving(name, weight.shape[1], hidden, mean)
         layers[name] = _thin(weight, bias, np.concatenate(ears.heard[name]), which, directions)
     network = CompactNetwork(model.network, layers)
-    return InContextModel(network, model.familiar, model.factors, model.level, model.rigs)
+    return CompactModel(network, model.familiar, model.factors, model.level, model.rigs)
 
 
 def _ask(network: Network, model: InContextModel, touches: Touches) -> None:

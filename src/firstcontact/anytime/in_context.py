@@ -158,6 +158,11 @@ class InContextModel(AnytimeModel):
         finger = np.array(numbers, np.intp)
         return [(f, np.flatnonzero(finger == f)) for f in sorted(set(numbers))]
 
+    @classmethod
+    def network_of(cls, arrays: Mapping[str, NDArray[Any]]) -> Network:
+        """The network in a file's arrays."""
+        return Network(arrays)
+
     def to_arrays(self) -> Arrays:
         """Network, what is familiar, widths, and each rig as ``rig.FINGER.NAME``."""
         arrays = {**self._network.to_arrays(), **self._familiar.to_arrays()}
@@ -180,7 +185,11 @@ class InContextModel(AnytimeModel):
         try:
             rigs = {f: _rig(arrays, f"rig.{f}.") for f in fingers} or {ANY: Rig.unknown()}
             return cls(
-                Network(arrays), Familiar.from_arrays(arrays), arrays["factors"], level, rigs
+                cls.network_of(arrays),
+                Familiar.from_arrays(arrays),
+                arrays["factors"],
+                level,
+                rigs,
             )
         except KeyError as error:
             raise InputError(f"the array {error} is missing") from None

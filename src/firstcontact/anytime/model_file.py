@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 import msgspec
 
+from firstcontact.anytime.compact import CompactModel
 from firstcontact.anytime.in_context import InContextModel
 from firstcontact.core import InputError
 from firstcontact.core.files import replacing
@@ -148,11 +149,12 @@ def load_anytime(directory: Path) -> InContextModel:
     """
     file = directory / CARD
     card = read_anytime_card(directory)
-    if card.kind != InContextModel.kind:
+    kinds = {kind.kind: kind for kind in (InContextModel, CompactModel)}
+    if card.kind not in kinds:
         raise InputError(f"{file}: no any-time model is of kind {card.kind!r}: update firstcontact")
     arrays = read_weights(directory / WEIGHTS, card.sha256, CARD)
     try:
-        return InContextModel.from_arrays(arrays, card.level)
+        return kinds[card.kind].from_arrays(arrays, card.level)
     except (InputError, ValueError, IndexError) as error:
         raise InputError(
             f"{directory / WEIGHTS}: {error}: make it again with `firstcontact adapt`"

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ExportModel:
-    """Write a trained model in another language: C for the hand's microcontroller, or ONNX."""
+    """Write a trained model as C, as ONNX, or as what a hand is flashed with."""
 
     model: tyro.conf.Positional[Path]
     """Folder that ``train`` or ``adapt`` wrote."""

@@ -70,7 +70,11 @@ VERBS = {
     ),
     "export-model": Verb(
         "ExportModel",
-        "Write a trained model in another language: C for the hand's microcontroller, or ONNX.",
+        "Write a trained model as C, as ONNX, or as what a hand is flashed with.",
+    ),
+    "flash-model": Verb(
+        "FlashModel",
+        "Send a model to a device that answers by itself: it is kept whole, or not at all.",
     ),
     "evaluate": Verb(
         "Evaluate", "Score a saved model, an any-time one from 2 to 15 ms after the contact."

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from firstcontact.device.protocol import (
     samples_head,
 )
 from firstcontact.device.source import Descriptor
+from firstcontact.device.told import Told, read_contact, read_estimate
 from firstcontact.recording import Marker
 
 _WRAP = 1 << 32
@@ -39,13 +40,14 @@ class Counts:
 
 @dataclass(slots=True, eq=False)
 class Assembled:
-    """What a number of frames gave: blocks and markers in order.
+    """What a number of frames gave: blocks, markers and the device's own answers, each in order.
 
     ``greeted`` and ``stopped`` tell whether a descriptor, or the end, was among them.
     """
 
     blocks: list[Block] = field(default_factory=list)
     markers: list[Marker] = field(default_factory=list)
+    told: list[Told] = field(default_factory=list)
     greeted: bool = False
     stopped: bool = False
 
@@ -84,6 +86,11 @@ class Assembler:
         self._overflow: int | None = None
         self._run: list[bytes] = []  # samples that follow one another ...
         self._run_first = 0  # ... and the number of the first
+
+    @property
+    def next_sample(self) -> int:
+        """Number of the sample that comes next; 0 before the first."""
+        return self._next or 0
 
     def asked(self) -> None:
         """The device was asked for its descriptor."""
@@ -153,6 +160,14 @@ class Assembler:
         elif frame.type == FrameType.MARKER:
             sample, text = read_marker(frame.payload)
             out.markers.append(Marker(self._unwrapped(sample), text, self.epoch))
+        elif frame.type == FrameType.CONTACT:
+            contact = read_contact(frame.payload, self.epoch)
+            sample, known = self._unwrapped(contact.sample), self._unwrapped(contact.known)
+            out.told.append(replace(contact, sample=sample, known=known))
+        elif frame.type == FrameType.ESTIMATE:
+            estimate = read_estimate(frame.payload, self.epoch)
+            sample, known = self._unwrapped(estimate.contact), self._unwrapped(estimate.known)
+            out.told.append(replace(estimate, contact=sample, known=known))
         elif frame.type == FrameType.STOPPED:
             self._account(*read_stopped(frame.payload))
             out.stopped = True

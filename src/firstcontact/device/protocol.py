@@ -34,11 +34,17 @@ class FrameType(IntEnum):
     MARKER = 0x03
     STOPPED = 0x04
     REFUSED = 0x05
+    CONTACT = 0x06
+    ESTIMATE = 0x07
+    MODEL_STATE = 0x08
     HELLO = 0x81
     START = 0x82
     STOP = 0x83
     MARK = 0x84
     ORDER = 0x85
+    MODEL_BEGIN = 0x86
+    MODEL_CHUNK = 0x87
+    MODEL_END = 0x88
 
 
 class FrameError(ValueError):

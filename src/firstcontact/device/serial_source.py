@@ -21,6 +21,7 @@ from firstcontact.device.decoder import Decoder
 from firstcontact.device.opening import SourceOptions
 from firstcontact.device.protocol import VERSION, FrameType, marker_text
 from firstcontact.device.source import Arrival, Descriptor, Health
+from firstcontact.device.told import Told
 from firstcontact.device.twin_words import TWIN
 from firstcontact.recording import Marker
 
@@ -83,10 +84,11 @@ class SerialSource:
         self._waiting = 0  # samples in these
         self._wanted = 0  # samples that a reader waits for; 0 where none does
         self._markers: list[Marker] = []  # that wait for their sample
+        self._told: list[Told] = []  # that wait for samples to come with
         self._connected = False
         self._finished = False
         self._error: InputError | None = None
-        self._told = False  # the error, to a reader
+        self._said = False  # the error, to a reader
 
     @property
     def name(self) -> str:
@@ -123,7 +125,7 @@ class SerialSource:
     def ended(self) -> bool:
         """Whether it was closed and all was read, or has failed and :meth:`read` has said so."""
         with self._changed:
-            return self._finished and not self._arrivals and (self._error is None or self._told)
+            return self._finished and not self._arrivals and (self._error is None or self._said)
 
     def __enter__(self) -> Self:
         self._transport = SerialTransport(self.port)
@@ -152,7 +154,7 @@ class SerialSource:
             self._arrivals.clear()
             self._waiting = 0
             if not arrivals and self._error is not None:
-                self._told = True
+                self._said = True
                 raise self._error
             return arrivals
 
@@ -290,8 +292,11 @@ class SerialSource:
                 )
                 self._clock = ClockFit(self.descriptor.layout.rate)
             self._markers += out.markers
+            self._told += out.told
             for block in out.blocks:
-                self._arrivals.append(Arrival(block, now, self._due(block.epoch, block.end)))
+                due, told = self._due(block.epoch, block.end), tuple(self._told)
+                self._told = []
+                self._arrivals.append(Arrival(block, now, due, told=told))
                 self._waiting += len(block.data)
             if out.blocks and out.blocks[-1].epoch == self._assembler.epoch:
                 self._clock.add(out.blocks[-1].end, now)
@@ -309,17 +314,21 @@ class SerialSource:
         return due
 
     def _part_with_markers(self) -> None:
-        """Give away the markers whose sample will not come: with the last samples there were."""
+        """Give away markers and answers that no sample comes with: with the last there were."""
         markers, self._markers = tuple(self._markers), []
+        told, self._told = tuple(self._told), []
         descriptor = self._assembler.descriptor
-        if not markers or descriptor is None:
+        if not (markers or told) or descriptor is None:
             return
         if self._arrivals:
             last = self._arrivals.pop()
         else:  # those were read already
             none = np.zeros((0, descriptor.layout.width), np.int16)
-            last = Arrival(Block(none, markers[-1].sample, markers[-1].epoch), time.monotonic())
-        self._arrivals.append(replace(last, markers=last.markers + markers))
+            epoch = self._assembler.epoch
+            number = markers[-1].sample if markers else self._assembler.next_sample
+            last = Arrival(Block(none, number, epoch), time.monotonic())
+        both = last.markers + markers, last.told + told
+        self._arrivals.append(replace(last, markers=both[0], told=both[1]))
 
     def _lost(self) -> None:
         _log.info("%s: lost", self.name)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Protocol, Self
 
 from firstcontact.core import Block, InputError, Layout, VibrationSensor
 from firstcontact.core.records import Name, read_record
+from firstcontact.device.told import Answering, Told
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.recording.header import SOURCES
 
@@ -23,6 +24,7 @@ class _Said:
     hand: Name
     source: Name
     layout: Layout
+    answers: Answering | None = None
 
 
 def layout_to_send(layout: Layout) -> dict[str, Any]:
@@ -59,6 +61,8 @@ class Descriptor:
         Of the samples; a device on the wire sends int16.
     delay
         So much later than its instant the source's own filter lets a sample out, s.
+    answers
+        What answers on the device itself; None where nothing does.
     """
 
     layout: Layout
@@ -68,6 +72,7 @@ class Descriptor:
     source: str = "unknown"
     dtype: str = "int16"
     delay: float = 0.0
+    answers: Answering | None = None
 
     def to_text(self) -> str:
         """JSON, as it goes over the wire."""
@@ -78,6 +83,8 @@ class Descriptor:
             "source": self.source,
             "layout": layout_to_send(self.layout),
         }
+        if self.answers is not None:
+            tree["answers"] = asdict(self.answers)
         return json.dumps(tree, separators=(",", ":"), ensure_ascii=False)
 
     @classmethod
@@ -96,7 +103,14 @@ class Descriptor:
             fault = f"the source {said.source!r}, not one of {', '.join(SOURCES)}"
         if fault:
             raise InputError(f"the device's descriptor has {fault}: {_FLASH}")
-        return cls(said.layout, said.firmware, said.sensor, said.hand, said.source)
+        return cls(
+            said.layout,
+            said.firmware,
+            said.sensor,
+            said.hand,
+            said.source,
+            answers=said.answers,
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,12 +128,16 @@ class Arrival:
         came is with the last ones, or with none at all behind them.
     pinches
         Marks of the pinches that end in them (only a replayed recording has these).
+    told
+        Contacts and estimates of a device that answers by itself, as they came: of these samples,
+        of earlier ones or of some that are on their way.
     """
 
     block: Block
     host: float
     markers: tuple[Marker, ...] = ()
     pinches: tuple[PinchMark, ...] = ()
+    told: tuple[Told, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

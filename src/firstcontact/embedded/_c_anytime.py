@@ -147,7 +147,7 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
             "fc_anytime", "fc_anytime_model", {**numbers, **fields_of, **thin, "answer": answer}
         ).replace("static const fc_anytime", "const fc_anytime")
     )
-    sizes = _sizes(model, network)
+    sizes = anytime_sizes(model, network)
     memory, touch = _memory(sizes)
     listed = ",\n".join(f"    {name} = {value}" for name, value in sizes.items())
     header = _SIZES.format(constants=constants, memory=memory, touch=touch, sizes=listed)
@@ -166,7 +166,8 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
     )
 
 
-def _sizes(model: InContextModel, network: CompactNetwork) -> dict[str, int]:
+def anytime_sizes(model: InContextModel, network: CompactNetwork) -> dict[str, int]:
+    """Lengths that the network's kernels are built with."""
     outputs = {name: len(layer.out.bias) for name, layer in network.thin.items()}
     return {
         "FC_LONGEST": STAGES[-1],

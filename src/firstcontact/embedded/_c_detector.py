@@ -8,6 +8,7 @@ from firstcontact.core import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.embedded._c_text import c_struct, constant_bytes
 from firstcontact.embedded._c_unit import CUnit
+from firstcontact.embedded.kernel_sizes import detector_sizes
 
 #: Channels of a fingertip pair; whoever compiles may say another number.
 CHANNELS = 2
@@ -55,17 +56,9 @@ def write_detector(detector: Detector) -> CUnit:
         )
     rate = detector.rate or FINGERTIP_RATE
     lengths, judgement = detector.sizes(rate), detector.judgement(rate)
-    ring = 1 << lengths.window.bit_length()
-    sizes = {
-        "FC_WINDOW": lengths.window,
-        "FC_STEP": lengths.step,
-        "FC_STEADY": lengths.steady,
-        "FC_SEARCH": detector.reach * lengths.step,
-        "FC_RING": ring,
-        **judgement.sizes,
-    }
+    sizes = detector_sizes(detector, rate)
     constants = constant_bytes(judgement.constants)
-    memory = 8 * CHANNELS * (ring + lengths.steady + 3 + judgement.doubles) + 16
+    memory = 8 * CHANNELS * (sizes["FC_RING"] + lengths.steady + 3 + judgement.doubles) + 16
     header = _HEADER.format(
         name=detector.name,
         rate=rate,

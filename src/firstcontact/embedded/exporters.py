@@ -40,5 +40,6 @@ MODEL_EXPORTERS: Registry[ModelExporter] = Registry(
     {
         "c": "firstcontact.embedded.c_library:C",
         "onnx": "firstcontact.embedded.onnx_graph:ONNX",
+        "hand": "firstcontact.embedded.hand_model:HAND",
     },
 )

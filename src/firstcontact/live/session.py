@@ -329,6 +329,7 @@ def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
     blocks = joined(a.block for a in arrivals)
     markers = tuple(m for a in arrivals for m in a.markers)
     pinches = tuple(p for a in arrivals for p in a.pinches)
+    told = tuple(t for a in arrivals for t in a.told)
     last = len(blocks) - 1
     return tuple(
         Arrival(
@@ -336,6 +337,7 @@ def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
             hosts[block.epoch, block.end],
             markers if i == 0 else (),
             pinches if i == last else (),
+            told if i == last else (),
         )
         for i, block in enumerate(blocks)
     )

@@ -1,0 +1,280 @@
+#include "fc_answers.h"
+
+#include <string.h>
+
+/* Read by the detector's judge: see fc_detector_sizes.h. */
+const fc_loudness *fc_judge_loaded;
+
+static const uint16_t moments[] = {FC_MOMENTS};
+
+static bool before(uint32_t a, uint32_t b)
+{
+    return (int32_t)(a - b) < 0;
+}
+
+static double volts(int16_t value, double zero)
+{
+    return (value - zero) * FC_VOLT;
+}
+
+/* A closing begins with this sample. */
+static void begin(fc_answers *a, uint32_t sample)
+{
+    fc_detector_start(&a->detector, sample);
+    a->open = true;
+    a->since = sample;
+    a->latched = 0;
+    a->touched = a->second = a->over = a->still = false;
+    a->answered = 0;
+}
+
+/* A stream begins, or goes on behind a gap, with this sample. */
+static void anew(fc_answers *a, uint32_t sample, bool gap)
+{
+    a->open = false;
+    fc_gate_start(&a->gate, a->image.floors);
+    if (!a->image.gated && !gap)
+        begin(a, sample);
+}
+
+static void tell_contact(fc_answers *a, const fc_contact *c, bool first)
+{
+    uint8_t payload[FC_CONTACT_BYTES];
+    const size_t n = fc_put_contact(payload, c->sample, c->known, (uint8_t)c->channel, first);
+    fc_device_tell(a->device, FC_CONTACT, payload, n);
+}
+
+static void tell_estimate(fc_answers *a, const fc_running *answer, uint8_t flags, uint32_t known,
+                          int32_t samples, uint32_t took)
+{
+    uint8_t payload[FC_ESTIMATE_BYTES];
+    fc_told told = {a->first.sample, known, (uint16_t)samples, (uint8_t)a->first.channel,
+                    flags,           0.0f,  0.0f,              0.0f,
+                    took};
+    if (answer != NULL) {
+        told.value = (float)answer->value;
+        told.low = (float)answer->low;
+        told.high = (float)answer->high;
+    }
+    const size_t n = fc_put_estimate(payload, &told);
+    fc_device_tell(a->device, FC_ESTIMATE, payload, n);
+}
+
+static double heard(const fc_answers *a, uint32_t sample)
+{
+    return volts(a->past[sample % FC_PAST][a->first.channel], FC_PIEZO_ZERO);
+}
+
+/* The contact's signal up to this sample: what was before it, its baseline, what came since. */
+static bool begin_touch(fc_answers *a, uint32_t sample)
+{
+    static float quiet[FC_BEFORE];
+    const uint32_t start = a->first.sample - FC_BEFORE;
+    if ((int32_t)(a->first.sample - a->since) < FC_BEFORE || sample - start >= FC_PAST)
+        return false;
+    double baseline = 0.0;
+    for (uint32_t k = 0; k < FC_BASELINE; k++)
+        baseline += heard(a, a->first.sample - FC_GUARD - FC_BASELINE + k);
+    baseline /= FC_BASELINE;
+    for (uint32_t k = 0; k < FC_BEFORE; k++)
+        quiet[k] = (float)(heard(a, start + k) - baseline);
+    fc_anytime_begin(&a->image.anytime, &a->touch, quiet, a->first.channel);
+    a->baseline = baseline;
+    for (uint32_t n = a->first.sample; before(n, sample); n++)
+        fc_anytime_take(&a->touch, (float)(heard(a, n) - baseline));
+    return true;
+}
+
+/* The newest moment from this many samples, 0 where there is none. */
+static int32_t newest(int32_t samples)
+{
+    int32_t found = 0;
+    for (size_t k = 0; k < sizeof moments / sizeof *moments && moments[k] <= samples; k++)
+        found = moments[k];
+    return found;
+}
+
+static void answer(fc_answers *a, uint32_t sample, int32_t moment)
+{
+    fc_running found = {0.0, 0.0, 0.0, 0.0, false};
+    fc_touch *const t = &a->touch;
+    const int32_t there = t->samples;
+    const uint32_t then = a->clock != NULL ? a->clock() : 0;
+    t->samples = moment; /* what came after the moment is not looked at */
+    const fc_status status = fc_anytime_answer(&a->image.anytime, t, &found);
+    t->samples = there;
+    const uint32_t took = a->clock != NULL ? a->clock() - then : 0;
+    a->answered = moment;
+    if (status == FC_ANSWER) {
+        tell_estimate(a, &found, found.strange ? FC_STRANGE : 0, sample, moment, took);
+    } else {
+        a->still = true;
+        tell_estimate(a, NULL, FC_REFUSES, sample, moment, took);
+    }
+}
+
+/* What the contact says after this sample. fresh: the second contact is known since now. */
+static void go_on(fc_answers *a, uint32_t sample, bool fresh, uint32_t second)
+{
+    const int32_t since = (int32_t)(sample - a->first.sample) + 1;
+    if (a->still || since < moments[0]) {
+        a->still |= fresh;
+        return;
+    }
+    if (!a->listening) {
+        if (!begin_touch(a, sample)) {
+            a->still = true;
+            tell_estimate(a, NULL, FC_REFUSES, sample, 0, 0);
+            return;
+        }
+        a->listening = true;
+    }
+    fc_anytime_take(&a->touch, (float)(heard(a, sample) - a->baseline));
+    /* Nothing from samples after the second contact counts. */
+    const int32_t offset = (int32_t)(second - a->first.sample);
+    const int32_t moment = newest(fresh && offset < since ? offset : since);
+    if (moment > a->answered)
+        answer(a, sample, moment);
+    if (fresh || a->answered == FC_LONGEST)
+        a->still = true;
+}
+
+static void closing(fc_answers *a, const fc_sample *s)
+{
+    fc_contact found[FC_FINGERS];
+    double both[FC_FINGERS];
+    int32_t n = 0;
+    uint32_t second = 0;
+    bool fresh = false;
+    if (a->latched < FC_FINGERS) {
+        for (int f = 0; f < FC_FINGERS; f++)
+            both[f] = volts(s->value[f], FC_PIEZO_ZERO);
+        n = fc_detector_take(&a->detector, both, found);
+        a->latched += n;
+    }
+    for (int32_t k = 0; k < n && !a->over; k++) {
+        if (!a->touched) {
+            a->touched = true;
+            a->listening = false;
+            a->first = found[k];
+            tell_contact(a, found + k, true);
+        } else if (before(found[k].known, a->first.sample + FC_AFTER)) {
+            fresh = !a->second;
+            a->second = true;
+            second = found[k].sample;
+            tell_contact(a, found + k, false);
+        }
+    }
+    if (!a->touched || a->over)
+        return;
+    go_on(a, s->number, fresh, second);
+    a->over = !before(s->number + 1, a->first.sample + FC_AFTER);
+}
+
+static void take(fc_answers *a, const fc_sample *s)
+{
+    double both[FC_FINGERS], loads[FC_LOADS];
+    if (!a->begun || (s->streamed && !a->streamed))
+        anew(a, s->number, false);
+    else if (s->number != a->next)
+        anew(a, s->number, true);
+    a->begun = true;
+    a->streamed = s->streamed;
+    a->next = s->number + 1;
+    for (int f = 0; f < FC_FINGERS; f++) {
+        a->past[s->number % FC_PAST][f] = s->value[f];
+        both[f] = volts(s->value[f], FC_PIEZO_ZERO);
+    }
+    if (a->open)
+        closing(a, s);
+    if (!a->image.gated)
+        return;
+    for (int k = 0; k < FC_LOADS; k++)
+        loads[k] = volts(s->value[FC_FINGERS + k], 0.0);
+    switch (fc_gate_take(&a->gate, both, loads)) {
+    case FC_OPENS:
+        begin(a, s->number + 1);
+        break;
+    case FC_SHUTS:
+        a->open = false;
+        break;
+    default:
+        break;
+    }
+}
+
+/* Has the model that is kept answer. */
+static const char *load(fc_answers *a)
+{
+    uint32_t n;
+    const uint8_t *const bytes = fc_store_model(&a->store, &n);
+    const char *why = "no model is kept";
+    a->ready = false;
+    if (bytes != NULL)
+        why = fc_image_read(bytes, n, &a->image);
+    a->ready = bytes != NULL && why == NULL;
+    a->begun = false;
+    fc_judge_loaded = &a->image.judge;
+    a->device->answers = a->ready ? a->image.text : NULL;
+    a->device->answers_bytes = a->image.text_bytes;
+    return why;
+}
+
+static uint8_t hear(void *own, const fc_frame *frame, uint32_t *next, const char **why)
+{
+    fc_answers *const a = own;
+    fc_store *const s = &a->store;
+    const char *fault = "a frame about a model is too short";
+    if (frame->type == FC_MODEL_BEGIN && frame->n == 16) {
+        if (fc_get_u32(frame->payload) != FC_IMAGE_FORMAT)
+            fault = "the model has another format than this firmware reads";
+        else if (fc_get_u32(frame->payload + 4) != fc_image_sizes())
+            fault = "the model is for kernels of other sizes than this firmware has";
+        else
+            fault = fc_store_begin(s, fc_get_u32(frame->payload + 8),
+                                   fc_get_u32(frame->payload + 12));
+    } else if (frame->type == FC_MODEL_CHUNK && frame->n > 4) {
+        fault = fc_store_chunk(s, fc_get_u32(frame->payload), frame->payload + 4,
+                               (uint32_t)frame->n - 4);
+    } else if (frame->type == FC_MODEL_END && s->kept) {
+        fault = NULL; /* asked again: the answer was lost */
+    } else if (frame->type == FC_MODEL_END) {
+        static fc_image trial;
+        const uint8_t *const bytes = fc_store_whole(s, &fault);
+        if (bytes != NULL)
+            fault = fc_image_read(bytes, s->length, &trial);
+        if (fault == NULL)
+            fault = fc_store_keep(s);
+        if (fault == NULL)
+            fault = load(a);
+    }
+    *next = s->next;
+    *why = fault != NULL ? fault : "";
+    if (fault != NULL)
+        return FC_MODEL_REFUSED;
+    return frame->type == FC_MODEL_END ? FC_MODEL_KEPT : FC_MODEL_GOES_ON;
+}
+
+void fc_answers_init(fc_answers *a, fc_device *device, const fc_keeper *keeper,
+                     uint32_t (*clock)(void))
+{
+    memset(a, 0, sizeof *a);
+    a->device = device;
+    a->clock = clock;
+    a->taker.own = a;
+    a->taker.hear = hear;
+    device->taker = &a->taker;
+    fc_store_open(&a->store, keeper);
+    (void)load(a);
+}
+
+void fc_answers_work(fc_answers *a)
+{
+    fc_ring *const ring = &a->device->listeners;
+    while (fc_ring_used(ring) > 0) {
+        const fc_sample s = *fc_ring_peek(ring, 0);
+        fc_ring_drop(ring, 1);
+        if (a->ready)
+            take(a, &s);
+    }
+}

@@ -1,0 +1,53 @@
+/* The hand's own answers: samples as they are sent go in, contacts and estimates come out as
+   frames. The same filter, gate, detector and network as on the host, sample by sample. */
+#ifndef FC_ANSWERS_H
+#define FC_ANSWERS_H
+
+#include "fc_device.h"
+#include "fc_gate.h"
+#include "fc_image.h"
+#include "fc_store.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { FC_PAST = 512 }; /* samples that are remembered */
+
+typedef struct {
+    fc_device *device;
+    fc_store store;
+    fc_model_taker taker;
+    fc_image image;
+    bool ready;              /* a model answers */
+    uint32_t (*clock)(void); /* ns, wrapping; NULL where there is none */
+
+    bool begun, streamed;
+    uint32_t next;           /* number of the sample that comes next */
+    fc_gate gate;
+    fc_detector detector;
+    fc_touch touch;
+    int16_t past[FC_PAST][FC_FINGERS];
+
+    bool open;               /* a closing goes on, */
+    uint32_t since;          /* from this sample on */
+    int32_t latched;         /* fingers that touch */
+    bool touched, second;    /* the first contact is known, the second is */
+    bool over, still;        /* the pinch is over; no more answers come */
+    fc_contact first;
+    bool listening;          /* the touch has its signal so far */
+    double baseline;
+    int32_t answered;        /* samples of the newest answer */
+} fc_answers;
+
+/* keeper: what keeps models; the one that it has answers from now on. */
+void fc_answers_init(fc_answers *a, fc_device *device, const fc_keeper *keeper,
+                     uint32_t (*clock)(void));
+
+/* Works on all samples that wait; belongs to the main loop. */
+void fc_answers_work(fc_answers *a);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,105 @@
+"""Write answers/fc_*_sizes.h: the lengths that the hand's own kernels are built with.
+
+They are those of the package: of its default detector, of its any-time network, and of the gate;
+run this after changing one of them. Models with other numbers of the same sizes come over the wire.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from firstcontact.anytime.compact import THIN
+from firstcontact.anytime.inputs import BESIDE
+from firstcontact.anytime.model_file import pretrained
+from firstcontact.anytime.network import HEADS
+from firstcontact.anytime.rig import LEVELS, STAGES
+from firstcontact.anytime.touch_stream import moments
+from firstcontact.anytime.touches import BEFORE
+from firstcontact.contact import DETECTORS, make_detector
+from firstcontact.contact.gate import STEP, STEPS
+from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS
+from firstcontact.embedded.budget import DIRECTIONS
+from firstcontact.embedded.kernel_sizes import detector_sizes
+from firstcontact.live.pipeline import AFTER
+from firstcontact.signal import samples_in
+from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD
+from firstcontact.testing.closings import closings
+
+FOLDER = Path(__file__).parent / "answers"
+PAGE = """\
+/* {about} Written by write_sizes.py: do not edit. */
+#ifndef FC_{upper}_SIZES_H
+#define FC_{upper}_SIZES_H
+{before}
+enum {{
+{sizes}
+}};
+{after}
+#endif
+"""
+#: The judge's numbers come with the model, so they are looked up where that lies.
+JUDGE = """
+#define FC_JUDGE_HEADER "fc_judge_{kernel}.h"
+#define FC_CHANNELS 2
+#define fc_judge_constants (*fc_judge_loaded)
+"""
+
+
+def detector() -> tuple[str, dict[str, int]]:
+    """Kernel and lengths of the detector that is trained unless another is named."""
+    # What it learned does not matter: its lengths do not depend on it.
+    trained = make_detector(DETECTORS.default).fit(closings(24))
+    kernel = trained.judgement(FINGERTIP_RATE).kernel
+    return kernel, detector_sizes(trained, FINGERTIP_RATE)
+
+
+def anytime() -> dict[str, int]:
+    """Lengths of the network that came with the package, in its largest form."""
+    arrays = pretrained().network.to_arrays()
+    outputs = {name: len(arrays[f"{name}.bias"]) for name in THIN}
+    return {
+        "FC_LONGEST": STAGES[-1],
+        "FC_BEFORE": samples_in(BEFORE, FINGERTIP_RATE),
+        "FC_BESIDE": BESIDE,
+        "FC_HEADS": HEADS,
+        "FC_HIDDEN": outputs["query1"],
+        "FC_FOUND": outputs["query2"],
+        "FC_WIDEST": max(outputs.values()) + outputs["query2"],
+        "FC_DIRECTIONS": max(DIRECTIONS),
+        "FC_LEVELS_MOST": LEVELS,
+    }
+
+
+def texts() -> dict[str, str]:
+    """The headers as they should be, by name."""
+    rate = FINGERTIP_RATE
+    kernel, lengths = detector()
+    chain = {
+        "FC_GATE_STEP": samples_in(STEP, rate),
+        "FC_GATE_STEPS": STEPS,
+        "FC_BASELINE": samples_in(BASELINE, rate),
+        "FC_GUARD": samples_in(BASELINE_GUARD, rate),
+        "FC_AFTER": samples_in(AFTER, rate),
+    }
+    listed = ", ".join(map(str, moments(rate)))
+    volt = ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS)
+    told = (
+        "\n/* Samples after a contact with which there is an answer. */\n"
+        f"#define FC_MOMENTS {listed}\n"
+        f"#define FC_VOLT {volt!r}\n#define FC_PIEZO_ZERO {ADC_COUNTS * SUBCOUNTS / 2!r}\n"
+    )
+    return {
+        "detector": _page("detector", "The detector.", JUDGE.format(kernel=kernel), lengths),
+        "anytime": _page("anytime", "The any-time network.", "", anytime()),
+        "chain": _page("chain", "The gate, and the signal of a contact.", "", chain, told),
+    }
+
+
+def _page(name: str, about: str, before: str, sizes: dict[str, int], after: str = "") -> str:
+    lines = ",\n".join(f"    {key} = {value}" for key, value in sizes.items())
+    return PAGE.format(upper=name.upper(), about=about, before=before, sizes=lines, after=after)
+
+
+if __name__ == "__main__":
+    for name, text in texts().items():
+        (FOLDER / f"fc_{name}_sizes.h").write_text(text, encoding="utf-8")

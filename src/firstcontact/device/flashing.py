@@ -1,0 +1,127 @@
+"""A model over the wire onto a device that answers by itself: whole and checked, or not at all."""
+
+from __future__ import annotations
+
+import struct
+import time
+import zlib
+
+from firstcontact.core import InputError
+from firstcontact.device._handshake import Greeting, read_greeting, refusal
+from firstcontact.device._transport import LinkError, SerialTransport
+from firstcontact.device.decoder import Decoder
+from firstcontact.device.protocol import VERSION, Frame, FrameError, FrameType
+
+#: Most bytes of a model in a frame.
+CHUNK = 200
+#: What is not answered for so long is said again, s, and after so long nothing answers.
+AGAIN = 1.0
+PATIENCE = 5.0
+_BEGIN = struct.Struct("<IIII")
+_OFFSET = struct.Struct("<I")
+_STATE = struct.Struct("<BBI")
+KEPT, REFUSED = 1, 2
+
+
+def _is_of(answer: Frame, kind: FrameType) -> bool:
+    """Whether it is an answer to such a frame, and not a late one to the one before."""
+    return answer.type != FrameType.MODEL_STATE or answer.payload[1:2] == bytes([kind])
+
+
+class _Link:
+    """Frames to a device, and its answers."""
+
+    def __init__(self, port: str) -> None:
+        self.port = port
+        self._transport = SerialTransport(port)
+        self._decoder = Decoder()
+
+    def close(self) -> None:
+        self._transport.close()
+
+    def ask(self, kind: FrameType, payload: bytes, answer: FrameType, silent: str) -> Frame:
+        """Say something until it is answered."""
+        until = time.monotonic() + PATIENCE
+        try:
+            while time.monotonic() < until:
+                self._transport.send(kind, payload)
+                again = time.monotonic() + AGAIN
+                while time.monotonic() < again:
+                    for frame in self._decoder.feed(self._transport.read()):
+                        if frame.type == FrameType.REFUSED:
+                            raise refusal(frame.payload)
+                        if frame.type == answer and _is_of(frame, kind):
+                            return frame
+        except LinkError as error:
+            raise InputError(
+                f"{self.port}: the device went away ({error}): plug it in and start again; it has "
+                "its old model"
+            ) from error
+        raise InputError(f"{self.port}: {silent}")
+
+    def greeting(self) -> Greeting:
+        silent = "what is on this port does not answer: check that it is the fingertip"
+        answer = self.ask(FrameType.HELLO, bytes([VERSION]), FrameType.DESCRIPTOR, silent)
+        try:
+            return read_greeting(answer.payload)
+        except FrameError as error:
+            raise InputError(f"{self.port}: {error}: start again") from error
+
+    def model(self, kind: FrameType, payload: bytes) -> tuple[int, int]:
+        """State and bytes that are there, as the device says."""
+        silent = (
+            "the device takes no models: flash a firmware that answers by itself, of this version "
+            "of firstcontact"
+        )
+        answer = self.ask(kind, payload, FrameType.MODEL_STATE, silent).payload
+        if len(answer) < _STATE.size:
+            raise InputError(f"{self.port}: the device's answer is too short: start again")
+        state, _, there = _STATE.unpack_from(answer)
+        if state == REFUSED:
+            why = answer[_STATE.size :].decode(errors="replace")
+            raise InputError(
+                f"{self.port}: the device refuses the model ({why}) and keeps its old one: export "
+                "it with the version of firstcontact that the firmware is of"
+            )
+        return int(state), int(there)
+
+
+def flash_model(port: str, data: bytes, form: int, sizes: int) -> str:
+    """Send a model and have it answer.
+
+    Parameters
+    ----------
+    port
+        Of the device.
+    data
+        The image.
+    form, sizes
+        Its format, and the CRC of the sizes that it needs: refused before anything is sent where
+        the device has others.
+
+    Returns
+    -------
+    str
+        Digest of the model that answers now, as the device says.
+
+    Raises
+    ------
+    InputError
+        The device refuses it, does not answer or goes away: then it has its old model.
+    """
+    link = _Link(port)
+    try:
+        link.greeting()
+        link.ask(FrameType.STOP, b"", FrameType.STOPPED, "the device does not stop")
+        told = _BEGIN.pack(form, sizes, len(data), zlib.crc32(data))
+        _, there = link.model(FrameType.MODEL_BEGIN, told)
+        while there < len(data):
+            chunk = _OFFSET.pack(there) + data[there : there + CHUNK]
+            _, there = link.model(FrameType.MODEL_CHUNK, chunk)
+        state, _ = link.model(FrameType.MODEL_END, b"")
+        answers = link.greeting().descriptor.answers
+    finally:
+        link.close()
+    if state != KEPT or answers is None:
+        raise InputError(f"{port}: the device did not keep the model: start again")
+    return answers.model

@@ -1,0 +1,160 @@
+"""What a device that answers by itself tells: contacts and estimates, as frames hold them."""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import dataclass
+from typing import Annotated
+
+from msgspec import Meta
+
+from firstcontact.core import Finger
+from firstcontact.core.records import Name
+from firstcontact.device.protocol import FrameError
+
+_CONTACT = struct.Struct("<IIBB")
+_ESTIMATE = struct.Struct("<IIHBBfffI")
+#: Flags of an estimate.
+REFUSES, STRANGE = 1, 2
+
+
+@dataclass(frozen=True, slots=True)
+class Answering:
+    """What answers on a device, as its descriptor says.
+
+    Parameters
+    ----------
+    model
+        Digest of the model, 16 hexadecimal digits.
+    detector, anytime
+        Names of what it is made of.
+    floors
+        Noise of each finger above which it hears a motor, V; 0 where it was not told.
+    """
+
+    model: Annotated[str, Meta(pattern="^[0-9a-f]{16}$")]
+    detector: Name = ""
+    anytime: Name = ""
+    floors: Annotated[tuple[Annotated[float, Meta(ge=0.0, le=1e9)], ...], Meta(max_length=2)] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ToldContact:
+    """A contact that the device found.
+
+    Parameters
+    ----------
+    finger
+        Whose.
+    sample, known
+        At which it began, and after which the device knew it; 64 bits.
+    first
+        Whether it is the closing's first.
+    epoch
+        Of the samples.
+    """
+
+    finger: Finger
+    sample: int
+    known: int
+    first: bool
+    epoch: int
+
+
+@dataclass(frozen=True, slots=True)
+class ToldEstimate:
+    """An answer of the device.
+
+    Parameters
+    ----------
+    finger, contact
+        Of the contact that it is about, and the sample at which that began.
+    samples
+        After the contact that it was made from.
+    known
+        Sample after which the device made it.
+    value, low, high
+        Shore A and the interval's ends.
+    refused
+        Whether it is none: the signal cannot be used.
+    strange
+        Whether the contact is like nothing that was learned from.
+    took
+        What making it took on the device, s; 0 where the device does not measure that.
+    epoch
+        Of the samples.
+    """
+
+    finger: Finger
+    contact: int
+    samples: int
+    known: int
+    value: float
+    low: float
+    high: float
+    refused: bool
+    strange: bool
+    took: float
+    epoch: int
+
+
+Told = ToldContact | ToldEstimate
+
+
+def contact_payload(finger: Finger, sample: int, known: int, first: bool) -> bytes:
+    """Payload of a contact frame."""
+    return _CONTACT.pack(sample & 0xFFFFFFFF, known & 0xFFFFFFFF, list(Finger).index(finger), first)
+
+
+def read_contact(payload: bytes, epoch: int) -> ToldContact:
+    """A contact frame's payload, sample numbers as sent (32 bits); FrameError when damaged."""
+    if len(payload) != _CONTACT.size:
+        raise FrameError("a contact frame has the wrong length")
+    sample, known, finger, first = _CONTACT.unpack(payload)
+    return ToldContact(_finger(finger), sample, known, bool(first), epoch)
+
+
+def estimate_payload(told: ToldEstimate) -> bytes:
+    """Payload of an estimate frame."""
+    return _ESTIMATE.pack(
+        told.contact & 0xFFFFFFFF,
+        told.known & 0xFFFFFFFF,
+        told.samples,
+        list(Finger).index(told.finger),
+        told.refused * REFUSES | told.strange * STRANGE,
+        told.value,
+        told.low,
+        told.high,
+        round(told.took * 1e9),
+    )
+
+
+def read_estimate(payload: bytes, epoch: int) -> ToldEstimate:
+    """An estimate frame's payload, sample numbers as sent (32 bits); FrameError when damaged."""
+    if len(payload) != _ESTIMATE.size:
+        raise FrameError("an estimate frame has the wrong length")
+    contact, known, samples, finger, flags, *ends, took = _ESTIMATE.unpack(payload)
+    value, low, high = ends
+    if not all(map(math.isfinite, ends)):
+        raise FrameError("an estimate is no finite number")
+    return ToldEstimate(
+        _finger(finger),
+        contact,
+        samples,
+        known,
+        value,
+        low,
+        high,
+        bool(flags & REFUSES),
+        bool(flags & STRANGE),
+        took * 1e-9,
+        epoch,
+    )
+
+
+def _finger(number: int) -> Finger:
+    fingers = list(Finger)
+    if number >= len(fingers):
+        raise FrameError(f"there is no finger {number}")
+    return fingers[number]

@@ -1,0 +1,99 @@
+"""The hand's own answers: the native device and the emulated board against live on this machine."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from device_process import running
+from hand import FLOORS, assert_same, of_device, of_host, python_says
+from numpy.typing import NDArray
+from test_emulated_device import emulated
+
+from firstcontact.device.flashing import flash_model
+from firstcontact.device.serial_source import SerialSource
+from firstcontact.device.told import Told, ToldEstimate
+from firstcontact.embedded.hand_model import hand_image
+from firstcontact.embedded.model_image import FORMAT
+from firstcontact.twin.scans import write_scans
+from firstcontact.twin.stream import TwinStream
+
+SAMPLES = 30 * 4936
+
+
+@pytest.fixture
+def folder(hand_models: tuple[Path, Path]) -> Path:
+    return hand_models[0]
+
+
+@pytest.fixture(scope="module")
+def scans(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("scans") / "twin.scans"
+    write_scans(path, [TwinStream(seed=4).read(SAMPLES)])
+    return path
+
+
+def flashed(path: str, folder: Path) -> None:
+    image = hand_image(folder, FLOORS)
+    assert flash_model(path, image.data, FORMAT, image.sizes) == image.digest
+
+
+def listened(
+    path: str, enough: Callable[[int, list[Told]], bool]
+) -> tuple[NDArray[np.int16], list[Told]]:
+    """Samples from the first on, and what the device said of them."""
+    blocks: list[NDArray[np.int16]] = []
+    told: list[Told] = []
+    patience = time.monotonic() + 120
+    with SerialSource(path) as source:
+        assert source.descriptor.answers is not None
+        while not enough(sum(map(len, blocks)), told):
+            assert time.monotonic() < patience
+            for arrival in source.read(0.2):
+                assert arrival.block.first_sample == sum(map(len, blocks))
+                blocks.append(arrival.block.data)
+                told += arrival.told
+    return np.concatenate(blocks), told
+
+
+def test_the_native_hand_answers_as_live_does(
+    strict_program: Path, folder: Path, scans: Path, tmp_path: Path
+) -> None:
+    options = ("--scans", str(scans), "--speed", "8", "--ring", "65000")
+    options += ("--models", str(tmp_path / "models"))
+    with running(strict_program, *options) as device:
+        flashed(device.path, folder)
+        data, told = listened(device.path, lambda n, _: n >= SAMPLES // 5 * 5)
+    host = of_host(python_says(folder, data))
+    assert len(host.contacts) >= 10
+    assert len(host.estimates) >= 50
+    assert_same(of_device(told), host)
+
+
+def test_the_emulated_board_answers_as_live_does_and_counts_what_it_takes(
+    image: Path, folder: Path, scans: Path, tmp_path: Path
+) -> None:
+    few = 24
+    model = tmp_path / "hand.model"
+    model.write_bytes(hand_image(folder, FLOORS).data)
+
+    def enough(n: int, told: list[Told]) -> bool:
+        return sum(isinstance(t, ToldEstimate) for t in told) >= few
+
+    counted = ("-icount", "shift=10,sleep=off")
+    with emulated(image, "counted", str(scans), str(model), more=counted) as path:
+        data, told = listened(path, enough)
+    estimates = [t for t in told if isinstance(t, ToldEstimate)][:few]
+    host, device = of_host(python_says(folder, data)), of_device(told)
+    known = estimates[-1].known
+    assert device.contacts[:1] == host.contacts[:1]
+    for key, (*numbers, strange, at) in device.estimates.items():
+        if at <= known:
+            *wanted, odd, complete = host.estimates[key]
+            np.testing.assert_allclose(numbers, wanted, atol=0.01)
+            assert (strange, at) == (odd, complete)
+    # Within half of the millisecond that there is for it, at 1.5 cycles an instruction.
+    assert all(100e-6 < t.took < 500e-6 for t in estimates)

@@ -129,6 +129,30 @@ def test_nothing_is_joined_across_a_gap(tmp_path: Path) -> None:
     assert found == pytest.approx([0.5 * RATE, 1.5 * RATE], abs=1)
 
 
+@pytest.mark.parametrize("column", ["onset_s", "onset_sample"])
+@pytest.mark.parametrize("late", [False, True])
+def test_events_count_from_the_first_of_the_vibration(
+    tmp_path: Path, column: str, late: bool
+) -> None:
+    # Behind a gap, and where the part before it is left out: another stream began later.
+    stamps = times(SAMPLES, RATE)
+    stamps[SAMPLES // 2 :] += 3.0
+    behind = stamps[SAMPLES // 2] - stamps[0]
+    streams = [vibration(stamps=stamps)]
+    if late:
+        begin = float(stamps[SAMPLES // 2]) - 0.1
+        streams.append(slow(stamps=times(200, SLOW, begin=begin)))
+    table = tmp_path / "events.csv"
+    wanted = SAMPLES // 2 + round(0.5 * RATE)
+    table.write_text(f"{column}\n{behind + 0.5 if column == 'onset_s' else wanted}\n")
+    out = tmp_path / "out"
+    path = xdf(tmp_path, *streams)
+    assert main(["import", str(path), "--events", str(table), "--out", str(out)]) == 0
+    (pinch,) = load_dataset(out).pinches
+    assert pinch.first is not None
+    assert pinch.data[pinch.first.sample - pinch.first_sample, 0] == pytest.approx(wanted, abs=1)
+
+
 def test_without_markers_the_file_is_one_pinch_to_label(tmp_path: Path) -> None:
     out = tmp_path / "out"
     assert main(["import", str(xdf(tmp_path, vibration())), "--out", str(out)]) == 0

@@ -92,8 +92,8 @@ def import_xdf(
         for s in streams
         if not s.closed
     ]
-    parts = _parts(path, streams, signals, notes)
-    columns, table = _contacts(path, streams, parts, events, notes)
+    parts, begin = _parts(path, streams, signals, notes)
+    columns, table = _contacts(path, streams, begin, events, notes)
     source = source_of(table, columns) if columns else check_source(str(path), "unknown")
     pace = parts[0].its.layout.rate
     lengths = [len(part.its.data) for part in parts]
@@ -102,7 +102,7 @@ def import_xdf(
         starts, stops, of = [0] * len(parts), lengths, list(range(len(parts)))
         given: Columns = {}
     else:
-        rows, local = _placed(table, columns, parts)
+        rows, local = _placed(table, columns, parts, begin)
         found = find_events(
             table, local, rows, [path] * len(parts), [(n, 1) for n in lengths], pace
         )
@@ -164,8 +164,11 @@ def _guessed(path: Path, streams: Sequence[Stream], sensor: VibrationSensor | No
 
 def _parts(
     path: Path, streams: Sequence[Stream], signals: Sequence[Signal], notes: list[str]
-) -> list[_Part]:
-    """Unbroken stretches of the vibration, and what of the other signals lies beside each."""
+) -> tuple[list[_Part], float]:
+    """Unbroken stretches of the vibration, and what of the other signals lies beside each.
+
+    With them the time of the vibration's first sample, which may lie in a stretch that is left out.
+    """
     by_name = {s.name: s for s in streams}
     for signal in signals:
         stream = by_name.get(signal.variable)
@@ -227,7 +230,7 @@ def _parts(
             f"{path}: the streams have no time in common: leave those out of the table of channels "
             "that were not recorded together"
         )
-    return parts
+    return parts, runs[main.name][0].begin
 
 
 def _names(signal: Signal, stream: Stream) -> tuple[str, ...]:
@@ -241,12 +244,11 @@ def _names(signal: Signal, stream: Stream) -> tuple[str, ...]:
 def _contacts(
     path: Path,
     streams: Sequence[Stream],
-    parts: Sequence[_Part],
+    begin: float,
     events: Path | None,
     notes: list[str],
 ) -> tuple[Columns, Path]:
     """A table of the contacts in seconds from the vibration's first sample, or nothing."""
-    begin = parts[0].run.begin
     if events is not None:
         return read_event_table(events), events
     says = [s for s in streams if s.says and len(s.stamps)]
@@ -264,28 +266,35 @@ def _contacts(
 
 
 def _placed(
-    table: Path, columns: Columns, parts: Sequence[_Part]
+    table: Path, columns: Columns, parts: Sequence[_Part], begin: float
 ) -> tuple[list[int | None], Columns]:
-    """Which part each row lies in, and the columns with times from the start of that part."""
-    if SECONDS not in columns or SAMPLE in columns or len(parts) == 1:
+    """Which part each row lies in, and the columns counted from the start of that part."""
+    whole = len(parts) == 1 and parts[0].run.begin == begin
+    if whole or (SECONDS in columns) == (SAMPLE in columns):
         return [0] * len(next(iter(columns.values()))), columns
-    begin = parts[0].run.begin
+    name = SECONDS if SECONDS in columns else SAMPLE
+    bounds = [
+        (p.run.begin - begin, p.run.last - begin)
+        if name == SECONDS
+        else (p.run.first, p.run.end - 1)
+        for p in parts
+    ]
     rows: list[int | None] = []
     local: list[str] = []
-    for row, cell in enumerate(columns[SECONDS]):
+    for row, cell in enumerate(columns[name]):
         try:
-            at = begin + float(cell)
+            at = float(cell)
         except ValueError:
             at = np.nan
-        place = next((k for k, p in enumerate(parts) if p.run.begin <= at <= p.run.last), None)
+        place = next((k for k, (a, b) in enumerate(bounds) if a <= at <= b), None)
         if place is None:
             raise InputError(
-                f"{table}: {SECONDS} of row {row} is {shown(cell)}, where the vibration has no "
-                "samples: correct or remove the row"
+                f"{table}: {name} of row {row} is {shown(cell)}, where the vibration has no "
+                "samples, or another stream lacks: correct or remove the row"
             )
         rows.append(place)
-        local.append(f"{at - parts[place].run.begin!r}")
-    return rows, {**columns, SECONDS: local}
+        local.append(f"{at - bounds[place][0]!r}")
+    return rows, {**columns, name: local}
 
 
 XDF = Importer(

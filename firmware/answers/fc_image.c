@@ -117,19 +117,20 @@ static bool pair(cursor *c, fc_whole *w, int32_t inputs, int32_t outputs)
 
 static bool read_judge(cursor *c, fc_loudness *j)
 {
-    double scalars[4];
+    double scalars[5];
     int32_t recent;
-    copy(c, scalars, 4, sizeof *scalars);
+    copy(c, scalars, 5, sizeof *scalars);
     copy(c, &recent, 1, sizeof recent);
     j->awake = scalars[0];
     j->floor = scalars[1];
     j->ridge = scalars[2];
     j->bias = scalars[3];
+    j->doubt = scalars[4];
     j->recent = recent;
     j->lengths = take(c, FC_PARTS, sizeof *j->lengths);
     j->line = doubles(c, 2 * FC_LEVELS);
-    if (c->cut || recent != FC_LOOK - FC_QUIET || !finite_doubles(scalars, 4)
-        || !(j->floor > 0.0))
+    if (c->cut || recent != FC_LOOK - FC_QUIET || !finite_doubles(scalars, 5)
+        || !(j->floor > 0.0) || !(j->doubt >= 0.0))
         return false;
     for (int32_t k = 0, last = 0; k < FC_PARTS; last = j->lengths[k++])
         if (j->lengths[k] <= last)

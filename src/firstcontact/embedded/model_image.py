@@ -30,7 +30,7 @@ MAGIC = b"FCMI"
 #: Raised when a firmware that reads the one before could not read it.
 FORMAT = 1
 #: Order of the scalars that the detector's judge is given.
-_JUDGE = ("awake", "floor", "ridge", "bias")
+_JUDGE = ("awake", "floor", "ridge", "bias", "doubt")
 
 
 @dataclass(frozen=True, slots=True)

@@ -108,6 +108,8 @@ def test_streams_that_cannot_be_used_are_refused(
         LslSource(name, ("violin",)).__enter__()
     with sending(name, rate=100.0), pytest.raises(InputError, match="needs 494 or more"):
         LslSource(name).__enter__()
+    with sending(name, rate=2e6), pytest.raises(InputError, match=r"1e\+06 are the most"):
+        LslSource(name).__enter__()
     monkeypatch.setattr("firstcontact.device.lsl_source.PATIENCE", 0.2)
     with pytest.raises(InputError, match="no LSL stream is called"):
         LslSource("nobody sends this").__enter__()

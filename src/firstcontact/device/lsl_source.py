@@ -23,6 +23,7 @@ from firstcontact.device._stamped_samples import StampedSamples
 from firstcontact.device.opening import SourceOptions
 from firstcontact.device.source import Descriptor
 from firstcontact.device.threaded import ThreadedSource
+from firstcontact.recording.checks import HIGHEST_RATE
 from firstcontact.signal import CausalResampler
 
 #: A stream is looked for so long, s.
@@ -95,21 +96,11 @@ class LslSource(ThreadedSource):
         self._inlet = self._lsl.StreamInlet(found, max_buflen=BUFFERED, recover=False)
         try:
             info = self._inlet.info(PATIENCE)
+            self._check_rate(info)
             self._inlet.open_stream(PATIENCE)
             self._inlet.time_correction(PATIENCE)
         except self._lost as error:
             raise InputError(f"{self.name} does not answer ({error}): start it again") from error
-        self._input_rate = float(info.nominal_srate())
-        if not self._input_rate > 0 or info.channel_format() == self._lsl.cf_string:
-            raise InputError(
-                f"{self.name} has no regular rate, or text for samples: have it sent with the rate "
-                "of its samples"
-            )
-        if self._rate > 10 * self._input_rate:
-            raise InputError(
-                f"{self.name} has {self._input_rate:g} samples a second: a contact needs "
-                f"{self._rate / 10:.0f} or more"
-            )
         channels, self._places = vibration_of(info, self._named, self.name)
         resampler = CausalResampler(self._input_rate, self._rate)
         said = info.desc().child("acquisition")
@@ -123,6 +114,25 @@ class LslSource(ThreadedSource):
             dtype="float32",
             delay=resampler.delay,
         )
+
+    def _check_rate(self, info: Any) -> None:
+        """Take the rate that it states, before anything is sent."""
+        self._input_rate = float(info.nominal_srate())
+        if not self._input_rate > 0 or info.channel_format() == self._lsl.cf_string:
+            raise InputError(
+                f"{self.name} has no regular rate, or text for samples: have it sent with the rate "
+                "of its samples"
+            )
+        if self._input_rate > HIGHEST_RATE:
+            raise InputError(
+                f"{self.name} says {self._input_rate:g} samples a second, and {HIGHEST_RATE:g} are "
+                "the most: correct the rate that it states"
+            )
+        if self._rate > 10 * self._input_rate:
+            raise InputError(
+                f"{self.name} has {self._input_rate:g} samples a second: a contact needs "
+                f"{self._rate / 10:.0f} or more"
+            )
 
     def _work(self) -> None:
         epoch = 0

@@ -11,6 +11,7 @@ from pathlib import Path
 from firstcontact.anytime.compact import THIN
 from firstcontact.anytime.inputs import BESIDE
 from firstcontact.anytime.model_file import pretrained
+from firstcontact.anytime.motor_pitch import quiet_samples
 from firstcontact.anytime.network import HEADS
 from firstcontact.anytime.rig import LEVELS, STAGES
 from firstcontact.anytime.touch_stream import moments
@@ -57,9 +58,12 @@ def anytime() -> dict[str, int]:
     """Lengths of the network that came with the package, in its largest form."""
     arrays = pretrained().network.to_arrays()
     outputs = {name: len(arrays[f"{name}.bias"]) for name in THIN}
+    before = samples_in(BEFORE, FINGERTIP_RATE)
     return {
+        "FC_LISTENS": 0,
+        "FC_HEARD": quiet_samples(before, FINGERTIP_RATE),
         "FC_LONGEST": STAGES[-1],
-        "FC_BEFORE": samples_in(BEFORE, FINGERTIP_RATE),
+        "FC_BEFORE": before,
         "FC_BESIDE": BESIDE,
         "FC_HEADS": HEADS,
         "FC_HIDDEN": outputs["query1"],

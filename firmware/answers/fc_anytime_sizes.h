@@ -3,6 +3,8 @@
 #define FC_ANYTIME_SIZES_H
 
 enum {
+    FC_LISTENS = 0,
+    FC_HEARD = 187,
     FC_LONGEST = 74,
     FC_BEFORE = 197,
     FC_BESIDE = 5,

@@ -148,6 +148,7 @@ static bool read_rig(cursor *c, const fc_anytime *m, fc_rig *r)
     r->levels = told[1];
     r->level = scalars[0];
     r->sign = scalars[1];
+    r->motor = NULL; /* no motor is listened to by these kernels */
     if (c->cut || told[1] < 0 || told[1] > FC_LEVELS_MOST || !(r->level > 1e-9)
         || !(r->level < 1e9) || (r->sign != 1.0 && r->sign != -1.0))
         return false;

@@ -32,6 +32,7 @@ from firstcontact.contact.registry import DETECTORS
 from firstcontact.core import Dataset
 from firstcontact.core.files import replacing
 from firstcontact.core.jobs import Serial
+from firstcontact.embedded._c_anytime import listens
 from firstcontact.embedded.budget import USUAL_DIRECTIONS, compact_forms, forms, microseconds
 from firstcontact.embedded.trained import NamedModel, Trained
 from firstcontact.learning.adapting import adapt
@@ -167,8 +168,8 @@ def of_touches(sets: list[Dataset], out: Path, quick: bool) -> tuple[Numbers, In
     for form in compact_forms(whole, learn, contacts):
         assert isinstance(form.network, CompactNetwork)
         directions = len(form.network.thin["body1"].into.bias)
-        label = f"anytime_{directions}"
-        usual = directions == USUAL_DIRECTIONS
+        label = f"anytime_{directions}" + "_listening" * listens(form)
+        usual = label == f"anytime_{USUAL_DIRECTIONS}"
         if quick and not usual:
             continue
         chosen = form if usual else chosen

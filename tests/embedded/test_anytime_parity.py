@@ -14,6 +14,7 @@ from firstcontact.anytime import InContextModel, Rig, Touches
 from firstcontact.anytime.compact import compacted
 from firstcontact.anytime.in_context import ANY
 from firstcontact.anytime.model_file import pretrained
+from firstcontact.anytime.motor_pitch import BELIEVED, spectra
 from firstcontact.anytime.touch_stream import moments
 from firstcontact.core import InputError
 from firstcontact.embedded import c_library
@@ -75,6 +76,35 @@ def assert_parity(model: InContextModel, some: Touches, got: NDArray[np.void]) -
 def test_c_answers_as_python_does(tmp_path: Path) -> None:
     model = compacted(told(), plain(touches(60, 1)), 12)
     some = plain(touches(12, 2))
+    data = building.touches(some.signals, some.valid, some.fingers, MOMENTS)
+    built = asked(model, tmp_path / "library")
+    native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
+    found = np.frombuffer(native, building.RUNNING)
+    assert_parity(model, some, found)
+    if building.emulator_there():
+        m7 = building.ask_m7(built.m7(tmp_path / "m7.elf"), data, tmp_path)
+        assert building.same(found, np.frombuffer(m7, building.RUNNING))
+
+
+def with_motor(some: Touches, seed: int) -> Touches:
+    """A motor whose lines all follow its speed, from half to one and a half of the usual one."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(some.signals.shape[1]) / RATE
+    turns = 2 * np.pi * 220 * rng.uniform(0.6, 1.5, len(some))[:, None] * t
+    sound = 0.03 * np.sin(turns) + 0.02 * np.sin(2 * turns + 1) + 0.02 * np.sin(5 * turns)
+    return replace(some, signals=(some.signals + sound).astype(np.float32))
+
+
+def test_c_hears_the_motor_as_python_does(tmp_path: Path) -> None:
+    known = with_motor(touches(60, 1), 5)
+    nothing = np.full(60, np.nan)
+    rig = Rig.of(replace(known, radii=nothing), known.radii)
+    whole = pretrained().told_of({ANY: rig})
+    model = compacted(whole, plain(known), 12, listening=True)
+    some = plain(with_motor(touches(12, 2), 6))
+    speed, alike = rig.pitch.listen(spectra(some.signals, some.before, RATE))  # type: ignore[union-attr]
+    assert (alike > BELIEVED).sum() > 6
+    assert np.ptp(speed[alike > BELIEVED]) > 0.3
     data = building.touches(some.signals, some.valid, some.fingers, MOMENTS)
     built = asked(model, tmp_path / "library")
     native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)

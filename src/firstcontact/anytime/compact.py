@@ -9,7 +9,7 @@ answers what its C answers.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -19,7 +19,7 @@ from firstcontact.anytime._features import Shape
 from firstcontact.anytime.in_context import InContextModel
 from firstcontact.anytime.inputs import network_inputs
 from firstcontact.anytime.network import Context, Matrix, Network
-from firstcontact.anytime.rig import GENERAL, Rig, stage_of
+from firstcontact.anytime.rig import GENERAL, stage_of
 from firstcontact.anytime.touches import Touches, lengths
 from firstcontact.core import InputError
 
@@ -216,16 +216,23 @@ class _Listening(Network):
 
 
 def deaf(model: InContextModel) -> InContextModel:
-    """The same without an ear for the motor's pitch: a spectrum for each contact costs too much."""
+    """The same without an ear for the motor's pitch: a spectrum for each contact is dear."""
+    return _told_nothing(model, False)
+
+
+def _told_nothing(model: InContextModel, listening: bool) -> InContextModel:
+    """The same where the hand tells no closing speed."""
     rigs = {
-        finger: Rig(rig.level, rig.sign, None, float("nan"), rig.tokens, rig.general)
+        finger: replace(rig, pitch=rig.pitch if listening else None, speed=float("nan"))
         for finger, rig in model.rigs.items()
     }
     return model.told_of(rigs)
 
 
-def compacted(model: InContextModel, touches: Touches, directions: int) -> CompactModel:
-    """The same model with a compact network, without an ear for the motor.
+def compacted(
+    model: InContextModel, touches: Touches, directions: int, listening: bool = False
+) -> CompactModel:
+    """The same model with a compact network.
 
     Parameters
     ----------
@@ -235,6 +242,8 @@ def compacted(model: InContextModel, touches: Touches, directions: int) -> Compa
         Of the rig, which the directions are found in.
     directions
         Of each thin layer.
+    listening
+        Whether it keeps its ear for the motor.
 
     Raises
     ------
@@ -246,7 +255,7 @@ def compacted(model: InContextModel, touches: Touches, directions: int) -> Compa
             f"{len(touches)} contacts are too few to make the any-time network small: give the "
             f"pinches of a training, {FEWEST} or more"
         )
-    model = deaf(model)
+    model = _told_nothing(model, listening)
     ears = _Listening(model.network)
     first, last = lengths(touches.rate)
     for samples in np.linspace(first, last, 7).round().astype(np.intp):

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.anytime.touches import Signals, Values
+from firstcontact.anytime.touches import BEFORE, Signals, Values
 from firstcontact.signal import samples_in
 from firstcontact.signal.windowing import BASELINE_GUARD
 
@@ -24,6 +24,8 @@ STEP = float(np.log(HIGHEST / LOWEST)) / (POINTS - 1)
 FARTHEST = 88
 #: A shift is believed where spectrum and reference have this correlation.
 BELIEVED = 0.5
+#: A count of the converter, V.
+COUNT = 3.2e-3
 _FFT = 2048
 _SMOOTH = 61
 _FLOOR = -1.0
@@ -49,20 +51,46 @@ def spectra(signals: Signals, before: int, rate: float) -> Spectra:
     ndarray
         Natural logarithm of power, on an axis of ln(frequency), shape (n, POINTS).
     """
-    quiet = signals[:, : before - samples_in(BASELINE_GUARD, rate)].astype(np.float64)
+    quiet = signals[:, : quiet_samples(before, rate)].astype(np.float64)
     quiet = (quiet - quiet.mean(axis=1, keepdims=True)) * np.hanning(quiet.shape[1])
     power = np.abs(np.fft.rfft(quiet, _FFT, axis=1)) ** 2
-    # In converter counts of 3.2 mV, so that what is added is far below any noise.
-    power = power / 3.2e-3**2
-    place = np.geomspace(LOWEST, HIGHEST, POINTS) * (_FFT / rate)
-    cell = np.minimum(place.astype(np.intp), power.shape[1] - 2)
-    part = np.clip(place - cell, 0.0, 1.0)
+    # In converter counts, so that what is added is far below any noise.
+    power = power / COUNT**2
+    cell, part = _places(rate)
     level = np.log(power[:, cell] * (1 - part) + power[:, cell + 1] * part + 1e-3)
     padded = np.pad(level, ((0, 0), (_SMOOTH // 2 + 1, _SMOOTH // 2)), mode="edge")
     sums = np.cumsum(padded, axis=1)
     lines = np.maximum(level - (sums[:, _SMOOTH:] - sums[:, :-_SMOOTH]) / _SMOOTH, _FLOOR)
     out: Spectra = lines - lines.mean(axis=1, keepdims=True)
     return out
+
+
+def quiet_samples(before: int, rate: float) -> int:
+    """So many of the samples before a contact are surely before it."""
+    return before - samples_in(BASELINE_GUARD, rate)
+
+
+def _places(rate: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Line below each point of the axis, and how far the point is on the way to the next."""
+    place = np.geomspace(LOWEST, HIGHEST, POINTS) * (_FFT / rate)
+    cell = np.minimum(place.astype(np.intp), _FFT // 2 - 1)
+    return cell, np.clip(place - cell, 0.0, 1.0)
+
+
+def ear_constants(rate: float) -> dict[str, float | NDArray[np.generic]]:
+    """What :meth:`MotorPitch.listen` is made of, for where there is no Python."""
+    heard = quiet_samples(samples_in(BEFORE, rate), rate)
+    cell, part = _places(rate)
+    angles = 2 * np.pi * np.arange(_FFT + _FFT // 4) / _FFT
+    even = np.sqrt((POINTS - np.arange(FARTHEST + 1)) * POINTS)
+    return {
+        "turn": np.sin(angles).astype(np.float32),
+        "fade": (np.hanning(heard) / COUNT).astype(np.float32),
+        "cell": cell.astype(np.int16),
+        "part": part.astype(np.float32),
+        "each": (1.0 / even).astype(np.float32),
+        "step": STEP,
+    }
 
 
 @dataclass(frozen=True, slots=True, eq=False)

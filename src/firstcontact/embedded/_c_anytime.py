@@ -11,16 +11,21 @@ from numpy.typing import NDArray
 from firstcontact.anytime import InContextModel
 from firstcontact.anytime.compact import CompactNetwork, Rounded
 from firstcontact.anytime.inputs import BESIDE
+from firstcontact.anytime.motor_pitch import ear_constants, quiet_samples
 from firstcontact.anytime.network import HEADS
 from firstcontact.anytime.rig import STAGES
 from firstcontact.anytime.strange import STILL
 from firstcontact.anytime.touches import BEFORE
 from firstcontact.core import InputError
-from firstcontact.embedded._c_text import c_array, c_struct
+from firstcontact.embedded._c_text import c_array, c_struct, constant_bytes
 from firstcontact.embedded._c_unit import CUnit
 from firstcontact.signal import samples_in
 
 Fields = dict[str, Any]
+#: Instructions for one look at the motor's pitch, as counted, and the floats that it works in.
+LISTENING = 440_000
+MOST_HEARD = 256
+EAR_FLOATS = 2 * 256 + 1026 + 400 + 584
 
 _SIZES = """\
 /* Sizes of the any-time network. Written by `firstcontact export-model`: do not edit.
@@ -115,6 +120,17 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
             parts |= {"keys": context.keys, "values": context.values}
         fields = [f".finger = {finger}, .levels = {rig.tokens.shape[1]}"]
         fields.append(f".level = {rig.level!r}, .sign = {rig.sign!r}")
+        motor = "NULL"
+        if rig.pitch is not None:
+            heard: Fields = {
+                "reference": rig.pitch.reference.astype(np.float32),
+                "deviation": float(rig.pitch.reference.std()),
+                "usual": rig.pitch.usual,
+            }
+            constants += constant_bytes(heard)
+            texts.append(c_struct("fc_motor", f"{own}_motor", heard))
+            motor = f"&{own}_motor"
+        fields.append(f".motor = {motor}")
         fields += [f".{part} = {array(f'{own}_{part}', v)}" for part, v in parts.items()]
         rigs.append(f"    {{{', '.join(fields)}}},\n")
     texts.append(f"static const fc_rig rigs[{len(rigs)}] = {{\n{''.join(rigs)}}};\n")
@@ -135,7 +151,20 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
         f"{{.outputs = {len(bias)}, .inputs = {weight.shape[1]}, "
         f".weight = {array('answer_weight', weight)}, .bias = {array('answer_bias', bias)}}}"
     )
+    ear = "NULL"
+    if listens(model):
+        heard_samples = quiet_samples(samples_in(BEFORE, model.rate), model.rate)
+        if heard_samples > MOST_HEARD:
+            raise InputError(
+                f"at {model.rate:g} Hz {heard_samples} samples before a contact tell of the motor, "
+                f"and C listens to {MOST_HEARD} at most: name a smaller --budget-us"
+            )
+        hears: Fields = ear_constants(model.rate)
+        constants += constant_bytes(hears)
+        texts.append(c_struct("fc_ear", "ear", hears))
+        ear = "&ear"
     numbers: Fields = {
+        "ear": ear,
         "rigs": len(rigs),
         "shortest": model.shortest,
         "stages": len(STAGES),
@@ -151,7 +180,7 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
     memory, touch = _memory(sizes)
     listed = ",\n".join(f"    {name} = {value}" for name, value in sizes.items())
     header = _SIZES.format(constants=constants, memory=memory, touch=touch, sizes=listed)
-    fixed = ("fc_anytime", "fc_whole", "fc_model", "fc_steps")
+    fixed = ("fc_anytime", "fc_whole", "fc_pitch", "fc_model", "fc_steps")
     return (
         CUnit("fc_anytime_sizes", header, "", 0, memory, 0, fixed),
         CUnit(
@@ -160,7 +189,7 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
             _SOURCE.format(constants="".join(texts)),
             constants,
             touch,
-            instructions(network),
+            instructions(model),
             fixed,
         ),
     )
@@ -170,6 +199,8 @@ def anytime_sizes(model: InContextModel, network: CompactNetwork) -> dict[str, i
     """Lengths that the network's kernels are built with."""
     outputs = {name: len(layer.out.bias) for name, layer in network.thin.items()}
     return {
+        "FC_LISTENS": int(listens(model)),
+        "FC_HEARD": quiet_samples(samples_in(BEFORE, model.rate), model.rate),
         "FC_LONGEST": STAGES[-1],
         "FC_BEFORE": samples_in(BEFORE, model.rate),
         "FC_BESIDE": BESIDE,
@@ -186,11 +217,20 @@ def _memory(sizes: Mapping[str, int]) -> tuple[int, int]:
     numbers = 3 * sizes["FC_LONGEST"] + 14 + BESIDE
     floats = numbers + 1 + sizes["FC_DIRECTIONS"] + sizes["FC_HIDDEN"] + 2 * sizes["FC_FOUND"]
     floats += sizes["FC_WIDEST"]
+    floats += EAR_FLOATS * sizes["FC_LISTENS"]
     return 4 * floats + 2 * (sizes["FC_WIDEST"] + numbers + 3), 12 * sizes["FC_LONGEST"] + 32
 
 
-def instructions(network: CompactNetwork) -> int:
-    """About how many an answer takes, the millisecond's samples in it: as counted."""
+def listens(model: InContextModel) -> bool:
+    """Whether it hears how fast the hand closes."""
+    return any(rig.pitch is not None for rig in model.rigs.values())
+
+
+def instructions(model: InContextModel) -> int:
+    """About how many an answer takes, the millisecond's samples in it, and the first one's ear."""
+    network = model.network
+    assert isinstance(network, CompactNetwork)
+    ear = LISTENING * listens(model)
     weights = sum(t.into.whole.size + t.out.whole.size for t in network.thin.values())
     outputs = sum(len(t.out.bias) for t in network.thin.values())
-    return int(1.9 * weights + 3.4 * network.answer[0].size) + 85 * outputs + 25_000
+    return int(1.9 * weights + 3.4 * network.answer[0].size) + 85 * outputs + 25_000 + ear

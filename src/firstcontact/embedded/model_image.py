@@ -23,7 +23,7 @@ from firstcontact.contact import Detector
 from firstcontact.contact.stream import WindowDetector
 from firstcontact.core import Calibration, InputError, fingertip_layout
 from firstcontact.core.weights import digest
-from firstcontact.embedded._c_anytime import anytime_sizes
+from firstcontact.embedded._c_anytime import anytime_sizes, listens
 from firstcontact.embedded.kernel_sizes import OF_KERNELS, TOLD, detector_sizes
 
 MAGIC = b"FCMI"
@@ -91,6 +91,11 @@ def model_image(
         raise InputError(
             "the any-time network has a megabyte of weights, and the hand takes a small one: name "
             "the recordings that it was told of with --data, in which it is made small"
+        )
+    if listens(model):
+        raise InputError(
+            "this form of the any-time network listens to the motor, and the hand's kernels do "
+            "not: export it with a smaller --budget-us or without one"
         )
     judge = detector.judgement(model.rate).constants
     if not set(_JUDGE) <= judge.keys():

@@ -8,6 +8,7 @@
 /* Amplitudes below this share of the level count as this. */
 static const double LEAST = 1e-4;
 /* Unit of the network's answers, and bounds of the logarithm of its spreads. */
+static const double BELIEVED = 0.5;
 static const double CENTRE = 40.0, UNIT = 40.0, MEAN_SCALE = 0.6;
 static const float NARROW = -4.0f, WIDE = 2.0f, FARTHEST = 6.0f;
 
@@ -28,6 +29,20 @@ static void touched(fc_touch *t, float volts)
     t->highest = volts > t->highest ? volts : t->highest;
 }
 
+/* How fast the hand closes, from the motor's pitch: believed where it sounds as usual. */
+static void listen(const fc_anytime *m, fc_touch *t, const float *before)
+{
+    double speed, alike;
+    if (!FC_LISTENS || t->rig->motor == NULL || t->broken)
+        return;
+    fc_pitch_listen(m->ear, t->rig->motor, before, &speed, &alike);
+    if (alike > BELIEVED) {
+        t->beside[0] = (float)(4.0 * bounded(speed, -1.0, 1.0));
+        t->beside[1] = 1.0f;
+    }
+    t->beside[2] = (float)alike;
+}
+
 void fc_anytime_begin(const fc_anytime *m, fc_touch *t, const float *before, int32_t finger)
 {
     double mean = 0.0, squares = 0.0;
@@ -45,6 +60,9 @@ void fc_anytime_begin(const fc_anytime *m, fc_touch *t, const float *before, int
     }
     for (int32_t k = 0; k < quiet; k++)
         squares += (before[k] - mean) * (before[k] - mean);
+    for (int32_t k = 0; k < FC_BESIDE; k++)
+        t->beside[k] = 0.0f;
+    listen(m, t, before);
     const double noise = sqrt(squares / quiet);
     t->loud = t->broken ? 0.0 : fc_log((noise > 1e-7 ? noise : 1e-7) / t->rig->level);
 }
@@ -134,7 +152,7 @@ static void inputs(const fc_anytime *m, const fc_touch *t, double peak, const do
     for (int32_t k = 0; k < FC_FEATURES; k++)
         numbers[3 * FC_LONGEST + k] = (float)f[k];
     for (int32_t k = 0; k < FC_BESIDE; k++)
-        numbers[3 * FC_LONGEST + FC_FEATURES + k] = 0.0f; /* no speed and no radius is told */
+        numbers[3 * FC_LONGEST + FC_FEATURES + k] = t->beside[k];
     for (int32_t k = 0; k < FC_NUMBERS; k++) {
         const float x = (numbers[k] - m->mean[k]) * m->each[k];
         numbers[k] = x < -FARTHEST ? -FARTHEST : x > FARTHEST ? FARTHEST : x;

@@ -10,6 +10,7 @@
 
 #include "fc_anytime_sizes.h"
 #include "fc_model.h"
+#include "fc_pitch.h"
 #include "fc_steps.h"
 #include "fc_whole.h"
 
@@ -25,6 +26,7 @@ typedef struct {
     int32_t finger, levels; /* finger is -1 for any other */
     double level, sign;
     const float *keys, *values, *along;
+    const fc_motor *motor; /* NULL where it is not listened to */
 } fc_rig;
 
 typedef struct {
@@ -38,6 +40,7 @@ typedef struct {
     const double *usual;       /* of what is familiar: means, */
     const float *whitening;    /* what makes distances of differences, */
     const double *limit;       /* and the largest distance */
+    const fc_ear *ear;         /* NULL where no motor is listened to */
     double still;              /* share of samples that repeat themselves in a dead sensor */
 } fc_anytime;
 
@@ -51,12 +54,13 @@ typedef struct {
     int32_t samples;
     bool broken;
     float lowest, highest;
+    float beside[FC_BESIDE]; /* what is known beside the signal: closing speed and radius */
     double loud; /* logarithm of the noise before the contact over the rig's level */
     double v[FC_LONGEST];
     float scaled[FC_LONGEST];
 } fc_touch;
 
-/* before: FC_BEFORE samples up to the contact, V, baseline removed. */
+/* before: FC_BEFORE samples up to the contact, V, baseline removed. The motor is listened to here. */
 void fc_anytime_begin(const fc_anytime *m, fc_touch *t, const float *before, int32_t finger);
 
 /* The next sample, V, baseline removed; what comes after FC_LONGEST is left out. */

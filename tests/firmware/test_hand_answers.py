@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +14,7 @@ from hand import FLOORS, assert_same, of_device, of_host, python_says
 from numpy.typing import NDArray
 from test_emulated_device import emulated
 
+from firstcontact.cli.main import main
 from firstcontact.device.flashing import flash_model
 from firstcontact.device.serial_source import SerialSource
 from firstcontact.device.told import Told, ToldEstimate
@@ -97,3 +99,23 @@ def test_the_emulated_board_answers_as_live_does_and_counts_what_it_takes(
             assert (strange, at) == (odd, complete)
     # Within half of the millisecond that there is for it, at 1.5 cycles an instruction.
     assert all(100e-6 < t.took < 500e-6 for t in estimates)
+
+
+def test_live_checks_the_hands_answers_pinch_by_pinch(
+    program: Path, folder: Path, scans: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    options = ("--scans", str(scans), "--speed", "8", "--ring", "65000")
+    options += ("--models", str(tmp_path / "models"))
+    with running(program, *options) as device:
+        flashed(device.path, folder)
+        arguments = ["--device", device.path, "--model", str(folder), "--pinches", "4", "--json"]
+        assert main(["live", *arguments]) == 0
+    told = capsys.readouterr()
+    lines = [json.loads(line) for line in told.out.splitlines()]
+    digest = hand_image(folder).digest
+    assert f"with the model {digest}" in told.err
+    assert lines[0]["answers"]["model"] == digest
+    checked = [line for line in lines if line["type"] == "hand_pinch"]
+    assert len(checked) >= 3
+    assert all(line["check"]["same"] for line in checked)
+    assert sum(line["check"]["compared"] for line in checked) >= 10

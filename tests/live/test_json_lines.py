@@ -75,9 +75,14 @@ def test_lines_say_what_happened_in_order() -> None:
         "pinch",
         "same_object",
         "hand",
+        "hand_contact",
+        "hand_estimate",
+        "hand_pinch",
     ]
     head, link, failed, marker, armed, touched, running, standing, *rest = lines
-    estimated, refused, pinch, same, hand = rest
+    estimated, refused, pinch, same, hand, found, own, whole = rest
+    assert (found["decided"], own["value"], own["took_s"]) == (522, 30.5, 441e-6)
+    assert (whole["check"]["same"], whole["check"]["largest"]) == (True, 0.002)
     assert (hand["told"], hand["by"]) == ("close", "keyboard")
     assert (running["value"], running["samples"], running["out_of_range"]) == (30.5, 59, False)
     assert (standing["answer"]["value"], standing["withdrawn"]) == (30.5, 1)

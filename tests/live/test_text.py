@@ -22,7 +22,11 @@ def test_pinches_losses_and_failures_are_a_line_each() -> None:
     sink.take(everything())
     sink.take(Update(health=Health(True, lost_samples=7), failed={"page": "OSError: no"}))
     sink.close()
-    head, lost, failed, pinch, same, hand = stream.getvalue().splitlines()
+    head, lost, failed, pinch, same, hand, own = stream.getvalue().splitlines()
+    assert own == (
+        "  on the hand (model 0123456789abcdef): 30.5 Shore A (22 to 39) from 12 ms at 12.2 ms, "
+        "the same here (1 answers)"
+    )
     assert head == "twin: fw 1, piezo, 4936 Hz"
     assert lost == "link: 7 samples lost, 7 in all"
     assert failed == "page: failed (OSError: no)"

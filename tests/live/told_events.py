@@ -6,12 +6,16 @@ import numpy as np
 
 from firstcontact.core import Block, Contact, Finger, fingertip_layout
 from firstcontact.device import Arrival, Descriptor, Health
+from firstcontact.device.told import ToldContact, ToldEstimate
 from firstcontact.live.events import (
     Armed,
     Case,
     Estimated,
     Event,
+    FromHand,
     HandAsked,
+    HandCheck,
+    HandPinch,
     PinchDone,
     Refused,
     Running,
@@ -55,6 +59,10 @@ ANSWER = Running(
     host=1000.12,
     compute=0.0003,
 )
+TOLD = (
+    ToldContact(Finger.THUMB, 510, 522, True, 0),
+    ToldEstimate(Finger.THUMB, 510, 59, 568, 30.5, 22.0, 39.0, False, False, 441e-6, 0),
+)
 EVENTS: tuple[Event, ...] = (
     Armed(400, 0),
     Touched(FIRST, first=True, epoch=0, host=1000.1),
@@ -76,6 +84,19 @@ EVENTS: tuple[Event, ...] = (
     ),
     SameObject(1, 30.5, 22.0, 39.0, 0.9, 2, end=1600, epoch=0),
     HandAsked(Ask.CLOSE, "keyboard", 390, 0),
+    FromHand(TOLD[0], 1000.1),
+    FromHand(TOLD[1], 1000.12),
+    HandPinch(
+        number=1,
+        model="0123456789abcdef",
+        first=TOLD[0],
+        second=None,
+        standing=TOLD[1],
+        answers=1,
+        check=HandCheck(contacts=True, compared=1, largest=0.002, flags=True, missing=0),
+        sample=510,
+        epoch=0,
+    ),
 )
 
 

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from firstcontact.contact.slip import SlipDetector
     from firstcontact.core import Calibration
     from firstcontact.device import Source
+    from firstcontact.device.told import Answering
     from firstcontact.grasp.hand import Hand
     from firstcontact.live.grasping import Grasping
     from firstcontact.live.models import ModelWithInterval
@@ -122,11 +123,16 @@ class Live:
             objects=self.objects,
         )
         folder = self.model or self._own_model(source)
-        loaded = _pretrained(self.detector) if folder is None else _models(folder, self.detector)
+        loaded = None if folder is None else _models(folder, self.detector)
         given = None if self.calibration is None else read_calibration(self.calibration)
         # Products of small matrices: threads of theirs only wait for one another.
         with stopping() as stop, source, threadpool_limits(1):
-            calibration = given or self._measured(source)
+            answers = source.descriptor.answers
+            if loaded is None:
+                loaded = _pretrained(self.detector) if answers is None else _none(self.detector)
+            if answers is not None:
+                _say(_whose(answers, self.model))
+            calibration = given or _floors(answers) or self._measured(source)
             pipeline = Pipeline(
                 source.descriptor.layout,
                 loaded.detector or untrained(source.descriptor.layout),
@@ -302,6 +308,40 @@ class _Loaded:
     models: list[ModelWithInterval]
     anytime: InContextModel | None
     landmarks: dict[str, float]
+
+
+def _none(detector: Path | None) -> _Loaded:
+    """No model here: the device answers by itself."""
+    from firstcontact.contact.detector_file import load_detector
+
+    return _Loaded(None if detector is None else load_detector(detector), [], None, {})
+
+
+def _whose(answers: Answering, model: Path | None) -> str:
+    """Whose answers these are, and what they are held against."""
+    from firstcontact.embedded.hand_model import hand_image
+
+    told = f"the device answers by itself, with the model {answers.model}"
+    if model is None:
+        return f"{told}: name the folder that it was flashed from with --model to have it checked"
+    try:
+        own = hand_image(model).digest
+    except InputError:  # no model that a hand could have
+        own = "another"
+    if own == answers.model:
+        return f"{told}, as {model} is: its answers are checked"
+    return f"{told}, and {model} is {own}: its answers are compared, and will differ"
+
+
+def _floors(answers: Answering | None) -> Calibration | None:
+    """The noise above which the device hears its motor: the host is to begin closings with it."""
+    from firstcontact.core import Calibration, VibrationCalibration, fingertip_layout
+
+    if answers is None or len(answers.floors) < 2 or not min(answers.floors) > 0:
+        return None
+    fingers = fingertip_layout().vibration_fingers
+    pairs = zip(fingers, answers.floors, strict=True)
+    return Calibration(tuple(VibrationCalibration(f, noise) for f, noise in pairs))
 
 
 def _pretrained(detector: Path | None) -> _Loaded:

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 from firstcontact.anytime.told_shape import in_words
 from firstcontact.core import Contact, Finger
 from firstcontact.device import Descriptor, Health
+from firstcontact.device.told import Told, ToldContact
 from firstcontact.live.events import (
     Answer,
     Armed,
     Case,
     Estimated,
     Event,
+    FromHand,
     HandAsked,
+    HandPinch,
     PinchDone,
     Refused,
     Running,
@@ -54,6 +58,7 @@ def of_descriptor(descriptor: Descriptor) -> dict[str, Any]:
         "sensor": descriptor.sensor,
         "hand": descriptor.hand,
         "source": descriptor.source,
+        "answers": None if descriptor.answers is None else asdict(descriptor.answers),
         "rate_hz": layout.rate,
         "channels": [
             {"name": name, "kind": c.sensor or c.kind, "finger": _finger(c.finger), "unit": c.unit}
@@ -115,6 +120,23 @@ def of_event(event: Event) -> dict[str, Any]:
             }
         case HandAsked():
             return _hand(event)
+        case FromHand():
+            told = event.told
+            kind = "hand_contact" if isinstance(told, ToldContact) else "hand_estimate"
+            return {"type": kind, **_told(told), "host_s": event.host}
+        case HandPinch():
+            return {
+                "type": "hand_pinch",
+                "number": event.number,
+                "model": event.model,
+                "contacts": [_told(c) for c in (event.first, event.second) if c is not None],
+                "standing": None if event.standing is None else _told(event.standing),
+                "answers": event.answers,
+                "epoch": event.epoch,
+                "check": None
+                if event.check is None
+                else {**asdict(event.check), "same": event.check.same},
+            }
         case SameObject():
             return {
                 "type": "same_object",
@@ -126,6 +148,31 @@ def of_event(event: Event) -> dict[str, Any]:
                 "pinches": event.pinches,
                 "epoch": event.epoch,
             }
+
+
+def _told(told: Told) -> dict[str, Any]:
+    """A contact or an estimate of the device's own."""
+    if isinstance(told, ToldContact):
+        return {
+            "finger": _finger(told.finger),
+            "sample": told.sample,
+            "decided": told.known,
+            "first": told.first,
+            "epoch": told.epoch,
+        }
+    return {
+        "finger": _finger(told.finger),
+        "sample": told.contact,
+        "samples": told.samples,
+        "complete": told.known,
+        "value": None if told.refused else told.value,
+        "low": None if told.refused else told.low,
+        "high": None if told.refused else told.high,
+        "refused": told.refused,
+        "out_of_range": told.strange,
+        "took_s": told.took,
+        "epoch": told.epoch,
+    }
 
 
 def _hand(event: HandAsked) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from firstcontact.core import Contact, Finger
+from firstcontact.device.told import Told, ToldContact, ToldEstimate
 from firstcontact.live.hand_requests import Ask
 
 
@@ -278,6 +279,104 @@ class HandAsked:
     epoch: int
 
 
+#: Answers of the hand and of the host that differ by no more are the same, Shore A.
+SAME = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class FromHand:
+    """A contact or an estimate that a device which answers by itself told, as it came.
+
+    Parameters
+    ----------
+    told
+        What it told.
+    host
+        When it came (monotonic, s).
+    """
+
+    told: Told
+    host: float
+
+    @property
+    def epoch(self) -> int:
+        """Of the samples."""
+        return self.told.epoch
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HandCheck:
+    """What the device told of a pinch, held against what the host found with its own model.
+
+    Parameters
+    ----------
+    contacts
+        Whether the contacts are the same: fingers, samples, and when they were known.
+    compared
+        Answers about the same moment that both gave.
+    largest
+        Largest difference of a value or of an interval's end, Shore A.
+    flags
+        Whether both found the contact out of range, or both did not.
+    missing
+        Answers that only one gave, of those that the device tells.
+    """
+
+    contacts: bool
+    compared: int
+    largest: float
+    flags: bool
+    missing: int
+
+    @property
+    def same(self) -> bool:
+        """Whether nothing differs by more than 0.01 Shore A."""
+        return self.contacts and self.flags and not self.missing and self.largest <= SAME
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HandPinch:
+    """All that a device which answers by itself told of a pinch.
+
+    Parameters
+    ----------
+    number
+        Counts them from 1.
+    model
+        Digest of the device's model.
+    first, second
+        Contacts; the first is None where only the host found the pinch.
+    standing
+        The last answer from samples before the second contact; None without one.
+    answers
+        How many of these there are.
+    check
+        Against the host's own; None where the host asks no model.
+    sample, epoch
+        Of the first contact, as the device or else the host found it.
+    """
+
+    number: int
+    model: str
+    first: ToldContact | None
+    second: ToldContact | None
+    standing: ToldEstimate | None
+    answers: int
+    check: HandCheck | None
+    sample: int
+    epoch: int
+
+
 Event = (
-    Armed | Touched | Estimated | Running | Settled | Refused | PinchDone | SameObject | HandAsked
+    Armed
+    | Touched
+    | Estimated
+    | Running
+    | Settled
+    | Refused
+    | PinchDone
+    | SameObject
+    | HandAsked
+    | FromHand
+    | HandPinch
 )

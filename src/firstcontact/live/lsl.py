@@ -17,7 +17,9 @@ from firstcontact.live.events import (
     Armed,
     Estimated,
     Event,
+    FromHand,
     HandAsked,
+    HandPinch,
     PinchDone,
     Running,
     SameObject,
@@ -138,8 +140,10 @@ class LslSink:
 def _known(event: Event) -> int:
     """Number of the sample with which an event was known."""
     match event:
-        case Armed() | HandAsked():
+        case Armed() | HandAsked() | HandPinch():
             return event.sample
+        case FromHand():
+            return event.told.known
         case Estimated() | Running() | Settled():
             return event.complete
         case PinchDone() | SameObject():

@@ -14,6 +14,7 @@ from firstcontact.core import Block, Calibration, Contact, InputError, joined
 from firstcontact.device import Arrival, Source
 from firstcontact.device.recorder import Recorder, RecorderStatus
 from firstcontact.live._fanout import Fanout
+from firstcontact.live._hand_answers import HandAnswers
 from firstcontact.live._same_object import Pinched
 from firstcontact.live.events import Event, PinchDone
 from firstcontact.live.hand_requests import Ask, HandRequests
@@ -96,6 +97,12 @@ class LiveSession:
         self._arrivals: list[Arrival] = []
         self._events: list[Event] = []
         self._pinched = Pinched()
+        answers = source.descriptor.answers
+        self._hand_answers = (
+            None
+            if answers is None
+            else HandAnswers(answers.model, pipeline.layout.rate, pipeline.answers_at_any_time)
+        )
         self._figures: Mapping[str, float] = {}
         if shape:
             self.tell_shape(shape)
@@ -145,6 +152,10 @@ class LiveSession:
                     for actor in self._actors:
                         actor.arrived(arrival.block, arrival.host)
                     found |= self._act(self.pipeline.update(arrival.block, arrival.host))
+                    if self._hand_answers is not None:
+                        came = self._hand_answers.came(arrival.told, arrival.block, arrival.host)
+                        self._events += came
+                        found |= bool(came)
                     corrected = self._pinched.labels(arrival.pinches)
                     self._events += [] if corrected is None else [corrected]
                     for actor in self._actors:
@@ -157,6 +168,8 @@ class LiveSession:
                 if (pinches is not None and self.pinches >= pinches) or self._alone:
                     break
             self._act(self.pipeline.finish())
+            if self._hand_answers is not None:
+                self._events += self._hand_answers.ended()
         finally:
             try:
                 for actor in self._actors:
@@ -275,6 +288,8 @@ class LiveSession:
             self._events.append(event)
             if isinstance(event, PinchDone):
                 self.pinches += 1
+                if self._hand_answers is not None:
+                    self._hand_answers.done(event)
                 combined = self._pinched.done(event)
                 self._events += [] if combined is None else [combined]
         return found

@@ -10,7 +10,16 @@ from firstcontact.device import Descriptor, Health
 from firstcontact.device.link_news import link_news
 from firstcontact.device.twin_words import lost_object
 from firstcontact.live._lines import write_now
-from firstcontact.live.events import Case, Estimated, HandAsked, PinchDone, Running, SameObject
+from firstcontact.live.events import (
+    Case,
+    Estimated,
+    HandAsked,
+    HandCheck,
+    HandPinch,
+    PinchDone,
+    Running,
+    SameObject,
+)
 from firstcontact.live.sink import Update
 
 
@@ -52,6 +61,8 @@ class TextSink:
                 self._say(pinch_line(event, self._rate))
             elif isinstance(event, HandAsked):
                 self._say(f"hand told to {event.ask}, by {event.by}")
+            elif isinstance(event, HandPinch):
+                self._say(hand_line(event, self._rate))
             elif isinstance(event, SameObject) and event.pinches > 1:
                 self._say(same_line(event))
 
@@ -97,6 +108,36 @@ def standing_words(e: Running, out: int, answers: int, rate: float) -> str:
         f"{e.value:.1f} Shore A ({e.low:.0f} to {e.high:.0f}) from {1e3 * e.duration:.0f} ms at "
         f"{1e3 * e.after(rate):.1f} ms{odd}, {when}"
     )
+
+
+def hand_line(event: HandPinch, rate: float) -> str:
+    """What a device that answers by itself told of a pinch; ``rate`` in Hz."""
+    parts = []
+    stands = event.standing
+    if event.first is None:
+        parts.append("no contact")
+    elif stands is None:
+        parts.append(f"{finger_name(event.first.finger)} first, no estimate")
+    else:
+        ms = 1e3 * ((stands.known - stands.contact) / rate + stands.took)
+        odd = ", out of range" if stands.strange else ""
+        parts.append(
+            f"{stands.value:.1f} Shore A ({stands.low:.0f} to {stands.high:.0f}) from "
+            f"{1e3 * stands.samples / rate:.0f} ms at {ms:.1f} ms{odd}"
+        )
+    parts.append("not checked" if event.check is None else check_words(event.check))
+    return f"  on the hand (model {event.model}): {', '.join(parts)}"
+
+
+def check_words(check: HandCheck) -> str:
+    """What the host says of the hand's answers."""
+    if check.same:
+        return f"the same here ({check.compared} answers)"
+    parts = [] if check.contacts else ["other contacts"]
+    parts += [f"{check.missing} answers only on one side"] if check.missing else []
+    parts += [] if check.flags else ["another verdict on its range"]
+    parts += [f"up to {check.largest:.2f} Shore A apart"] if check.compared else []
+    return "differs here: " + ", ".join(parts)
 
 
 def same_line(event: SameObject) -> str:

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from firstcontact.device.twin_words import concerns_hand, lost_object
-from firstcontact.live.events import Case, Estimated, PinchDone, Running
+from firstcontact.live.events import Case, Estimated, HandPinch, PinchDone, Running
 from firstcontact.live.page._closeup import finger_place
+from firstcontact.live.text import hand_line
 from firstcontact.recording import Marker, PinchMark
 
 #: Rows that are held.
@@ -112,8 +113,17 @@ class Pinches:
             "case": None if case is None else case.name,
             "strange": isinstance(estimate, Running) and estimate.strange,
             "refused": done.refused,
+            "hand": "",
         }
         self._rows.append((done, row))
+
+    def hand(self, pinch: HandPinch) -> None:
+        """A device that answers by itself told this of a pinch."""
+        if pinch.first is None:
+            return
+        for done, row in self._rows:
+            if done.epoch == pinch.first.epoch and done.armed <= pinch.first.sample < done.end:
+                row["hand"] = hand_line(pinch, self._rate).strip()
 
     def _spoken(self, done: PinchDone) -> str:
         """The last marker since the pinch before this one."""

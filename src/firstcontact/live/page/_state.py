@@ -19,6 +19,7 @@ from firstcontact.live.events import (
     Estimated,
     Event,
     HandAsked,
+    HandPinch,
     PinchDone,
     Refused,
     Running,
@@ -217,6 +218,9 @@ class State:
                     self._now = {**self._now, "case": hindsight(event, shown).name}
                     self._put("now", self._now)
                 self._pinches.done(event)
+                self._put("pinches", [dict(row) for row in self._pinches.tree()])
+            case HandPinch():
+                self._pinches.hand(event)
                 self._put("pinches", [dict(row) for row in self._pinches.tree()])
             case HandAsked():
                 self._put("hand", {"told": event.ask.value, "by": event.by})

@@ -36,13 +36,22 @@ function row(pinch) {
   return tr;
 }
 
+// What a device that answers by itself told of the same pinch, below it.
+function rows(pinch) {
+  if (!pinch.hand) return [row(pinch)];
+  const tr = make("tr", "hand");
+  cell(tr, "left", pinch.hand);
+  tr.lastChild.colSpan = 7;
+  return [row(pinch), tr];
+}
+
 export function pinches(list) {
-  const rows = list.slice(-SHOWN).reverse().map(row);
-  if (rows.length === 0) {
+  const shown = list.slice(-SHOWN).reverse().flatMap(rows);
+  if (shown.length === 0) {
     const none = make("tr");
     cell(none, "none", "No pinch yet.");
     none.lastChild.colSpan = 7;
-    rows.push(none);
+    shown.push(none);
   }
-  byId("rows").replaceChildren(...rows);
+  byId("rows").replaceChildren(...shown);
 }

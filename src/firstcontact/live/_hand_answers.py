@@ -1,0 +1,133 @@
+"""Answers of a device that answers by itself: pinch by pinch, held against the host's own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from firstcontact.core import Block
+from firstcontact.device.told import Told, ToldContact, ToldEstimate
+from firstcontact.live.events import Event, FromHand, HandCheck, HandPinch, PinchDone
+
+#: A device's pinch is over so long after its first contact, s: the host's has been told by then.
+OVER = 0.3
+
+
+class HandAnswers:
+    """Gathers what a device tells and what the host found of the same pinches.
+
+    Parameters
+    ----------
+    model
+        Digest of the device's model.
+    rate
+        Of the samples, Hz.
+    checked
+        Whether the host asks a model of its own, so that there is something to compare.
+    """
+
+    def __init__(self, model: str, rate: float, checked: bool) -> None:
+        self._model = model
+        self._over = round(OVER * rate)
+        self._checked = checked
+        self._told: list[Told] = []
+        self._done: list[PinchDone] = []
+        self._number = 0
+
+    def came(self, told: Sequence[Told], block: Block, host: float) -> list[Event]:
+        """The device told these, and samples up to the end of a block are here."""
+        self._told += told
+        events: list[Event] = [FromHand(t, host) for t in told]
+        return events + self._pinches(block.epoch, block.end - self._over)
+
+    def done(self, pinch: PinchDone) -> None:
+        """The host found a pinch."""
+        if self._checked and pinch.contacts:
+            self._done.append(pinch)
+
+    def ended(self) -> list[Event]:
+        """No more samples come."""
+        last = max((_place(t) for t in self._told), default=(0, 0))
+        own = max(((d.epoch, d.contacts[0].sample) for d in self._done), default=(0, 0))
+        return self._pinches(*max(last, own))
+
+    def _pinches(self, epoch: int, until: int) -> list[Event]:
+        """Pinches whose first contact was up to this sample, each once."""
+        due = (epoch, until)
+        events: list[Event] = []
+        firsts = [t for t in self._told if isinstance(t, ToldContact) and t.first]
+        for first in firsts:
+            if (first.epoch, first.sample) > due:
+                break
+            place = (first.epoch, first.sample)
+            following = [_place(f) for f in firsts if _place(f) > place]
+            end = min([*following, (first.epoch, first.sample + self._over)])
+            its = [t for t in self._told if place <= _place(t) < end]
+            self._told = [t for t in self._told if _place(t) >= end]
+            near = [
+                d for d in self._done
+                if d.epoch == first.epoch and abs(d.contacts[0].sample - first.sample) < self._over
+            ]  # fmt: skip
+            own = min(near, key=lambda d: abs(d.contacts[0].sample - first.sample), default=None)
+            if own is not None:
+                self._done.remove(own)
+            events.append(self._pinch(first, its, own))
+        for own in [d for d in self._done if (d.epoch, d.contacts[0].sample) <= due]:
+            self._done.remove(own)
+            events.append(self._pinch(None, [], own))
+        return events
+
+    def _pinch(
+        self, first: ToldContact | None, its: Sequence[Told], own: PinchDone | None
+    ) -> HandPinch:
+        contacts = [t for t in its if isinstance(t, ToldContact)]
+        second = contacts[1] if len(contacts) > 1 else None
+        answers = [t for t in its if isinstance(t, ToldEstimate) and not t.refused]
+        if first is not None and second is not None:
+            # As on the host: what was made from samples after the second contact does not count.
+            offset = second.sample - first.sample
+            answers = [t for t in answers if t.samples <= offset]
+        self._number += 1
+        at = (0, 0) if own is None else (own.epoch, own.contacts[0].sample)
+        epoch, sample = at if first is None else _place(first)
+        return HandPinch(
+            number=self._number,
+            model=self._model,
+            first=first,
+            second=second,
+            standing=answers[-1] if answers else None,
+            answers=len(answers),
+            check=_check(contacts, answers, own) if self._checked else None,
+            sample=sample,
+            epoch=epoch,
+        )
+
+
+def _place(told: Told) -> tuple[int, int]:
+    """Epoch and sample of the contact that something is about."""
+    return told.epoch, told.sample if isinstance(told, ToldContact) else told.contact
+
+
+def _check(
+    contacts: Sequence[ToldContact], answers: Sequence[ToldEstimate], own: PinchDone | None
+) -> HandCheck:
+    here = [] if own is None else list(own.contacts)
+    same = [(c.finger, c.sample, c.known) for c in contacts] == [
+        (c.finger, c.sample, c.decided) for c in here
+    ]
+    found = {} if own is None else {(e.contact.sample, e.samples): e for e in own.answers}
+    pairs = [(t, found.get((t.contact, t.samples))) for t in answers]
+    both = [(t, e) for t, e in pairs if e is not None]
+    differences = [
+        abs(a - b)
+        for t, e in both
+        for a, b in ((t.value, e.value), (t.low, e.low), (t.high, e.high))
+    ]
+    last = own.standing.samples if own is not None and own.standing is not None else None
+    stands = answers[-1].samples if answers else None
+    return HandCheck(
+        contacts=same,
+        compared=len(both),
+        largest=max(differences, default=0.0),
+        flags=all(t.strange == e.strange for t, e in both),
+        missing=len(pairs) - len(both) + (last != stands),
+    )

@@ -11,14 +11,17 @@ import pytest
 from numpy.typing import NDArray
 
 from firstcontact.anytime import InContextModel, Rig, Touches
-from firstcontact.anytime.compact import compacted
+from firstcontact.anytime.compact import CompactModel, compacted
 from firstcontact.anytime.in_context import ANY
-from firstcontact.anytime.model_file import pretrained
+from firstcontact.anytime.model_file import load_anytime, pretrained, save_anytime
 from firstcontact.anytime.motor_pitch import BELIEVED, spectra
 from firstcontact.anytime.touch_stream import moments
+from firstcontact.contact import DETECTORS, make_detector
 from firstcontact.core import InputError
 from firstcontact.embedded import c_library
+from firstcontact.embedded.model_image import model_image
 from firstcontact.embedded.trained import Trained
+from firstcontact.testing.closings import closings
 
 RATE = 4936.0
 MOMENTS = moments(RATE)
@@ -148,3 +151,27 @@ def test_more_directions_are_nearer_to_the_network() -> None:
         for n in (4, 48)
     ]
     assert away[1] < away[0]
+
+
+def test_a_compact_model_is_kept_and_its_image_does_not_change_any_more(tmp_path: Path) -> None:
+    some = plain(touches(60, 1))
+    model = compacted(told(), some, 8)
+    save_anytime(model, tmp_path, {})
+    answers, again = (m.answers(some) for m in (model, load_anytime(tmp_path)))
+    np.testing.assert_allclose(again.values, answers.values, atol=1e-3)
+    np.testing.assert_array_equal(again.strange, answers.strange)
+    once, twice = load_anytime(tmp_path), tmp_path / "twice"
+    save_anytime(once, twice, {})
+    detector = make_detector(DETECTORS.default).fit(closings(24))
+    images = [model_image(detector, m, None) for m in (once, load_anytime(twice))]
+    assert images[0] == images[1]
+
+
+def test_weights_that_are_no_integers_are_refused() -> None:
+    arrays = compacted(told(), plain(touches(60, 1)), 8).to_arrays()
+    arrays["thin.body1.into.weight"] = arrays["thin.body1.into.weight"] + np.float32(0.5)
+    with pytest.raises(InputError, match="integers"):
+        CompactModel.from_arrays(arrays, 0.9)
+    del arrays["thin.body1.into.weight"]
+    with pytest.raises(InputError, match="missing"):
+        CompactModel.from_arrays(arrays, 0.9)

@@ -226,6 +226,7 @@ static uint8_t hear(void *own, const fc_frame *frame, uint32_t *next, const char
     fc_store *const s = &a->store;
     const char *fault = "a frame about a model is too short";
     if (frame->type == FC_MODEL_BEGIN && frame->n == 16) {
+        s->taking = s->kept = false; /* also of one that is refused at once */
         if (fc_get_u32(frame->payload) != FC_IMAGE_FORMAT)
             fault = "the model has another format than this firmware reads";
         else if (fc_get_u32(frame->payload + 4) != fc_image_sizes())

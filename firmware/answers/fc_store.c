@@ -48,13 +48,12 @@ static int other(const fc_store *s)
 const char *fc_store_begin(fc_store *s, uint32_t length, uint32_t crc)
 {
     const fc_keeper *const k = s->keeper;
-    s->taking = false;
+    s->taking = s->kept = false;
     if (length == 0 || length > k->slot_bytes - FC_SLOT_HEAD)
         return "the model is longer than there is room for";
     if (!k->clear(k->own, other(s)))
         return "the memory for a model cannot be cleared";
     s->taking = true;
-    s->kept = false;
     s->length = length;
     s->crc = crc;
     s->next = 0;
@@ -95,12 +94,14 @@ const char *fc_store_keep(fc_store *s)
 {
     const fc_keeper *const k = s->keeper;
     uint8_t head[FC_SLOT_HEAD];
+    uint32_t turn, length;
     fc_put_u32(head, MAGIC);
     fc_put_u32(head + 4, s->turn + 1);
     fc_put_u32(head + 8, s->length);
     fc_put_u32(head + 12, s->crc);
     s->taking = false;
-    if (!k->write(k->own, other(s), 0, head, sizeof head))
+    if (!k->write(k->own, other(s), 0, head, sizeof head)
+        || !whole(k, other(s), &turn, &length) || turn != s->turn + 1 || length != s->length)
         return "the memory for a model cannot be written";
     s->kept = true;
     s->active = other(s);

@@ -59,6 +59,16 @@ def test_the_same_answers_are_said_to_be_the_same() -> None:
     assert of_event(pinch)["check"]["same"] is True
 
 
+def test_a_second_contact_that_is_placed_before_the_first_is_its_pinchs() -> None:
+    # Its onset may be found further back than the first one's, which was known earlier.
+    second = ToldContact(Finger.INDEX, 500, 590, False, 0)
+    own = replace(DONE, contacts=(FIRST, replace(SECOND, sample=500)), answers=(), out=0)
+    (pinch,) = pinches((TOLD[0], second), (own,))
+    assert pinch.second == second
+    assert pinch.check is not None
+    assert pinch.check.contacts
+
+
 def test_a_difference_is_told_with_its_size() -> None:
     own = replace(DONE, answers=(replace(ANSWER, high=39.25),))
     (pinch,) = pinches(TOLD, (own,))

@@ -21,6 +21,9 @@ _BEGIN = struct.Struct("<IIII")
 _OFFSET = struct.Struct("<I")
 _STATE = struct.Struct("<BBI")
 KEPT, REFUSED = 1, 2
+_SILENT = "what is on this port does not answer: check that it is the fingertip"
+#: So often in a row a piece may be asked for again.
+MOST_AGAIN = 10
 
 
 def _is_of(answer: Frame, kind: FrameType) -> bool:
@@ -60,8 +63,7 @@ class _Link:
         raise InputError(f"{self.port}: {silent}")
 
     def greeting(self) -> Greeting:
-        silent = "what is on this port does not answer: check that it is the fingertip"
-        answer = self.ask(FrameType.HELLO, bytes([VERSION]), FrameType.DESCRIPTOR, silent)
+        answer = self.ask(FrameType.HELLO, bytes([VERSION]), FrameType.DESCRIPTOR, _SILENT)
         try:
             return read_greeting(answer.payload)
         except FrameError as error:
@@ -81,7 +83,8 @@ class _Link:
             why = answer[_STATE.size :].decode(errors="replace")
             raise InputError(
                 f"{self.port}: the device refuses the model ({why}) and keeps its old one: export "
-                "it with the version of firstcontact that the firmware is of"
+                "it with the version of firstcontact that the firmware is of, or smaller with a "
+                "lower --budget-us"
             )
         return int(state), int(there)
 
@@ -111,13 +114,18 @@ def flash_model(port: str, data: bytes, form: int, sizes: int) -> str:
     """
     link = _Link(port)
     try:
-        link.greeting()
+        # Whatever it says of itself: a model that spoilt that can still be replaced.
+        link.ask(FrameType.HELLO, bytes([VERSION]), FrameType.DESCRIPTOR, _SILENT)
         link.ask(FrameType.STOP, b"", FrameType.STOPPED, "the device does not stop")
         told = _BEGIN.pack(form, sizes, len(data), zlib.crc32(data))
         _, there = link.model(FrameType.MODEL_BEGIN, told)
+        again = 0
         while there < len(data):
-            chunk = _OFFSET.pack(there) + data[there : there + CHUNK]
+            before, chunk = there, _OFFSET.pack(there) + data[there : there + CHUNK]
             _, there = link.model(FrameType.MODEL_CHUNK, chunk)
+            again = 0 if there > before else again + 1
+            if again == MOST_AGAIN:
+                raise InputError(f"{port}: the device takes no more of the model: start again")
         state, _ = link.model(FrameType.MODEL_END, b"")
         answers = link.greeting().descriptor.answers
     finally:

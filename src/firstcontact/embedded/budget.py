@@ -24,6 +24,8 @@ DIRECTIONS = (8, 12, 16, 24, 32, 48)
 USUAL_DIRECTIONS = 16
 #: The same where the motor's pitch is listened to: once a contact, for twice an answer's price.
 LISTENING_DIRECTIONS = (16, 24)
+#: Windows that a smaller model is fitted to, at least.
+FEWEST_WINDOWS = 10
 
 
 def microseconds(count: float) -> float:
@@ -104,6 +106,11 @@ def _fitting(
     if dataset is not None:
         model.spec.require_rate(dataset.layout.rate)
         X, kept = contact_windows(dataset, contacts, model.spec.duration)
+        if len(X) < FEWEST_WINDOWS:
+            raise InputError(
+                f"{len(X)} contacts in --data are too few to fit a smaller model to: name what "
+                "it learned from"
+            )
         there = forms(named, X, dataset.sessions[kept])
     took = [microseconds(form.model.program().instructions) for form in there]
     quick = [form for form, time in zip(there, took, strict=True) if time <= budget_us]

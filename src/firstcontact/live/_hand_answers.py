@@ -10,6 +10,8 @@ from firstcontact.live.events import Event, FromHand, HandCheck, HandPinch, Pinc
 
 #: A device's pinch is over so long after its first contact, s: the host's has been told by then.
 OVER = 0.3
+#: Epoch and sample of a contact.
+Place = tuple[int, int]
 
 
 class HandAnswers:
@@ -29,13 +31,21 @@ class HandAnswers:
         self._model = model
         self._over = round(OVER * rate)
         self._checked = checked
-        self._told: list[Told] = []
+        # With the first contact that each belongs to: a second one is known later and may be placed
+        # before it.
+        self._told: list[tuple[Place, Told]] = []
+        self._first: Place | None = None
         self._done: list[PinchDone] = []
         self._number = 0
 
     def came(self, told: Sequence[Told], block: Block, host: float) -> list[Event]:
         """The device told these, and samples up to the end of a block are here."""
-        self._told += told
+        for one in told:
+            if isinstance(one, ToldContact) and one.first:
+                self._first = _place(one)
+            second = isinstance(one, ToldContact) and not one.first
+            own = self._first if second and self._first is not None else _place(one)
+            self._told.append((own, one))
         events: list[Event] = [FromHand(t, host) for t in told]
         return events + self._pinches(block.epoch, block.end - self._over)
 
@@ -46,7 +56,7 @@ class HandAnswers:
 
     def ended(self) -> list[Event]:
         """No more samples come."""
-        last = max((_place(t) for t in self._told), default=(0, 0))
+        last = max((place for place, _ in self._told), default=(0, 0))
         own = max(((d.epoch, d.contacts[0].sample) for d in self._done), default=(0, 0))
         return self._pinches(*max(last, own))
 
@@ -54,15 +64,15 @@ class HandAnswers:
         """Pinches whose first contact was up to this sample, each once."""
         due = (epoch, until)
         events: list[Event] = []
-        firsts = [t for t in self._told if isinstance(t, ToldContact) and t.first]
+        firsts = [t for _, t in self._told if isinstance(t, ToldContact) and t.first]
         for first in firsts:
             if (first.epoch, first.sample) > due:
                 break
             place = (first.epoch, first.sample)
             following = [_place(f) for f in firsts if _place(f) > place]
             end = min([*following, (first.epoch, first.sample + self._over)])
-            its = [t for t in self._told if place <= _place(t) < end]
-            self._told = [t for t in self._told if _place(t) >= end]
+            its = [t for at, t in self._told if place <= at < end]
+            self._told = [(at, t) for at, t in self._told if at >= end]
             near = [
                 d for d in self._done
                 if d.epoch == first.epoch and abs(d.contacts[0].sample - first.sample) < self._over
@@ -102,7 +112,7 @@ class HandAnswers:
         )
 
 
-def _place(told: Told) -> tuple[int, int]:
+def _place(told: Told) -> Place:
     """Epoch and sample of the contact that something is about."""
     return told.epoch, told.sample if isinstance(told, ToldContact) else told.contact
 

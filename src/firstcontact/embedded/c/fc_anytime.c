@@ -268,5 +268,6 @@ fc_status fc_anytime_answer(const fc_anytime *m, const fc_touch *t, fc_running *
     a->low = bounded(a->value - half, 0.0, 100.0);
     a->high = bounded(a->value + half, 0.0, 100.0);
     a->strange = strange(m, t->rig, stage, f);
-    return a->spread - a->spread == 0.0 ? FC_ANSWER : FC_NO_ANSWER;
+    /* No number less itself is 0 but a finite one. */
+    return a->value - a->value == 0.0 && half - half == 0.0 ? FC_ANSWER : FC_NO_ANSWER;
 }

@@ -8,6 +8,10 @@
 
 #include "fc_detector_sizes.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 typedef struct {
     double sigmas;
 } fc_crossing;
@@ -45,5 +49,9 @@ static inline bool fc_judge_fires(fc_judge *j, const double *past, uint32_t end)
             return true;
     return false;
 }
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

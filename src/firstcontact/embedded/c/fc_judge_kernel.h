@@ -7,6 +7,10 @@
 
 #include "fc_detector_sizes.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* FC_STEP is that of the detector, generated beside what was learned. */
 enum { FC_SPANS = 3, FC_COARSE = 5, FC_SEEN = FC_STEP + FC_COARSE + 6 * FC_SPANS + 2 };
 
@@ -45,5 +49,9 @@ static inline bool fc_judge_wakes(double size)
     (void)size;
     return true;
 }
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

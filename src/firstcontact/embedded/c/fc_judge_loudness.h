@@ -9,6 +9,10 @@
 
 #include "fc_detector_sizes.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Sizes of looks are those of the detector, generated beside the line. */
 enum { FC_ORDER = 12, FC_PARTS = 5, FC_LEVELS = FC_PARTS + 4 };
 
@@ -48,5 +52,9 @@ static inline bool fc_judge_wakes(double size)
 {
     return size > fc_judge_constants.awake;
 }
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

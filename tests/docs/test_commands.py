@@ -40,6 +40,11 @@ ELSEWHERE = {
     "firstcontact pretrain --out network --work pretraining": (
         "by hand: it makes the weights of the package; small: tests/cli/test_pretrain.py"
     ),
+    "firstcontact export-model model --to hand --out hand --data pinches": (
+        "tests/firmware/test_flash_model.py"
+    ),
+    "firstcontact flash-model hand --device /dev/ttyACM0": "tests/firmware/test_flash_model.py",
+    "firstcontact live --device /dev/ttyACM0 --model hand": "tests/firmware/test_hand_answers.py",
     "firstcontact study --out study": "as make study",
     "python docs/write_tables.py --study study/results.json": "as make readme-numbers",
     "python docs/draw_beyond_blocks.py": "as make readme-numbers",
@@ -73,7 +78,7 @@ ELSEWHERE = {
     ),
     "apt install --no-install-recommends qemu-system-arm": ".ci/run, where it is missing",
     "pip install .": "tests/cli/test_install.py",
-    "pip install 'firstcontact[audio]'": "make test, in editable form",
+    "pip install '.[audio,live]'": "make test, in editable form",
     "sudo apt install libportaudio2": ".ci/run, where it is missing",
     "pip install '.[study,live]'": "make test, in editable form",
     "pip install '.[study,cluster]'": "make test, in editable form",

@@ -6,7 +6,7 @@ from firstcontact.core.palette import BLUE, INK, RED
 from firstcontact.report._anytime_tables import title_of
 from firstcontact.report.figures.style import canvas, uri
 from firstcontact.report.findings import Figure
-from firstcontact.report.results.anytime import TITLES, Generalised
+from firstcontact.report.results.anytime import NETWORK_TITLES, Generalised
 
 _PANELS = {
     "objects": "Unseen objects",
@@ -27,7 +27,7 @@ def generalise_figure(found: Generalised) -> Figure:
                 score = found.estimators[name].bounded(key)
                 if score is None:
                     continue
-                colour = RED if name in TITLES else BLUE
+                colour = RED if name in NETWORK_TITLES else BLUE
                 if score.ends is not None:
                     ax.plot(score.ends, (at, at), color=colour, lw=3, alpha=0.35)
                 ax.plot(score.value, at, "o", color=colour, ms=5)
@@ -41,13 +41,14 @@ def generalise_figure(found: Generalised) -> Figure:
             ax.set(title=title)
         axes[0, 0].set_yticks(range(len(rows)), [title_of(name) for name in rows])
         axes[0, 0].set(xlim=(0, None), ylim=(len(rows) - 0.5, -0.5))
-        figure.supxlabel("RMSE (Shore A)", fontsize=9.5)
+        for ax in axes[-1]:
+            ax.set_xlabel("RMSE (Shore A)")
         image = uri(figure)
     return Figure(
         "generalise",
         "Errors off the blocks",
         f"{rigs} with hands and specimens of their own; bars are 95 % bootstrap intervals over "
-        "rigs. Dashed: who learned from these kinds of object on this rig. Dotted: who is told "
-        "the modulus, or the contact's stiffness.",
+        "rigs. In another colour: the in-context network. Dashed: who learned from these kinds of "
+        "object on this rig. Dotted: who is told the modulus, or the contact's stiffness.",
         image,
     )

@@ -79,11 +79,15 @@ class Generalised(Record, frozen=True, kw_only=True):
     estimators: dict[str, OffBlocks]
 
 
-#: Rows that no registry of estimators knows, as people read them.
-TITLES: Mapping[str, str] = {
-    "masked": "Default estimator, masked at the second contact",
+#: The in-context network, as people read it; no registry of estimators knows it.
+NETWORK_TITLES: Mapping[str, str] = {
     "in_context": "In-context network",
     "in_context_radius": "In-context network, radius told",
+}
+#: All rows that no registry of estimators knows.
+TITLES: Mapping[str, str] = {
+    **NETWORK_TITLES,
+    "masked": "Default estimator, masked",
     "modulus": "told the modulus",
     "contact_stiffness": "told the contact's stiffness",
 }

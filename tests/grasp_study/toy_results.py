@@ -21,6 +21,7 @@ from firstcontact.grasp_study.results import (
     Payload,
     RealClosings,
     Reflexes,
+    ReflexSuccess,
     TunedOn,
     Tuning,
 )
@@ -46,7 +47,7 @@ def household() -> Household:
             Reflexes(
                 blind=Between(value=0.2, low=0.1, high=0.3),
                 stiffness=Between(value=0.1, low=0.0, high=0.2),
-                fewer=GAIN, success={"blind": 0.7, "stiffness": 0.8},
+                fewer=GAIN, success=ReflexSuccess(blind=0.7, stiffness=0.8),
             ),
         ),
         sensitivity={"estimated limits × 0.7": GAIN},

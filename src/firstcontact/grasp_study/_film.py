@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from firstcontact.core.palette import GREY, INK, RED
 from firstcontact.core.physics import GRAVITY
 from firstcontact.grasp.policies.registry import POLICIES
 from firstcontact.grasp_study._approach import Pick, specimen_of
+from firstcontact.grasp_study._judgement import SettingsOf
 from firstcontact.grasp_study._own_hand import OwnHand
 from firstcontact.grasp_study._real import RealJob, played
 from firstcontact.grasp_study.results import Filmed
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
 KINDS, BEFORE, AFTER = ("raspberry", "hammer, at its handle"), 0.05, 0.65
 #: Pictures, and how many a second.
 PICTURES, PACE = 72, 12
-
-Settings = Callable[[str], Mapping[str, float]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,7 +46,7 @@ class Take:
 
 
 def take(
-    pick: Pick, policy: str, settings: Settings, own: Mapping[tuple[int, float], OwnHand]
+    pick: Pick, policy: str, settings: SettingsOf, own: Mapping[tuple[int, float], OwnHand]
 ) -> Take:
     """Close on it in full, as tuned without its family."""
     found = played(RealJob(pick, policy, settings(pick.kind)), own)
@@ -72,7 +71,7 @@ def film(
     kinds: Sequence[str],
     hand: int,
     specimen: int,
-    settings: Mapping[str, Settings],
+    settings: Mapping[str, SettingsOf],
     own: Mapping[tuple[int, float], OwnHand],
     pictures: int = PICTURES,
 ) -> Filmed:

@@ -11,7 +11,7 @@ from firstcontact.grasp_study._household_numbers import baseline, candidate
 from firstcontact.grasp_study._variants import variants
 from firstcontact.grasp_study.figures.fronts import fronts_figure
 from firstcontact.grasp_study.figures.objects import objects_figure
-from firstcontact.grasp_study.results import Between, GraspResults, Household
+from firstcontact.grasp_study.results import CEILING, Between, GraspResults, Household
 from firstcontact.learning.scores import Bounded, bounded
 
 #: What is no policy, as it is called.
@@ -20,7 +20,7 @@ REFERENCES = {
     "label_rmse_3": "label with noise, RMSE 3",
     "label_rmse_5": "label with noise, RMSE 5",
     "label_rmse_10": "label with noise, RMSE 10",
-    "ceiling": "ceiling (each specimen known)",
+    CEILING: "ceiling (each specimen known)",
 }
 CONTROLS = {
     "mass_permuted": "Weights of other things",
@@ -175,7 +175,7 @@ def reflex_table(found: Household) -> Table:
     """What is left of stiffness with a reflex."""
     rows = [
         (name, ends(its.blind), ends(its.stiffness), ends(its.fewer),
-         percent(its.success["blind"]), percent(its.success["stiffness"]))
+         percent(its.success.blind), percent(its.success.stiffness))
         for name, its in found.slip_reflex.items()
     ]  # fmt: skip
     return Table(

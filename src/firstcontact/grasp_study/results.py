@@ -7,6 +7,9 @@ from typing import Any
 from firstcontact.core.by_name import Record
 from firstcontact.learning.scores import Ends
 
+#: Among policies: the best that can be done to each specimen, which no policy can.
+CEILING = "ceiling"
+
 
 class Summary(Record, frozen=True, kw_only=True):
     """Means and shares over closings; intervals draw whole sessions.
@@ -145,6 +148,13 @@ class RealClosings(Record, frozen=True, kw_only=True):
     intervals: dict[str, Ends]
 
 
+class ReflexSuccess(Record, frozen=True, kw_only=True):
+    """Shares that are neither dropped nor damaged, with a reflex: without stiffness and with it."""
+
+    blind: float
+    stiffness: float
+
+
 class Reflexes(Record, frozen=True, kw_only=True):
     """With a reflex, for one way of lifting and one detection latency.
 
@@ -155,7 +165,7 @@ class Reflexes(Record, frozen=True, kw_only=True):
     blind: Between
     stiffness: Between
     fewer: Between
-    success: dict[str, float]
+    success: ReflexSuccess
 
 
 class ObjectErrors(Record, frozen=True, kw_only=True):

@@ -10,7 +10,7 @@ import numpy as np
 from firstcontact.core.palette import GREY, INK
 from firstcontact.grasp.policies.registry import POLICIES
 from firstcontact.grasp.policy import Part, Task
-from firstcontact.grasp_study.results import FrontPoints, Household
+from firstcontact.grasp_study.results import CEILING, FrontPoints, Household
 from firstcontact.report.figures.style import canvas, uri
 
 if TYPE_CHECKING:
@@ -22,8 +22,6 @@ SIZE = (7.4, 4.6)
 MOST_DAMAGE, MOST_DROPS = 40.0, 60.0
 #: Points beside one another, %.
 APART = 0.35
-#: The reference that nobody can have.
-CEILING = "ceiling"
 
 
 def fronts_figure(found: Household) -> str:

@@ -20,7 +20,8 @@ from firstcontact.core import InputError
 from firstcontact.recording import _cells as cells
 from firstcontact.recording._label_track import is_track, read_track
 from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS
-from firstcontact.recording.quoting import listed, shown
+from firstcontact.recording._table_columns import unknown_columns
+from firstcontact.recording.quoting import shown
 from firstcontact.recording.table import read_columns
 
 #: What is cut out around a contact, s: quiet that a detector measures its noise in, and a
@@ -149,10 +150,7 @@ def labels_of(
     given["first_contact"] = [
         str(event.sample - start) for event, start in zip(found, starts, strict=True)
     ]
-    unknown = sorted(set(columns) - _KNOWN)
-    if not unknown:
-        return given, []
-    return given, [f"{table.name}: columns not known and left out: {listed(unknown)}"]
+    return given, unknown_columns(table, columns, _KNOWN)
 
 
 def spans(

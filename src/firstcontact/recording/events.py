@@ -11,7 +11,7 @@ from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.core.files import files_below
 from firstcontact.recording._labels import labelled
 from firstcontact.recording._sound import SUFFIXES, read_sound
-from firstcontact.recording.checks import FileSettings, make_layout
+from firstcontact.recording._table_columns import source_of
 from firstcontact.recording.event_table import (
     AFTER,
     BEFORE,
@@ -23,7 +23,7 @@ from firstcontact.recording.event_table import (
 )
 from firstcontact.recording.formats import Importer
 from firstcontact.recording.quoting import shown
-from firstcontact.recording.wav import FULL_SCALE, check_alike, source_of, wav_samples
+from firstcontact.recording.wav import check_alike, sound_layout, wav_samples
 
 #: What is said of a file that nobody named the contacts of.
 NO_CONTACTS = "no contacts are known: give --events, or mark them with `firstcontact label`"
@@ -55,9 +55,8 @@ def import_events(
     InputError
         Names the table and the row, or the file, that cannot be used.
     """
-    what = sensor or VibrationSensor.MICROPHONE
     if events is None:
-        return _as_one(path, what)
+        return _as_one(path, sensor)
     columns = read_event_table(events)
     files, of_rows, notes = _files(path, events, columns.get("file"))
     sounds = [read_sound(file) for file in files]
@@ -73,17 +72,15 @@ def import_events(
         given["session"] = [files[event.file].stem for event in found]
         notes.append("sessions are not said: each sound file was taken as one")
     source = source_of(events, columns)
-    settings = FileSettings(what, float(rate), "full scale", 1.0, source, None)
-    layout = make_layout(settings, cuts[0].shape[1], scale=1.0 / FULL_SCALE[str(first.dtype)])
+    layout = sound_layout(sensor, rate, cuts[0].shape[1], first.dtype)
     return labelled(str(events), cuts, layout, given, source, [*notes, *left_out])
 
 
-def _as_one(file: Path, sensor: VibrationSensor) -> Dataset:
+def _as_one(file: Path, sensor: VibrationSensor | None) -> Dataset:
     rate, data = read_sound(file)
     check_alike([file], [(rate, data)])
     whole = wav_samples(file, data)
-    settings = FileSettings(sensor, float(rate), "full scale", 1.0, "unknown", None)
-    layout = make_layout(settings, whole.shape[1], scale=1.0 / FULL_SCALE[str(data.dtype)])
+    layout = sound_layout(sensor, rate, whole.shape[1], data.dtype)
     return labelled(str(file), [whole], layout, {"session": [file.stem]}, "unknown", [NO_CONTACTS])
 
 

@@ -14,28 +14,23 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.core.files import files_below
-from firstcontact.recording._channel_table import (
-    Assembled,
-    Signal,
-    Taken,
-    assemble,
-    checked,
-    common_type,
-    read_signals,
-)
+from firstcontact.recording._channel_table import Signal, read_signals
 from firstcontact.recording._file_rows import files_of_rows
-from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
+from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS
 from firstcontact.recording._mat_file import read_mat, text_of_codes
+from firstcontact.recording._signals import Assembled, Taken, assemble, checked, pinches_of
+from firstcontact.recording._table_columns import source_of, unknown_columns
 from firstcontact.recording.arrays import from_arrays
-from firstcontact.recording.checks import SETTINGS, check_source
+from firstcontact.recording.checks import SETTINGS
 from firstcontact.recording.formats import Importer
 from firstcontact.recording.quoting import listed
 from firstcontact.recording.table import read_columns
-from firstcontact.recording.wav import LABELS, source_of
+from firstcontact.recording.wav import LABELS
 
 _SUFFIX = ".mat"
 _TEXTS = ("source", *(f"{sensor}_unit" for sensor in VibrationSensor))
 _ARRAYS = (*VibrationSensor, "force", "strip")
+_KNOWN = {"file", "source", "comment", *LABEL_COLUMNS, *CONTACT_COLUMNS}
 _NAMED = {*_ARRAYS, *SETTINGS, *LABEL_COLUMNS, *CONTACT_COLUMNS}
 
 
@@ -79,35 +74,22 @@ def import_mat(
             raise InputError(
                 f"{file}: its signals differ in number from those of {files[0].name}: import apart"
             )
-    dtype = common_type(whole)
-    cut = [its.cut(0, len(its.data), dtype) for its in whole]
-    source = source_of(table, columns) if columns else check_source(str(path), "unknown")
-    known = {"file", "source", "comment", *LABEL_COLUMNS, *CONTACT_COLUMNS}
-    unknown = sorted(set(columns) - known)
-    if unknown:
-        notes.append(f"{table.name}: columns not known and left out: {listed(unknown)}")
-    return labelled(
-        str(table if columns else path),
-        [data for data, _ in cut],
-        whole[0].layout,
-        columns,
-        source,
-        notes,
-        starts=[0] * len(cut),
-        groups=[groups for _, groups in cut],
-    )
+    source = source_of(table, columns)
+    notes += unknown_columns(table, columns, _KNOWN)
+    places = [(k, 0, len(its.data)) for k, its in enumerate(whole)]
+    return pinches_of(table, whole, places, columns, source, notes)
 
 
 def _files(path: Path, labels: Path | None) -> tuple[list[Path], dict[str, list[str]], Path]:
-    """The files, the columns of their table (none where there is no table), and the table."""
+    """The files, the columns of their table, and the table: none and the path without one."""
     table = labels or (path if path.is_dir() else path.parent) / LABELS
     if labels is None and not (path.is_dir() and table.exists()):
         if not path.is_dir():
-            return [path], {}, table
+            return [path], {}, path
         files = files_below(path, _SUFFIX)
         if not files:
             raise InputError(f"{path} holds no {_SUFFIX} files: give the folder that does")
-        return files, {}, table
+        return files, {}, path
     columns = read_columns(table)
     if "file" not in columns:
         raise InputError(f"{table} has no column file: name the MATLAB file of each row")

@@ -13,19 +13,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Dataset, InputError, VibrationSensor
+from firstcontact.core import Dataset, InputError, Layout, VibrationSensor
 from firstcontact.core.files import read_regular
 from firstcontact.recording._file_rows import files_of_rows
 from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
+from firstcontact.recording._table_columns import source_of, unknown_columns
 from firstcontact.recording.checks import (
     FileSettings,
     check_rate,
     check_samples,
-    check_source,
     make_layout,
 )
 from firstcontact.recording.formats import Importer
-from firstcontact.recording.quoting import listed, reason
+from firstcontact.recording.quoting import reason
 from firstcontact.recording.table import read_columns
 
 LABELS = "labels.csv"
@@ -81,22 +81,32 @@ def import_wav(
                 f"{table}: sample_rate_hz of {files[row].name} is {said}, but the file has "
                 f"{rate} Hz: correct the table"
             )
-    unknown = sorted(set(columns) - _KNOWN)
-    notes = [f"{table.name}: columns not known and left out: {listed(unknown)}"] if unknown else []
-    what, source = sensor or VibrationSensor.MICROPHONE, source_of(table, columns)
-    settings = FileSettings(what, float(rate), "full scale", 1.0, source, None)
-    scale = 1.0 / FULL_SCALE[str(first.dtype)]
-    layout = make_layout(settings, first.shape[1], scale=scale)
+    notes = unknown_columns(table, columns, _KNOWN)
+    source = source_of(table, columns)
+    layout = sound_layout(sensor, rate, first.shape[1], first.dtype)
     cuts = [wav_samples(file, data) for file, (_, data) in zip(files, sounds, strict=True)]
     return labelled(str(table), cuts, layout, columns, source, notes)
 
 
-def source_of(table: Path, columns: dict[str, list[str]]) -> str:
-    """What the table says the files come from."""
-    said = sorted(set(columns.get("source", ["unknown"])))
-    if len(said) > 1:
-        raise InputError(f"{table}: source must be the same in all rows: import apart")
-    return check_source(str(table), said[0])
+def sound_layout(
+    sensor: VibrationSensor | None, rate: float, channels: int, dtype: np.dtype[Any]
+) -> Layout:
+    """Of a sound file's channels; a microphone's unless said otherwise.
+
+    Parameters
+    ----------
+    sensor
+        What it was recorded with, if a person said it.
+    rate
+        Hz.
+    channels
+        How many.
+    dtype
+        Of its samples, which says what full scale is.
+    """
+    what = sensor or VibrationSensor.MICROPHONE
+    settings = FileSettings(what, float(rate), "full scale", 1.0, "unknown", None)
+    return make_layout(settings, channels, scale=1.0 / FULL_SCALE[str(dtype)])
 
 
 def check_alike(files: Sequence[Path], sounds: Sequence[tuple[int, NDArray[Any]]]) -> None:

@@ -1,0 +1,30 @@
+"""What columns of a stranger's table say of all its rows."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from pathlib import Path
+
+from firstcontact.core import InputError
+from firstcontact.recording.checks import check_source
+from firstcontact.recording.quoting import listed
+
+
+def source_of(table: Path, columns: Mapping[str, list[str]]) -> str:
+    """What the table says the files come from; unknown where it says nothing.
+
+    Raises
+    ------
+    InputError
+        Rows say different things, or one that recordings have no word for.
+    """
+    said = sorted(set(columns.get("source", ["unknown"])))
+    if len(said) > 1:
+        raise InputError(f"{table}: source must be the same in all rows: import apart")
+    return check_source(str(table), said[0])
+
+
+def unknown_columns(table: Path, columns: Collection[str], known: Collection[str]) -> list[str]:
+    """A note of the columns that nothing here knows, where there are some."""
+    unknown = sorted(set(columns) - set(known))
+    return [f"{table.name}: columns not known and left out: {listed(unknown)}"] if unknown else []

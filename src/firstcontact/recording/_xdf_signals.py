@@ -1,0 +1,126 @@
+"""Which streams of an XDF file are signals, and their unbroken parts side by side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from firstcontact.core import InputError, VibrationSensor
+from firstcontact.recording._channel_table import Signal
+from firstcontact.recording._signals import Assembled, Taken, assemble, checked
+from firstcontact.recording._stamps import Run, even_runs
+from firstcontact.recording._xdf_file import Stream
+from firstcontact.recording.checks import LOWEST_RATE, check_rate
+from firstcontact.recording.quoting import listed, shown
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """Unbroken samples of all signals; ``run`` is that of the vibration."""
+
+    its: Assembled
+    run: Run
+
+
+def guessed_signals(
+    path: Path, streams: Sequence[Stream], sensor: VibrationSensor | None
+) -> list[Signal]:
+    """The fast stream as the vibration, and what goes along with it."""
+    numbers = [s for s in streams if not s.says and s.rate and len(s.stamps)]
+    fast = [s for s in numbers if s.rate >= LOWEST_RATE]
+    if len(fast) != 1 or fast[0].values.shape[1] > 1:
+        what = (
+            f"{len(fast)} streams of numbers at {LOWEST_RATE:g} Hz or more"
+            if len(fast) != 1
+            else f"a stream {shown(fast[0].name)} of {fast[0].values.shape[1]} channels"
+        )
+        raise InputError(
+            f"{path} has {what} ({listed([s.name for s in streams])}): say in a table which is the "
+            "vibration, with --channels"
+        )
+    what = sensor or VibrationSensor.PIEZO
+    return [
+        Signal(s.name, None, what if s is fast[0] else None, None, None, "", 1.0, 0.0)
+        for s in (fast[0], *(s for s in numbers if s is not fast[0]))
+    ]
+
+
+def unbroken_parts(
+    path: Path, streams: Sequence[Stream], signals: Sequence[Signal], notes: list[str]
+) -> tuple[list[Part], float]:
+    """Unbroken stretches of the vibration, and what of the other signals lies beside each.
+
+    With them the time of the vibration's first sample, which may lie in a stretch that is left out.
+    """
+    by_name = {s.name: s for s in streams}
+    for signal in signals:
+        stream = by_name.get(signal.variable)
+        if stream is None:
+            raise InputError(
+                f"{path} has no stream {shown(signal.variable)} (it has {listed(list(by_name))}): "
+                "correct the table of channels"
+            )
+        if stream.says or not stream.rate or len(stream.stamps) < 2:
+            what = (
+                "texts" if stream.says else "no regular rate" if stream.stamps.size else "nothing"
+            )
+            raise InputError(
+                f"{path}: stream {shown(stream.name)} has {what}, and a signal has numbers at a "
+                "regular rate: leave it out of the table of channels"
+            )
+        if signal.rate not in (None, stream.rate):
+            raise InputError(
+                f"{path}: stream {shown(stream.name)} says {stream.rate:g} Hz and the table "
+                f"{signal.rate:g} Hz: correct the table"
+            )
+    main = next(by_name[s.variable] for s in signals if s.sensor is not None)
+    check_rate(f"{path}: the rate of stream {shown(main.name)}", main.rate)
+    runs = {
+        name: even_runs(f"{path}: stream {shown(name)}", by_name[name].stamps, by_name[name].rate)
+        for name in {s.variable for s in signals}
+    }
+    if len(runs[main.name]) > 1:
+        notes.append(
+            f"stream {main.name} has {len(runs[main.name]) - 1} gaps: nothing is joined across them"
+        )
+    values = {
+        (s.variable, s.column): checked(
+            f"{path}: stream {shown(s.variable)}", s, by_name[s.variable].values
+        )
+        for s in signals
+    }
+    parts = []
+    for run in runs[main.name]:
+        beside = []
+        for signal in signals:
+            stream = by_name[signal.variable]
+            its = next((r for r in runs[stream.name] if r.covers(run)), None)
+            if its is None:
+                break
+            # The sample of it that is nearest to the first of the vibration.
+            first = max(0, round((run.begin - its.begin) * its.rate))
+            most = math.ceil(run.seconds * stream.rate)
+            data = values[signal.variable, signal.column][its.first + first : its.end]
+            beside.append(Taken(signal, stream.rate, data[:most], _names(signal, stream)))
+        if len(beside) < len(signals):
+            notes.append(
+                f"{run.seconds:.3g} s of {main.name} are left out: another stream lacks there"
+            )
+            continue
+        parts.append(Part(assemble(str(path), beside), run))
+    if not parts:
+        raise InputError(
+            f"{path}: the streams have no time in common: leave those out of the table of channels "
+            "that were not recorded together"
+        )
+    return parts, runs[main.name][0].begin
+
+
+def _names(signal: Signal, stream: Stream) -> tuple[str, ...]:
+    """Of its columns: as the stream says, with the stream's before it."""
+    wanted = range(len(stream.channels)) if signal.column is None else [signal.column]
+    if len(stream.channels) == 1:
+        return (signal.variable,)
+    return tuple(f"{signal.variable}_{stream.channels[k] or k}" for k in wanted)

@@ -34,7 +34,7 @@ includes={includes}
 
 
 #: Headers that files of others include.
-_SHARED = ("fc_math", "fc_flash")
+_SHARED = ("fc_math", "fc_flash", "fc_exact")
 
 
 def fixed_sources(names: Collection[str]) -> dict[str, str]:

@@ -1,3 +1,4 @@
+#include "fc_exact.h"
 #include "fc_judge_loudness.h"
 
 #include <math.h>

@@ -1,3 +1,4 @@
+#include "fc_exact.h"
 #include "fc_layers.h"
 
 #include <math.h>

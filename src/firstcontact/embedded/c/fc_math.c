@@ -1,3 +1,4 @@
+#include "fc_exact.h"
 #include "fc_math.h"
 
 const double fc_log_table[128] = {

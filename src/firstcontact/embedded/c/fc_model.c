@@ -1,3 +1,4 @@
+#include "fc_exact.h"
 #include "fc_model.h"
 
 #include <math.h>

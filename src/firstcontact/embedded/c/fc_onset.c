@@ -1,3 +1,4 @@
+#include "fc_exact.h"
 #include "fc_onset.h"
 
 #include "fc_detector_sizes.h"

@@ -1,3 +1,4 @@
+#include "fc_exact.h"
 #include "fc_pitch.h"
 
 #include <math.h>

@@ -1,3 +1,4 @@
+#include "fc_exact.h"
 #include "fc_shapes.h"
 
 #include <math.h>

@@ -1,3 +1,4 @@
+#include "fc_exact.h"
 #include "fc_steps.h"
 
 #include <math.h>

@@ -1,8 +1,8 @@
 /* Steps of trained models: each makes one vector of floats from others, without memory of its
    own. What was trained is in the constants; those are generated, this is not.
 
-   Arithmetic is plain IEEE and in a stated order: with -ffp-contract=off every machine gives the
-   same bits. */
+   Arithmetic is plain IEEE and in a stated order, fused nowhere but where fmaf is written: every
+   machine gives the same bits. */
 #ifndef FC_STEPS_H
 #define FC_STEPS_H
 

@@ -55,26 +55,25 @@ done
     exit 2
 } >&2
 
-# Something to learn from that is none of the sets.
-if [ ! -d "$out/twin-pinches" ]; then
-    "$bin/firstcontact" simulate --condition everyday --pinches-per-block 60 \
-        --pinches-per-object 30 --seed 7 --out "$out/twin-pinches"
-fi
-# The same pinches over the modelled electronics and over a real converter's quiet.
+# Pinches of the twin from a seed; a folder of its name is whole.
 twin() {
-    rm -rf "$out/noises/$1"
-    name=$1
-    shift
+    place=$1 seed=$2
+    shift 2
+    rm -rf "$place" "$place.part"
     "$bin/firstcontact" simulate --condition everyday --pinches-per-block 60 \
-        --pinches-per-object 30 --seed 8 --out "$out/noises/$name" "$@"
+        --pinches-per-object 30 --seed "$seed" --out "$place.part" "$@"
+    mv "$place.part" "$place"
 }
+# Something to learn from that is none of the sets.
+[ -d "$out/twin-pinches" ] || twin "$out/twin-pinches" 7
+# The same pinches over the modelled electronics and over a real converter's quiet.
 set --
 volts=$out/piezo_strikes/tables/noise_volts.wav
 if [ -f "$volts" ]; then
     rm -rf "$out/noises"
     "$bin/firstcontact" import "$volts" --sensor piezo --source real --out "$out/noises/quiet"
-    twin modelled
-    twin teensy_4.0 --noise "$out/noises/quiet/000_noise_volts.mcap"
+    twin "$out/noises/modelled" 8
+    twin "$out/noises/teensy_4.0" 8 --noise "$out/noises/quiet/000_noise_volts.mcap"
     set -- --noises "$out/noises/modelled" "$out/noises/teensy_4.0"
 fi
 "$bin/firstcontact" sets "$out" --twin "$out/twin-pinches" "$@"

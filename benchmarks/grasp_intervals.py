@@ -16,7 +16,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.physics import GRAVITY
+from firstcontact.core.physics import holding_force
 from firstcontact.grasp_study._front import SCALES, front, resampled, scale_at
 from firstcontact.grasp_study._household_numbers import less
 from firstcontact.grasp_study._table import Outcomes
@@ -35,7 +35,7 @@ RELATED = (1.0, 0.7, 0.0)
 
 GROUPS = np.array([thing.group for thing in HOUSEHOLD])
 WEIGHT = np.array(
-    [t.numbers.mass.value * GRAVITY / (2 * t.numbers.friction.value) for t in HOUSEHOLD]
+    [holding_force(t.numbers.mass.value, t.numbers.friction.value) for t in HOUSEHOLD]
 )
 LIMIT = np.array([np.inf if t.numbers.limit is None else t.numbers.limit.value for t in HOUSEHOLD])
 READ = np.array([t.numbers.shore_a.value for t in HOUSEHOLD])

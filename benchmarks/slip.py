@@ -17,6 +17,7 @@ from joblib import Parallel, delayed
 from firstcontact.contact.slip import PowerSlipDetector
 from firstcontact.core import Block, Command
 from firstcontact.core.layout import FINGERTIP_RATE, fingertip_layout
+from firstcontact.core.physics import holding_force
 from firstcontact.grasp.grip import Grip
 from firstcontact.twin.conditions import condition
 from firstcontact.twin.draw import draw_pinch
@@ -62,7 +63,7 @@ def hold(seed: int, place: int, ratio: float, lift: Lift, coupling: float) -> Ho
     sound = SlipParameters(coupling=coupling)
     plant = GraspPlant(draw, Drive(), thing, lift=lift, longest=4.0, slip=sound, slip_seed=seed)
     mass = 2 * draw.held.face_mass
-    force = min(ratio * mass * 9.81 / (2 * thing.friction), 12.0)
+    force = min(ratio * holding_force(mass, thing.friction), 12.0)
     plant.command(Command(0.10, 1.0))
     data, slips, drops, told = [], None, None, False
     while not plant.ended:
@@ -72,7 +73,7 @@ def hold(seed: int, place: int, ratio: float, lift: Lift, coupling: float) -> Ho
             told = True
         if slips is None and plant.slipping_since is not None:
             slips = round(plant.slipping_since * FINGERTIP_RATE)
-        if drops is None and plant.slipped > 0.01:
+        if drops is None and plant.lost:
             drops = plant.sample
     if not plant.contacts:
         return None
@@ -174,12 +175,7 @@ def main() -> None:
     rows = run(delayed(slipping)(*job, threshold) for job in jobs)
     for case in cases:
         mine = [r for job, rs in zip(jobs, rows, strict=True) if job[1:] == case for r in rs]
-        for group, low, high in (
-            ("all", 0, 9),
-            ("< 50 g", 0, 0.05),
-            ("50 to 200 g", 0.05, 0.2),
-            ("> 200 g", 0.2, 9),
-        ):
+        for group, low, high in GROUPS:
             some = [r for r in mine if low <= r["mass"] < high]
             delays = [r["delay"] for r in some if r["in_time"]]
             told["slips"][f"{case[0]}, coupling {case[1]}, {group}"] = {

@@ -14,8 +14,8 @@ from pinches import SEED, drawn, simulated
 
 from firstcontact.core.command import Command
 from firstcontact.core.layout import FINGERTIP_RATE, ChannelKind, fingertip_layout
-from firstcontact.core.physics import GRAVITY
-from firstcontact.twin._outcome import needed_force, slide, stable_from
+from firstcontact.core.physics import GRAVITY, holding_force
+from firstcontact.twin._outcome import slide, stable_from
 from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition
 from firstcontact.twin.draw import generator
 from firstcontact.twin.drive import Drive
@@ -181,7 +181,7 @@ def slid(
 @pytest.mark.parametrize("held", [0.0, 0.5, 0.9, 1.0, 1.5])
 def test_sliding_is_free_fall_less_friction(held: float) -> None:
     mass, friction, n = 0.2, 0.5, 1000
-    each = held * needed_force(mass, friction)
+    each = held * holding_force(mass, friction)
     way, speed = slid(np.full((n, 2), each), np.ones(n), mass, friction)[-1]
     time = n / FINGERTIP_RATE
     pull = max(1 - held, 0.0) * GRAVITY
@@ -191,7 +191,7 @@ def test_sliding_is_free_fall_less_friction(held: float) -> None:
 
 def test_a_slide_ends_where_the_grip_comes_back() -> None:
     forces = np.zeros((3000, 2))
-    forces[100:] = 3 * needed_force(0.1, 0.5)
+    forces[100:] = 3 * holding_force(0.1, 0.5)
     way, speed = slid(forces, np.ones(3000), 0.1, 0.5)[-1]
     time = 100 / FINGERTIP_RATE
     assert speed == 0
@@ -205,7 +205,7 @@ def test_under_a_gradual_lift_it_slips_when_the_hanging_share_passes_what_fricti
 ) -> None:
     mass, friction, lift = 0.3, 0.6, Lift(0.1, over)
     n = lift.samples + 50
-    forces = np.full((n, 2), held * needed_force(mass, friction))
+    forces = np.full((n, 2), held * holding_force(mass, friction))
     hanging = lift.hanging(0, n)
     whole = slid(forces, hanging, mass, friction)
     begin = int(np.argmax(whole[:, 1] > 0)) / FINGERTIP_RATE
@@ -371,7 +371,7 @@ def test_quick_steps_change_no_force_by_much(kind: TwinObject) -> None:
 @pytest.mark.parametrize("over", [0.0, 0.5])
 def test_the_slip_is_known_while_it_goes_on_and_a_firmer_grip_stops_it(over: float) -> None:
     kind = BLOCKS[2]
-    just = needed_force(kind.mass, kind.friction)
+    just = holding_force(kind.mass, kind.friction)
     hand = GraspPlant(drawn(kind, 2), Drive(latency=0.0), kind, lift=Lift(0.45, over))
     hand.command(Command(hand.nominal.speed, 0.9 * just))
     began = None
@@ -403,11 +403,11 @@ def test_blocks_of_any_hardness_are_the_papers(shore_a: float) -> None:
 def test_a_copy_may_be_lifted_otherwise() -> None:
     kind = BLOCKS[2]
     begun = GraspPlant(drawn(kind, 2), Drive(), kind)
-    begun.command(Command(begun.nominal.speed, 0.5 * needed_force(kind.mass, kind.friction)))
+    begun.command(Command(begun.nominal.speed, 0.5 * holding_force(kind.mass, kind.friction)))
     begun.move(2000)
     other = begun.copy(Lift(0.3, 0.2))
     expected = GraspPlant(drawn(kind, 2), Drive(), kind, lift=Lift(0.3, 0.2))
-    expected.command(Command(begun.nominal.speed, 0.5 * needed_force(kind.mass, kind.friction)))
+    expected.command(Command(begun.nominal.speed, 0.5 * holding_force(kind.mass, kind.friction)))
     while not expected.ended:
         expected.move(100)
     while not other.ended:

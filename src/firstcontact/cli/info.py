@@ -63,14 +63,14 @@ def _libraries() -> list[str]:
 
 
 def _ports() -> Iterator[str]:
-    from firstcontact.device.opening import SOURCES
+    from firstcontact.device.opening import found_devices
     from firstcontact.device.ports import access, groups, ports
 
     found = ports()
     for port in found:
         yield _line(port.name, port.what)
         yield _line("", access(Path(port.name)))
-    others = [device for kind in SOURCES.values() if kind.found for device in kind.found()]
+    others = found_devices()
     for name, what in others:
         yield _line(name, what)
     if not found and not others:

@@ -20,7 +20,7 @@ class Ports:
 
     def run(self) -> None:
         """Print one line a port."""
-        from firstcontact.device.opening import SOURCES
+        from firstcontact.device.opening import found_devices
         from firstcontact.device.ports import ports
 
         found = ports()
@@ -29,7 +29,7 @@ class Ports:
             if self.ask:
                 for line in answer(port.name):
                     print(f"{'':16} {line}")
-        others = [device for kind in SOURCES.values() if kind.found for device in kind.found()]
+        others = found_devices()
         for name, what in others:
             print(f"{name:16} {what}")
         if not found and not others:

@@ -10,6 +10,11 @@ GRAVITY = 9.81
 POISSON = 0.49
 
 
+def holding_force(mass: float, friction: float) -> float:
+    """Grip force that just holds a mass (kg) between two fingers, N."""
+    return mass * GRAVITY / (2 * friction)
+
+
 def gent_modulus(shore_a: float) -> float:
     """Young's modulus of an elastomer, Pa.
 

@@ -231,7 +231,6 @@ def found() -> Iterator[tuple[str, str]]:
 
 def from_name(name: str, options: SourceOptions) -> AudioSource:
     """The input that a person names: audio, audio:NAME, with /2 behind it two channels."""
-    if options.speed != 1.0:
-        raise InputError(f"--speed is {options.speed:g}, but {name} has its own: leave it out")
+    options.check_own_speed(name)
     wanted, _, channels = name.rpartition("/") if name.endswith(("/1", "/2")) else (name, "", "1")
     return AudioSource(wanted.partition(":")[2], int(channels))

@@ -273,8 +273,7 @@ class CsvSource(ThreadedSource):
 
 def from_name(name: str, options: SourceOptions) -> CsvSource:
     """The board that a person names: csv:PORT, csv:PORT@BAUD, csv:PORT#COLUMN,COLUMN."""
-    if options.speed != 1.0:
-        raise InputError(f"--speed is {options.speed:g}, but {name} has its own: leave it out")
+    options.check_own_speed(name)
     rest, _, columns = name.removeprefix("csv:").partition("#")
     port, _, baud = rest.partition("@")
     if not port:

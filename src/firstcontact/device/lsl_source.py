@@ -24,6 +24,7 @@ from firstcontact.device.opening import SourceOptions
 from firstcontact.device.source import Descriptor
 from firstcontact.device.threaded import ThreadedSource
 from firstcontact.recording.checks import HIGHEST_RATE
+from firstcontact.recording.header import SOURCES
 from firstcontact.signal import CausalResampler
 
 #: A stream is looked for so long, s.
@@ -110,7 +111,7 @@ class LslSource(ThreadedSource):
             firmware=f"LSL, from {self._input_rate:g} Hz",
             sensor=f"{info.name()} ({info.type()})",
             hand=said.child_value("hand"),
-            source=source if source in ("twin", "real", "synthetic") else "unknown",
+            source=source if source in SOURCES else "unknown",
             dtype="float32",
             delay=resampler.delay,
         )
@@ -252,8 +253,7 @@ def _library() -> Any:
 
 def from_name(name: str, options: SourceOptions) -> LslSource:
     """The stream that a person names: lsl:NAME, or lsl:NAME#LABEL,LABEL."""
-    if options.speed != 1.0:
-        raise InputError(f"--speed is {options.speed:g}, but {name} has its own: leave it out")
+    options.check_own_speed(name)
     stream, _, channels = name.removeprefix("lsl:").partition("#")
     if not stream:
         raise InputError("lsl: names no stream: as in lsl:NAME")

@@ -9,6 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from firstcontact.core.errors import InputError
 from firstcontact.core.registry import Registry
 
 if TYPE_CHECKING:
@@ -35,6 +36,17 @@ class SourceOptions:
     condition: str = "paper-rig"
     seed: int = 0
     objects: str = "paper"
+
+    def check_own_speed(self, device: str) -> None:
+        """Refuse another speed for what has its own; ``device`` is what has it, in words.
+
+        Raises
+        ------
+        InputError
+            A speed is asked of it.
+        """
+        if self.speed != 1.0:
+            raise InputError(f"--speed is {self.speed:g}, but {device} has its own: leave it out")
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,6 +168,11 @@ def source_kind(device: str) -> SourceKind:
     # A name and a colon say it without a doubt.
     others.sort(key=lambda kind: kind.takes is not None)
     return next((k for k in others if k.accepts(device)), SOURCES[SOURCES.default])
+
+
+def found_devices() -> list[tuple[str, str]]:
+    """What there is to open of kinds that can be looked for: as a person types it, what it is."""
+    return [device for kind in SOURCES.values() if kind.found for device in kind.found()]
 
 
 def open_source(

@@ -366,8 +366,5 @@ class SerialSource:
 
 def from_port(port: str, options: SourceOptions) -> SerialSource:
     """The device on a port; InputError where a speed is asked of it."""
-    if options.speed != 1.0:
-        raise InputError(
-            f"--speed is {options.speed:g}, but a device on {port} has its own: leave it out"
-        )
+    options.check_own_speed(f"a device on {port}")
     return SerialSource(port)

@@ -6,7 +6,12 @@ from dataclasses import dataclass
 from math import isfinite, sqrt
 
 from firstcontact.core import Command
-from firstcontact.core.physics import GRAVITY, contact_modulus, gent_modulus, hertz_stiffness
+from firstcontact.core.physics import (
+    contact_modulus,
+    gent_modulus,
+    hertz_stiffness,
+    holding_force,
+)
 
 #: Poisson's ratio that the rule counts on: of what does not change its volume.
 INCOMPRESSIBLE = 0.5
@@ -67,7 +72,7 @@ class Grip:
     @property
     def holding(self) -> float:
         """Force that just holds the payload between two fingers, N."""
-        return self.payload * GRAVITY / (2 * self.friction)
+        return holding_force(self.payload, self.friction)
 
     def force_for(self, shore_a: float) -> float:
         """Force that presses to the dent, within the margins and the hand's, N."""

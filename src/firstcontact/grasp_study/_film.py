@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.palette import GREY, INK, RED
-from firstcontact.core.physics import GRAVITY
+from firstcontact.core.physics import holding_force
 from firstcontact.grasp.policies.registry import POLICIES
 from firstcontact.grasp_study._approach import Pick, specimen_of
 from firstcontact.grasp_study._judgement import SettingsOf
@@ -60,7 +60,7 @@ def take(
         np.arange(len(found.forces)) / FINGERTIP_RATE - first,
         found.forces.min(axis=1),
         None if second is None else second - first,
-        thing.mass * GRAVITY / (2 * thing.friction),
+        holding_force(thing.mass, thing.friction),
         np.inf if thing.fragility is None else thing.fragility.scale,
         "crushed" if row.damaged else "dropped" if row.dropped else "held",
     )

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.physics import GRAVITY
+from firstcontact.core.physics import holding_force
 from firstcontact.grasp.policy import Stiffness
 from firstcontact.grasp_study._approach import Pick
 from firstcontact.grasp_study._branches import Branches, Branching
@@ -85,7 +85,7 @@ class Table:
         return cls(
             how,
             picks,
-            np.array([row.mass * GRAVITY / row.friction for row in first]),
+            np.array([2 * holding_force(row.mass, row.friction) for row in first]),
             np.array([row.limit for row in first]),
             tuple(tuple(by[v, p].told for p in picks) for v in how.speeds),
             stacked("peak"),

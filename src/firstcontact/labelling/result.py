@@ -11,6 +11,7 @@ from firstcontact.core.files import creating
 from firstcontact.labelling._marks import Mark, Status
 from firstcontact.recording import Header, Marker, PinchMark, Recording, RecordingWriter
 from firstcontact.recording.event_table import Event, spans
+from firstcontact.recording.events import NO_CONTACTS
 
 #: Contacts of two fingers that are no further apart are of one pinch, s.
 ONE_PINCH = 0.060
@@ -74,7 +75,7 @@ def write_labelled(
 
 def _stands(line: str) -> bool:
     """Whether a note is still true of what was labelled."""
-    return "no contacts are known" not in line
+    return NO_CONTACTS not in line
 
 
 def _told(marks: Sequence[Mark], by: By) -> str:

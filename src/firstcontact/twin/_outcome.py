@@ -60,11 +60,6 @@ class GraspOutcome:
         return self.second_contact is not None and not (self.dropped or self.broken)
 
 
-def needed_force(mass: float, friction: float) -> float:
-    """Grip force that just holds a mass (kg) between two fingers, N."""
-    return mass * GRAVITY / (2 * friction)
-
-
 @njit(cache=True, nogil=True)
 def slide(
     forces: NDArray[np.float64],

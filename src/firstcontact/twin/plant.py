@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from firstcontact.core.command import Command
 from firstcontact.core.layout import FINGERTIP_RATE, fingertip_layout
-from firstcontact.core.physics import GRAVITY
+from firstcontact.core.physics import GRAVITY, holding_force
 from firstcontact.core.pinch import Contact
-from firstcontact.twin._outcome import DROPPED, GraspOutcome, needed_force, slide, stable_from
+from firstcontact.twin._outcome import DROPPED, GraspOutcome, slide, stable_from
 from firstcontact.twin._readings import PinchReadings
 from firstcontact.twin.draw import PinchDraw
 from firstcontact.twin.drive import Drive
@@ -334,7 +334,7 @@ class GraspPlant:
         lost = speed > 0 and friction * float(forces[-1].sum()) < mass * pull
         since = None
         if seen and crack is None:
-            since = stable_from(grip, needed_force(mass, friction))
+            since = stable_from(grip, holding_force(mass, friction))
         depths = np.nan_to_num(motion[..., INDENTATION]).clip(0.0)
         squeeze = motion[..., FACE].sum(axis=1) + depths @ self._give
         return GraspOutcome(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from firstcontact.core.palette import INK
-from firstcontact.core.physics import GRAVITY
+from firstcontact.core.physics import holding_force
 from firstcontact.grasp.grip import Grip
 from firstcontact.grasp.policies.final_force import FinalForce
 from firstcontact.grasp.policy import Part, Truth, Tunable
@@ -55,5 +55,5 @@ class ByWeight(FinalForce):
 
     def wanted(self) -> float:
         """What holds it."""
-        holding = self.mass * GRAVITY / (2 * self.grip.friction)
+        holding = holding_force(self.mass, self.grip.friction)
         return min(max(self.margin * holding, self.least), self.most)

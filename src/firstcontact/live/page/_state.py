@@ -163,7 +163,7 @@ class State:
         for mark in marks:
             self._pinches.label(mark)
         if markers or marks:
-            self._put("pinches", [dict(row) for row in self._pinches.tree()])
+            self._put("pinches", self._pinches.tree())
         blocks = [block for block in joined(a.block for a in arrivals) if len(block.data)]
         closer = False
         for block in blocks:
@@ -218,10 +218,10 @@ class State:
                     self._now = {**self._now, "case": hindsight(event, shown).name}
                     self._put("now", self._now)
                 self._pinches.done(event)
-                self._put("pinches", [dict(row) for row in self._pinches.tree()])
+                self._put("pinches", self._pinches.tree())
             case HandPinch():
                 self._pinches.hand(event)
-                self._put("pinches", [dict(row) for row in self._pinches.tree()])
+                self._put("pinches", self._pinches.tree())
             case HandAsked():
                 self._put("hand", {"told": event.ask.value, "by": event.by})
             case _:

@@ -1,0 +1,27 @@
+"""What several tests of the command line ask."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from firstcontact.cli.main import main
+
+
+@pytest.fixture
+def refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., None]:
+    """Import and expect one sentence with these words, and an untouched disk."""
+
+    def check(path: Path, *words: str, more: tuple[str, ...] = ()) -> None:
+        out = tmp_path / "out"
+        before = sorted(tmp_path.rglob("*"))
+        assert main(["import", str(path), "--out", str(out), *more]) == 2
+        message = capsys.readouterr().err
+        assert message.count("\n") == 1, message
+        for word in words:
+            assert word in message
+        assert sorted(tmp_path.rglob("*")) == before
+
+    return check

@@ -69,10 +69,14 @@ def short_windows(found: RealSet) -> str:
         shares = [percent(its.accuracy[ms]) if ms in its.accuracy else ABSENT for ms in lengths]
         name = material.replace("_", " ")
         lines.append([f"– {name} (rank {its.rank:g}, n = {its.n})", *shares])
-    order = "" if found.rho is None else (
-        f"\nOrder of hardness by the spectral centroid, nothing fitted: ρ = {found.rho:.2f} "
-        f"(n = {found.materials} materials, p = {found.p:.3f}; a perfect order has "
-        f"{found.most_rho:.2f}).\n"
+    order = (
+        ""
+        if found.rho is None
+        else (
+            f"\nOrder of hardness by the spectral centroid, nothing fitted: ρ = {found.rho:.2f} "
+            f"(n = {found.materials} materials, p = {found.p:.3f}; a perfect order has "
+            f"{found.most_rho:.2f}).\n"
+        )
     )
     return lined(lines) + order
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
-
+import write_household as script
 from pages import ROOT
 
 from firstcontact.twin.household import VARIATIONS
@@ -11,11 +10,6 @@ from firstcontact.twin.household_object import HOLD, LIGHT, LOOSE_HOLD, SCATTER
 
 
 def test_its_tables_are_those_of_the_data() -> None:
-    spec = importlib.util.spec_from_file_location("household", ROOT / "docs/write_household.py")
-    assert spec is not None
-    assert spec.loader is not None
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
     text = script.PAGE.read_text(encoding="utf-8")
     assert script.TABLE.search(text)
     assert text == script.filled(text), "run python docs/write_household.py"

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
-import sys
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
+import write_tables as numbers
 from pages import ROOT, name
 
 from firstcontact.core import InputError
@@ -19,20 +17,6 @@ from firstcontact.report.results.file import read_results
 from firstcontact.report.results.sets import SetsResults
 from firstcontact.report.results.study import StudyResults
 from partial import filled
-
-
-def load() -> ModuleType:
-    """The script, as a module."""
-    spec = importlib.util.spec_from_file_location("numbers_of_docs", ROOT / "docs/write_tables.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-numbers = load()
 
 
 def write(path: Path, tree: dict[str, Any]) -> None:

@@ -153,6 +153,26 @@ def test_events_count_from_the_first_of_the_vibration(
     assert pinch.data[pinch.first.sample - pinch.first_sample, 0] == pytest.approx(wanted, abs=1)
 
 
+def test_a_marker_where_nothing_is_kept_is_told_of_and_left_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # The first half is left out, since the other stream began behind the gap.
+    stamps = times(SAMPLES, RATE)
+    stamps[SAMPLES // 2 :] += 3.0
+    late = slow(stamps=times(200, SLOW, begin=float(stamps[SAMPLES // 2]) - 0.1))
+    said = ((0.5, "left out"), (2.5, "in the gap"), (4.5, "kept"))
+    path = xdf(tmp_path, vibration(stamps=stamps), late, marks(said=said))
+    assert main(["import", str(path), "--out", str(tmp_path / "out")]) == 0
+    assert load_dataset(tmp_path / "out").objects.tolist() == ["kept"]
+    assert "2 of 3 contacts lie in a gap" in capsys.readouterr().out
+    path = xdf(tmp_path, vibration(stamps=stamps), late, marks(said=said[:2]))
+    assert main(["import", str(path), "--out", str(tmp_path / "none")]) == 2
+    assert "each of its 2 contacts" in capsys.readouterr().err
+    path = xdf(tmp_path, vibration(stamps=stamps), late, marks(said=((9.0, "beyond"),)))
+    assert main(["import", str(path), "--out", str(tmp_path / "none")]) == 2
+    assert "no samples" in capsys.readouterr().err
+
+
 def test_without_markers_the_file_is_one_pinch_to_label(tmp_path: Path) -> None:
     out = tmp_path / "out"
     assert main(["import", str(xdf(tmp_path, vibration())), "--out", str(out)]) == 0

@@ -49,10 +49,10 @@ def guessed_signals(
 
 def unbroken_parts(
     path: Path, streams: Sequence[Stream], signals: Sequence[Signal], notes: list[str]
-) -> tuple[list[Part], float]:
+) -> tuple[list[Part], Run]:
     """Unbroken stretches of the vibration, and what of the other signals lies beside each.
 
-    With them the time of the vibration's first sample, which may lie in a stretch that is left out.
+    With them the whole of the vibration, of which stretches may be left out.
     """
     by_name = {s.name: s for s in streams}
     for signal in signals:
@@ -115,7 +115,8 @@ def unbroken_parts(
             f"{path}: the streams have no time in common: leave those out of the table of channels "
             "that were not recorded together"
         )
-    return parts, runs[main.name][0].begin
+    head, tail = runs[main.name][0], runs[main.name][-1]
+    return parts, Run(head.first, tail.end, head.begin, tail.last)
 
 
 def _names(signal: Signal, stream: Stream) -> tuple[str, ...]:

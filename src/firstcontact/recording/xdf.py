@@ -16,6 +16,7 @@ from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.recording._channel_table import read_signals
 from firstcontact.recording._label_track import label_columns
 from firstcontact.recording._signals import pinches_of
+from firstcontact.recording._stamps import Run
 from firstcontact.recording._table_columns import source_of
 from firstcontact.recording._xdf_file import Stream, read_xdf
 from firstcontact.recording._xdf_signals import Part, guessed_signals, unbroken_parts
@@ -73,8 +74,8 @@ def import_xdf(
         for s in streams
         if not s.closed
     ]
-    parts, begin = unbroken_parts(path, streams, signals, notes)
-    columns, table = _contacts(path, streams, begin, events, notes)
+    parts, whole = unbroken_parts(path, streams, signals, notes)
+    columns, table = _contacts(path, streams, whole.begin, events, notes)
     source = source_of(table, columns)
     pace = parts[0].its.layout.rate
     lengths = [len(part.its.data) for part in parts]
@@ -83,7 +84,7 @@ def import_xdf(
         starts, stops, of = [0] * len(parts), lengths, list(range(len(parts)))
         given: Columns = {}
     else:
-        rows, local = _placed(table, columns, parts, begin)
+        rows, local = _placed(table, columns, parts, whole, notes)
         found = find_events(
             table, local, rows, [path] * len(parts), [(n, 1) for n in lengths], pace
         )
@@ -137,19 +138,18 @@ def _contacts(
 
 
 def _placed(
-    table: Path, columns: Columns, parts: Sequence[Part], begin: float
+    table: Path, columns: Columns, parts: Sequence[Part], whole: Run, notes: list[str]
 ) -> tuple[list[int | None], Columns]:
-    """Which part each row lies in, and the columns counted from the start of that part."""
-    whole = len(parts) == 1 and parts[0].run.begin == begin
-    if whole or (SECONDS in columns) == (SAMPLE in columns):
+    """Which part each row lies in, and the columns counted from the start of that part.
+
+    None of a row that lies in a stretch of the vibration that is no part of the recording.
+    """
+    unbroken = len(parts) == 1 and parts[0].run == whole
+    if unbroken or (SECONDS in columns) == (SAMPLE in columns):
         return [0] * len(next(iter(columns.values()))), columns
     name = SECONDS if SECONDS in columns else SAMPLE
-    bounds = [
-        (p.run.begin - begin, p.run.last - begin)
-        if name == SECONDS
-        else (p.run.first, p.run.end - 1)
-        for p in parts
-    ]
+    bounds = [_bounds(name, part.run, whole) for part in parts]
+    end = _bounds(name, whole, whole)[1]
     rows: list[int | None] = []
     local: list[str] = []
     for row, cell in enumerate(columns[name]):
@@ -158,14 +158,32 @@ def _placed(
         except ValueError:
             at = np.nan
         place = next((k for k, (a, b) in enumerate(bounds) if a <= at <= b), None)
-        if place is None:
+        if place is None and not 0 <= at <= end:
             raise InputError(
                 f"{table}: {name} of row {row} is {shown(cell)}, where the vibration has no "
-                "samples, or another stream lacks: correct or remove the row"
+                "samples: correct or remove the row"
             )
         rows.append(place)
-        local.append(f"{at - bounds[place][0]!r}")
+        local.append(cell if place is None else f"{at - bounds[place][0]!r}")
+    left = rows.count(None)
+    if left == len(rows):
+        raise InputError(
+            f"{table}: each of its {left} contacts lies in a gap, or where another stream lacks: "
+            "record the streams together, or leave one out of the table of channels"
+        )
+    if left:
+        notes.append(
+            f"{left} of {len(rows)} contacts lie in a gap, or where another stream lacks: they are "
+            "left out"
+        )
     return rows, {**columns, name: local}
+
+
+def _bounds(name: str, run: Run, whole: Run) -> tuple[float, float]:
+    """Its first and last sample as that column counts them."""
+    if name == SECONDS:
+        return run.begin - whole.begin, run.last - whole.begin
+    return run.first, run.end - 1
 
 
 XDF = Importer(

@@ -30,7 +30,7 @@ def conv(takes: str, gives: str, samples: int, weight: Real, bias: Real, stride:
         "bias": flat32(bias),
     }
     size = there * outputs
-    return Step("conv", (takes,), gives, size, own, int(2.1 * there * weight.size) + 14 * size)
+    return Step("conv", (takes,), gives, size, own, int(1.7 * there * weight.size) + 7 * size)
 
 
 def depthwise(takes: str, gives: str, samples: int, weight: Real, bias: Real, stride: int) -> Step:
@@ -46,18 +46,18 @@ def depthwise(takes: str, gives: str, samples: int, weight: Real, bias: Real, st
         "bias": flat32(bias),
     }
     size = there * channels
-    return Step("depthwise", (takes,), gives, size, own, 9 * taps * size)
+    return Step("depthwise", (takes,), gives, size, own, 5 * taps * size)
 
 
 def silu(takes: str, gives: str, size: int) -> Step:
     """``x / (1 + exp(-x))`` of each number."""
-    return Step("silu", (takes,), gives, size, {"size": size}, 36 * size)
+    return Step("silu", (takes,), gives, size, {"size": size}, 26 * size)
 
 
 def gate(takes: tuple[str, str], gives: str, samples: int, channels: int) -> Step:
     """The first vector, each channel times the logistic function of a number of the second."""
     own: Constants = {"samples": samples, "channels": channels}
-    return Step("gate", takes, gives, samples * channels, own, (36 + 5 * samples) * channels)
+    return Step("gate", takes, gives, samples * channels, own, (32 + 6 * samples) * channels)
 
 
 def plus(takes: tuple[str, str], gives: str, size: int) -> Step:

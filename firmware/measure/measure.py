@@ -27,6 +27,7 @@ from firstcontact.anytime import Touches, touches_of
 from firstcontact.anytime.compact import CompactNetwork, deaf
 from firstcontact.anytime.in_context import InContextModel
 from firstcontact.anytime.model_file import pretrained
+from firstcontact.anytime.touch_stream import moments
 from firstcontact.contact import Detector, make_detector
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.core import Dataset
@@ -113,7 +114,8 @@ def of_windows(
         for form in forms(NamedModel("stiffness", kept.model, interval), learn.X, learn.sessions):
             size = form.model.notes["support_vectors"]
             cost = parity.of_model(form, everything, out / f"{name}_{size}")
-            row = asdict(cost) | scored(form.model, form.interval, held, "blocks")
+            row = asdict(cost) | answer_of(form.model)
+            row |= scored(form.model, form.interval, held, "blocks")
             if task is Task.REGRESSION:
                 row |= scored(form.model, form.interval, objects, "objects")
                 usual = form if size <= USUAL_VECTORS else usual
@@ -129,6 +131,13 @@ def of_windows(
     return {"models": rows, "peers": others}, usual
 
 
+def answer_of(model: Model) -> Numbers:
+    """Which model it is, and how many samples an answer takes: for the report's time to act."""
+    spec = model.spec
+    its = {"estimator": model.kind, "task": spec.task.value}
+    return its | {"samples": spec.samples, "rate_hz": spec.rate}
+
+
 def of_others(
     learn: Any, held: Any, objects: Any, everything: Any, out: Path, quick: bool
 ) -> Numbers:
@@ -142,7 +151,7 @@ def of_others(
         )
         model = estimator.fit(learn.X, learn.y, learn.sessions, SEED)
         cost = parity.of_model(NamedModel("stiffness", model, None), everything, out / name)
-        row = asdict(cost) | scored(model, None, held, "blocks")
+        row = asdict(cost) | answer_of(model) | scored(model, None, held, "blocks")
         rows[name] = row | scored(model, None, objects, "objects")
     return rows
 
@@ -183,6 +192,8 @@ def of_touches(sets: list[Dataset], out: Path, quick: bool) -> tuple[Numbers, In
         row["class_mismatches"] = sum(c.class_mismatches for c in costs)
         row["asked"] = sum(c.asked for c in costs)
         row["same_bytes"] = all(c.same_bytes for c in costs)
+        row |= {"estimator": form.kind, "task": Task.REGRESSION.value}
+        row |= {"samples": moments(form.rate)[0], "rate_hz": form.rate}
         rows[label] = row | _running(form, held, objects)
     return rows, chosen
 

@@ -30,6 +30,8 @@ class Study:
     """What finds the contacts at which windows start; all detectors are scored."""
     early_ms: float = 0.0
     """How much earlier than its label a contact may be, ms: labels from a trigger are late."""
+    board: Path | None = None
+    """`embedded.json` of `make embedded`: the time that models take on the hand, in the report."""
     seed: int = 0
     """Of the twin, the splits, the trainings and the intervals."""
     workers: int = 0
@@ -39,7 +41,9 @@ class Study:
 
     def run(self) -> None:
         """Run the study with its progress on stderr."""
+        from firstcontact.core.files import resolved
         from firstcontact.core.jobs import asked_workers
+        from firstcontact.report.results.board import read_board
         from firstcontact.study.settings import StudySettings
 
         need("study", "matplotlib", "jinja2")
@@ -52,7 +56,10 @@ class Study:
             workers=asked_workers(self.workers),
             detector=DETECTORS.find(self.detector).name,
             early=1e-3 * self.early_ms,
+            board=None if self.board is None else str(resolved(self.board)),
         )
+        if self.board is not None:
+            read_board(self.board)
         if self.quick:
             settings = settings.quick()
         from firstcontact.study.run import run_study

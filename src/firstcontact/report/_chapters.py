@@ -8,6 +8,7 @@ from fnmatch import fnmatchcase
 
 from firstcontact.report import _texts as texts
 from firstcontact.report._anytime_tables import anytime_table, objects_off_blocks, others_off_blocks
+from firstcontact.report._board_tables import board_table
 from firstcontact.report._contact_tables import answer_table, contact_table
 from firstcontact.report._short_tables import materials_table, short_table
 from firstcontact.report._tables import (
@@ -102,7 +103,7 @@ _PLANS = (
         [objects_off_blocks, others_off_blocks],
         ["generalise"],
     ),
-    _Plan("time", "Time of one estimate", texts.nothing, [inference_table], []),
+    _Plan("time", "Time of one estimate", texts.nothing, [inference_table, board_table], []),
 )
 
 

@@ -118,21 +118,13 @@ def time_inference(
     """
     import threadpoolctl
 
-    busy = load()
+    found = msgspec.structs.replace(
+        time_calls(model.predict_one, X, calls),
+        support_vectors=model.notes.get("support_vectors"),
+    )
+    if reference is None:
+        return found
     with threadpoolctl.threadpool_limits(1):
-        own = timed(model.predict_one, X, calls)
-        found = InferenceTime(
-            p50=float(np.percentile(own.own, 50)),
-            p99=float(np.percentile(own.own, 99)),
-            p99_with_preempted=float(np.percentile(own.microseconds, 99)),
-            calls=calls,
-            preempted=int(own.preempted.sum()),
-            load=busy,
-            cores=os.cpu_count() or 1,
-            support_vectors=model.notes.get("support_vectors"),
-        )
-        if reference is None:
-            return found
         theirs = timed(reference.call, reference.inputs, max(1, calls // REFERENCE_SHARE))
     return msgspec.structs.replace(
         found,
@@ -140,5 +132,23 @@ def time_inference(
         reference_p50=float(np.percentile(theirs.own, 50)),
         reference_p99=float(np.percentile(theirs.own, 99)),
         reference_calls=len(theirs.microseconds),
-        speedup=float(np.percentile(theirs.own, 50) / np.percentile(own.own, 50)),
+        speedup=float(np.percentile(theirs.own, 50)) / found.p50,
+    )
+
+
+def time_calls(call: Call, inputs: Sequence[Any] | NDArray[Any], calls: int) -> InferenceTime:
+    """Single calls on one thread over the inputs in turn, with nothing to compare them with."""
+    import threadpoolctl
+
+    busy = load()
+    with threadpoolctl.threadpool_limits(1):
+        own = timed(call, inputs, calls)
+    return InferenceTime(
+        p50=float(np.percentile(own.own, 50)),
+        p99=float(np.percentile(own.own, 99)),
+        p99_with_preempted=float(np.percentile(own.microseconds, 99)),
+        calls=calls,
+        preempted=int(own.preempted.sum()),
+        load=busy,
+        cores=os.cpu_count() or 1,
     )

@@ -33,6 +33,9 @@ class StudySettings:
         from a trigger are late.
     rig_seeds
         Of the twin's rigs that estimators are asked about off their blocks.
+    board
+        ``embedded.json`` with what models cost on the microcontroller, shown beside what
+        they take here; None for no such table.
     seed
         Of everything drawn but those.
     workers
@@ -48,6 +51,7 @@ class StudySettings:
     detector: str = DETECTORS.default
     early: float = 0.0
     rig_seeds: tuple[int, ...] = (601, 602, 603, 604, 605, 606)
+    board: str | None = None
     seed: int = 0
     workers: int = 2
 

@@ -11,6 +11,7 @@ import msgspec
 
 from firstcontact.core.by_name import ByName, Record
 from firstcontact.report.results.anytime import AnytimeResults, Generalised
+from firstcontact.report.results.board import BoardTime
 from firstcontact.report.results.contact import AnswerTimes, ContactConditions, ContactResults
 from firstcontact.report.results.data import DataSummary, Offsets, PeakVoltage
 from firstcontact.report.results.hardness import HardnessOrder
@@ -25,6 +26,7 @@ from firstcontact.report.results.stiffness import (
     WindowErrors,
     WindowSearch,
 )
+from firstcontact.stiffness.timing import InferenceTime
 
 
 class SubjectResults(Record, frozen=True, kw_only=True):
@@ -49,6 +51,8 @@ class SubjectResults(Record, frozen=True, kw_only=True):
     window_length_search: WindowSearch | None = None
     second_contact_in_window: dict[str, SecondContact] | None = None
     inference_us: dict[str, InferenceTimes] | None = None
+    anytime_us: InferenceTime | None = None
+    board: dict[str, BoardTime] | None = None
     left_out: list[str] | None = None
 
     @property

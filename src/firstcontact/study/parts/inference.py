@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from msgspec.structs import asdict
 
+from firstcontact.anytime.model_file import pretrained
+from firstcontact.anytime.touch_stream import moments
 from firstcontact.core.jobs import one_thread
+from firstcontact.core.rate import same_rate
+from firstcontact.learning.adapting import adapt
+from firstcontact.learning.labelled_touches import LabelledTouches
 from firstcontact.learning.training import DURATION, Fit, train
 from firstcontact.report.findings import PartResult
+from firstcontact.report.results.board import read_board
 from firstcontact.report.results.stiffness import InferenceTimes
 from firstcontact.report.results.study import SubjectResults
 from firstcontact.stiffness import ESTIMATORS, Task, make_estimator
-from firstcontact.stiffness.timing import InferenceTime, time_inference
+from firstcontact.stiffness.timing import InferenceTime, time_calls, time_inference
 from firstcontact.study._subject import Subject
 from firstcontact.study.settings import StudySettings
+
+#: Contacts that the any-time network is asked about in turn.
+ASKED = 100
 
 
 def inference(subject: Subject, settings: StudySettings) -> PartResult:
@@ -49,7 +60,27 @@ def inference(subject: Subject, settings: StudySettings) -> PartResult:
             found[model] = InferenceTimes(**asdict(regression), classification=classification)
         elif classification:
             found[model] = InferenceTimes(**asdict(classification))
-    return PartResult(SubjectResults(inference_us=found))
+    board = None if settings.board is None else read_board(Path(settings.board))
+    running = _anytime(subject, settings)
+    return PartResult(SubjectResults(inference_us=found, anytime_us=running, board=board))
+
+
+def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
+    """The any-time network's first answer to a contact; None where it cannot be asked."""
+    model = pretrained()
+    if not subject.found or not same_rate(subject.dataset.layout.rate, model.rate):
+        return None
+    known = LabelledTouches.of(subject.dataset, subject.starts)
+    home = known.take(known.touches.answerable & ~subject.dataset.test[known.which])
+    if len(home) < 4 or len(np.unique(home.shore_a)) < 2:
+        return None
+    its = adapt(model, home.touches, home.shore_a, home.named_sessions, settings.seed).model
+    # As live asks: how fast the hand closes is worked out once a contact, before any answer.
+    first = moments(model.rate)[0]
+    asked = [home.touches.take(np.array([k])).until(first) for k in range(min(len(home), ASKED))]
+    inputs = [(touch, its.known(touch)) for touch in asked]
+    with one_thread():
+        return time_calls(lambda pair: its.answers(*pair), inputs, settings.calls)
 
 
 def measure(fit: Fit, calls: int) -> InferenceTime:

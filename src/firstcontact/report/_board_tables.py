@@ -1,0 +1,53 @@
+"""Time to act: from the contact to the estimate, on the board and on this machine."""
+
+from __future__ import annotations
+
+from firstcontact.report import names
+from firstcontact.report._tables import Cell, Row, Table
+from firstcontact.report.results.anytime import NETWORK_TITLES
+from firstcontact.report.results.board import BoardTime
+from firstcontact.report.results.study import SubjectResults
+from firstcontact.stiffness.spec import Task
+
+_CAPTION = (
+    "Contact to estimate: the samples that it takes and the arithmetic, on the emulated Cortex-M7 "
+    "(instructions counted by `make embedded`, 1.5 cycles each at 600 MHz assumed) and here (p99). "
+    "Neither has the time until the contact is decided; here the cable and waiting for packets "
+    "come on top, which `firstcontact live` measures. The any-time network: its first answer."
+)
+
+
+def board_table(results: SubjectResults) -> Table | None:
+    """Samples, instructions and time of each form on the board; this machine beside it."""
+    if not results.board:
+        return None
+    rows = [_row(results, form, time) for form, time in results.board.items()]
+    return Table(_CAPTION, ["", "Samples", "Instructions", "On the board", "This machine"], rows)
+
+
+def _row(results: SubjectResults, form: str, time: BoardTime) -> Row:
+    usual = names.estimator(time.estimator).title
+    title = NETWORK_TITLES.get(time.estimator, usual)
+    if time.task == Task.CLASSIFICATION:
+        title += ", classification"
+    here = _p99_here(results, time)
+    return Row(
+        [
+            Cell(title, form),
+            Cell(f"{time.samples}", f"{time.signal_ms:.1f} ms"),
+            Cell(f"{time.instructions:,}", f"{time.microseconds:.0f} µs"),
+            Cell(f"{time.signal_ms + 1e-3 * time.microseconds:.2f} ms"),
+            Cell("–" if here is None else f"{time.signal_ms + 1e-3 * here:.2f} ms"),
+        ]
+    )
+
+
+def _p99_here(results: SubjectResults, time: BoardTime) -> float | None:
+    """How long this machine takes for the whole model that a form was made from, us."""
+    if time.estimator in NETWORK_TITLES:
+        return None if results.anytime_us is None else results.anytime_us.p99
+    found = (results.inference_us or {}).get(time.estimator)
+    if found is not None and time.task == Task.CLASSIFICATION:
+        its = found.classification
+        return None if its is None else its.p99
+    return None if found is None else found.p99

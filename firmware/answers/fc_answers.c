@@ -204,20 +204,55 @@ static void take(fc_answers *a, const fc_sample *s)
     }
 }
 
-/* Has the model that is kept answer. */
-static const char *load(fc_answers *a)
+static char *put_text(char *to, const char *text)
+{
+    while (*text != '\0')
+        *to++ = *text++;
+    return to;
+}
+
+static char *put_number(char *to, uint32_t number)
+{
+    char digits[10];
+    int n = 0;
+    do
+        digits[n++] = (char)('0' + number % 10);
+    while ((number /= 10) > 0);
+    while (n > 0)
+        *to++ = digits[--n];
+    return to;
+}
+
+/* What models are taken, and why the newest one that is kept does not answer: "" where it does. */
+static void tell_room(fc_answers *a, const char *fault)
+{
+    char *to = put_text(a->room, "{\"format\":");
+    to = put_number(to, FC_IMAGE_FORMAT);
+    to = put_number(put_text(to, ",\"sizes\":"), fc_image_sizes());
+    to = put_number(put_text(to, ",\"room\":"), a->store.keeper->slot_bytes - FC_SLOT_HEAD);
+    to = put_text(put_text(put_text(to, ",\"fault\":\""), fault), "\"}");
+    a->device->models = a->room;
+    a->device->models_bytes = (size_t)(to - a->room);
+}
+
+static const char *read_kept(fc_answers *a)
 {
     uint32_t n;
     const uint8_t *const bytes = fc_store_model(&a->store, &n);
-    const char *why = "no model is kept";
-    a->ready = false;
-    if (bytes != NULL)
-        why = fc_image_read(bytes, n, &a->image);
-    a->ready = bytes != NULL && why == NULL;
+    return bytes == NULL ? "" : fc_image_read(bytes, n, &a->image);
+}
+
+/* Has the newest model that is kept answer, or the one before where that cannot be used. Returns
+   NULL, or what is wrong with the newest. */
+static const char *load(fc_answers *a)
+{
+    const char *const why = read_kept(a);
+    a->ready = why == NULL || (fc_store_fall_back(&a->store) && read_kept(a) == NULL);
     a->begun = false;
     fc_judge_loaded = &a->image.judge;
     a->device->answers = a->ready ? a->image.text : NULL;
     a->device->answers_bytes = a->image.text_bytes;
+    tell_room(a, why == NULL ? "" : why);
     return why;
 }
 

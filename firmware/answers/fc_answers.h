@@ -12,7 +12,10 @@
 extern "C" {
 #endif
 
-enum { FC_PAST = 512 }; /* samples that are remembered */
+enum {
+    FC_PAST = 512, /* samples that are remembered */
+    FC_ROOM_TEXT = 240
+};
 
 typedef struct {
     fc_device *device;
@@ -20,6 +23,8 @@ typedef struct {
     fc_model_taker taker;
     fc_image image;
     bool ready;              /* a model answers */
+    char room[FC_ROOM_TEXT]; /* JSON for the descriptor: what models are taken, what of the newest
+                                one is wrong */
     uint32_t (*clock)(void); /* ns, wrapping; NULL where there is none */
 
     bool begun, streamed;

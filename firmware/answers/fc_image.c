@@ -212,6 +212,28 @@ static bool read_anytime(cursor *c, fc_image *image)
     return any;
 }
 
+/* Whether a text is one JSON object in printable ASCII: it goes into the descriptor as it is. */
+static bool is_object(const char *text, size_t n)
+{
+    int32_t depth = 0;
+    bool quoted = false, escaped = false;
+    for (size_t k = 0; k < n; k++) {
+        const char c = text[k];
+        if (c < ' ' || c > '~')
+            return false;
+        if (quoted) {
+            quoted = escaped || c != '"';
+            escaped = !escaped && c == '\\';
+        } else {
+            quoted = c == '"';
+            depth += (c == '{') - (c == '}');
+        }
+        if ((depth <= 0) != (k + 1 == n))
+            return false;
+    }
+    return text[0] == '{' && depth == 0;
+}
+
 const char *fc_image_read(const uint8_t *bytes, size_t n, fc_image *image)
 {
     cursor c = {bytes, n, false};
@@ -231,6 +253,8 @@ const char *fc_image_read(const uint8_t *bytes, size_t n, fc_image *image)
     copy(&c, image->floors, 2, sizeof *image->floors);
     if (c.cut || !finite_doubles(image->floors, 2))
         return CUT;
+    if (!is_object(image->text, image->text_bytes))
+        return "the model's text cannot be told";
     image->gated = image->floors[0] > 0.0 && image->floors[1] > 0.0;
     if (!read_judge(&c, &image->judge) || !read_anytime(&c, image))
         return c.cut ? CUT : OTHER;

@@ -21,7 +21,8 @@ enum {
 };
 
 typedef struct {
-    const char *text; /* JSON about it for the descriptor, text_bytes without a zero */
+    const char *text; /* JSON object about it for the descriptor: printable ASCII, text_bytes
+                         without a zero */
     uint32_t text_bytes;
     bool gated;       /* the noise floors are known */
     double floors[2];

@@ -46,6 +46,17 @@ static int other(const fc_store *s)
     return s->active == 0 ? 1 : 0;
 }
 
+bool fc_store_fall_back(fc_store *s)
+{
+    uint32_t turn, length;
+    if (s->active < 0 || !whole(s->keeper, other(s), &turn, &length))
+        return false;
+    s->active = other(s);
+    s->turn = turn;
+    s->bytes = length;
+    return true;
+}
+
 const char *fc_store_begin(fc_store *s, uint32_t length, uint32_t crc)
 {
     const fc_keeper *const k = s->keeper;

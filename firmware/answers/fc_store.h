@@ -40,6 +40,10 @@ void fc_store_open(fc_store *s, const fc_keeper *keeper);
 /* The model that counts, and its length; NULL where there is none. */
 const uint8_t *fc_store_model(const fc_store *s, uint32_t *n);
 
+/* Has the older model count, where the newer is whole and cannot be used: what comes next takes
+   the newer's place. Returns whether there is one. */
+bool fc_store_fall_back(fc_store *s);
+
 /* Each returns NULL, or why not. A chunk that came before is no fault: next tells what is due. */
 const char *fc_store_begin(fc_store *s, uint32_t length, uint32_t crc);
 const char *fc_store_chunk(fc_store *s, uint32_t at, const uint8_t *bytes, uint32_t n);

@@ -171,21 +171,27 @@ static size_t put_samples(fc_device *d, uint8_t *payload, uint32_t n)
 #define IN_WORDS_(x) #x
 #define REFUSAL "this firmware speaks version " IN_WORDS(FC_PROTOCOL_VERSION) " of the protocol"
 
-/* The descriptor, with what there is to say of a model as its last field. */
-static size_t put_descriptor(fc_device *d, uint8_t *payload)
+/* One field more as the descriptor's last, where it fits; returns the new length. */
+static size_t put_field(uint8_t *payload, size_t w, const char *name, const char *json, size_t n)
 {
-    static const char field[] = ",\"answers\":";
-    const size_t n = strlen(d->descriptor);
-    size_t w = fc_put_descriptor(payload, d->boot, d->descriptor, n);
-    if (d->answers == NULL || n + sizeof field + d->answers_bytes > FC_DESCRIPTOR_MAX)
+    const size_t named = strlen(name);
+    if (json == NULL || w + named + n > FC_PAYLOAD_MAX)
         return w;
-    w--; /* its closing brace */
-    memcpy(payload + w, field, sizeof field - 1);
-    w += sizeof field - 1;
-    memcpy(payload + w, d->answers, d->answers_bytes);
-    w += d->answers_bytes;
+    w--; /* the closing brace */
+    memcpy(payload + w, name, named);
+    memcpy(payload + w + named, json, n);
+    w += named + n;
     payload[w++] = '}';
     return w;
+}
+
+/* The descriptor, with what there is to say of models. */
+static size_t put_descriptor(fc_device *d, uint8_t *payload)
+{
+    const size_t n = strlen(d->descriptor);
+    size_t w = fc_put_descriptor(payload, d->boot, d->descriptor, n);
+    w = put_field(payload, w, ",\"answers\":", d->answers, d->answers_bytes);
+    return put_field(payload, w, ",\"models\":", d->models, d->models_bytes);
 }
 
 static size_t put_reply(fc_device *d, uint8_t *payload)

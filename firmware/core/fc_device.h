@@ -16,7 +16,7 @@ extern "C" {
 #endif
 
 enum {
-    FC_DESCRIPTOR_MAX = 2400, /* longest descriptor, what it says of a model in it */
+    FC_DESCRIPTOR_MAX = 2600, /* longest descriptor, what it says of models in it */
     FC_PAYLOAD_MAX = FC_DESCRIPTOR_MAX + 5,
     FC_HEARD_MAX = 256,       /* longer than any frame of the host, stuffed */
     FC_TELLINGS = 64          /* contacts and estimates that wait for the line, at most */
@@ -56,6 +56,8 @@ typedef struct {
     const char *descriptor;
     const char *answers; /* JSON about the model that answers, NULL where there is none */
     size_t answers_bytes;
+    const char *models; /* JSON about the models that are taken, NULL where none are */
+    size_t models_bytes;
     const fc_model_taker *taker; /* NULL where no model can be taken */
     fc_telling telling[FC_TELLINGS];
     uint32_t tellings, told; /* put and sent so far */

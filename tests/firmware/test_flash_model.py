@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +16,14 @@ from serial_host import Host
 from firstcontact.cli.main import main
 from firstcontact.core import InputError
 from firstcontact.device import Descriptor, protocol
-from firstcontact.device.flashing import CHUNK, flash_model
+from firstcontact.device.flashing import CHUNK, ask_for_room, flash_model
 from firstcontact.device.protocol import FrameType
+from firstcontact.device.told import passed_over
 from firstcontact.embedded.hand_model import hand_image
 from firstcontact.embedded.model_image import FORMAT, ModelImage
+
+#: Of the head of a place that holds a model.
+MAGIC = b"1CFS"
 
 
 @pytest.fixture
@@ -34,9 +39,13 @@ def images(hand_models: tuple[Path, Path]) -> tuple[ModelImage, ModelImage]:
     return first, second
 
 
+def descriptor(host: Host) -> Descriptor:
+    return Descriptor.from_text(protocol.read_descriptor(host.hello().payload)[2])
+
+
 def answering(host: Host) -> str | None:
     """Digest of the model that a device says it answers with."""
-    answers = Descriptor.from_text(protocol.read_descriptor(host.hello().payload)[2]).answers
+    answers = descriptor(host).answers
     return None if answers is None else answers.model
 
 
@@ -84,6 +93,55 @@ def test_power_that_goes_in_the_middle_leaves_the_old_model(
         assert flash_model(device.path, new.data, FORMAT, new.sizes) == new.digest
     with running(program, *kept) as device, Host(device.path) as host:
         assert answering(host) == new.digest
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A file of two places as the device's program keeps it: slots behind heads."""
+
+    file: Path
+
+    def slots(self) -> tuple[bytearray, bytearray]:
+        data = bytearray(self.file.read_bytes())
+        return data[: len(data) // 2], data[len(data) // 2 :]
+
+    def write(self, *slots: bytes | bytearray) -> None:
+        self.file.write_bytes(b"".join(slots))
+
+    def turn(self, slot: bytes) -> int:
+        return struct.unpack_from("<I", slot, 4)[0] if slot[:4] == MAGIC else -1
+
+
+def test_where_the_newest_model_does_not_fit_the_one_before_answers(
+    strict_program: Path, kept: tuple[str, str], images: tuple[ModelImage, ModelImage]
+) -> None:
+    """As after an update of the firmware: the newer place is whole, and for other kernels."""
+    old, new = images
+    with running(strict_program, *kept) as device:
+        for image in images:
+            flash_model(device.path, image.data, FORMAT, image.sizes)
+    file = Kept(Path(kept[1]))
+    slots = sorted(file.slots(), key=file.turn)
+    length = struct.unpack_from("<IIII", slots[1])[2]
+    slots[1][16 + 8] ^= 1  # the sizes that the image says it is for
+    struct.pack_into("<I", slots[1], 12, zlib.crc32(slots[1][16 : 16 + length]))
+    file.write(*slots)
+    with running(strict_program, *kept) as device:
+        with Host(device.path) as host:
+            assert answering(host) == old.digest
+            models = descriptor(host).models
+            assert models is not None
+            assert "other sizes" in models.fault
+            told = passed_over(models, True)
+            assert "the one before it answers" in told
+        # What comes next takes the place of the one that is of no use.
+        assert flash_model(device.path, new.data, FORMAT, new.sizes) == new.digest
+    with running(strict_program, *kept) as device, Host(device.path) as host:
+        assert answering(host) == new.digest
+        models = descriptor(host).models
+        assert models is not None
+        assert models.fault == ""
+    assert old.data in bytes(b"".join(file.slots()))
 
 
 def test_another_format_other_sizes_and_damage_are_refused(
@@ -159,3 +217,27 @@ def test_the_verb_flashes_and_says_what_answers(
     assert hand_image(hand_models[0]).digest in capsys.readouterr().out
     assert main(["flash-model", str(tmp_path), "--device", "nowhere", *told]) == 2
     assert "export-model" in capsys.readouterr().err
+
+
+def test_a_device_that_takes_no_models_is_told_of_before_anybody_keeps_still(
+    program: Path, hand_models: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with running(program) as device:
+        assert main(["flash-model", str(hand_models[0]), "--device", device.path]) == 2
+    said = capsys.readouterr()
+    assert "takes no models" in said.err
+    assert "measuring" not in said.out
+
+
+def test_a_model_that_a_device_has_no_room_for_is_refused_before_it_is_sent(
+    program: Path, kept: tuple[str, str], images: tuple[ModelImage, ModelImage]
+) -> None:
+    sizes = images[0].sizes
+    with running(program, *kept) as device:
+        ask_for_room(device.path, FORMAT, sizes, len(images[0].data))
+        with pytest.raises(InputError, match="there is room for"):
+            ask_for_room(device.path, FORMAT, sizes, 1 << 20)
+        with pytest.raises(InputError, match="other sizes"):
+            ask_for_room(device.path, FORMAT, sizes ^ 1, 1000)
+        with pytest.raises(InputError, match="takes format"):
+            ask_for_room(device.path, FORMAT + 1, sizes, 1000)

@@ -31,11 +31,12 @@ class FlashModel:
 
     def run(self) -> None:
         """Send it; the device keeps its old model until the new one is whole and checked."""
-        from firstcontact.device.flashing import flash_model
+        from firstcontact.device.flashing import ask_for_room, flash_model
         from firstcontact.embedded.hand_model import hand_image
         from firstcontact.embedded.model_image import FORMAT
 
-        hand_image(self.model)  # refused before the device is asked for anything
+        image = hand_image(self.model)  # refused before the device is asked for anything,
+        ask_for_room(self.device, FORMAT, image.sizes, len(image.data))  # or the user for rest
         image = hand_image(self.model, self._floors())
         found = flash_model(self.device, image.data, FORMAT, image.sizes)
         if found != image.digest:

@@ -111,6 +111,7 @@ class Live:
         from firstcontact.cli.stopping import stopping
         from firstcontact.contact import untrained
         from firstcontact.core.calibration_file import read_calibration
+        from firstcontact.device.told import passed_over
         from firstcontact.live.grasping import grasp_lines
         from firstcontact.live.pipeline import Pipeline
         from firstcontact.live.session import LiveSession
@@ -132,6 +133,8 @@ class Live:
                 loaded = _pretrained(self.detector) if answers is None else _none(self.detector)
             if answers is not None:
                 _say(_whose(answers, self.model))
+            if (models := source.descriptor.models) is not None and models.fault:
+                _say(passed_over(models, answers is not None))
             calibration = given or _floors(answers) or self._measured(source)
             pipeline = Pipeline(
                 source.descriptor.layout,

@@ -44,6 +44,7 @@ class Ports:
 def answer(port: str) -> Iterator[str]:
     """What is on a port says about itself, or why it cannot be told."""
     from firstcontact.device.serial_source import SerialSource
+    from firstcontact.device.told import passed_over
 
     try:
         with SerialSource(port, PATIENCE) as source:
@@ -55,3 +56,5 @@ def answer(port: str) -> Iterator[str]:
     yield f"a fingertip: {descriptor.firmware}; {descriptor.sensor}{hand} ({descriptor.source})"
     layout = descriptor.layout
     yield f"{layout.width} channels at {layout.rate:g} Hz"
+    if descriptor.models is not None and descriptor.models.fault:
+        yield passed_over(descriptor.models, descriptor.answers is not None)

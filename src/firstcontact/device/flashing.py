@@ -22,6 +22,10 @@ _OFFSET = struct.Struct("<I")
 _STATE = struct.Struct("<BBI")
 KEPT, REFUSED = 1, 2
 _SILENT = "what is on this port does not answer: check that it is the fingertip"
+_TAKES_NONE = (
+    "the device takes no models: flash a firmware that answers by itself, of this version of "
+    "firstcontact"
+)
 #: So often in a row a piece may be asked for again.
 MOST_AGAIN = 10
 
@@ -71,22 +75,55 @@ class _Link:
 
     def model(self, kind: FrameType, payload: bytes) -> tuple[int, int]:
         """State and bytes that are there, as the device says."""
-        silent = (
-            "the device takes no models: flash a firmware that answers by itself, of this version "
-            "of firstcontact"
-        )
-        answer = self.ask(kind, payload, FrameType.MODEL_STATE, silent).payload
+        answer = self.ask(kind, payload, FrameType.MODEL_STATE, _TAKES_NONE).payload
         if len(answer) < _STATE.size:
             raise InputError(f"{self.port}: the device's answer is too short: start again")
         state, _, there = _STATE.unpack_from(answer)
         if state == REFUSED:
             why = answer[_STATE.size :].decode(errors="replace")
-            raise InputError(
-                f"{self.port}: the device refuses the model ({why}) and keeps its old one: export "
-                "it with the version of firstcontact that the firmware is of, or smaller with a "
-                "lower --budget-us"
-            )
+            raise _refused(self.port, why)
         return int(state), int(there)
+
+
+def _refused(port: str, why: str) -> InputError:
+    return InputError(
+        f"{port}: the device refuses the model ({why}) and keeps its old one: export it with the "
+        "version of firstcontact that the firmware is of, or smaller with a lower --budget-us"
+    )
+
+
+def ask_for_room(port: str, form: int, sizes: int, length: int) -> None:
+    """Ask a device whether it takes such a model, before anything else is done for it.
+
+    Parameters
+    ----------
+    port, form, sizes
+        As of :func:`flash_model`.
+    length
+        Of the image, bytes.
+
+    Raises
+    ------
+    InputError
+        It takes no models, or not this one, or does not answer.
+    """
+    link = _Link(port)
+    try:
+        hello = link.ask(FrameType.HELLO, bytes([VERSION]), FrameType.DESCRIPTOR, _SILENT)
+    finally:
+        link.close()
+    try:
+        models = read_greeting(hello.payload).descriptor.models
+    except (FrameError, InputError):
+        return  # a model that spoilt what it says of itself can still be replaced
+    if models is None:
+        raise InputError(f"{port}: {_TAKES_NONE}")
+    if models.format != form:
+        raise _refused(port, f"it takes format {models.format}, and this is {form}")
+    if models.sizes != sizes:
+        raise _refused(port, "it is for kernels of other sizes than the firmware has")
+    if models.room < length:
+        raise _refused(port, f"{length} bytes, and there is room for {models.room}")
 
 
 def flash_model(port: str, data: bytes, form: int, sizes: int) -> str:

@@ -8,7 +8,7 @@ from typing import Any, Protocol, Self
 
 from firstcontact.core import Block, InputError, Layout, VibrationSensor
 from firstcontact.core.records import Name, read_record
-from firstcontact.device.told import Answering, Told
+from firstcontact.device.told import Answering, ModelRoom, Told
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.recording.header import SOURCES
 
@@ -25,6 +25,7 @@ class _Said:
     source: Name
     layout: Layout
     answers: Answering | None = None
+    models: ModelRoom | None = None
 
 
 def layout_to_send(layout: Layout) -> dict[str, Any]:
@@ -63,6 +64,8 @@ class Descriptor:
         So much later than its instant the source's own filter lets a sample out, s.
     answers
         What answers on the device itself; None where nothing does.
+    models
+        What models it takes; None where it takes none.
     """
 
     layout: Layout
@@ -73,6 +76,7 @@ class Descriptor:
     dtype: str = "int16"
     delay: float = 0.0
     answers: Answering | None = None
+    models: ModelRoom | None = None
 
     def to_text(self) -> str:
         """JSON, as it goes over the wire."""
@@ -85,6 +89,8 @@ class Descriptor:
         }
         if self.answers is not None:
             tree["answers"] = asdict(self.answers)
+        if self.models is not None:
+            tree["models"] = asdict(self.models)
         return json.dumps(tree, separators=(",", ":"), ensure_ascii=False)
 
     @classmethod
@@ -110,6 +116,7 @@ class Descriptor:
             said.hand,
             said.source,
             answers=said.answers,
+            models=said.models,
         )
 
 

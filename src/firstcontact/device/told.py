@@ -40,6 +40,35 @@ class Answering:
 
 
 @dataclass(frozen=True, slots=True)
+class ModelRoom:
+    """What models a device takes, as its descriptor says.
+
+    Parameters
+    ----------
+    format, sizes
+        Of the images that it reads, and CRC of the sizes that its kernels have.
+    room
+        Longest image, bytes.
+    fault
+        Why the newest model that it keeps does not answer; "" where it does, or none is kept.
+    """
+
+    format: Annotated[int, Meta(ge=0, lt=2**32)]
+    sizes: Annotated[int, Meta(ge=0, lt=2**32)]
+    room: Annotated[int, Meta(ge=0, lt=2**32)]
+    fault: Name = ""
+
+
+def passed_over(models: ModelRoom, answers: bool) -> str:
+    """What a device says of a newest model that does not answer."""
+    older = "the one before it answers" if answers else "none answers"
+    return (
+        f"the device passes over the newest model that it keeps ({models.fault}), and {older}: "
+        "bring one onto it with `firstcontact flash-model`"
+    )
+
+
+@dataclass(frozen=True, slots=True)
 class ToldContact:
     """A contact that the device found.
 

@@ -29,6 +29,8 @@ from firstcontact.embedded.kernel_sizes import OF_KERNELS, TOLD, detector_sizes
 MAGIC = b"FCMI"
 #: Raised when a firmware that reads the one before could not read it.
 FORMAT = 1
+#: Longest text about a model, bytes: FC_IMAGE_TEXT of the firmware.
+TEXT_MOST = 300
 #: Order of the scalars that the detector's judge is given.
 _JUDGE = ("awake", "floor", "ridge", "bias", "doubt")
 
@@ -121,6 +123,11 @@ def model_image(
         },
         separators=(",", ":"),
     ).encode()
+    if len(text) > TEXT_MOST:
+        raise InputError(
+            f"what there is to say of the model takes {len(text)} bytes and the hand has room for "
+            f"{TEXT_MOST}: train with a detector of a shorter name than {detector.name!r}"
+        )
     told = zlib.crc32(np.array([sizes[name] for name in TOLD], "<u4").tobytes())
     head = struct.pack("<4sIII", MAGIC, FORMAT, told, len(text))
     data = head + text + bytes(-len(text) % 8) + floors.data + body.data

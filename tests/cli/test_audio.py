@@ -35,11 +35,16 @@ def test_info_says_what_it_is_and_what_its_filter_costs(
     assert "sound input disc" in said
 
 
-def test_calibrate_measures_its_noise(tmp_path: Path, quiet: np.ndarray) -> None:
+def test_calibrate_measures_its_noise(
+    tmp_path: Path, quiet: np.ndarray, capsys: pytest.CaptureFixture[str]
+) -> None:
     out = tmp_path / "calibration.json"
     with heard_here(tmp_path, quiet, loop=1):
         options = ["--device", "audio:disc", "--no-tap", "--seconds", "0.5", "--out", str(out)]
         assert main(["calibrate", *options]) == 0
+    said = capsys.readouterr().out
+    assert "full scale RMS" in said
+    assert "mV" not in said
     (floor,) = json.loads(out.read_text())["piezo"]
     # White noise of 30 steps, of which the filter leaves what is below 2.5 of 24 kHz.
     assert floor["noise"] == pytest.approx(30 / 32768 * (4936 / 48_000) ** 0.5, rel=0.1)

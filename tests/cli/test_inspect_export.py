@@ -11,7 +11,22 @@ import numpy as np
 import pytest
 
 from firstcontact.cli.main import main
-from firstcontact.core import Contact, Dataset, Finger, Label, Layout, Pinch, Role, fingertip_layout
+from firstcontact.core import (
+    Block,
+    Calibration,
+    Channel,
+    ChannelKind,
+    Contact,
+    Dataset,
+    Finger,
+    Label,
+    Layout,
+    Pinch,
+    Role,
+    VibrationCalibration,
+    VibrationSensor,
+    fingertip_layout,
+)
 from firstcontact.recording import Header, RecordingWriter, load_dataset, write_dataset
 from firstcontact.recording.dataset import pause_between
 
@@ -50,6 +65,27 @@ def recordings(tmp_path: Path, dataset: Dataset) -> Path:
     folder.mkdir()
     write_dataset(dataset, folder, Header(dataset.layout, "synthetic", notes="by hand"))
     return folder
+
+
+def test_a_calibration_names_the_sensor_that_it_is_of(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    microphone = Channel(
+        "disc", ChannelKind.VIBRATION, None, "full scale", sensor=VibrationSensor.MICROPHONE
+    )
+    for layout, finger, words in (
+        (Layout((microphone,), 4936.0), None, "sensor microphone noise 0.0021 full scale RMS"),
+        (fingertip_layout(), Finger.INDEX, "index  piezo noise 2.10 mV RMS, offset +0.00 mV, tap"),
+        # Of a finger that the layout does not have: what it was is not known.
+        (Layout((microphone,), 4936.0), Finger.INDEX, "index  vibration noise"),
+    ):
+        of = Calibration((VibrationCalibration(finger, 0.0021, 0.0, 0.5),))
+        path = tmp_path / "one.mcap"
+        with RecordingWriter(path, Header(layout, "synthetic", calibration=of)) as writer:
+            writer.write(Block(np.zeros((10, layout.width), np.int16), 0))
+        assert main(["inspect", str(path)]) == 0
+        assert words in capsys.readouterr().out
+        path.unlink()
 
 
 def same(one: Dataset, other: Dataset) -> None:

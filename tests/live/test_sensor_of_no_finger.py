@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from io import StringIO
+
+from told_events import ANSWER, EVENTS
 
 from firstcontact.core import Block, Channel, ChannelKind, Contact, Layout, VibrationSensor
 from firstcontact.device import Arrival, Descriptor, Health
+from firstcontact.live._ledger import Ledger
 from firstcontact.live.events import PinchDone, Touched
 from firstcontact.live.json_lines import JsonLinesSink
 from firstcontact.live.page._state import State
 from firstcontact.live.sink import Update
-from firstcontact.live.text import pinch_line
+from firstcontact.live.summary import ledger_lines
+from firstcontact.live.text import TextSink, pinch_line
 from firstcontact.testing.closings import closing
 
 MICROPHONE = Channel(
@@ -36,6 +41,24 @@ def test_in_json_and_in_words() -> None:
     assert channel == {"name": "microphone", "kind": "microphone", "finger": None, "unit": "Pa"}
     assert touched["finger"] is None
     assert pinch_line(DONE, LAYOUT.rate) == "pinch 0: sensor first"
+
+
+def test_nothing_is_said_of_a_second_contact_that_cannot_come() -> None:
+    (done,) = (event for event in EVENTS if isinstance(event, PinchDone))
+    done = replace(done, contacts=(CONTACT,), strips=())
+    stream = StringIO()
+    sink = TextSink(stream)
+    sink.open(Descriptor(LAYOUT))
+    sink.take(Update(events=(done,), health=Health(connected=True)))
+    line = stream.getvalue().splitlines()[-1]
+    assert line.startswith("pinch 1: sensor first, 30.5 Shore A (22 to 39) from 12 ms at ")
+    ledger = Ledger(LAYOUT.rate)
+    ledger.tell(ANSWER)
+    ledger.close(done, anytime=True)
+    said = [line, *ledger_lines(ledger.summary(), 1.0, 0.1, alone=True)]
+    assert "1 of 1 pinches had an answer" in said
+    assert not any("second" in words for words in said)
+    assert any("second contact" in words for words in ledger_lines(ledger.summary(), 1.0, 0.1))
 
 
 def test_on_the_page() -> None:

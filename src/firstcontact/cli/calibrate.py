@@ -64,22 +64,26 @@ class Calibrate:
         print(f"calibration: {self.out}")
 
     def _measure(self, source: Source) -> Calibration:
+        from firstcontact.cli.sensor_words import rest_words, sensor_of, tap_words
         from firstcontact.collect.tap import wait_for_tap
         from firstcontact.core import finger_name
         from firstcontact.device.noise_floor import measure_noise
 
         print(f"measuring {self.seconds:g} s of rest: touch nothing, motor off", flush=True)
         calibration = measure_noise(source, self.seconds, self.patience)
-        for piezo in calibration.piezo:
-            name = finger_name(piezo.finger)
-            noise, offset = 1e3 * piezo.noise, 1e3 * piezo.offset
-            print(f"{name:6} noise {noise:.2f} mV RMS, offset {offset:+.2f} mV")
+        layout = source.descriptor.layout
+        for measured in calibration.piezo:
+            words = rest_words(measured, sensor_of(layout, measured))
+            print(f"{finger_name(measured.finger):6} {words}")
         if self.tap:
-            for finger in source.descriptor.layout.vibration_fingers:
-                print(f"tap the {finger_name(finger)}'s fingertip", flush=True)
+            for finger in layout.vibration_fingers:
+                what = "sensor" if finger is None else f"{finger_name(finger)}'s fingertip"
+                print(f"tap the {what}", flush=True)
                 calibration = wait_for_tap(source, calibration, finger)
-                peak = next(p.tap for p in calibration.piezo if p.finger is finger)
-                print(f"{finger_name(finger):6} tap {peak:.3f} V")
+                tapped = next(p for p in calibration.piezo if p.finger is finger)
+                if tapped.tap is not None:
+                    words = tap_words(tapped.tap, sensor_of(layout, tapped))
+                    print(f"{finger_name(finger):6} {words}")
         return calibration
 
 

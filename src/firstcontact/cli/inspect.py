@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import tyro
 
 if TYPE_CHECKING:
-    from firstcontact.core import Calibration, Label
+    from firstcontact.core import Calibration, Label, Layout
     from firstcontact.recording import PinchMark, Recording
 
 
@@ -68,7 +68,7 @@ def _lines(recording: Recording) -> Iterator[str]:
             yield f"{field:11} {value}{' (assumed: nobody named one)' if assumed else ''}"
     for i, line in enumerate(header.notes.splitlines()):
         yield f"{'' if i else 'notes':11} {line}"
-    yield from _calibration(header.calibration)
+    yield from _calibration(header.calibration, layout)
     yield f"rate        {layout.rate:g} Hz, {layout.smoothing}"
     names = ", ".join(layout.column_names)
     yield f"channels    {layout.width} ({header.dtype}): {names}"
@@ -92,18 +92,18 @@ def _lines(recording: Recording) -> Iterator[str]:
         yield f"skipped     {sentence}"
 
 
-def _calibration(calibration: Calibration | None) -> Iterator[str]:
+def _calibration(calibration: Calibration | None, layout: Layout) -> Iterator[str]:
+    from firstcontact.cli.sensor_words import rest_words, sensor_of, tap_words
     from firstcontact.core import finger_name
 
     if calibration is None:
         return
     yield f"calibration {calibration.created or 'of unknown date'}"
     for p in calibration.piezo:
-        tap = "" if p.tap is None else f", tap {p.tap:.3f} V"
-        yield (
-            f"  {finger_name(p.finger):6} piezo noise {p.noise * 1e3:.2f} mV RMS, offset "
-            f"{p.offset * 1e3:+.2f} mV{tap}"
-        )
+        channel = sensor_of(layout, p)
+        tap = "" if p.tap is None else f", {tap_words(p.tap, channel)}"
+        kind = "vibration" if channel is None else channel.sensor
+        yield f"  {finger_name(p.finger):6} {kind} {rest_words(p, channel)}{tap}"
     for f in calibration.force:
         yield (
             f"  {f.finger.name.lower():6} force leak {f.leak:.3g} S, gain {f.gain:.3g}, "

@@ -286,8 +286,10 @@ class Live:
         from firstcontact.live.summary import ledger_lines
 
         health = source.health
-        seconds = (health.samples - began) / source.descriptor.layout.rate
-        for line in ledger_lines(session.pipeline.ledger.summary(), seconds, cpu):
+        layout = source.descriptor.layout
+        seconds = (health.samples - began) / layout.rate
+        figures = session.pipeline.ledger.summary()
+        for line in ledger_lines(figures, seconds, cpu, alone=len(layout.vibration_fingers) < 2):
             _say(line)
         _say(
             f"link: {health.samples} samples, {health.lost} lost, "
@@ -295,7 +297,7 @@ class Live:
         )
         if health.overflow_samples:
             _say(f"link: of the lost ones {health.overflow_samples} were dropped by the device")
-        if drift := clock_line(health, source.descriptor.layout.rate):
+        if drift := clock_line(health, layout.rate):
             _say(drift)
         assert session.fanout is not None
         for name, dropped in session.fanout.dropped.items():

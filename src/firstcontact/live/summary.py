@@ -17,7 +17,9 @@ _LINES = {
 }
 
 
-def ledger_lines(figures: Mapping[str, float], samples: float, cpu: float) -> Iterator[str]:
+def ledger_lines(
+    figures: Mapping[str, float], samples: float, cpu: float, *, alone: bool = False
+) -> Iterator[str]:
     """Times of a run.
 
     Parameters
@@ -28,6 +30,8 @@ def ledger_lines(figures: Mapping[str, float], samples: float, cpu: float) -> It
         Length of what was worked on, s of the device's time.
     cpu
         Processor time that the whole program took for it, s.
+    alone
+        Whether there is one sensor only, so that no second contact can come.
     """
     lines = {name: words for name, words in _LINES.items() if f"{name}_p50" in figures}
     if lines:
@@ -38,15 +42,20 @@ def ledger_lines(figures: Mapping[str, float], samples: float, cpu: float) -> It
     if "delay" in figures:
         yield f"of each wait, {1e3 * figures['delay']:.3f} ms are the source's own filter"
     if "asked" in figures:
-        yield (
-            f"{figures['early']:.0f} of {figures['asked']:.0f} pinches had an answer before the "
-            f"second contact, all delays counted; in {figures['standing']:.0f} the one that stands"
+        answered = f"{figures['early']:.0f} of {figures['asked']:.0f} pinches had an answer"
+        if not alone:
+            answered += (
+                " before the second contact, all delays counted; in "
+                f"{figures['standing']:.0f} the one that stands"
+            )
+        yield answered
+    used = f"{figures['used']:.0f} of {figures['estimates']:.0f} estimates could be used"
+    if not alone:
+        used += (
+            f", {figures['late']:.0f} of these too late in hindsight: the second contact had "
+            "happened and was not decided yet"
         )
-    yield (
-        f"{figures['used']:.0f} of {figures['estimates']:.0f} estimates could be used, "
-        f"{figures['late']:.0f} of these too late in hindsight: the second contact had happened "
-        "and was not decided yet"
-    )
+    yield used
     yield (
         f"{figures['estimates']:.0f} estimates in {samples:.1f} s of samples; "
         f"{figures['overruns']:.0f} of {figures['blocks']:.0f} blocks took longer than they last"

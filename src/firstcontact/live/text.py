@@ -38,12 +38,14 @@ class TextSink:
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self._rate = 0.0
+        self._alone = False  # one sensor: no second contact can come
         self._health = Health(connected=True)
         self._failed: Mapping[str, str] = {}
 
     def open(self, descriptor: Descriptor) -> None:
         """Say what is connected."""
         self._rate = descriptor.layout.rate
+        self._alone = len(descriptor.layout.vibration_fingers) < 2
         what = ", ".join(s for s in (descriptor.firmware, descriptor.sensor) if s)
         self._say(f"{descriptor.source}: {what or 'unnamed'}, {self._rate:g} Hz")
 
@@ -58,7 +60,7 @@ class TextSink:
                 self._say(f"the hand has {how} it")
         for event in update.events:
             if isinstance(event, PinchDone):
-                self._say(pinch_line(event, self._rate))
+                self._say(pinch_line(event, self._rate, self._alone))
             elif isinstance(event, HandAsked):
                 self._say(f"hand told to {event.ask}, by {event.by}")
             elif isinstance(event, HandPinch):
@@ -78,15 +80,19 @@ class TextSink:
         write_now(self._stream, f"{line}\n")
 
 
-def pinch_line(done: PinchDone, rate: float) -> str:
-    """A pinch on one line; ``rate`` in Hz."""
+def pinch_line(done: PinchDone, rate: float, alone: bool = False) -> str:
+    """A pinch on one line; ``rate`` in Hz, ``alone`` where no second contact can come."""
     first = done.contacts[0]
     parts = [f"pinch {done.number}: {finger_name(first.finger)} first"]
     if done.standing is not None and done.standing_case is not None:
-        parts.append(standing_words(done.standing, done.out, len(done.answers), rate))
+        stands = standing_words(done.standing, rate)
+        parts.append(stands if alone else f"{stands}, {in_time_words(done)}")
     told = zip(done.estimates, done.cases, strict=True)
     of = "model of {:g} ms: " if done.standing is not None else ""
-    parts += [of.format(1e3 * e.duration) + estimate_words(e, case, rate) for e, case in told]
+    parts += [
+        of.format(1e3 * e.duration) + estimate_words(e, None if alone else case, rate)
+        for e, case in told
+    ]
     if done.refused:
         parts.append(f"no estimate: {done.refused}")
     if len(done.contacts) > 1:
@@ -95,19 +101,22 @@ def pinch_line(done: PinchDone, rate: float) -> str:
     return ", ".join(parts)
 
 
-def standing_words(e: Running, out: int, answers: int, rate: float) -> str:
-    """The answer that stands, and whether one came in time; ``rate`` in Hz."""
+def standing_words(e: Running, rate: float) -> str:
+    """The answer that stands; ``rate`` in Hz."""
     odd = ", out of range" if e.strange else ""
-    if not out:
-        when = Case.TOO_LATE.value
-    elif out < answers:
-        when = f"{out} of {answers} answers {Case.IN_TIME.value}"
-    else:
-        when = Case.IN_TIME.value
     return (
         f"{e.value:.1f} Shore A ({e.low:.0f} to {e.high:.0f}) from {1e3 * e.duration:.0f} ms at "
-        f"{1e3 * e.after(rate):.1f} ms{odd}, {when}"
+        f"{1e3 * e.after(rate):.1f} ms{odd}"
     )
+
+
+def in_time_words(done: PinchDone) -> str:
+    """Whether answers came before the second contact, and how many where not all did."""
+    if not done.out:
+        return Case.TOO_LATE
+    if done.out < len(done.answers):
+        return f"{done.out} of {len(done.answers)} answers {Case.IN_TIME}"
+    return Case.IN_TIME
 
 
 def hand_line(event: HandPinch, rate: float) -> str:
@@ -148,7 +157,8 @@ def same_line(event: SameObject) -> str:
     )
 
 
-def estimate_words(e: Estimated, case: Case, rate: float) -> str:
-    """An estimate in a few words, with the case it was in hindsight; ``rate`` in Hz."""
+def estimate_words(e: Estimated, case: Case | None, rate: float) -> str:
+    """An estimate in a few words, with the case it was in hindsight if any; ``rate`` in Hz."""
     bounds = f" ({e.low:.0f} to {e.high:.0f})" if e.level else ""
-    return f"{e.value:.1f} Shore A{bounds} at {1e3 * e.after(rate):.1f} ms, {case}"
+    when = "" if case is None else f", {case}"
+    return f"{e.value:.1f} Shore A{bounds} at {1e3 * e.after(rate):.1f} ms{when}"

@@ -1,0 +1,129 @@
+"""Lifted, an object slides as friction and its weight have it, until the grip comes back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from pinches import drawn
+
+from firstcontact.core.command import Command
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.physics import GRAVITY, holding_force
+from firstcontact.twin._outcome import slide
+from firstcontact.twin.drive import Drive
+from firstcontact.twin.lift import Lift
+from firstcontact.twin.objects import BLOCKS
+from firstcontact.twin.plant import GraspPlant
+
+
+def slid(
+    forces: NDArray[np.float64], hanging: NDArray[np.float64], mass: float, friction: float
+) -> NDArray[np.float64]:
+    """How far and how fast at each sample, shape (samples, 2)."""
+    out = np.empty((len(forces), 2))
+    slide(forces, hanging, mass, friction, 1 / FINGERTIP_RATE, np.zeros(2), out)
+    return out
+
+
+@pytest.mark.parametrize("held", [0.0, 0.5, 0.9, 1.0, 1.5])
+def test_sliding_is_free_fall_less_friction(held: float) -> None:
+    mass, friction, n = 0.2, 0.5, 1000
+    each = held * holding_force(mass, friction)
+    way, speed = slid(np.full((n, 2), each), np.ones(n), mass, friction)[-1]
+    time = n / FINGERTIP_RATE
+    pull = max(1 - held, 0.0) * GRAVITY
+    assert way == pytest.approx(pull * time**2 / 2, abs=1e-12)
+    assert speed == pytest.approx(pull * time, abs=1e-12)
+
+
+def test_a_slide_ends_where_the_grip_comes_back() -> None:
+    forces = np.zeros((3000, 2))
+    forces[100:] = 3 * holding_force(0.1, 0.5)
+    way, speed = slid(forces, np.ones(3000), 0.1, 0.5)[-1]
+    time = 100 / FINGERTIP_RATE
+    assert speed == 0
+    # Falls at g, then is braked at 2 g.
+    assert way == pytest.approx(GRAVITY * time**2 / 2 * 1.5, rel=0.02)
+
+
+@given(st.floats(0.05, 0.99), st.floats(0.1, 1.0), st.integers(1, 400))
+def test_under_a_gradual_lift_it_slips_when_the_hanging_share_passes_what_friction_holds(
+    held: float, over: float, piece: int
+) -> None:
+    mass, friction, lift = 0.3, 0.6, Lift(0.1, over)
+    n = lift.samples + 50
+    forces = np.full((n, 2), held * holding_force(mass, friction))
+    hanging = lift.hanging(0, n)
+    whole = slid(forces, hanging, mass, friction)
+    begin = int(np.argmax(whole[:, 1] > 0)) / FINGERTIP_RATE
+    assert begin == pytest.approx(lift.after + held * over, abs=3 / FINGERTIP_RATE)
+    # The fall then grows with the cube of time: g t^3 / 6 over the ramp's length.
+    t = lift.samples / FINGERTIP_RATE - begin
+    expected = GRAVITY / over * t**3 / 6
+    assert whole[lift.samples, 0] == pytest.approx(expected, rel=0.05, abs=1e-5)
+    parts = np.zeros((n, 2))
+    for first in range(0, n, piece):
+        here = slice(first, first + piece)
+        slide(
+            forces[here], lift.hanging(first, len(forces[here])), mass, friction,
+            1 / FINGERTIP_RATE, parts[max(first - 1, 0)].copy(), parts[here],
+        )  # fmt: skip
+    assert np.array_equal(parts, whole), "it may be asked for piece by piece"
+
+
+def test_a_lift_goes_evenly_and_an_abrupt_one_at_once() -> None:
+    abrupt = Lift(0.1).hanging(0, 1000)
+    assert abrupt.sum() == 1000 - Lift(0.1).begin
+    assert set(abrupt) == {0.0, 1.0}
+    slow = Lift(0.1, 0.05)
+    shares = slow.hanging(-10, 1000)
+    assert shares[slow.begin + 10] == 0
+    assert shares[slow.samples + 10] == 1
+    assert np.diff(shares).max() == pytest.approx(1 / (slow.samples - slow.begin))
+    for bad in (Lift, lambda after: Lift(0.1, after)):
+        with pytest.raises(ValueError, match="from 0 s on"):
+            bad(-0.1)
+
+
+@pytest.mark.parametrize("over", [0.0, 0.5])
+def test_the_slip_is_known_while_it_goes_on_and_a_firmer_grip_stops_it(over: float) -> None:
+    kind = BLOCKS[2]
+    just = holding_force(kind.mass, kind.friction)
+    hand = GraspPlant(drawn(kind, 2), Drive(latency=0.0), kind, lift=Lift(0.45, over))
+    hand.command(Command(hand.nominal.speed, 0.9 * just))
+    began = None
+    while not hand.ended:
+        hand.advance(5)
+        assert hand.slipped == hand.outcome.slipped
+        if began is None and hand.slipping_since is not None:
+            began = hand.slipping_since
+            assert hand.now - 5 / FINGERTIP_RATE < began <= hand.now
+            assert hand.grip == pytest.approx(0.9 * just, rel=0.05)
+            hand.command(Command(hand.nominal.speed, 3 * just))
+    assert began is not None
+    contact = hand.outcome.first_contact
+    assert contact is not None
+    assert began - contact == pytest.approx(0.45 + 0.9 * over, abs=0.02)
+    assert hand.slipping_since is None
+    assert 0 < hand.slipped < 0.01
+    assert hand.outcome.held
+
+
+def test_a_copy_may_be_lifted_otherwise() -> None:
+    kind = BLOCKS[2]
+    begun = GraspPlant(drawn(kind, 2), Drive(), kind)
+    begun.command(Command(begun.nominal.speed, 0.5 * holding_force(kind.mass, kind.friction)))
+    begun.move(2000)
+    other = begun.copy(Lift(0.3, 0.2))
+    expected = GraspPlant(drawn(kind, 2), Drive(), kind, lift=Lift(0.3, 0.2))
+    expected.command(Command(begun.nominal.speed, 0.5 * holding_force(kind.mass, kind.friction)))
+    while not expected.ended:
+        expected.move(100)
+    while not other.ended:
+        other.move(expected.sample - 2000)
+    assert other.outcome == expected.outcome
+    assert other.outcome.dropped
+    assert begun.outcome.slipped == 0

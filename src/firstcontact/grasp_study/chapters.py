@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import median
 
 from firstcontact.grasp.policies.registry import POLICIES
 from firstcontact.grasp.policy import Policy
+from firstcontact.grasp_study._estimates import FIRMEST, USED
 from firstcontact.grasp_study._household_numbers import baseline, candidate
 from firstcontact.grasp_study._variants import variants
 from firstcontact.grasp_study.figures.fronts import fronts_figure
@@ -14,6 +16,8 @@ from firstcontact.grasp_study.figures.objects import objects_figure
 from firstcontact.grasp_study.results import CEILING, Between, GraspResults, Household
 from firstcontact.learning.scores import Bounded, bounded
 
+#: The firmest that the network learned from, about, Shore A.
+MET = 80.0
 #: What is no policy, as it is called.
 REFERENCES = {
     "label": "label told",
@@ -243,20 +247,33 @@ def estimates_table(found: Household) -> Table:
         ]
 
     return Table(
-        "The live estimates of judged pinches. The network has never met anything much firmer "
-        "than 80 "
-        "Shore A and says 65 to 75 for whatever is: their labels of 85 to 95 make most of the "
-        "error "
-        f"over all. On pinches of the hands' own blocks that were held out the RMSE is "
-        f"{its.block_rmse:.1f}; {percent(its.unanswered)} of pinches had no estimate before the "
-        f"second "
-        f"contact, and {percent(its.heard)} of second contacts were heard.",
-        ("", *(w if w == "used" else f"{w} ms" for w in windows)),
+        f"The live estimates of judged pinches. {_firm(found)}On pinches of the hands' own blocks "
+        f"that were held out the RMSE is {its.block_rmse:.1f}; {percent(its.unanswered)} of "
+        f"pinches had no estimate before the second contact, and {percent(its.heard)} of second "
+        "contacts were heard.",
+        ("", *(w if w == USED else f"{w} ms" for w in windows)),
         [
             row("RMSE, all things (Shore A)", its.rmse, "{:.1f}"),
-            row("RMSE, things up to 70 Shore A", its.bearing, "{:.1f}"),
+            row(f"RMSE, things up to {FIRMEST:g} Shore A", its.bearing, "{:.1f}"),
             row("Whole before the second contact", its.decided, "{:.0f} %", 100),
         ],
+    )
+
+
+def _firm(found: Household) -> str:
+    """How things beyond what the network has met are read; nothing where there are none."""
+    answered = {n: its for n, its in found.by_object.items() if its.bias is not None}
+    firm = [its for its in answered.values() if its.shore_a > MET]
+    if not firm:
+        return ""
+    labels = [its.shore_a for its in firm]
+    read = median(its.shore_a + (its.bias or 0.0) for its in firm)
+    squares = {n: its.answered * its.rmse[USED] ** 2 for n, its in answered.items()}
+    part = sum(squares[n] for n, its in answered.items() if its.shore_a > MET)
+    return (
+        f"The network has never met anything much firmer than {MET:g} Shore A: {len(firm)} things "
+        f"of {min(labels):g} to {max(labels):g} read as {read:.0f} at the median, and make "
+        f"{percent(part / sum(squares.values()))} of the squared error over all. "
     )
 
 
@@ -281,7 +298,7 @@ def objects_table(found: Household) -> Table:
             for p in (baseline().name, candidate().name)
         ]
         rows.append((name, f"{its.shore_a:g}", *rmse, bias, *ours))
-    heads = [w if w == "used" else f"{w} ms" for w in found.estimates.rmse]
+    heads = [w if w == USED else f"{w} ms" for w in found.estimates.rmse]
     return Table(
         "By object: RMSE by window, mean error of what was used, and what was dropped / damaged as "
         "tuned without its family.",

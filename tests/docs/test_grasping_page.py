@@ -1,0 +1,163 @@
+"""What the page on grasping says in its own words is what the committed results say."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+import write_tables as numbers
+from pages import ROOT
+
+from firstcontact.grasp.policies.registry import POLICIES
+from firstcontact.grasp_study._estimates import FIRMEST, USED
+from firstcontact.grasp_study._front import Front
+from firstcontact.grasp_study._household_numbers import baseline, candidate
+from firstcontact.grasp_study.chapters import percent
+from firstcontact.grasp_study.results import GraspResults, Household
+from firstcontact.report.results.file import read_results
+
+WORDS = (
+    "none", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"
+)  # fmt: skip
+BLIND, OURS = baseline().name, candidate().name
+
+
+@cache
+def results() -> GraspResults:
+    return read_results(numbers.RESULTS / "grasp.json", GraspResults)
+
+
+@cache
+def household() -> Household:
+    return results().household
+
+
+@cache
+def page() -> str:
+    text = (ROOT / "docs" / "explanation" / "grasping.md").read_text(encoding="utf-8")
+    return " ".join(text.replace("**", "").split())
+
+
+def says(*sentences: str) -> None:
+    for sentence in sentences:
+        assert sentence in page(), sentence
+
+
+def gain(name: str) -> int:
+    return round(100 * household().fewer[name].value)
+
+
+def test_sizes_and_seeds() -> None:
+    on, judged = household().tuned_on, household().judged_on
+    says(
+        f"has {household().objects} things from",
+        f"{WORDS[len(on.hands)]} hands and {WORDS[len(on.specimens)]} specimen of each thing; "
+        f"judged on {WORDS[len(judged.hands)]} other hands and "
+        f"{WORDS[len(judged.specimens)]} other specimens",
+        f"are dealt into {WORDS[on.folds]} folds",
+        f"{on.budget} settings of each policy by chance",
+        f"are of `--seed {results().study.seed}`, whose hands are {on.hands[0]} to "
+        f"{on.hands[-1]} and {judged.hands[0]} to {judged.hands[-1]}",
+        f"as {WORDS[len(candidate().tunables)]} settings fitted to chance do worse on other hands "
+        f"than {WORDS[len(baseline().tunables)]}",
+    )
+    assert household().objects == 34, "which the page writes in words, too"
+    assert not set(on.hands) & set(judged.hands)
+
+
+def test_the_gain_and_what_the_label_would_give() -> None:
+    its = household()
+    label = its.fewer["label"]
+    says(
+        f"It was {percent(its.target)} fewer drops with an interval that excludes zero. The gain "
+        f"is {gain(OURS)} %",
+        f"the same rule gains {gain('label')} % with an interval from "
+        f"{100 * label.low:.0f} on".replace("-", "−"),
+        f"In full closings {percent(its.closings[OURS].success)} end well instead of "
+        f"{percent(its.closings[BLIND].success)}",
+    )
+    assert not its.met
+    noisy = [its.fewer[f"label_rmse_{rmse}"] for rmse in (3, 5, 10)]
+    assert all(n.low < label.value < n.high for n in noisy), "nothing that could be told"
+    assert its.drops_at_10_damage["weight"] < 0.005
+
+
+def test_what_is_held_and_what_it_costs() -> None:
+    its = household().by_object
+    held = ("mug, 0.2 l in it", "wood block", "hammer, at its handle", "sugar box")
+    assert [its[name].drops[BLIND] for name in held] == [1, 1, 1, 1]
+    can = its["soup can"]
+    says(f"{WORDS[round(can.n * can.drops[BLIND])]} of {WORDS[can.n]} soup cans")
+    assert not any(its[name].drops[OURS] for name in (*held, "soup can"))
+    assert its["mustard bottle, full"].drops == {BLIND: 1, OURS: 1}
+    assert its["paper cup, 0.2 l in it"].drops[OURS] == 1
+    assert (its["cracker"].damage[OURS], its["quail egg"].damage[OURS]) == (1, 0.5)
+    berry = its["blueberry"]
+    assert berry.bias is not None
+    says(f"reads as more than 40 Shore A instead of {berry.shore_a:g}")
+    assert berry.shore_a + berry.bias > 40
+    both = [n for n, o in its.items() if o.fragile and o.shore_a > FIRMEST]
+    says(f"and there are {WORDS[len(both)]} of it")
+    assert len(both) == 3
+
+
+def test_a_cautious_hand_gains_nothing() -> None:
+    says("Where less than 6 % may be damaged, blind is the better one")
+    fronts = household().fronts
+    ours, blind = (
+        Front(np.array(fronts[n].dropped), np.array(fronts[n].damaged)) for n in (OURS, BLIND)
+    )
+    for damage in (0.035, 0.045, 0.055):
+        assert blind.drops_at(damage) < ours.drops_at(damage)
+    for damage in (0.06, 0.08, 0.1):
+        assert blind.drops_at(damage) > ours.drops_at(damage)
+
+
+def test_what_a_reflex_leaves() -> None:
+    says(
+        "holds everything, and nothing is left for stiffness", "stiffness takes some six of ten",
+        "some two points kinder to a reflex than closings in full",
+    )  # fmt: skip
+    by = household().slip_reflex
+    quick = by["gradual, 100 ms"]
+    assert quick.blind.value == quick.fewer.value == 0
+    others = [r.fewer for r in by.values() if r is not quick]
+    assert [f.value for f in others] == pytest.approx([0.6] * 3, abs=0.06)
+    assert all(f.low < 0 for f in others)
+    closed = household().closings
+    for name, table in (
+        (baseline(True).name, quick.success.blind),
+        (candidate(True).name, quick.success.stiffness),
+    ):
+        assert table - closed[name].success == pytest.approx(0.02, abs=0.005)
+
+
+def test_the_estimates_thing_by_thing() -> None:
+    its = {n: o for n, o in household().by_object.items() if o.shore_a <= FIRMEST}
+    errors = {name: o.rmse[USED] for name, o in its.items()}
+    well = [name for name, e in errors.items() if e <= 5]
+    nearly = [name for name, e in errors.items() if 5 < e < 6.6]
+    says(
+        f"of the {len(its)} things up to {FIRMEST:g} Shore A {len(well)} have that or less, and "
+        f"{WORDS[len(nearly)]} more about 6.5 or less",
+        f"blueberries ({errors['blueberry']:.0f}:",
+        f"the dry sponge ({errors['sponge, dry']:.0f}) and oranges ({errors['orange']:.0f})",
+    )
+    assert {*errors} - {*well, *nearly} == {"blueberry", "sponge, dry", "orange"}
+    firm = {n: o for n, o in household().by_object.items() if o.shore_a > FIRMEST}
+    read = {n: o.shore_a + o.bias for n, o in firm.items() if o.bias is not None}
+    crisp = read.pop("potato crisp")
+    labels = [o.shore_a for o in firm.values()]
+    says(
+        f"Of what has {min(labels):g} to {max(labels):g} the network says "
+        f"{min(read.values()):.0f} to {max(read.values()):.0f} on average"
+    )
+    apple = household().by_object["apple"]
+    assert crisp == pytest.approx(apple.shore_a + (apple.bias or 0), abs=1)
+
+
+def test_the_older_task() -> None:
+    data = results().payload.data
+    says(f"{data.closings} closings at {data.latencies_ms[0]:g} ms brake latency")
+    assert all(f"`{name}`" in page() for name in POLICIES)

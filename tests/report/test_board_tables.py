@@ -54,6 +54,11 @@ def test_a_classifier_has_its_own_time_and_the_network_its_own() -> None:
     assert [row[4] for row in found] == ["15.05 ms", "2.40 ms"]
 
 
+def test_of_many_forms_the_cheapest_and_the_dearest_are_shown() -> None:
+    board = {f"svr_{n}": {**FORM, "instructions": 1000 * n} for n in (20, 10, 40, 30)}
+    assert [row[2] for row in cells(board=board)] == ["10,000", "40,000"]
+
+
 def test_what_was_not_timed_here_has_no_time() -> None:
     assert [row[4] for row in cells(board={"a": FORM})] == ["–"]
     assert board_table(results(inference_us={"svm": HERE})) is None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from firstcontact.report import names
 from firstcontact.report._tables import Cell, Row, Table
 from firstcontact.report.results.anytime import NETWORK_TITLES
@@ -11,9 +13,10 @@ from firstcontact.stiffness.spec import Task
 
 _CAPTION = (
     "Contact to estimate: the samples that it takes and the arithmetic, on the emulated Cortex-M7 "
-    "(instructions counted by `make embedded`, 1.5 cycles each at 600 MHz assumed) and here (p99). "
+    "(instructions counted by make embedded, 1.5 cycles each at 600 MHz assumed) and here (p99). "
     "Neither has the time until the contact is decided; here the cable and waiting for packets "
-    "come on top, which `firstcontact live` measures. The any-time network: its first answer."
+    "come on top, which firstcontact live measures. The any-time network: its first answer. Of "
+    "models with several forms the cheapest and the dearest."
 )
 
 
@@ -21,8 +24,22 @@ def board_table(results: SubjectResults) -> Table | None:
     """Samples, instructions and time of each form on the board; this machine beside it."""
     if not results.board:
         return None
-    rows = [_row(results, form, time) for form, time in results.board.items()]
-    return Table(_CAPTION, ["", "Samples", "Instructions", "On the board", "This machine"], rows)
+    rows = [_row(results, form, time) for form, time in _ends(results.board).items()]
+    heads = ["", "Samples", "Instructions", "On the board", "This machine, no cable"]
+    return Table(_CAPTION, heads, rows)
+
+
+def _ends(board: Mapping[str, BoardTime]) -> dict[str, BoardTime]:
+    """The cheapest and the dearest form of each model, in the order of the file."""
+    models: dict[tuple[str, str], list[str]] = {}
+    for form, time in board.items():
+        models.setdefault((time.estimator, time.task), []).append(form)
+    shown = {
+        end(forms, key=lambda form: board[form].instructions)
+        for forms in models.values()
+        for end in (min, max)
+    }
+    return {form: time for form, time in board.items() if form in shown}
 
 
 def _row(results: SubjectResults, form: str, time: BoardTime) -> Row:

@@ -41,6 +41,19 @@ def timing(estimate: Estimated | Running, rate: float) -> dict[str, float]:
     }
 
 
+def hand_timing(event: HandPinch, rate: float) -> dict[str, float] | None:
+    """The same on a device that answers by itself: no cable, no wait for packets."""
+    stands = event.standing
+    if stands is None:
+        return None
+    signal, compute = 1e3 * (stands.known - stands.contact) / rate, 1e3 * stands.took
+    return {
+        "signal": round(signal, 3),
+        "compute": round(compute, 3),
+        "total": round(signal + compute, 3),
+    }
+
+
 def hindsight(done: PinchDone, estimate: Estimated) -> Case:
     """Whether it was out before the second contact happened."""
     return done.cases[done.estimates.index(estimate)]

@@ -30,7 +30,14 @@ from firstcontact.live.events import (
 from firstcontact.live.page._closeup import Closeup, finger_place
 from firstcontact.live.page._columns import SECONDS, Columns
 from firstcontact.live.page._narrowing import Narrowing
-from firstcontact.live.page._pinches import Pinches, chosen, hindsight, timing, value
+from firstcontact.live.page._pinches import (
+    Pinches,
+    chosen,
+    hand_timing,
+    hindsight,
+    timing,
+    value,
+)
 from firstcontact.live.sink import Controls, Update
 
 #: Mean time from the first to the second contact, as published, ms.
@@ -221,6 +228,7 @@ class State:
                 self._put("pinches", self._pinches.tree())
             case HandPinch():
                 self._pinches.hand(event)
+                self._put("on_hand", hand_timing(event, self._layout.rate))
                 self._put("pinches", self._pinches.tree())
             case HandAsked():
                 self._put("hand", {"told": event.ask.value, "by": event.by})
@@ -243,6 +251,8 @@ class State:
             self._first_contact = event
             same = {k: v for k, v in self._now.items() if k == "same"}
             self._now = {"finger": finger_place(contact.finger), **same}
+            if "on_hand" in self._parts:
+                self._put("on_hand", None)  # it is of the pinch before
             self._narrowing.begin()
             self._closeup.begin(contact, event.epoch)
         else:

@@ -70,6 +70,7 @@ link = new Link({
   force: (tree) => force.force(tree),
   health: (tree) => { state.health = tree; health.health(tree); },
   hand: (told) => hand.told(told),
+  on_hand: (told) => timing.hand(told),
   recording: (status) => controls.recording(status),
   ledger: (figures) => health.ledger(figures),
   pinches,

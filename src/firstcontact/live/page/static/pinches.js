@@ -39,8 +39,8 @@ function row(pinch) {
 // What a device that answers by itself told of the same pinch, below it.
 function rows(pinch) {
   if (!pinch.hand) return [row(pinch)];
-  const tr = make("tr", "hand");
-  cell(tr, "left", pinch.hand);
+  const tr = make("tr");
+  cell(tr, "left told", pinch.hand);
   tr.lastChild.colSpan = 7;
   return [row(pinch), tr];
 }

@@ -16,7 +16,19 @@ export class Timing {
       row.append(make("dt", part, name), this.values[part]);
       byId("times").append(row);
     }
+    this.onHand = null;
     watch(this.svg, () => this.paint());
+  }
+
+  // What a device that answers by itself took for its last pinch; null once the next one begins.
+  hand(told) {
+    this.onHand = told;
+    byId("hand-times").hidden = !told;
+    if (told) {
+      setText(byId("hand-total"), `${number(told.total, 2)} ms`);
+      setText(byId("hand-parts"), `${number(told.signal, 2)} ms of signal, ${number(told.compute, 2)} ms computation`);
+    }
+    this.paint();
   }
 
   hello(hello) {
@@ -47,11 +59,21 @@ export class Timing {
     const x = (ms) => left + (Math.min(ms, most) / most) * (right - left);
     this.svg.replaceChildren();
     draw(this.svg, "rect", { x: left, y: top, width: right - left, height: bottom - top, rx: 5, fill: "var(--page)", stroke: "var(--line)" });
-    let at = 0;
-    for (const [part] of timing ? PARTS : []) {
-      const wide = Math.max(part === "compute" ? 3 : 0, x(at + timing[part]) - x(at));
-      draw(this.svg, "rect", { x: x(at), y: top, width: wide, height: bottom - top, fill: `var(--seg-${part})` });
-      at += timing[part];
+    // The hand's own below this computer's, where there is one.
+    const between = this.onHand ? Math.round(top + 0.5 * (bottom - top)) : bottom;
+    const bar = (parts, from, to, named) => {
+      let at = 0;
+      for (const [part, ms] of parts) {
+        const wide = Math.max(part === "compute" ? 3 : 0, x(at + ms) - x(at));
+        draw(this.svg, "rect", { x: x(at), y: from, width: wide, height: to - from, fill: `var(--seg-${part})` });
+        at += ms;
+      }
+      if (named) draw(this.svg, "text", { x: left + 8, y: (from + to) / 2 + 5, class: "inside" }, named);
+    };
+    if (timing) bar(PARTS.map(([part]) => [part, timing[part]]), top, between, this.onHand ? "here" : "");
+    if (this.onHand) {
+      const { signal, compute } = this.onHand;
+      bar([["window", signal], ["compute", compute]], between + 2, bottom, "hand");
     }
     const line = x(this.budget);
     draw(this.svg, "line", { x1: line, x2: line, y1: top - 10, y2: bottom + 5, stroke: "var(--ink)", "stroke-width": 2, "stroke-dasharray": "5 4" });

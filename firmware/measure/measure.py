@@ -192,7 +192,7 @@ def of_touches(sets: list[Dataset], out: Path, quick: bool) -> tuple[Numbers, In
         row["class_mismatches"] = sum(c.class_mismatches for c in costs)
         row["asked"] = sum(c.asked for c in costs)
         row["same_bytes"] = all(c.same_bytes for c in costs)
-        row |= {"estimator": form.kind, "task": Task.REGRESSION.value}
+        row |= {"estimator": InContextModel.kind, "task": Task.REGRESSION.value}
         row |= {"samples": moments(form.rate)[0], "rate_hz": form.rate}
         rows[label] = row | _running(form, held, objects)
     return rows, chosen

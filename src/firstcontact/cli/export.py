@@ -25,12 +25,12 @@ class Export:
 
     def run(self) -> None:
         """Export, and say what was left out."""
-        from firstcontact.core.extras import need
+        from firstcontact.core.extras import need_for
         from firstcontact.recording import load_dataset
         from firstcontact.recording.exporting import export
 
         exporter = EXPORTERS.find(self.to)
-        need(exporter.extra, *exporter.modules)
+        need_for(exporter)
         dataset = load_dataset(self.path)
         export(dataset, exporter, self.out)
         for group in () if exporter.groups else dataset.layout.groups:

@@ -35,13 +35,13 @@ class ExportModel:
 
     def run(self) -> None:
         """Export whole, or not at all."""
-        from firstcontact.core.extras import need
+        from firstcontact.core.extras import need_for
         from firstcontact.core.folders import replacing_folder
         from firstcontact.embedded.budget import small_enough
         from firstcontact.embedded.trained import load_trained
 
         exporter = MODEL_EXPORTERS.find(self.to)
-        need(exporter.extra, *exporter.modules)
+        need_for(exporter)
         if self.out.exists() and (not self.out.is_dir() or any(self.out.iterdir())):
             raise InputError(f"{self.out} is there already: name a folder that is empty or new")
         if self.budget_us is not None and not 0.0 < self.budget_us <= 1e6:

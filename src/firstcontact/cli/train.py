@@ -14,7 +14,7 @@ from firstcontact.cli.cluster import where
 from firstcontact.cli.train_folder import check_replaceable, folder_name
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.core.errors import InputError
-from firstcontact.core.extras import need
+from firstcontact.core.extras import need_for
 from firstcontact.core.rate import same_rate
 from firstcontact.stiffness.registry import ESTIMATORS
 
@@ -70,7 +70,7 @@ class Train:
     def run(self) -> None:
         """Score on held-out sessions, with an interval; then learn from everything and save."""
         estimator = ESTIMATORS.find(self.model)
-        need(estimator.extra, *estimator.modules)
+        need_for(estimator)
         self._check()
         names = {ms: folder_name(ms) for ms in sorted(self.window_ms)}
         if self.detector_only:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from firstcontact.core import Dataset, InputError, VibrationSensor
-from firstcontact.core.extras import need
+from firstcontact.core.extras import need_for
 from firstcontact.core.files import resolved
 from firstcontact.core.temporary import temporary_beside
 from firstcontact.recording.dataset import write_dataset
@@ -67,7 +67,7 @@ def import_path(
     importer = _importer(path, rate, [name for name, table in tables.items() if table is not None])
     if sensor is not None and not importer.asks_sensor:
         raise InputError(f"{path} says what its sensor is: leave --sensor out")
-    need(importer.extra, *importer.modules)
+    need_for(importer)
     given: dict[str, object] = {
         name: value
         for name, value in {"sensor": sensor, **tables}.items()

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from firstcontact.core import InputError
-from firstcontact.core.extras import need
+from firstcontact.core.extras import need_for
 from firstcontact.core.files import read_regular, replacing
 from firstcontact.core.folders import left_behind
 from firstcontact.core.weights import (
@@ -127,7 +127,7 @@ def load_model(path: Path) -> Model:
         raise InputError(
             f"{directory / CARD}: {error}: update firstcontact or train again"
         ) from None
-    need(kind.extra, *kind.modules)
+    need_for(kind)
     _check_detector(directory, card)
     arrays = read_weights(directory / WEIGHTS, card.sha256, CARD)
     try:

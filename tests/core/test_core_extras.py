@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from dataclasses import dataclass
-from importlib.metadata import metadata
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +14,8 @@ from firstcontact.core.extras import need_for
 from firstcontact.embedded.exporters import MODEL_EXPORTERS
 from firstcontact.recording.formats import EXPORTERS, IMPORTERS
 from firstcontact.stiffness.registry import ESTIMATORS
+
+PROJECT = Path(__file__).parents[2] / "pyproject.toml"
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,7 @@ def test_what_lacks_is_named_with_its_install_command() -> None:
 )
 def test_entries_name_extras_that_exist(registry: object) -> None:
     assert isinstance(registry, type(IMPORTERS))
-    there = set(metadata("firstcontact").get_all("Provides-Extra") or ())
+    there = tomllib.loads(PROJECT.read_text())["project"]["optional-dependencies"]
     for name, entry in registry.items():
         assert bool(entry.extra) == bool(entry.modules), name
         assert entry.extra in {"", *there}, name

@@ -18,6 +18,19 @@ static double volts(int16_t value, double zero)
     return (value - zero) * FC_VOLT;
 }
 
+/* How many answers were late so far, at the beginning of a stream and where that is news. */
+static void tell_late(fc_answers *a, bool begins)
+{
+    uint8_t payload[FC_LATE_BYTES];
+    const uint32_t skipped = a->skipped, unheard = a->device->unheard;
+    const bool news = skipped != a->told_skipped || unheard != a->told_unheard;
+    if (!a->device->streaming || !(news || begins))
+        return;
+    fc_device_tell(a->device, FC_LATE, payload, fc_put_late(payload, skipped, unheard));
+    a->told_skipped = skipped;
+    a->told_unheard = unheard;
+}
+
 /* A closing begins with this sample. */
 static void begin(fc_answers *a, uint32_t sample)
 {
@@ -26,13 +39,14 @@ static void begin(fc_answers *a, uint32_t sample)
     a->since = sample;
     a->latched = 0;
     a->touched = a->second = a->over = a->still = false;
-    a->answered = 0;
+    a->answered = a->passed = 0;
 }
 
 /* A stream begins, or goes on behind a gap, with this sample. */
 static void anew(fc_answers *a, uint32_t sample, bool gap)
 {
     a->open = false;
+    tell_late(a, !gap);
     fc_gate_start(&a->gate, a->image.floors);
     if (!a->image.gated && !gap)
         begin(a, sample);
@@ -43,6 +57,8 @@ static void tell_contact(fc_answers *a, const fc_contact *c, bool first)
     uint8_t payload[FC_CONTACT_BYTES];
     const size_t n = fc_put_contact(payload, c->sample, c->known, (uint8_t)c->channel, first);
     fc_device_tell(a->device, FC_CONTACT, payload, n);
+    if (a->board.contact != NULL)
+        a->board.contact(c, first);
 }
 
 static void tell_estimate(fc_answers *a, const fc_running *answer, uint8_t flags, uint32_t known,
@@ -59,6 +75,8 @@ static void tell_estimate(fc_answers *a, const fc_running *answer, uint8_t flags
     }
     const size_t n = fc_put_estimate(payload, &told);
     fc_device_tell(a->device, FC_ESTIMATE, payload, n);
+    if (a->board.estimate != NULL)
+        a->board.estimate(&told);
 }
 
 static double heard(const fc_answers *a, uint32_t sample)
@@ -95,16 +113,21 @@ static int32_t newest(int32_t samples)
     return found;
 }
 
+static uint32_t now(const fc_answers *a)
+{
+    return a->board.clock != NULL ? a->board.clock() : 0;
+}
+
 static void answer(fc_answers *a, uint32_t sample, int32_t moment)
 {
     fc_running found = {0.0, 0.0, 0.0, 0.0, false};
     fc_touch *const t = &a->touch;
     const int32_t there = t->samples;
-    const uint32_t then = a->clock != NULL ? a->clock() : 0;
+    const uint32_t then = now(a);
     t->samples = moment; /* what came after the moment is not looked at */
     const fc_status status = fc_anytime_answer(&a->image.anytime, t, &found);
     t->samples = there;
-    const uint32_t took = a->clock != NULL ? a->clock() - then : 0;
+    const uint32_t took = now(a) - then;
     a->answered = moment;
     if (status == FC_ANSWER) {
         tell_estimate(a, &found, found.strange ? FC_STRANGE : 0, sample, moment, took);
@@ -134,8 +157,15 @@ static void go_on(fc_answers *a, uint32_t sample, bool fresh, uint32_t second)
     /* Nothing from samples after the second contact counts. */
     const int32_t offset = (int32_t)(second - a->first.sample);
     const int32_t moment = newest(fresh && offset < since ? offset : since);
-    if (moment > a->answered)
+    /* With the samples that wait, a later one is due: the second contact may still ask for this. */
+    const int32_t waiting = (int32_t)fc_ring_used(&a->device->listeners);
+    const bool late = !fresh && newest(since + waiting) > moment;
+    if (moment > a->answered && !late) {
         answer(a, sample, moment);
+    } else if (moment > a->answered && moment > a->passed) {
+        a->passed = moment;
+        a->skipped++;
+    }
     if (fresh || a->answered == FC_LONGEST)
         a->still = true;
 }
@@ -170,6 +200,8 @@ static void closing(fc_answers *a, const fc_sample *s)
         return;
     go_on(a, s->number, fresh, second);
     a->over = !before(s->number + 1, a->first.sample + FC_AFTER);
+    if (a->over)
+        tell_late(a, false);
 }
 
 static void take(fc_answers *a, const fc_sample *s)
@@ -238,8 +270,14 @@ static void tell_room(fc_answers *a, const char *fault)
 static const char *read_kept(fc_answers *a)
 {
     uint32_t n;
-    const uint8_t *const bytes = fc_store_model(&a->store, &n);
-    return bytes == NULL ? "" : fc_image_read(bytes, n, &a->image);
+    const uint8_t *bytes = fc_store_model(&a->store, &n);
+    if (bytes == NULL)
+        return "";
+    if (a->board.fast != NULL && n > a->board.fast_bytes)
+        return "the model is longer than there is room for";
+    if (a->board.fast != NULL)
+        bytes = memcpy(a->board.fast, bytes, n);
+    return fc_image_read(bytes, n, &a->image);
 }
 
 /* Has the newest model that is kept answer, or the one before where that cannot be used. Returns
@@ -293,11 +331,11 @@ static uint8_t hear(void *own, const fc_frame *frame, uint32_t *next, const char
 }
 
 void fc_answers_init(fc_answers *a, fc_device *device, const fc_keeper *keeper,
-                     uint32_t (*clock)(void))
+                     const fc_board *board)
 {
     memset(a, 0, sizeof *a);
     a->device = device;
-    a->clock = clock;
+    a->board = *board;
     a->taker.own = a;
     a->taker.hear = hear;
     device->taker = &a->taker;

@@ -46,12 +46,19 @@ void fc_device_sample(fc_device *d, const fc_raw *raw)
     s.number = d->next;
     s.overflow = d->overflow;
     s.streamed = d->streaming;
-    if (d->listeners.size > 0)
-        (void)fc_ring_put(&d->listeners, &s); /* what is missing shows in the numbers */
+    if (d->listeners.size > 0 && !fc_ring_put(&d->listeners, &s))
+        d->unheard++;
     if (s.streamed && !fc_ring_put(&d->ring, &s))
         d->overflow++;
     d->next++;
     fc_scan_next(&d->scan);
+}
+
+void fc_device_skip(fc_device *d, uint32_t n)
+{
+    d->next += n;
+    for (n %= FC_TAXELS; n > 0; n--)
+        fc_scan_next(&d->scan);
 }
 
 bool fc_device_listens(const fc_device *d)

@@ -49,6 +49,7 @@ typedef struct {
     fc_scan scan;
     volatile uint32_t next; /* number of the sample that comes next */
     volatile uint32_t overflow;
+    volatile uint32_t unheard; /* samples that found no room in listeners, since the start */
     fc_ring ring;
     fc_ring listeners; /* for who answers on the device itself; of size 0 where nobody does */
     /* Written by the side that talks. */
@@ -89,6 +90,10 @@ void fc_device_listen(fc_device *d, fc_sample *slots, uint32_t size);
 /* A contact or an estimate goes out, before samples that wait; nothing where nobody asked for
    samples. One too many is left out. */
 void fc_device_tell(fc_device *d, uint8_t type, const uint8_t *payload, size_t n);
+
+/* This many samples could not be taken: their numbers are left out, so that numbers go on telling
+   time. Only where no sample can come in between. */
+void fc_device_skip(fc_device *d, uint32_t n);
 
 /* Takes one scan, whose force readings are of the taxel d->scan; moves d->scan on. */
 void fc_device_sample(fc_device *d, const fc_raw *raw);

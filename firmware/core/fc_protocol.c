@@ -116,6 +116,13 @@ size_t fc_put_estimate(uint8_t *to, const fc_told *told)
     return FC_ESTIMATE_BYTES;
 }
 
+size_t fc_put_late(uint8_t *to, uint32_t skipped, uint32_t unheard)
+{
+    fc_put_u32(to, skipped);
+    fc_put_u32(to + 4, unheard);
+    return FC_LATE_BYTES;
+}
+
 size_t fc_put_model_state(uint8_t *to, uint8_t state, uint8_t of, uint32_t next,
                           const char *reason)
 {

@@ -21,6 +21,7 @@ enum {
     FC_CHUNK_BYTES = 200,  /* most of a model in a frame */
     FC_CONTACT_BYTES = 10,
     FC_ESTIMATE_BYTES = 28,
+    FC_LATE_BYTES = 8,
     FC_FRAME_HEAD = 5,     /* type and counter */
     FC_FRAME_CRC = 4
 };
@@ -34,6 +35,7 @@ enum {
     FC_CONTACT = 0x06,
     FC_ESTIMATE = 0x07,
     FC_MODEL_STATE = 0x08,
+    FC_LATE = 0x09,
     FC_HELLO = 0x81,
     FC_START = 0x82,
     FC_STOP = 0x83,
@@ -91,6 +93,7 @@ typedef struct {
     uint32_t took;
 } fc_told;
 size_t fc_put_estimate(uint8_t *to, const fc_told *told);
+size_t fc_put_late(uint8_t *to, uint32_t skipped, uint32_t unheard);
 
 #ifdef __cplusplus
 }

@@ -157,7 +157,7 @@ int main(void)
     counter_start();
     fc_device_init(&device, descriptor, host_seconds(), slots, RING);
     fc_device_listen(&device, waiting, LISTENERS);
-    fc_answers_init(&answers, &device, &keeper, clock);
+    fc_answers_init(&answers, &device, &keeper, &(fc_board){.clock = clock});
     fc_pace_init(&pace, BOARD_CLOCK_HZ, FC_RATE_HZ);
     for (;;) {
         talk();

@@ -138,7 +138,7 @@ int main(int argc, char **argv)
             return 2;
         }
         fc_device_listen(&device, waiting, LISTENERS);
-        fc_answers_init(&answers, &device, &keeper, clock_ns);
+        fc_answers_init(&answers, &device, &keeper, &(fc_board){.clock = clock_ns});
     }
     fc_pace_init(&t.pace, NANO, (uint32_t)(FC_RATE_HZ * o.speed));
     printf("%s\n", path);

@@ -72,6 +72,16 @@ def test_what_the_device_dropped_is_lost_without_a_lost_frame() -> None:
     assert line.counts == Counts(samples=15, lost_samples=15, overflow_samples=15)
 
 
+def test_late_answers_are_counted_from_the_streams_beginning_on() -> None:
+    def late(counter: int, skipped: int, unheard: int) -> bytes:
+        return encode(FrameType.LATE, counter, protocol.late_payload(skipped, unheard))
+
+    line = Line(descriptor(), late(1, LAST, 7), late(2, 4, 9))
+    assert line.counts == Counts(late_answers=5, unheard_samples=2)
+    line.feed(descriptor(boot=2), late(1, 3, 0), late(2, 4, 0), encode(FrameType.LATE, 3, b"short"))
+    assert line.counts == Counts(late_answers=6, unheard_samples=2, malformed_frames=1)
+
+
 @given(st.lists(st.integers(1, 30), unique=True, max_size=20), st.data())
 def test_lost_doubled_and_late_frames_are_each_counted_once(
     lost: list[int], data: st.DataObject

@@ -11,11 +11,20 @@ import pytest
 FIRMWARE = Path(__file__).parents[2] / "firmware"
 
 
-def make(build: Path, target: str, *settings: str) -> None:
-    """One of the firmware's make targets, built into ``build``."""
-    command = ["make", "-C", str(FIRMWARE), target, f"BUILD={build}", *settings]
+def make(build: Path, target: str, *settings: str) -> str:
+    """One of the firmware's make targets, built into ``build``; what that printed."""
+    command = ["make", "--no-print-directory", "-C", str(FIRMWARE), target, f"BUILD={build}"]
+    command += settings
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+def need(what: str, *programs: str) -> None:
+    """Skip what needs a program that is missing."""
+    missing = [program for program in programs if shutil.which(program) is None]
+    if missing:
+        pytest.skip(f"{what}: not installed: {', '.join(missing)} (docs/reference/firmware.md)")
 
 
 def need_arm(request: pytest.FixtureRequest, *programs: str) -> None:

@@ -84,6 +84,8 @@ class Core:
         lib.fc_put_contact.argtypes = [c.c_char_p, c.c_uint32, c.c_uint32, c.c_uint8, c.c_bool]
         lib.fc_put_estimate.restype = c.c_size_t
         lib.fc_put_estimate.argtypes = [c.c_char_p, c.POINTER(_Told)]
+        lib.fc_put_late.restype = c.c_size_t
+        lib.fc_put_late.argtypes = [c.c_char_p, c.c_uint32, c.c_uint32]
         lib.fc_pace_init.argtypes = [c.POINTER(_Pace), c.c_uint32, c.c_uint32]
         lib.fc_pace_next.restype = c.c_uint32
         lib.fc_pace_next.argtypes = [c.POINTER(_Pace)]
@@ -164,6 +166,11 @@ class Core:
         """Fields in the order of the frame."""
         out = c.create_string_buffer(28)
         n = self._lib.fc_put_estimate(out, c.byref(_Told(*told)))
+        return out.raw[:n]
+
+    def late_payload(self, skipped: int, unheard: int) -> bytes:
+        out = c.create_string_buffer(8)
+        n = self._lib.fc_put_late(out, skipped, unheard)
         return out.raw[:n]
 
     def periods(self, clock: int, rate: int, n: int) -> list[int]:

@@ -142,6 +142,13 @@ def test_payloads_of_answers_are_pythons(
     assert read_estimate(payload, 3) == told
 
 
+@given(skipped=U32, unheard=U32)
+def test_payloads_of_what_was_late_are_pythons(core: Core, skipped: int, unheard: int) -> None:
+    payload = protocol.late_payload(skipped, unheard)
+    assert core.late_payload(skipped, unheard) == payload
+    assert protocol.read_late(payload) == (skipped, unheard)
+
+
 @pytest.mark.parametrize("read", [read_contact, read_estimate])
 def test_answers_that_are_damaged_are_refused(read: Callable[[bytes, int], object]) -> None:
     for payload in (b"", bytes(9), bytes(27), b"\xff" * 10, b"\xff" * 28):

@@ -4,26 +4,45 @@ from __future__ import annotations
 
 import re
 import runpy
+import subprocess
 from pathlib import Path
 
 import pytest
 from firmware_build import FIRMWARE, make, need_arm
 
+#: What the sketch may leave to Teensyduino, as the stub declares it, and to the C library.
+TEENSYDUINO = (
+    "IntervalTimer::", "usb_serial_class::", "HardwareSerial::", "Print::", "Serial",
+    "F_CPU_ACTUAL", "eeprom_", "eepromemu_flash_", "_flashimagelen", "analogRead", "digital",
+    "pinMode", "delay", "micros",
+)  # fmt: skip
+LIBRARY = {"__aeabi_uldivmod", "memcmp", "memcpy", "memmove", "memset", "sqrt", "strlen"}
 
-def test_the_sketch_compiles_against_the_stub(
+
+def test_the_sketch_compiles_against_the_stub_and_fits(
     request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
     need_arm(request, "arm-none-eabi-gcc", "arm-none-eabi-g++")
-    make(tmp_path, "sketch")
-    assert (tmp_path / "firstcontact.ino.o").is_file()
+    sizes = make(tmp_path, "sketch").splitlines()[-1]
+    command = ["arm-none-eabi-nm", "-u", "-C", str(tmp_path / "firstcontact.ino.o")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    missing = {line.split()[1].split("(")[0] for line in done.stdout.splitlines()}
+    unknown = {name for name in missing if not name.startswith(TEENSYDUINO)}
+    assert unknown <= LIBRARY
+    flash, one, two = (int(text) for text in re.findall(r" (\d+)", sizes))
+    assert flash < 64 * 1024
+    assert one < 128 * 1024
+    assert two < 448 * 1024  # the rest is Teensyduino's, for USB, and the heap's
 
 
 def test_the_sketchs_folder_has_all_that_the_arduino_ide_wants(tmp_path: Path) -> None:
     make(tmp_path, "sketch-folder")
     there = {path.name for path in (tmp_path / "firstcontact").iterdir()}
     assert "firstcontact.ino" in there
-    core = {path.name for path in (FIRMWARE / "core").iterdir()}
-    assert there - core == {"firstcontact.ino", "pins.h"}
+    own = {path.name for path in (FIRMWARE / "teensy/firstcontact").iterdir()}
+    shared = {path.name for room in ("core", "answers") for path in (FIRMWARE / room).iterdir()}
+    assert own | shared <= there
+    assert all(name.startswith("fc_") for name in there - own)
     for name in there:
         text = (tmp_path / "firstcontact" / name).read_text(encoding="utf-8")
         ours = set(re.findall(r'#include "(.*)"', text))

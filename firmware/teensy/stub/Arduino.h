@@ -1,16 +1,23 @@
 // What the sketch uses of the Teensy's headers, declared and never defined: enough to compile
-// against, nothing to run. Names and types follow Teensyduino's.
+// against, nothing to run; ../host simulates it on a PC. Names and types follow Teensyduino's.
 #pragma once
 
+#include <avr/pgmspace.h>
 #include <stddef.h>
 #include <stdint.h>
-
-#define DMAMEM __attribute__((section(".dmabuffers"), used))
 
 enum { LOW = 0, HIGH = 1 };
 enum { INPUT = 0, OUTPUT = 1, INPUT_PULLUP = 2 };
 enum { A0 = 14, A1, A2, A3, A4, A5 };
 
+#if defined(__arm__)
+#define ARM_DWT_CYCCNT (*(volatile uint32_t *)0xE0001004)
+#else
+extern volatile uint32_t ARM_DWT_CYCCNT;
+#endif
+extern "C" volatile uint32_t F_CPU_ACTUAL;
+
+extern "C" {
 void pinMode(uint8_t pin, uint8_t mode);
 void digitalWrite(uint8_t pin, uint8_t value);
 uint8_t digitalRead(uint8_t pin);
@@ -18,24 +25,45 @@ int analogRead(uint8_t pin);
 void analogReadResolution(unsigned int bits);
 void analogReadAveraging(unsigned int readings);
 void delay(uint32_t milliseconds);
+uint32_t micros(void);
+}
 
 class IntervalTimer {
 public:
   bool begin(void (*function)(), float microseconds);
   void update(float microseconds);
+  void end();
 };
 
-class usb_serial_class {
+class Print {
+public:
+  virtual size_t write(const uint8_t *bytes, size_t n) = 0;
+  virtual int availableForWrite() = 0;
+  size_t print(const char *text);
+  size_t print(int number);
+  size_t print(double number, int digits = 2);
+  size_t println(const char *text);
+  size_t println(uint32_t number);
+  size_t println(double number, int digits = 2);
+};
+
+class usb_serial_class : public Print {
 public:
   void begin(long);
   int available();
   int read();
-  int availableForWrite();
-  size_t write(const uint8_t *bytes, size_t n);
-  size_t print(const char *text);
-  size_t println(uint32_t number);
+  int availableForWrite() override;
+  size_t write(const uint8_t *bytes, size_t n) override;
 };
 extern usb_serial_class Serial;
+
+class HardwareSerial : public Print {
+public:
+  void begin(uint32_t baud, uint16_t format = 0);
+  int availableForWrite() override;
+  size_t write(const uint8_t *bytes, size_t n) override;
+};
+extern HardwareSerial Serial1;
 
 void setup();
 void loop();

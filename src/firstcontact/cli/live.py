@@ -297,6 +297,11 @@ class Live:
         )
         if health.overflow_samples:
             _say(f"link: of the lost ones {health.overflow_samples} were dropped by the device")
+        if health.late_answers or health.unheard_samples:
+            _say(
+                f"hand: {health.late_answers} answers were late and left out, "
+                f"{health.unheard_samples} samples missed by its own answers"
+            )
         if drift := clock_line(health, layout.rate):
             _say(drift)
         assert session.fanout is not None

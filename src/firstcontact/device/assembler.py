@@ -12,6 +12,7 @@ from firstcontact.device.protocol import (
     Frame,
     FrameError,
     FrameType,
+    read_late,
     read_marker,
     read_stopped,
     samples_head,
@@ -36,6 +37,8 @@ class Counts:
     lost_frames: int = 0
     doubled_frames: int = 0
     malformed_frames: int = 0
+    late_answers: int = 0
+    unheard_samples: int = 0
 
 
 @dataclass(slots=True, eq=False)
@@ -84,6 +87,7 @@ class Assembler:
         self._counter: int | None = None
         self._next: int | None = None
         self._overflow: int | None = None
+        self._late: tuple[int, int] | None = None  # what its own answers missed since its start
         self._run: list[bytes] = []  # samples that follow one another ...
         self._run_first = 0  # ... and the number of the first
 
@@ -144,7 +148,7 @@ class Assembler:
         restarted = self.epoch < 0 or greeting.boot != self._boot or (back and self._asked)
         self._asked = False
         if restarted:
-            self._counter = self._next = self._overflow = None
+            self._counter = self._next = self._overflow = self._late = None
             self._fits = False
             self._boot = greeting.boot
         if not self._in_turn(frame.counter):
@@ -168,6 +172,8 @@ class Assembler:
             estimate = read_estimate(frame.payload, self.epoch)
             sample, known = self._unwrapped(estimate.contact), self._unwrapped(estimate.known)
             out.told.append(replace(estimate, contact=sample, known=known))
+        elif frame.type == FrameType.LATE:
+            self._missed(*read_late(frame.payload))
         elif frame.type == FrameType.STOPPED:
             self._account(*read_stopped(frame.payload))
             out.stopped = True
@@ -217,6 +223,13 @@ class Assembler:
         self._overflow = overflow
         self._next = number
         return number
+
+    def _missed(self, skipped: int, unheard: int) -> None:
+        """Count what the device's own answers missed since it last said so."""
+        if self._late is not None:
+            self.counts.late_answers += (skipped - self._late[0]) % _WRAP
+            self.counts.unheard_samples += (unheard - self._late[1]) % _WRAP
+        self._late = skipped, unheard
 
     def _unwrapped(self, sample: int) -> int:
         if self._next is None:

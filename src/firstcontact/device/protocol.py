@@ -24,6 +24,7 @@ _SAMPLES = struct.Struct("<IIB")
 _DESCRIPTOR = struct.Struct("<BI")
 _STOPPED = struct.Struct("<II")
 _MARKER = struct.Struct("<I")
+_LATE = struct.Struct("<II")
 
 
 class FrameType(IntEnum):
@@ -37,6 +38,7 @@ class FrameType(IntEnum):
     CONTACT = 0x06
     ESTIMATE = 0x07
     MODEL_STATE = 0x08
+    LATE = 0x09
     HELLO = 0x81
     START = 0x82
     STOP = 0x83
@@ -220,6 +222,19 @@ def read_stopped(payload: bytes) -> tuple[int, int]:
         raise FrameError("a stopped frame has the wrong length")
     next_sample, overflow = _STOPPED.unpack(payload)
     return next_sample, overflow
+
+
+def late_payload(skipped: int, unheard: int) -> bytes:
+    """Payload of a late frame."""
+    return _LATE.pack(skipped & 0xFFFFFFFF, unheard & 0xFFFFFFFF)
+
+
+def read_late(payload: bytes) -> tuple[int, int]:
+    """Answers left out and samples not heard since its start, 32 bits; FrameError when damaged."""
+    if len(payload) != _LATE.size:
+        raise FrameError("a late frame has the wrong length")
+    skipped, unheard = _LATE.unpack(payload)
+    return skipped, unheard
 
 
 def _text(data: bytes) -> str:

@@ -117,6 +117,8 @@ class SerialSource:
                 lost_frames=counts.lost_frames,
                 bad_frames=self._decoder.bad + counts.malformed_frames,
                 doubled_frames=counts.doubled_frames,
+                late_answers=counts.late_answers,
+                unheard_samples=counts.unheard_samples,
                 reconnects=epoch,
                 host_rate=self._clock.rate,
             )

@@ -170,6 +170,10 @@ class Health:
         Damaged on the way; each is also one of the lost ones.
     doubled_frames
         Came twice or out of order and were left out.
+    late_answers
+        Of a device that answers by itself: left out, because the next was due.
+    unheard_samples
+        Of such a device: sent, and missed by its own answers.
     reconnects
         Times that the device came back; each begins an epoch.
     host_rate
@@ -187,6 +191,8 @@ class Health:
     lost_frames: int = 0
     bad_frames: int = 0
     doubled_frames: int = 0
+    late_answers: int = 0
+    unheard_samples: int = 0
     reconnects: int = 0
     host_rate: float = 0.0
     losses_known: bool = True

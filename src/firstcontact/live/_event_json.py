@@ -206,6 +206,8 @@ def of_link(health: Health) -> dict[str, Any]:
         "lost_frames": health.lost_frames,
         "bad_frames": health.bad_frames,
         "doubled_frames": health.doubled_frames,
+        "late_answers": health.late_answers,
+        "unheard_samples": health.unheard_samples,
         "reconnects": health.reconnects,
     }
 

@@ -3,5 +3,7 @@
 
 #include <stdint.h>
 
+extern "C" {
 uint32_t eeprom_read_dword(const uint32_t *place);
 void eeprom_write_dword(uint32_t *place, uint32_t value);
+}

@@ -23,7 +23,11 @@ typedef struct {
     const int32_t *lengths;         /* FC_PARTS of the newest parts, ascending */
     const double *line;             /* of the logarithms of 2 * FC_LEVELS levels */
 } fc_loudness;
+#ifdef fc_judge_constants /* those of a model that was loaded */
+extern const fc_loudness *fc_judge_loaded;
+#else
 extern const fc_loudness fc_judge_constants;
+#endif
 
 /* Largest of the last n values: those before the current block from its end, and since then. */
 typedef struct {

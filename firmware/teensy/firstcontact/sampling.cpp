@@ -1,0 +1,75 @@
+#include "sampling.h"
+
+#include <Arduino.h>
+
+#include "fc_pace.h"
+#include "pins.h"
+
+// IntervalTimer counts a clock of 24 MHz.
+static const uint32_t TIMER_HZ = 24000000;
+static const float TICKS_PER_MICROSECOND = 24.0f;
+
+static fc_device *device;
+static fc_pace pace;
+static IntervalTimer timer;
+static volatile uint32_t sampled_at; // cycles, of the newest sample
+static uint64_t owed;                // cycles times samples a second: time that has no number yet
+
+static float next_period() {
+  return fc_pace_next(&pace) / TICKS_PER_MICROSECOND;
+}
+
+// Drives one row of each array; the others float. It has until the next sample to settle.
+static void select_taxel() {
+  const uint8_t row = fc_scan_row(&device->scan);
+  for (uint8_t f = 0; f < FC_FINGERS; f++) {
+    for (uint8_t r = 0; r < 3; r++) {
+      pinMode(ROW_PIN[f][r], r == row ? OUTPUT : INPUT);
+    }
+    digitalWrite(ROW_PIN[f][row], HIGH);
+  }
+}
+
+static void take_sample() {
+  sampled_at = ARM_DWT_CYCCNT;
+  timer.update(next_period()); // of the period after the one that now runs
+  const uint8_t column = fc_scan_column(&device->scan);
+  fc_raw raw;
+  for (uint8_t f = 0; f < FC_FINGERS; f++) {
+    raw.piezo[f] = analogRead(PIEZO_PIN[f]);
+  }
+  for (uint8_t f = 0; f < FC_FINGERS; f++) {
+    raw.force[f] = analogRead(COLUMN_PIN[f][column]);
+    raw.strip[f] = digitalRead(STRIP_PIN[f]) == LOW; // the object is grounded
+  }
+  fc_device_sample(device, &raw);
+  select_taxel();
+}
+
+void start_sampling(fc_device *fingertips) {
+  device = fingertips;
+  analogReadResolution(10);
+  analogReadAveraging(1);
+  for (uint8_t f = 0; f < FC_FINGERS; f++) {
+    pinMode(STRIP_PIN[f], INPUT_PULLUP);
+  }
+  fc_pace_init(&pace, TIMER_HZ, FC_RATE_HZ);
+  select_taxel();
+  delay(1); // until the first row has settled
+  sampled_at = ARM_DWT_CYCCNT;
+  timer.begin(take_sample, next_period());
+}
+
+void pause_sampling() {
+  timer.end();
+}
+
+void resume_sampling() {
+  // The next sample comes a period from now; what is not a whole one is carried to the next pause.
+  owed += (uint64_t)(ARM_DWT_CYCCNT - sampled_at) * FC_RATE_HZ;
+  fc_device_skip(device, (uint32_t)(owed / F_CPU_ACTUAL));
+  owed %= F_CPU_ACTUAL;
+  select_taxel();
+  sampled_at = ARM_DWT_CYCCNT;
+  timer.begin(take_sample, next_period());
+}

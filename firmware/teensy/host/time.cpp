@@ -1,0 +1,133 @@
+// Time, the timer, and the pins: what the world has to say at a moment.
+#include <Arduino.h>
+
+#include "board.h"
+#include "fc_pace.h"
+#include "pins.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+volatile uint32_t ARM_DWT_CYCCNT;
+extern "C" {
+volatile uint32_t F_CPU_ACTUAL = CYCLES_A_SECOND;
+}
+
+static void (*interrupt)();
+static uint64_t due, period;
+static uint64_t first_sample; // when the first is due, whether it is taken or not
+static fc_raw now; // the world
+static uint64_t scans_read;
+static uint8_t mode[32], level[32];
+
+static uint64_t cycles_of(float microseconds) {
+  // The timer counts 24 MHz: Teensyduino rounds to whole ticks.
+  return (uint64_t)(24.0f * microseconds + 0.5f) * (CYCLES_A_SECOND / 24000000);
+}
+
+static void set_time(uint64_t cycles) {
+  board.cycles = cycles;
+  ARM_DWT_CYCCNT = (uint32_t)cycles;
+}
+
+// The scan of a moment; a microsecond early is the same one.
+static bool look(uint64_t cycles) {
+  const uint64_t early = CYCLES_A_SECOND / 1000000;
+  const uint64_t number =
+      (uint64_t)((unsigned __int128)(cycles + early - first_sample) * FC_RATE_HZ / CYCLES_A_SECOND);
+  while (scans_read <= number) {
+    const feed_state state = feed_next(&board.scans, &now);
+    board.ended = state == FEED_END;
+    if (state != FEED_SCAN) {
+      return false;
+    }
+    scans_read++;
+  }
+  return true;
+}
+
+bool pass(uint64_t cycles) {
+  const uint64_t until = board.cycles + cycles;
+  while (interrupt != nullptr && due <= until) {
+    if (!look(due)) {
+      return false;
+    }
+    set_time(due);
+    due += period; // an update comes too late for the one that now runs
+    interrupt();
+  }
+  set_time(until);
+  return true;
+}
+
+bool pass_until_due() {
+  return interrupt != nullptr && pass(due > board.cycles ? due - board.cycles : 0);
+}
+
+bool IntervalTimer::begin(void (*function)(), float microseconds) {
+  interrupt = function;
+  period = cycles_of(microseconds);
+  due = board.cycles + period;
+  if (first_sample == 0) {
+    first_sample = due;
+  }
+  return true;
+}
+
+void IntervalTimer::update(float microseconds) {
+  period = cycles_of(microseconds);
+}
+
+void IntervalTimer::end() {
+  interrupt = nullptr;
+}
+
+uint32_t micros() {
+  (void)pass(board.busy_us * (CYCLES_A_SECOND / 1000000));
+  return (uint32_t)(board.cycles / (CYCLES_A_SECOND / 1000000));
+}
+
+void delay(uint32_t milliseconds) {
+  (void)pass(milliseconds * (CYCLES_A_SECOND / 1000));
+}
+
+void pinMode(uint8_t pin, uint8_t to) {
+  mode[pin] = to;
+}
+
+void digitalWrite(uint8_t pin, uint8_t to) {
+  level[pin] = to;
+}
+
+void analogReadResolution(unsigned int) {}
+void analogReadAveraging(unsigned int) {}
+
+uint8_t digitalRead(uint8_t pin) {
+  return pin == STRIP_PIN[0] || pin == STRIP_PIN[1] ? !now.strip[pin == STRIP_PIN[1]] : level[pin];
+}
+
+// An array is read right only with one row driven, and none of the others.
+static int force(uint8_t finger) {
+  int driven = 0;
+  for (uint8_t pin : ROW_PIN[finger]) {
+    driven += mode[pin] == OUTPUT && level[pin] == HIGH;
+  }
+  if (driven != 1) {
+    fputs("an array is read with other than one row driven\n", stderr);
+    abort();
+  }
+  return now.force[finger];
+}
+
+int analogRead(uint8_t pin) {
+  for (uint8_t f = 0; f < 2; f++) {
+    if (pin == PIEZO_PIN[f]) {
+      return now.piezo[f];
+    }
+    if (pin == COLUMN_PIN[f][0] || pin == COLUMN_PIN[f][1]) {
+      return force(f);
+    }
+  }
+  fprintf(stderr, "pin %d is no converter's\n", pin);
+  abort();
+}

@@ -1,0 +1,269 @@
+"""The Teensy's sketch as a program of this machine, on a simulated board."""
+
+from __future__ import annotations
+
+import subprocess
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+from device_process import Running, random_scans, running
+from firmware_build import make, need
+from hand import FLOORS, Said, assert_same, of_device, of_host, python_says
+from numpy.typing import NDArray
+from serial_host import Host
+
+from firstcontact.core import Finger, InputError
+from firstcontact.device import Descriptor, protocol
+from firstcontact.device.assembler import Assembler
+from firstcontact.device.flashing import CHUNK, flash_model
+from firstcontact.device.protocol import FrameType
+from firstcontact.embedded.hand_model import hand_image
+from firstcontact.embedded.model_image import FORMAT, ModelImage
+from firstcontact.twin.filter import DeviceFilter
+from firstcontact.twin.stream import TwinStream
+
+SAMPLES = 12 * 4936
+#: Of the flash, bytes: head of a place for a model, a page, a sector.
+HEAD, PAGE, SECTOR = 16, 256, 4096
+
+
+@pytest.fixture(scope="session")
+def sketch(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The sketch, which dies of the first thing that the languages leave undefined."""
+    need("the Teensy's sketch on a simulated board", "c++")
+    build = tmp_path_factory.mktemp("teensy")
+    make(build, "sketch-native", "SANITIZE=address,undefined", "CXX=c++")
+    return build / "firstcontact-teensy"
+
+
+@pytest.fixture
+def flash(tmp_path: Path) -> tuple[str, str]:
+    """Options of a board with a flash of its own."""
+    return "--flash", str(tmp_path / "flash")
+
+
+@pytest.fixture(scope="module")
+def scans() -> NDArray[np.uint16]:
+    return TwinStream(seed=4).read(SAMPLES)
+
+
+@pytest.fixture(scope="module")
+def images(hand_models: tuple[Path, Path]) -> tuple[ModelImage, ModelImage]:
+    first, second = (hand_image(folder, FLOORS) for folder in hand_models)
+    return first, second
+
+
+@contextmanager
+def started(sketch: Path, *options: str) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
+    """A board that may end by itself, and its port."""
+    command = [sketch, "--scans", "-", *options]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        yield process.stdout.readline().decode().strip(), process
+        process.kill()
+
+
+def put(sketch: Path, image: ModelImage, *options: str) -> None:
+    with running(sketch, *options) as device:
+        assert flash_model(device.path, image.data, FORMAT, image.sizes) == image.digest
+
+
+def answering(sketch: Path, *options: str) -> str | None:
+    """Digest of the model that a board answers with after its next start."""
+    with running(sketch, *options) as device, Host(device.path) as host:
+        answers = Descriptor.from_text(protocol.read_descriptor(host.hello().payload)[2]).answers
+    return None if answers is None else answers.model
+
+
+@contextmanager
+def feeding(device: Running, scans: NDArray[np.uint16]) -> Iterator[None]:
+    """A pipe takes no more than is read at the other end."""
+    thread = threading.Thread(target=device.feed, args=(scans,))
+    thread.start()
+    yield
+    thread.join()
+
+
+def streamed(device: Running, scans: NDArray[np.uint16]) -> list[protocol.Frame]:
+    """Frames of a stream that has these scans from its first sample on."""
+    with Host(device.path) as host:
+        host.hello()
+        host.send(FrameType.START)
+        assert host.mark()[0] == 0
+        with feeding(device, scans):
+            host.until(lambda: host.received >= len(scans) // 5 * 5)
+        host.assert_every_sample_arrived()
+        return host.frames
+
+
+def said(frames: list[protocol.Frame]) -> Said:
+    return of_device(Assembler().take(frames).told)
+
+
+def lines_of(answers: Said) -> list[str]:
+    """What the example of a hand of its own says of these, contacts and answers apart."""
+    number = {finger: n for n, finger in enumerate(Finger)}
+    contacts = [f"C {number[f]} {first:d}" for f, _, _, first in answers.contacts if f is not None]
+    estimates = [
+        f"{'S' if strange else 'A'} {value:.1f} {low:.1f} {high:.1f}"
+        for value, low, high, strange, _ in answers.estimates.values()
+    ]
+    return contacts + estimates
+
+
+def lines(path: Path) -> list[str]:
+    """What it said on Serial1."""
+    written = path.read_text(encoding="ascii").splitlines()
+    return sorted(written, key=lambda line: line[0] != "C")
+
+
+def test_without_a_model_it_streams(sketch: Path, flash: tuple[str, str]) -> None:
+    scans = random_scans(1003, 1)
+    assert answering(sketch, *flash) is None
+    with running(sketch, *flash) as device, Host(device.path) as host:
+        host.send(FrameType.START)
+        assert host.mark()[0] == 0
+        device.feed(scans)
+        host.until(lambda: host.mark()[0] == len(scans))
+        assert host.stop() == (len(scans), 0)
+        host.assert_every_sample_arrived()
+        np.testing.assert_array_equal(host.data(), DeviceFilter().update(scans))
+
+
+def test_every_start_has_a_number_of_its_own(sketch: Path, flash: tuple[str, str]) -> None:
+    boots = set()
+    for _ in range(3):
+        with running(sketch, *flash) as device, Host(device.path) as host:
+            boots.add(protocol.read_descriptor(host.hello().payload)[1])
+    assert len(boots) == 3
+
+
+def test_a_model_outlives_the_power_and_answers_as_live_does(
+    sketch: Path,
+    flash: tuple[str, str],
+    scans: NDArray[np.uint16],
+    images: tuple[ModelImage, ModelImage],
+    hand_models: tuple[Path, Path],
+    tmp_path: Path,
+) -> None:
+    put(sketch, images[0], *flash)
+    with running(sketch, *flash, "--serial1", str(tmp_path / "lines")) as device:
+        device_says = said(streamed(device, scans))
+    host = of_host(python_says(hand_models[0], DeviceFilter().update(scans)))
+    assert len(host.contacts) >= 5
+    assert len(device_says.estimates) >= 25
+    assert_same(device_says, host)
+    assert lines(tmp_path / "lines") == lines_of(device_says)
+
+
+def test_it_answers_without_a_computer(
+    sketch: Path,
+    flash: tuple[str, str],
+    scans: NDArray[np.uint16],
+    images: tuple[ModelImage, ModelImage],
+    hand_models: tuple[Path, Path],
+    tmp_path: Path,
+) -> None:
+    put(sketch, images[0], *flash)
+    (tmp_path / "scans").write_bytes(scans.astype("<u2").tobytes())
+    alone = ("--scans", str(tmp_path / "scans"), "--unread", "yes")
+    alone += ("--serial1", str(tmp_path / "lines"))
+    subprocess.run([sketch, *flash, *alone], check=True, timeout=60, capture_output=True)
+    host = of_host(python_says(hand_models[0], DeviceFilter().update(scans)))
+    written = lines(tmp_path / "lines")
+    assert [line for line in written if line[0] == "C"] == lines_of(Said(host.contacts, {}))
+    assert len(written) > 30
+    assert set(written) <= set(lines_of(host))
+
+
+def test_a_host_that_stops_reading_holds_nothing_up(
+    sketch: Path,
+    flash: tuple[str, str],
+    scans: NDArray[np.uint16],
+    images: tuple[ModelImage, ModelImage],
+    tmp_path: Path,
+) -> None:
+    """Time goes on whoever reads: the same lines, with a line that is full."""
+    put(sketch, images[0], *flash)
+    with running(sketch, *flash, "--serial1", str(tmp_path / "heard")) as device:
+        streamed(device, scans)
+    options = (*flash, "--serial1", str(tmp_path / "unheard"), "--unread", "yes")
+    with started(sketch, *options) as (path, process), Host(path) as host:
+        host.hello()
+        host.send(FrameType.START)
+        assert host.mark()[0] == 0
+        process.communicate(scans.astype("<u2").tobytes(), 60)
+        assert process.returncode == 0
+    assert lines(tmp_path / "unheard") == lines(tmp_path / "heard")
+
+
+def operations(image: ModelImage) -> int:
+    """Sectors erased and pages written for a model, up to its head and with it."""
+    ends = np.append(np.arange(CHUNK, len(image.data), CHUNK), len(image.data)) + HEAD
+    begins = np.append(HEAD, ends[:-1])
+    pages = int(np.sum((ends - 1) // PAGE - begins // PAGE + 1))
+    return -(-int(ends[-1]) // SECTOR) + pages + 1
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_power_that_goes_leaves_the_old_model(
+    sketch: Path, flash: tuple[str, str], images: tuple[ModelImage, ModelImage], share: float
+) -> None:
+    """In the middle of erasing the first sector, of some write, of writing the head."""
+    old, new = images
+    put(sketch, old, *flash)
+    cut = 1 + round(share * (operations(new) - 1))
+    with started(sketch, *flash, "--cut", str(cut)) as (path, process):
+        with pytest.raises(InputError, match="went away"):
+            flash_model(path, new.data, FORMAT, new.sizes)
+        assert process.wait(60) == 3
+    assert answering(sketch, *flash) == old.digest
+    put(sketch, new, *flash, "--cut", str(operations(new) + 1))
+    assert answering(sketch, *flash) == new.digest
+
+
+def test_samples_that_were_not_taken_while_a_model_was_written_have_their_numbers(
+    sketch: Path, flash: tuple[str, str], images: tuple[ModelImage, ModelImage]
+) -> None:
+    """The n-th scan is the one of the n-th period since the start: numbers tell time."""
+    scans = random_scans(200_000, 2)
+    with running(sketch, *flash) as device:
+        with feeding(device, scans[:-1000]):
+            flash_model(device.path, images[0].data, FORMAT, images[0].sizes)
+            with Host(device.path) as host:
+                host.hello()
+                host.send(FrameType.START)
+                host.until(lambda: host.received >= 1000)
+                first = host.samples()[0].first_sample
+                data = host.data()
+                host.stop()
+        assert first > 0.045 * 4936 * len(images[0].data) / SECTOR
+        np.testing.assert_array_equal(data[:, -2:], scans[first : first + len(data), -2:])
+
+
+def test_a_late_answer_is_left_out_and_counted_and_no_sample_is_lost(
+    sketch: Path,
+    flash: tuple[str, str],
+    scans: NDArray[np.uint16],
+    images: tuple[ModelImage, ModelImage],
+    hand_models: tuple[Path, Path],
+) -> None:
+    """Each look at the clock takes 0.9 ms here, and there are two around each answer."""
+    put(sketch, images[0], *flash)
+    with running(sketch, *flash, "--busy-us", "900") as device:
+        frames = streamed(device, scans)
+    assembler = Assembler()
+    device_says = of_device(assembler.take(frames).told)
+    host = of_host(python_says(hand_models[0], DeviceFilter().update(scans)))
+    assert device_says.contacts == host.contacts
+    assert len(device_says.estimates) > 10
+    assert assembler.counts.late_answers > 10
+    assert assembler.counts.unheard_samples == 0
+    for key, (*numbers, strange, _) in device_says.estimates.items():
+        *wanted, odd, _ = host.estimates[key]
+        np.testing.assert_allclose(numbers, wanted, atol=0.01)
+        assert strange == odd

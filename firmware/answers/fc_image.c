@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "fc_crc32.h"
+#include "fc_reach.h"
 
 enum { INPUTS = FC_NUMBERS };
 
@@ -200,6 +201,9 @@ static bool read_anytime(cursor *c, fc_image *image)
     m->usual = doubles(c, stages * FC_TRAITS);
     m->whitening = floats(c, stages * FC_TRAITS * FC_TRAITS);
     m->limit = doubles(c, stages);
+    for (size_t k = 0; !c->cut && k < stages; k++)
+        if (!(m->factor[k] > 0.0))
+            return false;
     if (!read_network(c, m))
         return false;
     bool any = false;
@@ -258,5 +262,7 @@ const char *fc_image_read(const uint8_t *bytes, size_t n, fc_image *image)
     image->gated = image->floors[0] > 0.0 && image->floors[1] > 0.0;
     if (!read_judge(&c, &image->judge) || !read_anytime(&c, image))
         return c.cut ? CUT : OTHER;
-    return c.left == 0 ? NULL : OTHER;
+    if (c.left != 0)
+        return OTHER;
+    return fc_reach_is_bounded(&image->anytime) ? NULL : "the model's numbers are too large";
 }

@@ -20,7 +20,8 @@ M7 = ("-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard")
 ARM = "arm-none-eabi-"
 #: Stops at the first thing that C leaves undefined; without PIE as in the firmware's Makefile.
 STRICT = (
-    "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-no-pie", "-fno-pie",
+    "-g", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all",
+    "-no-pie", "-fno-pie",
 )  # fmt: skip
 #: What a window is answered with: see windows.c.
 ANSWER = np.dtype(

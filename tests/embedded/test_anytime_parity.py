@@ -132,6 +132,26 @@ def test_a_signal_that_is_no_number_or_stands_still_is_refused(tmp_path: Path) -
     assert (status[1:] == 1).all()
 
 
+def test_signals_at_the_end_of_what_floats_hold_are_defined_and_alike(tmp_path: Path) -> None:
+    model = compacted(told(), plain(touches(60, 1)), 8)
+    some = plain(touches(4, 3))
+    some.signals[0] *= 1e38
+    some.signals[1, 200:] = -3.4e38
+    some.signals[2, :200] = 3.4e38
+    some.signals[3] *= 1e-42
+    some.valid[:] = 74
+    data = building.touches(some.signals, some.valid, some.fingers, MOMENTS)
+    built = asked(model, tmp_path / "library")
+    native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
+    found = np.frombuffer(native, building.RUNNING)
+    assert len(found) == 4 * len(MOMENTS)
+    answered = found["status"] == 0
+    assert np.isfinite(found["value"][answered]).all()
+    if building.emulator_there():
+        m7 = building.ask_m7(built.m7(tmp_path / "m7.elf"), data, tmp_path)
+        assert building.same(found, np.frombuffer(m7, building.RUNNING))
+
+
 def test_a_network_that_was_not_made_small_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="--data"):
         c_library.write(Trained(anytime=told()), tmp_path)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
 from firmware_build import make, need_arm
 from firmware_core import Core
 from hand import models
+
+# What measures C and runs it lies beside the firmware.
+sys.path.append(str(Path(__file__).parents[2] / "firmware" / "measure"))
 
 
 @pytest.fixture(scope="session")
@@ -33,7 +37,7 @@ def program(build: Path) -> Path:
 def strict_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The same, which dies of the first thing that C leaves undefined."""
     build = tmp_path_factory.mktemp("strict")
-    make(build, "native", "SANITIZE=address,undefined")
+    make(build, "native", "SANITIZE=address,undefined,float-cast-overflow")
     return build / "firstcontact-device"
 
 

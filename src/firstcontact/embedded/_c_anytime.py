@@ -19,6 +19,7 @@ from firstcontact.anytime.touches import BEFORE
 from firstcontact.core import InputError
 from firstcontact.embedded._c_text import c_array, c_struct, constant_bytes
 from firstcontact.embedded._c_unit import CUnit
+from firstcontact.embedded.reach import check_reach
 from firstcontact.signal import samples_in
 
 Fields = dict[str, Any]
@@ -87,6 +88,7 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
             "the any-time network has a megabyte of weights, and C is written of a small one: name "
             "the recordings that it was told of with --data, in which it is made small"
         )
+    check_reach(model, network)
     texts: list[str] = []
     constants = 0
 

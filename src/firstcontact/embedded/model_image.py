@@ -25,6 +25,7 @@ from firstcontact.core import Calibration, InputError, fingertip_layout
 from firstcontact.core.weights import digest
 from firstcontact.embedded._c_anytime import anytime_sizes, listens
 from firstcontact.embedded.kernel_sizes import OF_KERNELS, TOLD, detector_sizes
+from firstcontact.embedded.reach import check_reach
 
 MAGIC = b"FCMI"
 #: Raised when a firmware that reads the one before could not read it.
@@ -99,6 +100,7 @@ def model_image(
             "this form of the any-time network listens to the motor, and the hand's kernels do "
             "not: export it with a smaller --budget-us or without one"
         )
+    check_reach(model, network)
     judge = detector.judgement(model.rate).constants
     if not set(_JUDGE) <= judge.keys():
         raise InputError(

@@ -163,7 +163,10 @@ class LogisticDetector(TrainedDetector):
             "lengths": np.array(lengths, np.int32),
             "line": line.ravel(),
         }
-        doubles = ORDER + 1 + 4 * ring + 3 * (2 * quiet + 3) + 4 * LOOKS + 1
+        # Three peaks of the quiet part's steps, the extremes of steps, and sums up to each sample.
+        steps = look // sizes.step - -(-recent // sizes.step)
+        kept = 3 * (steps + 3) + 6 * (ring // min(sizes.step, 2)) + 4 * ring
+        doubles = kept + ORDER + len(lengths) + 5 + 4 * LOOKS
         lengths_of = {"FC_LOOK": look, "FC_LOOKS": LOOKS, "FC_QUIET": quiet}
         return Judgement("loudness", constants, lengths_of, doubles)
 

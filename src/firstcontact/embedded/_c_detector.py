@@ -58,7 +58,7 @@ def write_detector(detector: Detector) -> CUnit:
     lengths, judgement = detector.sizes(rate), detector.judgement(rate)
     sizes = detector_sizes(detector, rate)
     constants = constant_bytes(judgement.constants)
-    memory = 8 * CHANNELS * (sizes["FC_RING"] + lengths.steady + 3 + judgement.doubles) + 16
+    memory = 8 * CHANNELS * (2 * sizes["FC_RING"] + lengths.steady + 3 + judgement.doubles) + 16
     header = _HEADER.format(
         name=detector.name,
         rate=rate,

@@ -22,10 +22,12 @@ typedef struct {
 } fc_contact;
 
 typedef struct {
-    double past[FC_RING];      /* in sigmas of the steady state, sample n at n % FC_RING */
-    double steady[FC_STEADY];  /* volts until the steady state is known */
-    double mean, sigma;        /* sigma is 0 for a channel that does not move */
+    double mean, sigma; /* infinite for a channel that does not move: it stays at 0 sigmas */
     bool latched;
+    /* In sigmas of the steady state: sample n at n % FC_RING and again FC_RING behind it, so that
+       the newest ones always lie in a row. */
+    double past[2 * FC_RING];
+    double steady[FC_STEADY]; /* volts until the steady state is known */
     fc_judge judge;
 } fc_channel;
 

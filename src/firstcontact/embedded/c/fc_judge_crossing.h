@@ -26,14 +26,9 @@ static inline void fc_judge_settle(fc_judge *j, const double *quiet)
     (void)j, (void)quiet;
 }
 
-static inline void fc_judge_take(fc_judge *j, const double *past, uint32_t n)
+static inline void fc_judge_step(fc_judge *j, const double *end, uint32_t count)
 {
-    (void)j, (void)past, (void)n;
-}
-
-static inline void fc_judge_step(fc_judge *j)
-{
-    (void)j;
+    (void)j, (void)end, (void)count;
 }
 
 static inline bool fc_judge_wakes(double size)
@@ -41,11 +36,11 @@ static inline bool fc_judge_wakes(double size)
     return size > fc_judge_constants.sigmas;
 }
 
-static inline bool fc_judge_fires(fc_judge *j, const double *past, uint32_t end)
+static inline bool fc_judge_fires(fc_judge *j, const double *end, uint32_t count)
 {
-    (void)j;
-    for (uint32_t k = 1; k <= FC_STEP; k++)
-        if (fabs(past[(end - k) % FC_RING]) > fc_judge_constants.sigmas)
+    (void)j, (void)count;
+    for (const double *x = end - FC_STEP; x < end; x++)
+        if (fabs(*x) > fc_judge_constants.sigmas)
             return true;
     return false;
 }

@@ -56,12 +56,12 @@ static void features(const double *x, const double *slope, double *f)
     *f = top(slope, RECENT, FC_WINDOW) - top(slope, 0, RECENT);
 }
 
-bool fc_judge_fires(fc_judge *j, const double *past, uint32_t end)
+bool fc_judge_fires(fc_judge *j, const double *end, uint32_t count)
 {
     double x[FC_WINDOW], slope[FC_WINDOW], f[FC_SEEN], out = C.bias;
-    (void)j;
-    for (uint32_t k = 0; k < FC_WINDOW; k++)
-        x[k] = past[(end - FC_WINDOW + k) % FC_RING];
+    (void)j, (void)count;
+    for (int32_t k = 0; k < FC_WINDOW; k++)
+        x[k] = end[k - FC_WINDOW];
     const double quiet = mean_of(x, 0, RECENT);
     for (int32_t k = 0; k < FC_WINDOW; k++) {
         x[k] -= quiet;

@@ -27,21 +27,16 @@ typedef struct {
     uint8_t nothing;
 } fc_judge;
 
-bool fc_judge_fires(fc_judge *j, const double *past, uint32_t end);
+bool fc_judge_fires(fc_judge *j, const double *end, uint32_t count);
 
 static inline void fc_judge_settle(fc_judge *j, const double *quiet)
 {
     (void)j, (void)quiet;
 }
 
-static inline void fc_judge_take(fc_judge *j, const double *past, uint32_t n)
+static inline void fc_judge_step(fc_judge *j, const double *end, uint32_t count)
 {
-    (void)j, (void)past, (void)n;
-}
-
-static inline void fc_judge_step(fc_judge *j)
-{
-    (void)j;
+    (void)j, (void)end, (void)count;
 }
 
 static inline bool fc_judge_wakes(double size)

@@ -29,28 +29,53 @@ extern const fc_loudness *fc_judge_loaded;
 extern const fc_loudness fc_judge_constants;
 #endif
 
-/* Largest of the last n values: those before the current block from its end, and since then. */
+/* Steps that are remembered, and those that lie whole in the quiet part of a look: of x, and of
+   what of it was not foretold, which begins FC_ORDER samples later. */
+enum {
+    FC_RECENT = FC_LOOK - FC_QUIET,
+    FC_AFTER_QUIET = (FC_RECENT + FC_STEP - 1) / FC_STEP,
+    FC_STEPS = FC_STEP > 1 ? FC_RING / 2 : FC_RING,
+    FC_QUIET_STEPS = FC_LOOK / FC_STEP - FC_AFTER_QUIET,
+    FC_FRESH_STEPS = (FC_LOOK - FC_ORDER) / FC_STEP - FC_AFTER_QUIET
+};
+
+/* Largest of the last so many values: from place at on, of each to the end of those of the round
+   before; before it, those of this round. */
 typedef struct {
-    double value[FC_QUIET], suffix[FC_QUIET], prefix, top;
+    double since; /* largest of this round */
     int32_t at;
+    double value[FC_QUIET_STEPS + 1]; /* the last is of none */
 } fc_peak;
 
 typedef struct {
+    double high, low, loud; /* of x, and of the square of what was not foretold */
+} fc_extremes;
+
+/* Sums up to and including a sample: of x, of x^2, and of what of x was not foretold, squared; and
+   that square itself. */
+typedef struct {
+    double sum, square, left, fresh;
+} fc_grown;
+
+typedef struct {
+    uint32_t step, barred; /* no window is a contact before step barred: a look said no */
+    double base, blur; /* a score by coarse logarithms begins here, and is so far off at most */
+    double share[FC_PARTS + 1]; /* one over the lengths of the newest parts, and of what lies between */
     double weight[FC_ORDER + 1];
-    /* Sums up to and including each sample: of x, of x^2, and of what of x was not foretold, squared. */
-    double sum[FC_RING], square[FC_RING], left[FC_RING], new_square[FC_RING];
-    fc_peak high, low, loud; /* of the quiet part: x, -x, and the last squared */
     struct {
-        double high, low, loud;
+        fc_extremes quiet;
         double score; /* infinite until it was asked for */
-    } look[FC_LOOKS]; /* the newest at step % FC_LOOKS */
-    uint32_t step;
+    } look[FC_LOOKS];                /* the newest at step % FC_LOOKS */
+    fc_grown grown[FC_RING];
+    fc_peak high, low, loud;            /* of the quiet part; low of -x */
+    fc_extremes extremes[2 * FC_STEPS]; /* of step n at n % FC_STEPS and again FC_STEPS behind */
 } fc_judge;
 
 void fc_judge_settle(fc_judge *j, const double *quiet);
-void fc_judge_take(fc_judge *j, const double *past, uint32_t n);
-void fc_judge_step(fc_judge *j);
-bool fc_judge_fires(fc_judge *j, const double *past, uint32_t end);
+
+/* A step of samples more: end is one after the newest, count their number. */
+void fc_judge_step(fc_judge *j, const double *end, uint32_t count);
+bool fc_judge_fires(fc_judge *j, const double *end, uint32_t count);
 
 static inline bool fc_judge_wakes(double size)
 {

@@ -7,6 +7,19 @@
 #include <stdint.h>
 #include <string.h>
 
+/* The root of a number that is not below 0: the one instruction, where a compiler would ask after it
+   for an errno that nobody reads. */
+static inline double fc_sqrt(double x)
+{
+#if defined(__GNUC__) && defined(__ARM_FP) && (__ARM_FP & 8) && !defined(__aarch64__)
+    double y;
+    __asm__("vsqrt.f64 %P0, %P1" : "=w"(y) : "w"(x));
+    return y;
+#else
+    return sqrt(x);
+#endif
+}
+
 /* exp(x), relative error below 2e-7; 0 below -87, infinite above 88, NaN for NaN. */
 static inline float fc_exp(float x)
 {
@@ -49,6 +62,16 @@ static inline double fc_log(double x)
     const double r = m * pair[0] - 1.0, s = r * r;
     const double series = r + s * ((-0.5 + r * (1.0 / 3)) + s * (-0.25 + r * 0.2));
     return ((int32_t)(high >> 20) - 1023) * 0.69314718055994530942 + (pair[1] + series);
+}
+
+/* (log2(x) + 1023) 2^20 of the same, by up to FC_COARSELY too small: a straight line between
+   powers of 2, which is what a number's upper half is. */
+#define FC_COARSELY 90300.0
+static inline double fc_log2_coarse(double x)
+{
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return (double)(int32_t)(bits >> 32);
 }
 
 /* ln(x) of the same, error below 2e-5 for x from 1e-12 to 1e12: where more is not needed. */

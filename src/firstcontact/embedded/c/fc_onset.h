@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-/* past: ring of the last samples; end: one after the window's last. Samples from the onset on. */
-uint32_t fc_onset(const double *past, uint32_t end);
+/* end: one after the window's last sample. Samples from the onset on. */
+uint32_t fc_onset(const double *end);
 
 #endif

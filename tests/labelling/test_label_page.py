@@ -84,6 +84,8 @@ def test_a_recording_is_labelled_by_keys_alone(labelling: Labelling, chromium: A
     press(chromium, ">", ".")
     until(chromium, lambda d: "moved by 1.13 ms" in text(d, "what"))
     press(chromium, Keys.TAB, "+", "-", "-")
+    # Nothing is added where the signal that is pointed at has not come yet.
+    until(chromium, lambda d: d.execute_script("return drawn()"))
     press(chromium, "n")
     counts(chromium, "4 accepted")
     assert len(labelling.session.marks) == 11

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import json
-import logging
 import socket
 from collections.abc import Callable
 from contextlib import suppress
 
-from websockets.asyncio.server import ServerConnection, serve
+from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from firstcontact.core import InputError
 from firstcontact.labelling.session import LONGEST, Session
 from firstcontact.live.page.guard import Guard
-from firstcontact.live.page.serving import answer, listen, load
+from firstcontact.live.page.serving import answer, listen, load, serve_page
 
 HOST = "127.0.0.1"
 
@@ -44,13 +43,11 @@ class LabelServer:
         self._files = load("firstcontact.labelling")
         self._done = asyncio.Event()
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._log = logging.getLogger("firstcontact.page")
-        self._log.setLevel(logging.CRITICAL)
 
     @property
     def url(self) -> str:
         """Address to open in a browser."""
-        return f"http://{HOST}:{self._guard.port}/"
+        return self._guard.url
 
     def run(self, ready: Callable[[], object] = lambda: None) -> None:
         """Serve until the new recordings are written; ``ready`` is called once it is served."""
@@ -65,17 +62,7 @@ class LabelServer:
             self._loop.call_soon_threadsafe(self._done.set)
 
     async def _run(self, ready: Callable[[], object]) -> None:
-        server = serve(
-            self._view,
-            sock=self._socket,
-            process_request=self._answer,
-            server_header=None,
-            compression=None,
-            logger=self._log,
-            open_timeout=3,
-            close_timeout=1,
-            max_size=LONGEST,
-        )
+        server = serve_page(self._view, self._socket, self._answer, LONGEST)
         self._loop = asyncio.get_running_loop()
         async with server:
             ready()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import logging
 import socket
 import struct
 from collections.abc import Mapping
@@ -12,7 +11,7 @@ from contextlib import suppress
 from http import HTTPStatus
 from typing import Any
 
-from websockets.asyncio.server import ServerConnection, serve
+from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
@@ -20,7 +19,7 @@ from firstcontact.live.page._allowance import Allowance
 from firstcontact.live.page._commands import EACH, LONGEST, Commands
 from firstcontact.live.page._state import State
 from firstcontact.live.page.guard import Guard
-from firstcontact.live.page.serving import answer, plain
+from firstcontact.live.page.serving import answer, plain, serve_page
 from firstcontact.live.sink import Controls
 
 #: Between two messages to a viewer, s.
@@ -62,24 +61,16 @@ class PageServer:
         self._commands = Commands(controls)
         self._viewers = 0
         self._number = 0  # of the viewer that came last
-        # The log of a library is not a place where users look.
-        self._log = logging.getLogger("firstcontact.page")
-        self._log.setLevel(logging.CRITICAL)
 
     async def run(self, listening: socket.socket, stop: asyncio.Event) -> None:
         """Serve until ``stop`` is set; then viewers are told and let go."""
-        server = serve(
+        server = serve_page(
             self._view,
-            sock=listening,
-            process_request=self._answer,
-            server_header=None,
-            compression=None,
-            logger=self._log,
-            open_timeout=3,
-            close_timeout=1,
+            listening,
+            self._answer,
+            LONGEST,
             ping_interval=PATIENCE / 2,
             ping_timeout=PATIENCE,
-            max_size=LONGEST,
             max_queue=4,
             write_limit=WAITING_BYTES,
         )

@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import math
 import secrets
-import socket
 import threading
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -87,12 +86,7 @@ class PageSink:
     @property
     def url(self) -> str:
         """Address to open in a browser, with the token, quoted, where there is one."""
-        host = self._guard.host
-        shown = f"[{host}]" if ":" in host else host
-        if host in {"0.0.0.0", "::"}:  # noqa: S104  # what a viewer elsewhere can open
-            shown = socket.gethostname()
-        query = "" if self._guard.token is None else f"?token={self._guard.quoted}"
-        return f"http://{shown}:{self._guard.port}/{query}"
+        return self._guard.url
 
     def open(self, descriptor: Descriptor) -> None:
         """Serve from now on."""

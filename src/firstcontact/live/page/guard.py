@@ -61,6 +61,15 @@ class Guard:
         """The token as it can stand in an address and in a cookie."""
         return quote(self.token or "", safe="", errors="surrogateescape")
 
+    @property
+    def url(self) -> str:
+        """Address to open in a browser, with the token, quoted, where there is one."""
+        shown = f"[{self.host}]" if ":" in self.host else self.host
+        if self.host in {"0.0.0.0", "::"}:  # noqa: S104  # what a viewer elsewhere can open
+            shown = socket.gethostname()
+        query = "" if self.token is None else f"?token={self.quoted}"
+        return f"http://{shown}:{self.port}/{query}"
+
     def check(self, path: str, headers: Headers, websocket: bool) -> bool:
         """Let a request pass.
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import logging
 import socket
-from collections.abc import Mapping
+from collections.abc import Awaitable, Callable, Mapping
+from contextlib import AbstractAsyncContextManager
 from http import HTTPStatus
 from importlib.resources import files
+from typing import Any
 
+from websockets.asyncio.server import ServerConnection, serve
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
@@ -91,6 +95,45 @@ def listen(host: str, port: int) -> socket.socket:
     # What the system holds back for a viewer that does not read; its connections inherit it.
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SENDING_BYTES)
     return listening
+
+
+def serve_page(
+    view: Callable[[ServerConnection], Awaitable[None]],
+    listening: socket.socket,
+    answers: Callable[[ServerConnection, Request], Response | None],
+    longest: int,
+    **more: Any,
+) -> AbstractAsyncContextManager[object]:
+    """A page's server, to be entered: quiet, and patient with nobody.
+
+    Parameters
+    ----------
+    view
+        Speaks with whoever opened the socket.
+    listening
+        Of :func:`listen`.
+    answers
+        What a request gets; None lets it open the socket.
+    longest
+        Bytes of a message that a viewer may send.
+    more
+        What else the server is told.
+    """
+    # The log of a library is not a place where users look.
+    log = logging.getLogger("firstcontact.page")
+    log.setLevel(logging.CRITICAL)
+    return serve(
+        view,
+        sock=listening,
+        process_request=answers,
+        server_header=None,
+        compression=None,
+        logger=log,
+        open_timeout=3,
+        close_timeout=1,
+        max_size=longest,
+        **more,
+    )
 
 
 def plain(status: HTTPStatus, sentence: str) -> Response:

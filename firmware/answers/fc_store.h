@@ -14,7 +14,12 @@
 extern "C" {
 #endif
 
-enum { FC_SLOT_HEAD = 16 };
+enum {
+    FC_SLOT_HEAD = 16,
+    /* What a place takes on every board, 64 sectors: the form that `export-model --to hand` writes
+       unless told otherwise has 239 kB at most, with a rig for each finger and eight levels. */
+    FC_SLOT_BYTES = 1 << 18
+};
 
 /* What keeps bytes. read gives them where they lie, at an address that 8 divides; write returns
    false where they could not be kept, and may only be asked for what was cleared before. */

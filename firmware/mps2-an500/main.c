@@ -16,7 +16,7 @@
 
 enum { RING = 1024, RECORD = 12, SCANS_MOST = 250000, ARGUMENTS_MOST = 512 };
 /* Stands for flash: what is in it is gone with the emulator. */
-enum { LISTENERS = 256, MODEL_ROOM = 1 << 18 };
+enum { LISTENERS = 256, MODEL_ROOM = FC_SLOT_BYTES };
 
 static const char descriptor[] = FC_DESCRIPTOR_TEXT("mps2-an500", "synthetic");
 static fc_sample slots[RING];

@@ -4,7 +4,7 @@
 
 #include "fc_store.h"
 
-enum { MODEL_ROOM = 1 << 19 };
+enum { MODEL_ROOM = FC_SLOT_BYTES };
 
 /* Opens the file, or makes it; returns -1, errno set. What is written outlives the program,
    however that ends. */

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,12 +13,19 @@ from hand import FLOORS, trained
 from images import Field, Patch, asked, fields_of, program, tried
 from numpy.typing import NDArray
 
-from firstcontact.anytime.compact import CompactModel, CompactNetwork
+from firstcontact.anytime import Rig, touches_of
+from firstcontact.anytime.compact import CompactModel, CompactNetwork, compacted
+from firstcontact.anytime.in_context import ANY
+from firstcontact.anytime.model_file import pretrained
+from firstcontact.anytime.rig import LEVELS
+from firstcontact.contact import detect
 from firstcontact.core import InputError
 from firstcontact.embedded import c_library
+from firstcontact.embedded.budget import USUAL_DIRECTIONS
 from firstcontact.embedded.model_image import TEXT_MOST, model_image
 from firstcontact.embedded.trained import Trained
 
+FIRMWARE = Path(__file__).parents[2] / "firmware"
 #: Numbers at the edges of their kind.
 NASTY: dict[str, list[float]] = {
     "<f4": [np.nan, np.inf, -np.inf, 3.4e38, -3.4e38, 1e29, 1e20, 1e-45, 0.0, -1.0],
@@ -192,3 +200,24 @@ def test_the_host_refuses_what_the_hand_would(tmp_path: Path) -> None:
             model_image(known.detector, known.anytime, FLOORS)
     finally:
         known.detector.__class__.name = name
+
+
+def test_what_is_written_by_default_fits_a_place_and_the_docs_say_how_long_it_is() -> None:
+    """The longest: a rig for each finger and for any other, with as many levels as there may be."""
+    pinches, known = trained()
+    found = [next(iter(detect(known.detector, p)), None) for p in pinches.pinches]  # type: ignore[arg-type]
+    touches, which = touches_of(pinches, found)
+    header = (FIRMWARE / "answers/fc_store.h").read_text(encoding="utf-8")
+    shift = re.search(r"FC_SLOT_BYTES = 1 << (\d+)", header)
+    assert shift is not None
+    page = (FIRMWARE.parent / "docs/reference/firmware.md").read_text(encoding="utf-8")
+    lengths = []
+    for fingers, levels in (((ANY,), 5), ((ANY, 0, 1), 5), ((ANY, 0, 1), LEVELS)):
+        shore_a = 10.0 * (np.arange(len(which)) % levels)
+        rig = Rig.of(touches, shore_a)
+        told = pretrained().told_of(dict.fromkeys(fingers, rig))
+        model = compacted(told, touches, USUAL_DIRECTIONS)
+        lengths.append(len(model_image(known.detector, model, FLOORS).data))  # type: ignore[arg-type]
+    assert max(lengths) <= (1 << int(shift[1])) - 16
+    row = " | ".join(f"{n:,}" for n in lengths)
+    assert f"| {USUAL_DIRECTIONS}, unless told otherwise | {row} |" in page

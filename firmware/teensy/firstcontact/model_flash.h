@@ -6,7 +6,7 @@
 
 #include "fc_store.h"
 
-enum { MODEL_ROOM = 1 << 18, MODEL_BYTES = MODEL_ROOM - FC_SLOT_HEAD };
+enum { MODEL_ROOM = FC_SLOT_BYTES, MODEL_BYTES = MODEL_ROOM - FC_SLOT_HEAD };
 
 // NULL where the program itself reaches into them.
 const fc_keeper *model_flash();

@@ -58,3 +58,24 @@ def test_compiled_without_the_flag_nothing_is_fused(
     assert plain == code(tmp_path / "flag", "-ffp-contract=off")
     without = code(tmp_path / "without", "-DFC_EXACT_H")
     assert fused(without) > fused(plain) > 0
+
+
+def linked(folder: Path, *options: str) -> str:
+    """The same, optimised again while they are linked, as the Arduino IDE offers."""
+    to = folder / "linked.o"
+    include = [f"-I{path}" for path in (ANSWERS, ROOT / "firmware/core", KERNELS)]
+    sources = [str(s) for s in SOURCES if s.stem != "fc_judge_kernel"]  # another judge
+    building.run(
+        [f"{building.ARM}gcc", *ARDUINO, *building.M7, "-flto", "-r", "-nostdlib",
+         "-flinker-output=nolto-rel", *options, *include, *sources, "-o", str(to)]
+    )  # fmt: skip
+    return building.run([f"{building.ARM}objdump", "-d", str(to)])
+
+
+def test_optimised_while_they_are_linked_nothing_is_fused(
+    request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    if not shutil.which(f"{building.ARM}gcc"):
+        pytest.skip(f"{request.node.name}: gcc-arm-none-eabi is not installed")
+    plain = fused(linked(tmp_path))
+    assert plain == fused(linked(tmp_path, "-ffp-contract=off")) > 0

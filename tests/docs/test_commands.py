@@ -68,6 +68,7 @@ ELSEWHERE = {
     "make constraints": "by hand, when versions are raised",
     ".ci/run": "itself",
     "make -C firmware sketch-folder": "tests/firmware/test_sketch.py",
+    "make -C firmware sketch": "tests/firmware/test_sketch.py",
     "make -C firmware native": "tests/firmware/conftest.py",
     "make -C firmware size": "by hand: it makes the table of docs/reference/firmware.md",
     "make -C firmware test": "make test runs these, too",

@@ -6,14 +6,13 @@ import logging
 import math
 import threading
 import time
-from collections import deque
 from contextlib import suppress
-from dataclasses import replace
 from typing import Self
 
 import numpy as np
 
 from firstcontact.core import Block, InputError
+from firstcontact.device._inbox import Inbox
 from firstcontact.device._transport import LinkError, SerialTransport
 from firstcontact.device.assembler import Assembled, Assembler
 from firstcontact.device.clock import ClockFit
@@ -45,6 +44,7 @@ EARLY = 0.0004
 PILE = 4096
 
 
+# No ThreadedSource: its thread connects, too; the device itself counts samples and places words.
 class SerialSource:
     """A device on a port; it may be unplugged and come back.
 
@@ -78,17 +78,11 @@ class SerialSource:
         self._thread: threading.Thread | None = None
         self._closing = threading.Event()
         self._heard = 0.0  # when samples or an answer came last
-        # What follows is changed and looked at with this lock.
-        self._changed = threading.Condition()
-        self._arrivals: deque[Arrival] = deque()
-        self._waiting = 0  # samples in these
-        self._wanted = 0  # samples that a reader waits for; 0 where none does
+        self._inbox = Inbox()
+        # What follows is changed and looked at with its lock.
         self._markers: list[Marker] = []  # that wait for their sample
         self._told: list[Told] = []  # that wait for samples to come with
         self._connected = False
-        self._finished = False
-        self._error: InputError | None = None
-        self._said = False  # the error, to a reader
 
     @property
     def name(self) -> str:
@@ -105,7 +99,7 @@ class SerialSource:
     @property
     def health(self) -> Health:
         """Counts up to now."""
-        with self._changed:
+        with self._inbox.changed:
             counts = self._assembler.counts
             epoch = max(self._assembler.epoch, 0)
             return Health(
@@ -126,18 +120,17 @@ class SerialSource:
     @property
     def ended(self) -> bool:
         """Whether it was closed and all was read, or has failed and :meth:`read` has said so."""
-        with self._changed:
-            return self._finished and not self._arrivals and (self._error is None or self._said)
+        return self._inbox.ended
 
     def __enter__(self) -> Self:
         self._transport = SerialTransport(self.port)
         self._thread = threading.Thread(target=self._run, name=f"reader {self.port}", daemon=True)
         self._thread.start()
         try:
-            with self._changed:
-                self._changed.wait_for(lambda: self._connected or self._finished)
-                if self._error is not None:
-                    raise self._error
+            with self._inbox.changed:
+                self._inbox.changed.wait_for(lambda: self._connected or self._inbox.finished)
+                if self._inbox.error is not None:
+                    raise self._inbox.error
         except BaseException:
             self.close()
             raise
@@ -148,20 +141,7 @@ class SerialSource:
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
         """All that has come since the last call, waiting up to ``timeout`` s for so much."""
-        with self._changed:
-            self._wanted = least
-            self._changed.wait_for(self._enough, timeout)
-            self._wanted = 0
-            arrivals = list(self._arrivals)
-            self._arrivals.clear()
-            self._waiting = 0
-            if not arrivals and self._error is not None:
-                self._said = True
-                raise self._error
-            return arrivals
-
-    def _enough(self) -> bool:
-        return self._finished or (bool(self._arrivals) and self._waiting >= self._wanted)
+        return self._inbox.read(timeout, least)
 
     def mark(self, text: str) -> None:
         """Have a word pinned to the next sample.
@@ -233,10 +213,10 @@ class SerialSource:
             transport, self._transport = self._transport, None
             if transport is not None:
                 transport.close()
-            with self._changed:
-                self._error, self._connected, self._finished = error, False, True
+            with self._inbox.changed:
+                self._connected = False
+                self._inbox.end(error)
                 self._part_with_markers()
-                self._changed.notify_all()
 
     def _converse(self, transport: SerialTransport) -> None:
         """Ask who is there, have it send, and take what comes until closed."""
@@ -249,7 +229,7 @@ class SerialSource:
                         "what is on this port does not answer: check that it is the fingertip "
                         "(`firstcontact ports --ask`), and flash its firmware"
                     )
-                with self._changed:
+                with self._inbox.changed:
                     # No answer to the last question is as good as no device.
                     self._connected &= asked < self._heard
                 self._assembler.asked()
@@ -271,13 +251,12 @@ class SerialSource:
         descriptor = self._assembler.descriptor
         if descriptor is None or not self._connected:
             return
-        missing = self._wanted - self._waiting
-        nap = min(missing / descriptor.layout.rate - EARLY, NAP)
+        nap = min(self._inbox.missing / descriptor.layout.rate - EARLY, NAP)
         if nap > 0.0:
             time.sleep(nap)
 
     def _take(self, data: bytes, now: float) -> Assembled:
-        with self._changed:
+        with self._inbox.changed:
             epoch = self._assembler.epoch
             out = self._assembler.take(self._decoder.feed(data))
             if self._assembler.epoch != epoch:
@@ -298,14 +277,14 @@ class SerialSource:
             for block in out.blocks:
                 due, told = self._due(block.epoch, block.end), tuple(self._told)
                 self._told = []
-                self._arrivals.append(Arrival(block, now, due, told=told))
-                self._waiting += len(block.data)
+                self._inbox.put(Arrival(block, now, due, told=told))
             if out.blocks and out.blocks[-1].epoch == self._assembler.epoch:
                 self._clock.add(out.blocks[-1].end, now)
             if out.blocks or out.greeted:
                 self._heard, self._connected = now, True
-                if out.greeted or self._enough():
-                    self._changed.notify_all()
+                if out.greeted:  # who entered waits for it
+                    self._inbox.changed.notify_all()
+                self._inbox.wake()
             return out
 
     def _due(self, epoch: int, end: int) -> tuple[Marker, ...]:
@@ -322,19 +301,14 @@ class SerialSource:
         descriptor = self._assembler.descriptor
         if not (markers or told) or descriptor is None:
             return
-        if self._arrivals:
-            last = self._arrivals.pop()
-        else:  # those were read already
-            none = np.zeros((0, descriptor.layout.width), np.int16)
-            epoch = self._assembler.epoch
-            number = markers[-1].sample if markers else self._assembler.next_sample
-            last = Arrival(Block(none, number, epoch), time.monotonic())
-        both = last.markers + markers, last.told + told
-        self._arrivals.append(replace(last, markers=both[0], told=both[1]))
+        epoch, next_sample = self._assembler.epoch, self._assembler.next_sample
+        number = markers[-1].sample if markers else next_sample
+        none = np.zeros((0, descriptor.layout.width), np.int16)
+        self._inbox.attach(markers, told, Block(none, number, epoch))
 
     def _lost(self) -> None:
         _log.info("%s: lost", self.name)
-        with self._changed:
+        with self._inbox.changed:
             self._connected = False
         transport, self._transport = self._transport, None
         if transport is not None:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-import time
 from abc import ABC, abstractmethod
-from collections import deque
 from dataclasses import replace
 from typing import Any, Self
 
@@ -14,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Block, InputError
+from firstcontact.device._inbox import Inbox
 from firstcontact.device.clock import ClockFit
 from firstcontact.device.source import Arrival, Descriptor, Health
 from firstcontact.recording import Marker
@@ -34,19 +33,13 @@ class ThreadedSource(ABC):
         self._name = name
         self._thread: threading.Thread | None = None
         self._closing = threading.Event()
-        # What follows is changed and looked at with this lock.
-        self._changed = threading.Condition()
         self._descriptor: Descriptor | None = None
-        self._arrivals: deque[Arrival] = deque()
-        self._waiting = 0  # samples in these
-        self._wanted = 0  # samples that a reader waits for
+        self._inbox = Inbox()
+        # What follows is changed and looked at with its lock.
         self._words: list[str] = []  # that wait for the next sample
         self._next = (0, 0)  # epoch and number of that sample
         self._health = Health()
         self._clock = ClockFit(1.0)
-        self._finished = False
-        self._error: InputError | None = None
-        self._told = False  # the error, to a reader
 
     @abstractmethod
     def _open(self) -> Descriptor:
@@ -87,14 +80,13 @@ class ThreadedSource(ABC):
     @property
     def health(self) -> Health:
         """Counts up to now."""
-        with self._changed:
+        with self._inbox.changed:
             return replace(self._health, host_rate=self._clock.rate)
 
     @property
     def ended(self) -> bool:
         """Whether nothing more will come, all was read and every error told."""
-        with self._changed:
-            return self._finished and not self._arrivals and (self._error is None or self._told)
+        return self._inbox.ended
 
     def __enter__(self) -> Self:
         self._descriptor = self._open()
@@ -115,17 +107,7 @@ class ThreadedSource(ABC):
         InputError
             It is gone for good.
         """
-        with self._changed:
-            self._wanted = least
-            self._changed.wait_for(lambda: self._finished or self._waiting >= least, timeout)
-            self._wanted = 0
-            arrivals = list(self._arrivals)
-            self._arrivals.clear()
-            self._waiting = 0
-            if not arrivals and self._error is not None and not self._told:
-                self._told = True
-                raise self._error
-            return arrivals
+        return self._inbox.read(timeout, least)
 
     def mark(self, text: str) -> None:
         """Have a word pinned to the next sample.
@@ -135,7 +117,7 @@ class ThreadedSource(ABC):
         InputError
             It is not there.
         """
-        with self._changed:
+        with self._inbox.changed:
             if not self._health.connected:
                 raise InputError(f"{self.name} is not there and the marker was not set: open it")
             self._words.append(text)
@@ -172,7 +154,7 @@ class ThreadedSource(ABC):
         """
         if not len(data):
             return
-        with self._changed:
+        with self._inbox.changed:
             health = self._health
             if epoch != self._next[0]:
                 self._clock = ClockFit(self.descriptor.layout.rate)
@@ -183,16 +165,14 @@ class ThreadedSource(ABC):
             markers = tuple(Marker(first, text, epoch) for text in self._words)
             self._words.clear()
             block = Block(data, first, epoch)
-            self._arrivals.append(Arrival(block, host, markers))
+            self._inbox.put(Arrival(block, host, markers))
             self._next = (epoch, block.end)
             self._clock.add(block.end, host if taken is None else taken)
-            self._waiting += len(data)
-            if self._waiting >= self._wanted:
-                self._changed.notify_all()
+            self._inbox.wake()
 
     def _note(self, **counts: Any) -> None:
         """Set counts of the health."""
-        with self._changed:
+        with self._inbox.changed:
             self._health = replace(self._health, **counts)
 
     def _run(self) -> None:
@@ -209,11 +189,10 @@ class ThreadedSource(ABC):
             self._shut()
         except Exception:
             _log.exception("%s: shutting it failed", self.name)
-        with self._changed:
-            self._error, self._finished = error, True
+        with self._inbox.changed:
+            self._inbox.end(error)
             self._part_with_words()
             self._health = replace(self._health, connected=False)
-            self._changed.notify_all()
         _log.info("%s: closed; %s", self.name, self._health)
 
     def _part_with_words(self) -> None:
@@ -221,11 +200,6 @@ class ThreadedSource(ABC):
         epoch, number = self._next
         markers = tuple(Marker(number, text, epoch) for text in self._words)
         self._words.clear()
-        if not markers:
-            return
-        if self._arrivals:
-            last = self._arrivals.pop()
-        else:  # those were read already
+        if markers:
             none = np.zeros((0, self.descriptor.layout.width), self.descriptor.dtype)
-            last = Arrival(Block(none, number, epoch), time.monotonic())
-        self._arrivals.append(replace(last, markers=last.markers + markers))
+            self._inbox.attach(markers, (), Block(none, number, epoch))

@@ -22,6 +22,7 @@ from firstcontact.core.errors import InputError
 from firstcontact.core.palette import BLUE
 from firstcontact.core.pinch import Dataset
 from firstcontact.core.program import Constants, Judgement
+from firstcontact.core.steps import rbf
 
 #: Bounds on what is trained on, so that training stays below a minute.
 PINCHES = 1500
@@ -110,6 +111,7 @@ class SvmDetector(TrainedDetector):
         assert machine is not None
         sizes = self.sizes(rate)
         spans, coarse = edges(sizes.window, sizes.step)
+        kernel = rbf("features", "near", machine.support, machine.gamma)
         constants: Constants = {
             "floor": FLOOR,
             "gamma": machine.gamma,
@@ -119,7 +121,7 @@ class SvmDetector(TrainedDetector):
             "coarse": coarse.astype(np.int32),
             "mean": machine.mean,
             "slope": 1.0 / machine.scale,
-            "support": machine.support.astype(np.float32),
+            **{name: kernel.constants[name] for name in ("steep", "norms")},
             "weight": machine.weights.astype(np.float32),
         }
         return Judgement("kernel", constants, {}, 0)

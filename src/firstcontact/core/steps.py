@@ -37,7 +37,9 @@ def rbf(takes: str, gives: str, vectors: Real, gamma: float) -> Step:
         "steep": flat32(2 * gamma * wide),
         "norms": flat32(-gamma * (wide * wide).sum(axis=1)),
     }
-    return Step("rbf", (takes,), gives, n, constants, int(3.4 * wide.size) + 60 * n + 200)
+    together = -(-n // 8) * 8
+    cost = int(2.5 * together * inputs) + 45 * n + 1500
+    return Step("rbf", (takes,), gives, n, constants, cost)
 
 
 def dense(takes: str, gives: str, weight: Real, bias: Real) -> Step:
@@ -49,7 +51,7 @@ def dense(takes: str, gives: str, weight: Real, bias: Real) -> Step:
         "weight": flat32(weight),
         "bias": flat32(bias),
     }
-    return Step("dense", (takes,), gives, n, own, int(3.4 * weight.size) + 20 * n + 50)
+    return Step("dense", (takes,), gives, n, own, int(2.7 * weight.size) + 20 * n + 50)
 
 
 def votes(takes: str, gives: str, classes: int) -> Step:

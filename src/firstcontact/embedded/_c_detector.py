@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from importlib.resources import files
+
 from firstcontact.contact import Detector
 from firstcontact.contact.stream import WindowDetector
 from firstcontact.core import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.embedded._c_model import KERNELS
 from firstcontact.embedded._c_text import c_struct, constant_bytes
 from firstcontact.embedded._c_unit import CUnit
 from firstcontact.embedded.kernel_sizes import detector_sizes
@@ -72,5 +75,13 @@ def write_detector(detector: Detector) -> CUnit:
     text = c_struct(f"fc_{judgement.kernel}", "fc_judge_constants", judgement.constants)
     text = text.replace("static const fc_", "const fc_")
     source = _SOURCE.format(name=detector.name, constants=text)
-    fixed = ("fc_detector", "fc_onset", f"fc_judge_{judgement.kernel}")
+    fixed = ("fc_detector", "fc_onset", *_judge(judgement.kernel))
     return CUnit("fc_detector_sizes", header, source, constants, memory, 0, fixed)
+
+
+def _judge(kernel: str) -> tuple[str, ...]:
+    """The files of a judge, and of kernels of steps that it asks."""
+    name = f"fc_judge_{kernel}"
+    source = files("firstcontact.embedded") / "c" / f"{name}.c"
+    text = source.read_text(encoding="utf-8") if source.is_file() else ""
+    return name, *(asked for asked in KERNELS if f'#include "{asked}.h"' in text)

@@ -4,10 +4,12 @@
 #include <math.h>
 
 #include "fc_math.h"
+#include "fc_steps.h"
 
 #define C fc_judge_constants
 
-enum { RECENT = FC_WINDOW - 2 * FC_STEP, NEWEST = FC_WINDOW - FC_STEP };
+/* TOGETHER: vectors whose answers are kept at once. */
+enum { RECENT = FC_WINDOW - 2 * FC_STEP, NEWEST = FC_WINDOW - FC_STEP, TOGETHER = 64 };
 
 static double mean_of(const double *x, int32_t from, int32_t to)
 {
@@ -17,27 +19,29 @@ static double mean_of(const double *x, int32_t from, int32_t to)
     return sum / (to - from);
 }
 
-static double loudness(const double *x, int32_t from, int32_t to)
+/* Of each part: how loud it is; and by how much the newest two steps exceed what was before. */
+static void loudness(const double *x, double *f, double *beyond)
 {
-    double sum = 0.0;
-    for (int32_t k = from; k < to; k++)
-        sum += x[k] * x[k];
-    return fc_log(sqrt(sum / (to - from)) + C.floor);
-}
-
-static double top(const double *x, int32_t from, int32_t to)
-{
-    double most = 0.0;
-    for (int32_t k = from; k < to; k++) {
-        const double size = fabs(x[k]);
-        most = size > most ? size : most;
+    double before = 0.0, top = 0.0;
+    for (int32_t p = 0; p < 3 * FC_SPANS; p++) {
+        const int32_t from = C.span[p], to = C.span[p + 1];
+        double sum = 0.0;
+        for (int32_t k = from; k < to; k++) {
+            sum = fma(x[k], x[k], sum);
+            top = fmax(top, fabs(x[k]));
+        }
+        f[p] = fc_log(fc_sqrt(sum / (to - from)) + C.floor);
+        if (p == FC_SPANS - 1) { /* the quiet part ends here */
+            before = top;
+            top = 0.0;
+        }
     }
-    return fc_log(most + C.floor);
+    *beyond = fc_log(top + C.floor) - fc_log(before + C.floor);
 }
 
 static double bent(double x)
 {
-    const double y = fc_log(fabs(x) + sqrt(x * x + 1.0));
+    const double y = fc_log(fabs(x) + fc_sqrt(x * x + 1.0));
     return x < 0.0 ? -y : y;
 }
 
@@ -48,37 +52,30 @@ static void features(const double *x, const double *slope, double *f)
         *f++ = bent(x[k]);
     for (int32_t k = 0; k < FC_COARSE; k++)
         *f++ = bent(mean_of(x, C.coarse[k], C.coarse[k + 1]));
-    for (int32_t k = 0; k < 3 * FC_SPANS; k++)
-        *f++ = loudness(x, C.span[k], C.span[k + 1]);
-    for (int32_t k = 0; k < 3 * FC_SPANS; k++)
-        *f++ = loudness(slope, C.span[k], C.span[k + 1]);
-    *f++ = top(x, RECENT, FC_WINDOW) - top(x, 0, RECENT);
-    *f = top(slope, RECENT, FC_WINDOW) - top(slope, 0, RECENT);
+    double *const beyond = f + 6 * FC_SPANS;
+    loudness(x, f, beyond);
+    loudness(slope, f + 3 * FC_SPANS, beyond + 1);
 }
 
 bool fc_judge_fires(fc_judge *j, const double *end, uint32_t count)
 {
     double x[FC_WINDOW], slope[FC_WINDOW], f[FC_SEEN], out = C.bias;
+    float seen[FC_SEEN], near[TOGETHER];
     (void)j, (void)count;
-    for (int32_t k = 0; k < FC_WINDOW; k++)
-        x[k] = end[k - FC_WINDOW];
-    const double quiet = mean_of(x, 0, RECENT);
+    const double quiet = mean_of(end - FC_WINDOW, 0, RECENT);
     for (int32_t k = 0; k < FC_WINDOW; k++) {
-        x[k] -= quiet;
+        x[k] = end[k - FC_WINDOW] - quiet;
         slope[k] = k > 0 ? x[k] - x[k - 1] : 0.0;
     }
     features(x, slope, f);
     for (int32_t k = 0; k < FC_SEEN; k++)
-        f[k] = (f[k] - C.mean[k]) * C.slope[k];
-    for (int32_t i = 0; i < C.vectors; i++) {
-        const float *const v = C.support + i * FC_SEEN;
-        double far = 0.0;
-        for (int32_t k = 0; k < FC_SEEN; k++) {
-            const double away = f[k] - (double)v[k];
-            far = fma(away, away, far);
-        }
-        if (far * C.gamma < 700.0) /* else next to nothing, at the price of an underflow */
-            out += C.weight[i] * exp(-C.gamma * far);
+        seen[k] = (float)((f[k] - C.mean[k]) * C.slope[k]);
+    for (int32_t from = 0, n; from < C.vectors; from += n) {
+        n = C.vectors - from < TOGETHER ? C.vectors - from : TOGETHER;
+        const fc_rbf some = {n, FC_SEEN, C.gamma, C.steep + from * FC_SEEN, C.norms + from};
+        fc_rbf_run(&some, seen, near);
+        for (int32_t i = 0; i < n; i++)
+            out = fma(C.weight[from + i], near[i], out);
     }
     return out > 0.0;
 }

@@ -15,11 +15,11 @@ extern "C" {
 enum { FC_SPANS = 3, FC_COARSE = 5, FC_SEEN = FC_STEP + FC_COARSE + 6 * FC_SPANS + 2 };
 
 typedef struct {
-    double floor, gamma, bias;     /* bias: less the threshold */
+    double floor, gamma, bias;    /* bias: less the threshold */
     int32_t vectors;
-    const int32_t *span, *coarse;  /* where parts of a window begin, and the end of the last */
-    const double *mean, *slope;    /* of each feature: mean, and one over the deviation */
-    const float *support, *weight; /* vectors x FC_SEEN, and of each vector */
+    const int32_t *span, *coarse; /* where parts of a window begin, and the end of the last */
+    const double *mean, *slope;   /* of each feature: mean, and one over the deviation */
+    const float *steep, *norms, *weight; /* of the vectors, as of fc_rbf; and of each vector */
 } fc_kernel;
 extern const fc_kernel fc_judge_constants;
 

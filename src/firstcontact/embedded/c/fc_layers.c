@@ -177,7 +177,12 @@ void fc_depthwise_run(const fc_depthwise *s, const float *in, float *out)
 
 void fc_silu_run(const fc_silu *s, const float *in, float *out)
 {
-    for (int32_t k = 0; k < s->size; k++)
+    int32_t k = 0;
+    for (; k + 2 <= s->size; k += 2) {
+        out[k] = shared(in[k], in[k]);
+        out[k + 1] = shared(in[k + 1], in[k + 1]);
+    }
+    if (k < s->size)
         out[k] = shared(in[k], in[k]);
 }
 

@@ -5,32 +5,71 @@
 
 #include "fc_math.h"
 
-/* out[i] = weight[i] . x + bias[i]. Four rows side by side: each number of x is read once for
-   them, and four sums grow independently of each other. */
+/* out[i] = weight[i] . x + bias[i] of eight rows side by side: each number of x is read once for
+   them, and eight sums grow independently of each other. */
+static void eight(const float *weight, const float *bias, int32_t inputs, const float *x, float *out)
+{
+    const float *const a = weight, *const b = a + inputs, *const c = b + inputs;
+    const float *const d = c + inputs, *const e = d + inputs, *const f = e + inputs;
+    const float *const g = f + inputs, *const h = g + inputs;
+    float p = bias[0], q = bias[1], r = bias[2], s = bias[3];
+    float t = bias[4], u = bias[5], v = bias[6], w = bias[7];
+    for (int32_t k = 0; k < inputs; k++) {
+        const float y = x[k];
+        p = fmaf(a[k], y, p);
+        q = fmaf(b[k], y, q);
+        r = fmaf(c[k], y, r);
+        s = fmaf(d[k], y, s);
+        t = fmaf(e[k], y, t);
+        u = fmaf(f[k], y, u);
+        v = fmaf(g[k], y, v);
+        w = fmaf(h[k], y, w);
+    }
+    out[0] = p;
+    out[1] = q;
+    out[2] = r;
+    out[3] = s;
+    out[4] = t;
+    out[5] = u;
+    out[6] = v;
+    out[7] = w;
+}
+
+static void four(const float *weight, const float *bias, int32_t inputs, const float *x, float *out)
+{
+    const float *const a = weight, *const b = a + inputs;
+    const float *const c = b + inputs, *const d = c + inputs;
+    float p = bias[0], q = bias[1], r = bias[2], s = bias[3];
+    for (int32_t k = 0; k < inputs; k++) {
+        p = fmaf(a[k], x[k], p);
+        q = fmaf(b[k], x[k], q);
+        r = fmaf(c[k], x[k], r);
+        s = fmaf(d[k], x[k], s);
+    }
+    out[0] = p;
+    out[1] = q;
+    out[2] = r;
+    out[3] = s;
+}
+
+static void one(const float *weight, const float *bias, int32_t inputs, const float *x, float *out)
+{
+    float p = *bias;
+    for (int32_t k = 0; k < inputs; k++)
+        p = fmaf(weight[k], x[k], p);
+    *out = p;
+}
+
+/* Of n rows, as many together as there are; the last of them are not done one by one but begin
+   among those before them. */
 static void rows(const float *weight, const float *bias, int32_t n, int32_t inputs, const float *x,
                  float *out)
 {
-    int32_t i = 0;
-    for (; i + 4 <= n; i += 4) {
-        const float *const a = weight + i * inputs, *const b = a + inputs;
-        const float *const c = b + inputs, *const d = c + inputs;
-        float p = bias[i], q = bias[i + 1], r = bias[i + 2], s = bias[i + 3];
-        for (int32_t k = 0; k < inputs; k++) {
-            p = fmaf(a[k], x[k], p);
-            q = fmaf(b[k], x[k], q);
-            r = fmaf(c[k], x[k], r);
-            s = fmaf(d[k], x[k], s);
-        }
-        out[i] = p;
-        out[i + 1] = q;
-        out[i + 2] = r;
-        out[i + 3] = s;
-    }
-    for (; i < n; i++) {
-        float p = bias[i];
-        for (int32_t k = 0; k < inputs; k++)
-            p = fmaf(weight[i * inputs + k], x[k], p);
-        out[i] = p;
+    const int32_t many = n >= 8 ? 8 : n >= 4 ? 4 : 1;
+    for (int32_t i = 0; i < n; i += many) {
+        const int32_t from = i + many <= n ? i : n - many;
+        (many == 8 ? eight : many == 4 ? four : one)(weight + from * inputs, bias + from, inputs, x,
+                                                     out + from);
     }
 }
 

@@ -113,7 +113,10 @@ class Kept:
 
 
 def test_where_the_newest_model_does_not_fit_the_one_before_answers(
-    strict_program: Path, kept: tuple[str, str], images: tuple[ModelImage, ModelImage]
+    strict_program: Path,
+    kept: tuple[str, str],
+    images: tuple[ModelImage, ModelImage],
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     """As after an update of the firmware: the newer place is whole, and for other kernels."""
     old, new = images
@@ -133,6 +136,8 @@ def test_where_the_newest_model_does_not_fit_the_one_before_answers(
             assert models is not None
             assert "other sizes" in models.fault
         assert any("the one before it answers" in line for line in answer(device.path))
+        assert main(["live", "--device", device.path, "--seconds", "0.2"]) == 0
+        assert "passes over the newest model" in capsys.readouterr().err
         # What comes next takes the place of the one that is of no use.
         assert flash_model(device.path, new.data, FORMAT, new.sizes) == new.digest
     with running(strict_program, *kept) as device, Host(device.path) as host:

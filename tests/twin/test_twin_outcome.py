@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from pinches import SEED, drawn
+from pinches import SEED
 from plants import closed, plant
 
 from firstcontact.core.command import Command
@@ -17,7 +16,6 @@ from firstcontact.twin._outcome import stable_from
 from firstcontact.twin.draw import generator
 from firstcontact.twin.drive import Drive
 from firstcontact.twin.objects import BLOCKS, BRITTLE, Fragility, TwinObject, block
-from firstcontact.twin.plant import GraspPlant
 
 _, CRISP, BERRY = BRITTLE
 
@@ -99,21 +97,3 @@ def test_what_breaks_scatters_as_weibull_says() -> None:
     assert (limits < 2.2).mean() == pytest.approx(1 - np.exp(-1), abs=0.012)
     assert limits.std() / limits.mean() == pytest.approx(0.28, abs=0.01)
     assert plant(CRISP, 5).limit == plant(CRISP, 5).limit != plant(CRISP, 6).limit
-
-
-@pytest.mark.parametrize("force", [0.6, 2.0, 8.0])
-def test_other_specimens_are_judged_by_the_same_forces(force: float) -> None:
-    kind = BERRY
-    own = replace(kind, fragility=Fragility(3.0, math.inf))
-    hands = [GraspPlant(drawn(kind, 3), Drive(), k) for k in (own, replace(kind, fragility=None))]
-    for hand in hands:
-        hand.command(Command(0.05, force))
-        while not hand.ended:
-            hand.move(100)
-    broken, whole = hands
-    assert whole.judged(replace(kind, fragility=None)) == whole.outcome
-    judged = whole.judged(own)
-    assert judged.broken == broken.outcome.broken == (whole.forces.max() > 3.0)
-    assert judged.peak_force == broken.outcome.peak_force
-    slippery = replace(kind, fragility=None, friction=0.01)
-    assert whole.judged(slippery).dropped == (0.02 * force < kind.mass * GRAVITY)

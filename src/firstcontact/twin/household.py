@@ -7,7 +7,7 @@ Every number has its source or is called an estimate, in ``household.csv`` and
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from importlib.resources import files
 
@@ -34,31 +34,6 @@ HOUSEHOLD_SOURCES = read_sources(_text("household_sources.csv"), "household_sour
 HOUSEHOLD: tuple[HouseholdObject, ...] = read_household(
     _text("household.csv"), HOUSEHOLD_SOURCES, "household.csv"
 )
-
-
-#: Which estimates are changed together, and how.
-VARIATIONS: Mapping[str, tuple[str, Callable[[float], float]]] = {
-    "limits x 0.7": ("limit", lambda limit: 0.7 * limit),
-    "limits x 1.4": ("limit", lambda limit: 1.4 * limit),
-    "frictions - 0.1": ("friction", lambda friction: friction - 0.1),
-    "frictions + 0.1": ("friction", lambda friction: friction + 0.1),
-    "masses x 0.8": ("mass", lambda mass: 0.8 * mass),
-    "masses x 1.25": ("mass", lambda mass: 1.25 * mass),
-}
-
-
-def varied_household(variation: str) -> tuple[HouseholdObject, ...]:
-    """The household with its estimates of one quantity changed, measured values left alone.
-
-    Its specimens are the same ones otherwise: the same seed gives the same deviates.
-
-    Parameters
-    ----------
-    variation
-        One of :data:`VARIATIONS`.
-    """
-    quantity, change = VARIATIONS[variation]
-    return tuple(thing.changed(quantity, change) for thing in HOUSEHOLD)
 
 
 def household_named(name: str) -> HouseholdObject:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 from firstcontact.core.physics import gent_modulus
 from firstcontact.core.pinch import Role
@@ -124,14 +123,6 @@ class HouseholdObject:
     group: str
     origin: str
     numbers: HouseholdNumbers
-
-    def changed(self, quantity: str, change: Callable[[float], float]) -> HouseholdObject:
-        """The same kind with another value of a quantity, if that is an estimate."""
-        now: Quantity | None = getattr(self.numbers, quantity)
-        if now is None or not now.estimated:
-            return self
-        other = replace(now, value=change(now.value))
-        return replace(self, numbers=replace(self.numbers, **{quantity: other}))
 
     @property
     def shore_a(self) -> float:

@@ -286,55 +286,22 @@ class GraspPlant:
     @property
     def outcome(self) -> GraspOutcome:
         """How it went, as far as it has gone."""
-        crack = self._run.broken_at
-        if crack is not None and crack - BURN_IN < self.sample:
-            return self._outcome(self._slid, self._mass, self._friction, crack - BURN_IN)
-        return self._outcome(self._slid, self._mass, self._friction, None)
-
-    def judged(self, held: TwinObject) -> GraspOutcome:
-        """How it would have gone had the same forces held another specimen.
-
-        For other estimates of the mass, the friction and the limit at no cost. What the other
-        mass would have done to the forces is left out, and commands that answer a slip are those of
-        the slip that there was. Make the plant with an object that does not break: what is left
-        of a broken one presses otherwise.
-
-        Parameters
-        ----------
-        held
-            Its limit has no scatter: it is a specimen's, as
-            :func:`firstcontact.twin.household.draw_household_specimen` draws it.
-        """
-        slid = np.zeros((self.sample, 2))
-        if self.contacts:
-            hanging = self._lift.hanging(-self._contacts[0].sample, self.sample)
-            forces = self._motion[: self.sample, :, CONTACT_FORCE]
-            slide(forces, hanging, held.mass, held.friction, 1 / FINGERTIP_RATE, np.zeros(2), slid)
-        crack = None
-        if held.fragility is not None:
-            over = (self._motion[: self.sample, :, CONTACT_FORCE] > held.fragility.scale).any(
-                axis=1
-            )
-            crack = int(over.argmax()) if over.any() else None
-        return self._outcome(slid, held.mass, held.friction, crack)
-
-    def _outcome(
-        self, slid: NDArray[np.float64], mass: float, friction: float, crack: int | None
-    ) -> GraspOutcome:
+        broken = self._run.broken_at
+        crack = None if broken is None or broken - BURN_IN >= self.sample else broken - BURN_IN
         # What is left of a broken object is not what was to be held.
         end = self.sample if crack is None else crack + 1
         motion = self._motion[:end]
         forces = motion[..., CONTACT_FORCE]
         grip = forces.min(axis=1)
         seen = [c.sample for c in self.contacts]
-        way, speed = map(float, slid[end - 1]) if end else (0.0, 0.0)
+        way, speed = map(float, self._slid[end - 1]) if end else (0.0, 0.0)
         pull = 0.0
         if seen:
             pull = GRAVITY * float(self._lift.hanging(end - 1 - seen[0], 1)[0])
-        lost = speed > 0 and friction * float(forces[-1].sum()) < mass * pull
+        lost = speed > 0 and self._friction * float(forces[-1].sum()) < self._mass * pull
         since = None
         if seen and crack is None:
-            since = stable_from(grip, holding_force(mass, friction))
+            since = stable_from(grip, holding_force(self._mass, self._friction))
         depths = np.nan_to_num(motion[..., INDENTATION]).clip(0.0)
         squeeze = motion[..., FACE].sum(axis=1) + depths @ self._give
         return GraspOutcome(

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firstcontact.contact._training import usable
 from firstcontact.contact.stream import WindowDetector, WindowSizes
@@ -79,3 +81,19 @@ def spread_out(dataset: Dataset, sizes: WindowSizes, early: float, most: int) ->
     able = np.flatnonzero([usable(p, sizes, early) for p in dataset.pinches])
     spaced = np.linspace(0, max(0, len(able) - 1), min(most, len(able)))
     return dataset.take(able[spaced.round().astype(np.intp)])
+
+
+def kept(
+    arrays: Mapping[str, NDArray[Any]], name: str, shape: tuple[int, ...]
+) -> NDArray[np.float64]:
+    """An array that a detector has written of itself.
+
+    Raises
+    ------
+    InputError
+        It is missing, has another shape or is not finite.
+    """
+    value = np.array(arrays.get(name, np.nan), dtype=np.float64)
+    if value.shape != shape or not np.isfinite(value).all():
+        raise InputError(f"the detector's array {name!r} is missing: train it again")
+    return value

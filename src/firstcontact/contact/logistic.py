@@ -25,7 +25,7 @@ from firstcontact.contact._loudness import (
     parts,
     prediction,
 )
-from firstcontact.contact._trained import TrainedDetector, spread_out
+from firstcontact.contact._trained import TrainedDetector, kept, spread_out
 from firstcontact.contact._training import session_groups
 from firstcontact.contact.closing_start import closings
 from firstcontact.contact.registry import unfitted
@@ -192,13 +192,8 @@ class LogisticDetector(TrainedDetector):
             When an array is missing, has a wrong shape or is not finite.
         """
         detector = cls()
-        shapes = {"line": (2 * EACH + 1,), "rate": ()}
-        for name, shape in shapes.items():
-            value = np.asarray(arrays.get(name, np.nan), dtype=np.float64)
-            if value.shape != shape or not np.isfinite(value).all():
-                raise InputError(f"the detector's array {name!r} is missing: train it again")
-        detector._line = np.array(arrays["line"], dtype=np.float64)
-        detector._rate = float(arrays["rate"])
+        detector._line = kept(arrays, "line", (2 * EACH + 1,))
+        detector._rate = float(kept(arrays, "rate", ()))
         if detector._rate < LOWEST:
             raise InputError(f"the detector's rate is below {LOWEST:g} Hz: train it again")
         return detector

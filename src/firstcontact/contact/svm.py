@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact._rbf import RbfMachine
-from firstcontact.contact._trained import TrainedDetector, spread_out
+from firstcontact.contact._trained import TrainedDetector, kept, spread_out
 from firstcontact.contact._training import (
     PHASES,
     TrainingWindows,
@@ -150,12 +150,8 @@ class SvmDetector(TrainedDetector):
         """
         detector = cls()
         detector._machine = RbfMachine.from_arrays(arrays)
-        for name in ("threshold", "rate"):
-            value = np.asarray(arrays.get(name, np.nan), dtype=np.float64)
-            if value.shape != () or not np.isfinite(value):
-                raise InputError(f"the detector's array {name!r} is missing: train it again")
-        detector._threshold = float(arrays["threshold"])
-        detector._rate = float(arrays["rate"])
+        detector._threshold = float(kept(arrays, "threshold", ()))
+        detector._rate = float(kept(arrays, "rate", ()))
         features = feature_count(cls.sizes(detector._rate).step)
         if len(detector._machine.mean) != features:
             raise InputError(

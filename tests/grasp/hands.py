@@ -5,13 +5,33 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from math import inf
-from typing import Self
+from typing import Protocol, Self
+
+import pytest
 
 from firstcontact.core import Command
-from firstcontact.grasp.hand import Begins, HandLimits
+from firstcontact.grasp.hand import Begins, HandError, HandLimits
 
 #: Of a machine that does much else at the same time, s.
 PATIENCE = 60.0
+
+
+class Commanded(Protocol):
+    """Whatever takes commands."""
+
+    def send(self, command: Command) -> None: ...
+
+
+def refused(hand: Commanded, command: Command) -> str:
+    """What it says when it takes no commands any more."""
+    tick = threading.Event()
+    for _ in range(int(PATIENCE / 0.02)):
+        try:
+            hand.send(command)
+        except HandError as error:
+            return str(error)
+        tick.wait(0.02)
+    pytest.fail("it took commands until the end")
 
 
 class HeardHand:

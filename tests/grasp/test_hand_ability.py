@@ -13,7 +13,7 @@ from math import degrees
 from pathlib import Path
 
 import pytest
-from hands import PATIENCE
+from hands import PATIENCE, refused
 
 from emulated_ability import EmulatedAbility
 from firstcontact.core import Command, InputError
@@ -21,7 +21,6 @@ from firstcontact.device.pseudo_terminal import PseudoTerminal
 from firstcontact.grasp._ability_fingers import CLOSED, INDEX, LEVERS, NEARLY_OPEN, OPEN, THUMB
 from firstcontact.grasp._ability_package import SIMULATED
 from firstcontact.grasp.ability import AbilityHand
-from firstcontact.grasp.hand import HandError
 from firstcontact.grasp.safe import SafeHand
 
 PROGRAM = Path(__file__).with_name("hand_program.py")
@@ -206,30 +205,18 @@ def started(port: Path, then: str = "wait") -> Iterator[subprocess.Popen[str]]:
             program.kill()
 
 
-def refused(hand: SafeHand) -> str:
-    """What it says when it takes no commands any more."""
-    tick = threading.Event()
-    for _ in range(int(PATIENCE / 0.02)):
-        try:
-            hand.send(CLOSE)
-        except HandError as error:
-            return str(error)
-        tick.wait(0.02)
-    pytest.fail("it took commands until the end")
-
-
 def test_a_cable_that_is_pulled_is_noticed(port: Path) -> None:
     with EmulatedAbility(port) as emulated, made_safe(port) as hand:
         opened_then_closing(emulated, hand)
         emulated.unplug()
-        assert "stopped answering" in refused(hand)
+        assert "stopped answering" in refused(hand, CLOSE)
 
 
 def test_a_hand_that_falls_silent_is_opened_blindly(port: Path) -> None:
     with EmulatedAbility(port) as emulated, made_safe(port) as hand:
         opened_then_closing(emulated, hand)
         emulated.mute = True
-        assert "stopped answering" in refused(hand)
+        assert "stopped answering" in refused(hand, CLOSE)
         emulated.wait(lambda e: e.open)
 
 

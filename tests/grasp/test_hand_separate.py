@@ -13,10 +13,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from hands import PATIENCE
+from hands import PATIENCE, refused
 
 from firstcontact.core import Command, InputError
-from firstcontact.grasp.hand import HandError
 from firstcontact.grasp.separate import MUTE, SeparateHand
 
 CLOSE = Command(0.02, 2.0)
@@ -134,32 +133,20 @@ def test_a_pipe_that_is_silent_releases(tmp_path: Path) -> None:
         wait_for(told, "release", "0.02 2.0", "release")
 
 
-def until_refused(hand: SeparateHand) -> str:
-    """What it says when it takes no orders any more."""
-    tick = threading.Event()
-    for _ in range(int(PATIENCE / 0.02)):
-        try:
-            hand.send(CLOSE)
-        except HandError as error:
-            return str(error)
-        tick.wait(0.02)
-    pytest.fail("it took orders until the end")
-
-
 def test_a_hand_that_fails_is_told_with_its_own_words(tmp_path: Path) -> None:
     with made(tmp_path / "told") as hand:
         hand.send(Command(0.0, 4.0))
-        assert until_refused(hand) == "the cable is out"
+        assert refused(hand, CLOSE) == "the cable is out"
 
 
 def test_a_process_that_is_killed_or_stopped_is_noticed(tmp_path: Path) -> None:
     with made(tmp_path / "told") as hand:
         os.kill(process_of(hand), signal.SIGKILL)
-        assert "process of the hand 'file'" in until_refused(hand)
+        assert "process of the hand 'file'" in refused(hand, CLOSE)
         hand.release()
     with made(tmp_path / "told") as hand, watched(process_of(hand)) as process:
         os.kill(process_of(hand), signal.SIGSTOP)
-        assert "does not answer" in until_refused(hand)
+        assert "does not answer" in refused(hand, CLOSE)
         hand.release()
         hand.close()
         assert ends(process), "it was killed, since it did not end"

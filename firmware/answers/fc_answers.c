@@ -39,7 +39,8 @@ static void begin(fc_answers *a, uint32_t sample)
     a->since = sample;
     a->latched = 0;
     a->touched = a->second = a->over = a->still = false;
-    a->answered = a->passed = 0;
+    a->answered = 0;
+    memset(a->passed, 0, sizeof a->passed);
 }
 
 /* A stream begins, or goes on behind a gap, with this sample. */
@@ -141,7 +142,13 @@ static void answer(fc_answers *a, uint32_t sample, int32_t moment)
 static void go_on(fc_answers *a, uint32_t sample, bool fresh, uint32_t second)
 {
     const int32_t since = (int32_t)(sample - a->first.sample) + 1;
+    /* Nothing from samples after the second contact counts. */
+    const int32_t offset = (int32_t)(second - a->first.sample);
+    const int32_t moment = newest(fresh && offset < since ? offset : since);
+    const bool asked_late = fresh && a->passed[moment]; /* what stands was left out */
     if (a->still || since < moments[0]) {
+        if (asked_late)
+            answer(a, sample, moment);
         a->still |= fresh;
         return;
     }
@@ -154,16 +161,14 @@ static void go_on(fc_answers *a, uint32_t sample, bool fresh, uint32_t second)
         a->listening = true;
     }
     fc_anytime_take(&a->touch, (float)(heard(a, sample) - a->baseline));
-    /* Nothing from samples after the second contact counts. */
-    const int32_t offset = (int32_t)(second - a->first.sample);
-    const int32_t moment = newest(fresh && offset < since ? offset : since);
-    /* With the samples that wait, a later one is due: the second contact may still ask for this. */
+    /* Late where a later one is due with the samples that wait. */
     const int32_t waiting = (int32_t)fc_ring_used(&a->device->listeners);
     const bool late = !fresh && newest(since + waiting) > moment;
-    if (moment > a->answered && !late) {
+    const bool due = moment > a->answered || asked_late;
+    if (due && !late) {
         answer(a, sample, moment);
-    } else if (moment > a->answered && moment > a->passed) {
-        a->passed = moment;
+    } else if (due && !a->passed[moment]) {
+        a->passed[moment] = true;
         a->skipped++;
     }
     if (fresh || a->answered == FC_LONGEST)

@@ -60,7 +60,7 @@ typedef struct {
     bool listening;          /* the touch has its signal so far */
     double baseline;
     int32_t answered;        /* samples of the newest answer */
-    int32_t passed;          /* of the newest that was left out */
+    bool passed[FC_LONGEST + 1]; /* answers from so many samples that were left out */
 } fc_answers;
 
 /* keeper: what keeps models; the one that it has answers from now on. */

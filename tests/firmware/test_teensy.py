@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import subprocess
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -67,9 +68,10 @@ def started(sketch: Path, *options: str) -> Iterator[tuple[str, subprocess.Popen
         process.kill()
 
 
-def put(sketch: Path, image: ModelImage, *options: str) -> None:
+def put(sketch: Path, image: ModelImage, *options: str, before: Sequence[ModelImage] = ()) -> None:
     with running(sketch, *options) as device:
-        assert flash_model(device.path, image.data, FORMAT, image.sizes) == image.digest
+        for one in (*before, image):
+            assert flash_model(device.path, one.data, FORMAT, one.sizes) == one.digest
 
 
 def answering(sketch: Path, *options: str) -> str | None:
@@ -102,6 +104,16 @@ def streamed(device: Running, scans: NDArray[np.uint16]) -> list[protocol.Frame]
 
 def said(frames: list[protocol.Frame]) -> Said:
     return of_device(Assembler().take(frames).told)
+
+
+def standing(answers: Said) -> dict[int, int]:
+    """Of each first contact, the newest answer from samples before the second, samples after it."""
+    newest = {}
+    for (_, first, _, _), (_, second, _, later) in pairwise(answers.contacts):
+        if not later:
+            moments = [n for c, n in answers.estimates if c == first and n <= second - first]
+            newest[first] = max(moments, default=0)
+    return newest
 
 
 def lines_of(answers: Said) -> list[str]:
@@ -150,7 +162,7 @@ def test_a_model_outlives_the_power_and_answers_as_live_does(
     hand_models: tuple[Path, Path],
     tmp_path: Path,
 ) -> None:
-    put(sketch, images[0], *flash)
+    put(sketch, images[0], *flash, before=images)
     with running(sketch, *flash, "--serial1", str(tmp_path / "lines")) as device:
         device_says = said(streamed(device, scans))
     host = of_host(python_says(hand_models[0], DeviceFilter().update(scans)))
@@ -263,6 +275,7 @@ def test_a_late_answer_is_left_out_and_counted_and_no_sample_is_lost(
     assert len(device_says.estimates) > 10
     assert assembler.counts.late_answers > 10
     assert assembler.counts.unheard_samples == 0
+    assert standing(device_says) == standing(host)
     for key, (*numbers, strange, _) in device_says.estimates.items():
         *wanted, odd, _ = host.estimates[key]
         np.testing.assert_allclose(numbers, wanted, atol=0.01)

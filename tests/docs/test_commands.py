@@ -73,7 +73,12 @@ ELSEWHERE = {
     "make -C firmware size": "by hand: it makes the table of docs/reference/firmware.md",
     "make -C firmware test": "make test runs these, too",
     "firmware/build/firstcontact-device --scans twin.scans": "tests/firmware/test_native_device.py",
-    "apt install gcc libc6-dev make": ".ci/run, where they are missing",
+    "make -C firmware sketch-native": "tests/firmware/test_teensy.py",
+    (
+        "firmware/build/firstcontact-teensy --scans twin.scans --flash teensy.flash --unread yes "
+        "--serial1 lines.txt"
+    ): "tests/firmware/test_teensy.py",
+    "apt install gcc g++ libc6-dev make": ".ci/run, where they are missing",
     "apt install --no-install-recommends gcc-arm-none-eabi libnewlib-arm-none-eabi": (
         ".ci/run, where they are missing"
     ),

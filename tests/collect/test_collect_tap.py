@@ -65,3 +65,8 @@ def test_taps_that_are_weak_or_unlike_are_warned_of(taps, said):
     warned = tap_warnings(Calibration(piezo))
     assert len(warned) == len(said)
     assert all(part in sentence for part, sentence in zip(said, warned, strict=True))
+
+
+def test_a_tap_on_what_is_no_fingertip_is_not_held_against_its_volts():
+    piezo = (VibrationCalibration(None, FLOOR, 0.0, 0.05),)
+    assert not tap_warnings(Calibration(piezo))

@@ -77,6 +77,8 @@ def wait_for_tap(
         Open.
     calibration
         With the finger's noise floor.
+    finger
+        Whose; None for a sensor that belongs to none.
     patience
         Longest wait, s of the device's time.
 
@@ -113,7 +115,8 @@ def tap_warnings(calibration: Calibration) -> Sequence[str]:
     said = [
         f"the {finger_name(f)}'s tap gave only {tap:.3f} V: tap harder, or check pad and buffer"
         for f, tap in taps.items()
-        if tap < WEAK
+        # A sensor of no finger has neither our pad and buffer nor their volts.
+        if f is not None and tap < WEAK
     ]
     if len(taps) == 2 and max(taps.values()) > ALIKE * min(taps.values()):
         loud = max(taps, key=lambda f: taps[f])

@@ -16,6 +16,8 @@ def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
     ----------
     source
         Open.
+    finger
+        Whose force is looked at.
     seconds
         Over this time, s of the device's.
 

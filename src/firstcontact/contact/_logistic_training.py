@@ -114,6 +114,8 @@ def looks_of(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Gene
         Lengths at its rate.
     early
         The contacts may be up to this much earlier than their labels, s.
+    rng
+        Of the clicks that are put into what is quiet.
     """
     layout, rate = pinch.layout, pinch.layout.rate
     smooth = AsSent(layout).update(pinch.vibration())

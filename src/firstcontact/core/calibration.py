@@ -30,11 +30,11 @@ class VibrationCalibration:
     finger
         Whose; None where it belongs to none.
     noise
-        RMS around the mean, V.
+        RMS around the mean, in the channel's unit (V of fingertips).
     offset
-        Mean, V (0 when the buffer sits exactly at its 1.65 V).
+        Mean, in that unit (0 when a fingertip's buffer sits exactly at its 1.65 V).
     tap
-        Peak of the response to a tap, V; None where no tap was made.
+        Peak of the response to a tap, in that unit; None where no tap was made.
     """
 
     finger: Finger | None
@@ -96,7 +96,7 @@ class Calibration:
     created: Name = ""
 
     def noise(self, finger: Finger | None) -> float | None:
-        """Noise floor of a finger's vibration sensor, V RMS, where it was measured."""
+        """Noise floor of a finger's vibration sensor, RMS in its unit, where it was measured."""
         return next((p.noise for p in self.piezo if p.finger is finger), None)
 
     def to_json(self) -> dict[str, Any]:

@@ -29,6 +29,8 @@ def spectral_program(kind: str, spec: Spec, weights: Values, offset: Values) -> 
     ----------
     kind
         One of ``KINDS``.
+    spec
+        Of the windows.
     weights, offset
         Of the features themselves, shapes (outputs, features) and (outputs,).
     """

@@ -189,7 +189,9 @@ def integrate(
     times
         Sampling instants, s, increasing; ``times[0]`` is where the state starts.
     noise
-        Force on each phalanx, N, shape (2, points), ``noise_dt`` apart from t = 0.
+        Force on each phalanx, N, shape (2, points), from t = 0.
+    noise_dt
+        Between two points of it, s.
     substeps
         Steps per sampling interval once a finger has touched; half as many before.
     speeds

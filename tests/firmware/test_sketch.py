@@ -19,11 +19,12 @@ TEENSYDUINO = (
 LIBRARY = {"__aeabi_uldivmod", "memcmp", "memcpy", "memmove", "memset", "sqrt", "strlen"}
 
 
+@pytest.mark.parametrize("board", ["TEENSY40", "TEENSY41"])
 def test_the_sketch_compiles_against_the_stub_and_fits(
-    request: pytest.FixtureRequest, tmp_path: Path
+    request: pytest.FixtureRequest, tmp_path: Path, board: str
 ) -> None:
     need_arm(request, "arm-none-eabi-gcc", "arm-none-eabi-g++")
-    sizes = make(tmp_path, "sketch").splitlines()[-1]
+    sizes = make(tmp_path, "sketch", f"BOARD={board}").splitlines()[-1]
     command = ["arm-none-eabi-nm", "-u", "-C", str(tmp_path / "firstcontact.ino.o")]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     missing = {line.split()[1].split("(")[0] for line in done.stdout.splitlines()}

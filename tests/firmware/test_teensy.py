@@ -280,3 +280,19 @@ def test_a_late_answer_is_left_out_and_counted_and_no_sample_is_lost(
         *wanted, odd, _ = host.estimates[key]
         np.testing.assert_allclose(numbers, wanted, atol=0.01)
         assert strange == odd
+
+
+def test_answers_that_are_much_too_late_miss_samples_that_are_sent_all_the_same(
+    sketch: Path,
+    flash: tuple[str, str],
+    scans: NDArray[np.uint16],
+    images: tuple[ModelImage, ModelImage],
+) -> None:
+    """An answer takes 0.12 s here: more than the samples that wait for one."""
+    put(sketch, images[0], *flash)
+    with running(sketch, *flash, "--busy-us", "60000") as device:
+        frames = streamed(device, scans)
+    assembler = Assembler()
+    told = assembler.take(frames).told
+    assert len(told) >= 4
+    assert assembler.counts.unheard_samples > 100

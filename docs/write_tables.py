@@ -21,6 +21,7 @@ from table_rows import ABSENT, columns_of, lined, table
 
 from firstcontact.core.by_name import to_tree
 from firstcontact.grasp_study import chapters as grasp_chapters
+from firstcontact.grasp_study import sentences as grasp_sentences
 from firstcontact.grasp_study.results import GraspResults
 from firstcontact.report.comparison import percent
 from firstcontact.report.markdown import TABLES, markdown
@@ -105,8 +106,8 @@ def tables(results: Path) -> dict[str, str]:
             made[name] = "".join(map(short_windows, sets.values())) or made[name]
     if (results / "grasp.json").is_file():
         grasp = read_results(results / "grasp.json", GraspResults)
-        made["grasp_short"] = grasp_chapters.shortly(grasp.household) + "\n"
-        made["grasp_headline"] = "".join(f"- {said}\n" for said in grasp_chapters.sentences(grasp))
+        made["grasp_short"] = grasp_sentences.shortly(grasp.household) + "\n"
+        made["grasp_headline"] = "".join(f"- {said}\n" for said in grasp_sentences.sentences(grasp))
         for name, of in GRASP.items():
             made[name] = grasp_table(of(grasp))
     if (results / "sets.json").is_file():

@@ -13,7 +13,7 @@ from firstcontact.grasp.policies.registry import POLICIES
 from firstcontact.grasp_study._estimates import FIRMEST, USED
 from firstcontact.grasp_study._front import Front
 from firstcontact.grasp_study._household_numbers import baseline, candidate
-from firstcontact.grasp_study.chapters import percent
+from firstcontact.grasp_study._words import percent
 from firstcontact.grasp_study.results import GraspResults, Household
 from firstcontact.report.results.file import read_results
 

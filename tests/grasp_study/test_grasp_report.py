@@ -10,10 +10,11 @@ import pytest
 from toy_results import results as toy_results
 
 from firstcontact.grasp_study._report import render
-from firstcontact.grasp_study.chapters import headline, reflex_sentence, sentences, shortly, tables
+from firstcontact.grasp_study.chapters import tables
 from firstcontact.grasp_study.figures.fronts import fronts_figure, fronts_picture
 from firstcontact.grasp_study.figures.objects import objects_figure
 from firstcontact.grasp_study.results import Between, GraspResults
+from firstcontact.grasp_study.sentences import headline, reflex_sentence, sentences, shortly
 
 
 @pytest.fixture

@@ -5,8 +5,9 @@ from __future__ import annotations
 import base64
 from pathlib import Path
 
-from firstcontact.grasp_study.chapters import fronts, pictures, sentences, tables
+from firstcontact.grasp_study.chapters import fronts, pictures, tables
 from firstcontact.grasp_study.results import GraspResults
+from firstcontact.grasp_study.sentences import sentences
 from firstcontact.report.page import duration
 from firstcontact.report.template import filled
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import building
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from firstcontact.contact import DETECTORS, Detector, make_detector
 from firstcontact.core import Block, Dataset, InputError, Pinch
+from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.embedded import c_library
 from firstcontact.embedded.trained import Trained
 from firstcontact.testing.closings import closing
@@ -18,9 +20,14 @@ from firstcontact.testing.closings import closing
 Contacts = list[tuple[int, int, int]]
 
 
-def trained(name: str) -> Detector:
-    pinches = tuple(closing(seed) for seed in range(24))
+def trained(name: str, rate: float = FINGERTIP_RATE) -> Detector:
+    pinches = tuple(at_rate(closing(seed), rate) for seed in range(24))
     return make_detector(name).fit(Dataset(pinches))
+
+
+def at_rate(pinch: Pinch, rate: float) -> Pinch:
+    """The same samples, had they come faster or slower."""
+    return replace(pinch, layout=replace(pinch.layout, rate=rate))
 
 
 def python_finds(detector: Detector, pinch: Pinch, volts: NDArray[np.float64]) -> Contacts:
@@ -64,6 +71,20 @@ def test_c_finds_the_contacts_of_python(name: str, tmp_path: Path) -> None:
     if building.emulator_there():
         m7 = building.ask_m7(built.m7(tmp_path / "m7.elf"), data, tmp_path)
         assert building.contacts(m7) == wanted
+
+
+@pytest.mark.parametrize("rate", [2500.0, 8000.0])
+def test_so_it_does_where_a_step_is_one_sample_or_three(rate: float, tmp_path: Path) -> None:
+    """Parts of a look then begin and end within steps; at 4936 Hz a step is two samples."""
+    detector = trained(DETECTORS.default, rate)
+    c_library.write(Trained(detector=detector), tmp_path)
+    pinches = [at_rate(closing(seed), rate) for seed in range(100, 112)]
+    asked = [np.ascontiguousarray(p.layout.physical(p.data, (0, 1)), np.float64) for p in pinches]
+    wanted = [python_finds(detector, p, v) for p, v in zip(pinches, asked, strict=True)]
+    native = building.Program("closings.c", tmp_path / "src", {}).native(tmp_path / "native", True)
+    answered = building.ask_native(native, building.closings(asked), tmp_path)
+    assert building.contacts(answered) == wanted
+    assert all(wanted)
 
 
 def test_a_detector_says_what_it_costs_at_its_top(tmp_path: Path) -> None:

@@ -7,6 +7,9 @@ from pathlib import Path
 
 import measure
 
+from firstcontact.contact import DETECTORS
+from firstcontact.embedded.budget import USUAL_DIRECTIONS
+
 DOCS = Path(__file__).parents[2] / "docs"
 RESULTS = json.loads((DOCS / "results" / "embedded.json").read_text(encoding="utf-8"))
 
@@ -23,3 +26,14 @@ def test_c_was_the_model_of_python_wherever_it_was_asked() -> None:
         assert row["class_mismatches"] == 0
         assert row["max_abs_error"] <= 0.01
         assert row["same_bytes"]
+
+
+def test_the_budgets_of_the_hand_are_kept() -> None:
+    """Of what is exported unless something else is asked for."""
+    models = RESULTS["models"]
+    assert all(models[name]["instructions"] <= 120_000 for name in models if name[:3] == "svr")
+    assert models["cnn"]["instructions"] <= 600_000
+    assert models[f"detector_{DETECTORS.default}"]["dearest_3ms"] <= 15_000
+    assert models[f"anytime_{USUAL_DIRECTIONS}"]["instructions"] <= 200_000
+    assert RESULTS["together"]["flash"] <= 256_000
+    assert RESULTS["together"]["ram"] <= 128_000

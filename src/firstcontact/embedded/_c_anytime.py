@@ -24,7 +24,7 @@ from firstcontact.signal import samples_in
 
 Fields = dict[str, Any]
 #: Instructions for one look at the motor's pitch, as counted, and the floats that it works in.
-LISTENING = 440_000
+LISTENING = 381_000
 MOST_HEARD = 256
 EAR_FLOATS = 2 * 256 + 1026 + 400 + 584
 

@@ -87,19 +87,28 @@ static double lines(const fc_ear *ear, float *out)
     return sqrt(squares / FC_POINTS);
 }
 
-/* Products of the reference with x and with x one, two and three points further. */
+/* Products of the reference with x and with x one, two and three points further. Four points at a
+   time, so that each number is read once for all four. */
 static void four(const float *reference, const float *x, float *out)
 {
-    float a = 0.0f, b = 0.0f, c = 0.0f, d = 0.0f, u = x[0], v = x[1], w = x[2];
-    for (int32_t k = 0; k < FC_POINTS; k++) {
-        const float r = reference[k], next = x[k + 3];
-        a = fmaf(r, u, a);
-        b = fmaf(r, v, b);
-        c = fmaf(r, w, c);
-        d = fmaf(r, next, d);
-        u = v;
-        v = w;
-        w = next;
+    float a = 0.0f, b = 0.0f, c = 0.0f, d = 0.0f, s = x[0], t = x[1], u = x[2];
+    int32_t k = 0;
+    for (; k + 4 <= FC_POINTS; k += 4, x += 4) {
+        const float *const r = reference + k;
+        const float v = x[3], w = x[4], y = x[5], z = x[6];
+        a = fmaf(r[3], v, fmaf(r[2], u, fmaf(r[1], t, fmaf(r[0], s, a))));
+        b = fmaf(r[3], w, fmaf(r[2], v, fmaf(r[1], u, fmaf(r[0], t, b))));
+        c = fmaf(r[3], y, fmaf(r[2], w, fmaf(r[1], v, fmaf(r[0], u, c))));
+        d = fmaf(r[3], z, fmaf(r[2], y, fmaf(r[1], w, fmaf(r[0], v, d))));
+        s = w;
+        t = y;
+        u = z;
+    }
+    for (; k < FC_POINTS; k++, x++) {
+        a = fmaf(reference[k], x[0], a);
+        b = fmaf(reference[k], x[1], b);
+        c = fmaf(reference[k], x[2], c);
+        d = fmaf(reference[k], x[3], d);
     }
     out[0] = a;
     out[1] = b;

@@ -1,10 +1,8 @@
 #include "fc_exact.h"
 #include "fc_answers.h"
+#include "fc_answers_model.h"
 
 #include <string.h>
-
-/* Read by the detector's judge: see fc_detector_sizes.h. */
-const fc_loudness *fc_judge_loaded;
 
 static const uint16_t moments[] = {FC_MOMENTS};
 
@@ -241,100 +239,6 @@ static void take(fc_answers *a, const fc_sample *s)
     }
 }
 
-static char *put_text(char *to, const char *text)
-{
-    while (*text != '\0')
-        *to++ = *text++;
-    return to;
-}
-
-static char *put_number(char *to, uint32_t number)
-{
-    char digits[10];
-    int n = 0;
-    do
-        digits[n++] = (char)('0' + number % 10);
-    while ((number /= 10) > 0);
-    while (n > 0)
-        *to++ = digits[--n];
-    return to;
-}
-
-/* What models are taken, and why the newest one that is kept does not answer: "" where it does. */
-static void tell_room(fc_answers *a, const char *fault)
-{
-    char *to = put_text(a->room, "{\"format\":");
-    to = put_number(to, FC_IMAGE_FORMAT);
-    to = put_number(put_text(to, ",\"sizes\":"), fc_image_sizes());
-    to = put_number(put_text(to, ",\"room\":"), a->store.keeper->slot_bytes - FC_SLOT_HEAD);
-    to = put_text(put_text(put_text(to, ",\"fault\":\""), fault), "\"}");
-    a->device->models = a->room;
-    a->device->models_bytes = (size_t)(to - a->room);
-}
-
-static const char *read_kept(fc_answers *a)
-{
-    uint32_t n;
-    const uint8_t *bytes = fc_store_model(&a->store, &n);
-    if (bytes == NULL)
-        return "";
-    if (a->board.fast != NULL && n > a->board.fast_bytes)
-        return "the model is longer than there is room for";
-    if (a->board.fast != NULL)
-        bytes = memcpy(a->board.fast, bytes, n);
-    return fc_image_read(bytes, n, &a->image);
-}
-
-/* Has the newest model that is kept answer, or the one before where that cannot be used. Returns
-   NULL, or what is wrong with the newest. */
-static const char *load(fc_answers *a)
-{
-    const char *const why = read_kept(a);
-    a->ready = why == NULL || (fc_store_fall_back(&a->store) && read_kept(a) == NULL);
-    a->begun = false;
-    fc_judge_loaded = &a->image.judge;
-    a->device->answers = a->ready ? a->image.text : NULL;
-    a->device->answers_bytes = a->image.text_bytes;
-    tell_room(a, why == NULL ? "" : why);
-    return why;
-}
-
-static uint8_t hear(void *own, const fc_frame *frame, uint32_t *next, const char **why)
-{
-    fc_answers *const a = own;
-    fc_store *const s = &a->store;
-    const char *fault = "a frame about a model is too short";
-    if (frame->type == FC_MODEL_BEGIN && frame->n == 16) {
-        s->taking = s->kept = false; /* also of one that is refused at once */
-        if (fc_get_u32(frame->payload) != FC_IMAGE_FORMAT)
-            fault = "the model has another format than this firmware reads";
-        else if (fc_get_u32(frame->payload + 4) != fc_image_sizes())
-            fault = "the model is for kernels of other sizes than this firmware has";
-        else
-            fault = fc_store_begin(s, fc_get_u32(frame->payload + 8),
-                                   fc_get_u32(frame->payload + 12));
-    } else if (frame->type == FC_MODEL_CHUNK && frame->n > 4) {
-        fault = fc_store_chunk(s, fc_get_u32(frame->payload), frame->payload + 4,
-                               (uint32_t)frame->n - 4);
-    } else if (frame->type == FC_MODEL_END && s->kept) {
-        fault = NULL; /* asked again: the answer was lost */
-    } else if (frame->type == FC_MODEL_END) {
-        static fc_image trial;
-        const uint8_t *const bytes = fc_store_whole(s, &fault);
-        if (bytes != NULL)
-            fault = fc_image_read(bytes, s->length, &trial);
-        if (fault == NULL)
-            fault = fc_store_keep(s);
-        if (fault == NULL)
-            fault = load(a);
-    }
-    *next = s->next;
-    *why = fault != NULL ? fault : "";
-    if (fault != NULL)
-        return FC_MODEL_REFUSED;
-    return frame->type == FC_MODEL_END ? FC_MODEL_KEPT : FC_MODEL_GOES_ON;
-}
-
 void fc_answers_init(fc_answers *a, fc_device *device, const fc_keeper *keeper,
                      const fc_board *board)
 {
@@ -342,10 +246,10 @@ void fc_answers_init(fc_answers *a, fc_device *device, const fc_keeper *keeper,
     a->device = device;
     a->board = *board;
     a->taker.own = a;
-    a->taker.hear = hear;
+    a->taker.hear = fc_answers_hear;
     device->taker = &a->taker;
     fc_store_open(&a->store, keeper);
-    (void)load(a);
+    (void)fc_answers_load(a);
 }
 
 void fc_answers_work(fc_answers *a)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from numbered import DESCRIPTOR, check, numbered
 
 from firstcontact.core import Block, Calibration, Finger, InputError, Label, VibrationCalibration
 from firstcontact.device import Arrival
+from firstcontact.device.link_news import link_news
 from firstcontact.device.opening import open_source
 from firstcontact.device.replay import ReplaySource
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
@@ -81,6 +83,11 @@ def test_everything_comes_where_it_was(recording: Path, block: int) -> None:
     health = source.health
     assert (health.samples, health.lost_samples, health.epoch) == (2307, 200, 1)
     assert not health.connected
+    before = replace(health, connected=True, ended=False)
+    assert link_news(before, health) == ["link: that was all of the recording"]
+    assert link_news(before, replace(health, ended=False)) == [
+        "link: the device is gone; waiting for it"
+    ]
 
 
 def test_it_says_what_the_recording_says(recording: Path) -> None:

@@ -126,8 +126,12 @@ def test_a_port_that_is_not_there_and_one_that_is_none(tmp_path: Path) -> None:
         SerialSource(str(tmp_path / "none")).__enter__()
     file = tmp_path / "file"
     file.write_text("")
-    with pytest.raises(InputError, match="cannot be opened as a serial port"):
+    with pytest.raises(InputError, match=r"is a file and not a port: .*`firstcontact import`"):
         SerialSource(str(file)).__enter__()
+    with pytest.raises(InputError, match="is a folder: name one recording in it"):
+        SerialSource(str(tmp_path)).__enter__()
+    with pytest.raises(InputError, match="cannot be opened as a serial port"):
+        SerialSource(os.devnull).__enter__()
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may open every port")

@@ -11,6 +11,7 @@ from told_events import DESCRIPTOR, everything
 from firstcontact.device import Health
 from firstcontact.device.twin_words import lost_text, peak_text
 from firstcontact.live.sink import Update
+from firstcontact.live.summary import ledger_lines
 from firstcontact.live.text import TextSink
 from firstcontact.recording import Marker
 
@@ -45,3 +46,11 @@ def test_what_the_twin_drops_or_breaks_is_told() -> None:
     words = (Marker(7, peak_text(3.1)), Marker(7, lost_text("broken")))
     sink.take(Update(arrivals=(replace(arrival, markers=words),), health=Health(True)))
     assert stream.getvalue() == "the hand has broken it\n"
+
+
+def test_a_device_that_answers_alone_has_no_estimates_to_count() -> None:
+    figures = {"asked": 3, "early": 2, "standing": 1, "used": 0, "estimates": 0, "late": 0}
+    said = [*ledger_lines({**figures, "overruns": 0, "blocks": 9}, 1.0, 0.1)]
+    assert not any("could be used" in line for line in said)
+    said = [*ledger_lines({**figures, "overruns": 0, "blocks": 9, "estimates": 1}, 1.0, 0.1)]
+    assert any("0 of 1 estimates could be used" in line for line in said)

@@ -53,6 +53,14 @@ def test_a_second_study_is_refused_while_the_first_works(tmp_path: Path) -> None
         pass
 
 
+def test_a_refused_study_leaves_no_folder(tmp_path: Path) -> None:
+    (tmp_path / "there").mkdir()
+    for name in ("new", "there"):
+        with pytest.raises(InputError, match="no pinches"), sole_use(tmp_path / name, {}):
+            raise InputError("no pinches")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["there"]
+
+
 def test_the_same_study_replaces_its_own(tmp_path: Path) -> None:
     claim(tmp_path, ASKED)
     write(tmp_path, ASKED)

@@ -88,4 +88,7 @@ def test_bad_input_leaves_nothing_behind(tmp_path: Path) -> None:
     (tmp_path / "bad.npz").write_bytes(b"no")
     with pytest.raises(InputError, match=r"bad\.npz"):
         recorded(tmp_path / "bad.npz", tmp_path / "out")
-    assert not list((tmp_path / "out").rglob("*.*"))
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="is an empty folder"):
+        recorded(tmp_path / "empty", tmp_path / "out")
+    assert not (tmp_path / "out" / "recordings").exists()

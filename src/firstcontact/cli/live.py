@@ -187,6 +187,21 @@ class Live:
             self._check_slip(self.slip)
         if self.hand is not None:
             self._check_hand(HANDS.find(self.hand))
+        else:
+            self._check_no_hand()
+
+    def _check_no_hand(self) -> None:
+        """Refuse what is said of a hand where none is driven."""
+        POLICIES.find(self.policy)
+        for option, said in (
+            ("--policy", self.policy != POLICIES.default),
+            ("--hand-port", self.hand_port is not None),
+        ):
+            if said:
+                raise InputError(
+                    f"{option} is for a hand that is driven, and none is: name it with --hand, or "
+                    f"leave {option} out"
+                )
 
     def _check_slip(self, slip: str) -> None:
         """Refuse a slip detector that there is not, or that nobody would act upon."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from contextlib import redirect_stdout
@@ -44,7 +45,8 @@ def twin_model(condition: str, seed: int) -> Path:
     print(f"no --model: one is trained on the twin first and kept in {folder}", file=sys.stderr)
     with temporary_beside(folder) as making:
         making.mkdir()
-        with redirect_stdout(sys.stderr):
+        learned = io.StringIO()
+        with redirect_stdout(learned):  # it names folders that are gone when it is read
             Simulate(
                 making / "pinches",
                 condition,  # type: ignore[arg-type]  # the twin refuses other names
@@ -53,6 +55,9 @@ def twin_model(condition: str, seed: int) -> Path:
                 seed=seed,
             ).run()
             Train(making / "pinches", making / "model", contacts="detected").run()
+        for line in learned.getvalue().splitlines():
+            if str(making) not in line:
+                print(line, file=sys.stderr)
         try:
             (making / "model").rename(folder)
         except OSError:

@@ -7,6 +7,7 @@ import os
 import select
 import threading
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 from firstcontact.core import InputError
@@ -128,4 +129,11 @@ def why_not(port: str, error: Exception) -> str:
         )
     if number in (errno.EAGAIN, errno.EBUSY):
         return f"{port}: another program has this port open: close that one first"
+    if Path(port).is_dir():
+        return f"{port} is a folder: name one recording in it (*.mcap), or a port"
+    if Path(port).is_file():
+        return (
+            f"{port} is a file and not a port: make a recording of it with `firstcontact import`, "
+            "and name that (*.mcap)"
+        )
     return f"{port}: cannot be opened as a serial port ({error}): see `firstcontact ports`"

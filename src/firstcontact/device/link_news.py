@@ -9,7 +9,8 @@ def link_news(before: Health, now: Health) -> list[str]:
     """A line each for a device that went, one that came back, and samples lost."""
     news = []
     if before.connected and not now.connected:
-        news.append("link: the device is gone; waiting for it")
+        gone = "the device is gone; waiting for it"
+        news.append(f"link: {'that was all of the recording' if now.ended else gone}")
     if now.reconnects > before.reconnects:
         news.append(f"link: the device is back, epoch {now.epoch}")
     elif now.connected and not before.connected:

@@ -95,6 +95,7 @@ class ReplaySource:
             epoch=epoch,
             samples=self._given,
             lost_samples=self._lost,
+            ended=self._ended,
         )
 
     @property

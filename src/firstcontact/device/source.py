@@ -181,6 +181,8 @@ class Health:
         it can be told.
     losses_known
         Whether the device counts its samples, so that missing ones show.
+    ended
+        Whether nothing more can come, as after the last sample of a recording.
     """
 
     connected: bool = False
@@ -196,6 +198,7 @@ class Health:
     reconnects: int = 0
     host_rate: float = 0.0
     losses_known: bool = True
+    ended: bool = False
 
     @property
     def lost(self) -> str:

@@ -92,8 +92,9 @@ def model_image(
     network = model.network
     if not isinstance(model, CompactModel) or not isinstance(network, CompactNetwork):
         raise InputError(
-            "the any-time network has a megabyte of weights, and the hand takes a small one: name "
-            "the recordings that it was told of with --data, in which it is made small"
+            "the any-time network has a megabyte of weights, and the hand takes a small one: make "
+            "it small with `firstcontact export-model MODEL --to hand --data RECORDINGS`, of the "
+            "recordings that it was told of"
         )
     if listens(model):
         raise InputError(

@@ -49,13 +49,14 @@ def ledger_lines(
                 f"{figures['standing']:.0f} the one that stands"
             )
         yield answered
-    used = f"{figures['used']:.0f} of {figures['estimates']:.0f} estimates could be used"
-    if not alone:
-        used += (
-            f", {figures['late']:.0f} of these too late in hindsight: the second contact had "
-            "happened and was not decided yet"
-        )
-    yield used
+    if figures["estimates"] or "asked" not in figures:
+        used = f"{figures['used']:.0f} of {figures['estimates']:.0f} estimates could be used"
+        if not alone:
+            used += (
+                f", {figures['late']:.0f} of these too late in hindsight: the second contact had "
+                "happened and was not decided yet"
+            )
+        yield used
     yield (
         f"{figures['estimates']:.0f} estimates in {samples:.1f} s of samples; "
         f"{figures['overruns']:.0f} of {figures['blocks']:.0f} blocks took longer than they last"

@@ -88,7 +88,7 @@ def pinch_line(done: PinchDone, rate: float, alone: bool = False) -> str:
         stands = standing_words(done.standing, rate)
         parts.append(stands if alone else f"{stands}, {in_time_words(done)}")
     told = zip(done.estimates, done.cases, strict=True)
-    of = "model of {:g} ms: " if done.standing is not None else ""
+    of = "model of {:.0f} ms: " if done.standing is not None else ""
     parts += [
         of.format(1e3 * e.duration) + estimate_words(e, None if alone else case, rate)
         for e, case in told

@@ -132,6 +132,8 @@ def _importer(path: Path, rate: float | None, given: list[str]) -> Importer:
         options = " and ".join(f"--{name}" for name in given)
         raise InputError(f"{path} takes {options}, but not together: leave one of them out")
     if found is None and path.is_dir():
+        if not any(path.iterdir()):
+            raise InputError(f"{path} is an empty folder: check the path")
         found = next((i for i in every if i.marker is not None), None)
     if rate is not None and (found is None or not found.asks_rate):
         asked = " or ".join(i.title for i in IMPORTERS.values() if i.asks_rate)

@@ -7,7 +7,7 @@ import json
 import os
 import shutil
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +39,7 @@ def sole_use(out: Path, asked: Mapping[str, Any]) -> Iterator[None]:
         It cannot be made, another study is at work in it, or it holds the results of
         another study or of nobody knows what.
     """
+    made = not out.exists()
     try:
         out.mkdir(parents=True, exist_ok=True)
         held = os.open(out, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
@@ -55,6 +56,11 @@ def sole_use(out: Path, asked: Mapping[str, Any]) -> Iterator[None]:
             pass  # a disk without locks
         _claim(out, asked)
         yield
+    except InputError:
+        if made:
+            with suppress(OSError):  # something is in it: it stays
+                out.rmdir()
+        raise
     finally:
         os.close(held)
 

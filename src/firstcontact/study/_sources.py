@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -99,6 +100,8 @@ def _imported(path: Path, out: Path) -> Dataset:
         assumed = import_path(path, directory / "pinches").notes
     except InputError:
         shutil.rmtree(directory)
+        with suppress(OSError):  # other recordings are in it
+            directory.parent.rmdir()
         raise
     dataset = load_dataset(directory)
     return replace(dataset, notes=(*assumed, *dataset.notes))

@@ -41,7 +41,6 @@ class Study:
 
     def run(self) -> None:
         """Run the study with its progress on stderr."""
-        from firstcontact.core.files import resolved
         from firstcontact.core.jobs import asked_workers
         from firstcontact.report.results.board import read_board
         from firstcontact.study.settings import StudySettings
@@ -56,7 +55,7 @@ class Study:
             workers=asked_workers(self.workers),
             detector=DETECTORS.find(self.detector).name,
             early=1e-3 * self.early_ms,
-            board=None if self.board is None else str(resolved(self.board)),
+            board=None if self.board is None else str(self.board),
         )
         if self.board is not None:
             read_board(self.board)

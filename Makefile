@@ -66,7 +66,7 @@ constraints: $(VENV)/.dev ## add what constraints.txt lacks, and write requireme
 study: $(VENV)/.study ## the full study at paper size: firstcontact-study/report.html
 	$(BIN)/firstcontact study --board $(BOARD) --out $(OUT)
 
-quick: $(VENV)/.study ## the same study, small (a minute): firstcontact-study/quick/report.html
+quick: $(VENV)/.study ## the same study, small (two or three minutes): firstcontact-study/quick/report.html
 	$(BIN)/firstcontact study --quick --board $(BOARD) --out $(OUT)/quick
 
 grasp: $(VENV)/.study ## what stiffness is worth to a hand, on the twin (10 minutes): firstcontact-study/grasp/report.html

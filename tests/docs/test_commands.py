@@ -73,6 +73,9 @@ ELSEWHERE = {
     "make -C firmware size": "by hand: it makes the table of docs/reference/firmware.md",
     "make -C firmware test": "make test runs these, too",
     "firmware/build/firstcontact-device --scans twin.scans": "tests/firmware/test_native_device.py",
+    "firmware/build/firstcontact-device --scans twin.scans --models models.flash": (
+        "tests/firmware/test_flash_model.py"
+    ),
     "make -C firmware sketch-native": "tests/firmware/test_teensy.py",
     (
         "firmware/build/firstcontact-teensy --scans twin.scans --flash teensy.flash --unread yes "

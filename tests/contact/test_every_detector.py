@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from firstcontact.contact import DETECTORS, Detector, detect
+from firstcontact.contact import DETECTORS, Detector, detect, make_detector
 from firstcontact.contact.stream import WindowDetector
-from firstcontact.core import Block, Finger
+from firstcontact.core import Block, Dataset, Finger, InputError
 from firstcontact.signal import samples_in
 from firstcontact.testing import check_detector
 from firstcontact.testing.closings import LAYOUT, closing, closings
@@ -84,3 +84,17 @@ def test_fingers_in_one_window_come_in_the_order_of_their_onsets(detector: Detec
         if len({c.decided for c in contacts}) == 1 and len(contacts) == 2:
             together += contacts[0].sample < contacts[1].sample
     assert together
+
+
+def at_rate(rate: float) -> Dataset:
+    """Closings whose samples come at another rate."""
+    pinches = [closing(seed) for seed in range(8)]
+    return Dataset(tuple(replace(p, layout=replace(p.layout, rate=rate)) for p in pinches))
+
+
+@pytest.mark.parametrize("name", [n for n, kind in DETECTORS.items() if kind.learns])
+def test_the_lowest_rate_is_learned_from_and_what_is_below_it_refused(name: str) -> None:
+    lowest = DETECTORS[name].lowest
+    assert make_detector(name).fit(at_rate(lowest)).rate == lowest
+    with pytest.raises(InputError, match=f"needs samples at {lowest:g} Hz or more"):
+        make_detector(name).fit(at_rate(lowest - 1))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact._training import usable
+from firstcontact.contact.registry import unfitted
 from firstcontact.contact.stream import WindowDetector, WindowSizes
 from firstcontact.core.errors import InputError
 from firstcontact.core.layout import Layout
@@ -26,6 +27,8 @@ class TrainedDetector(WindowDetector):
     """
 
     learns: ClassVar[bool] = True
+    #: Lowest rate, Hz: below it some part of a window has no samples.
+    lowest: ClassVar[float]
 
     def __init__(self, seed: int = 0) -> None:
         self.seed = seed
@@ -65,6 +68,16 @@ class TrainedDetector(WindowDetector):
     def _require_training(self, otherwise: str) -> None:
         if not self.trained:
             raise InputError(f"the {self.noun} detector has not been trained: {otherwise}")
+
+    def _sizes_of(self, dataset: Dataset) -> tuple[float, WindowSizes]:
+        """Rate of what it is to learn from, Hz, and the lengths there."""
+        rate = dataset.layout.rate if len(dataset) else self.lowest
+        if rate < self.lowest:
+            raise InputError(
+                f"the {self.noun} detector needs samples at {self.lowest:g} Hz or more and these "
+                f"come at {rate:g} Hz: use --detector {unfitted()}"
+            )
+        return rate, self.sizes(rate)
 
     def _too_few(self, shown: int) -> InputError:
         return InputError(

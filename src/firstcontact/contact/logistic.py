@@ -28,7 +28,6 @@ from firstcontact.contact._loudness import (
 from firstcontact.contact._trained import TrainedDetector, kept, spread_out
 from firstcontact.contact._training import session_groups
 from firstcontact.contact.closing_start import closings
-from firstcontact.contact.registry import unfitted
 from firstcontact.core.errors import InputError
 from firstcontact.core.palette import GREEN
 from firstcontact.core.pinch import Dataset
@@ -41,8 +40,6 @@ PINCHES = 1000
 FOLDS = 3
 #: So far from the truth rough logarithms in C are at most, and as much again to be safe.
 ROUGH = 4e-5
-#: Lowest rate, Hz: below it a step is longer than a millisecond.
-LOWEST = 1000.0
 
 
 class LogisticDetector(TrainedDetector):
@@ -64,6 +61,7 @@ class LogisticDetector(TrainedDetector):
     title: ClassVar[str] = "Logistic"
     colour: ClassVar[str] = GREEN
     step: ClassVar[float] = 0.0004
+    lowest: ClassVar[float] = 1020.0
     duration: ClassVar[float] = 0.020 + (LOOKS - 1) * step
     reach: ClassVar[int] = 22
 
@@ -84,16 +82,10 @@ class LogisticDetector(TrainedDetector):
         ------
         InputError
             When fewer than two pinches have a known first contact after enough quiet, or
-            for a rate below 1 kHz.
+            for a rate below :attr:`lowest`.
         """
         dataset = closings(dataset)
-        rate = dataset.layout.rate if len(dataset) else LOWEST
-        if rate < LOWEST:
-            raise InputError(
-                f"the logistic detector needs samples at {LOWEST:g} Hz or more and these come at "
-                f"{rate:g} Hz: use --detector {unfitted()}"
-            )
-        sizes = self.sizes(rate)
+        rate, sizes = self._sizes_of(dataset)
         subset = spread_out(dataset, sizes, early, PINCHES)
         rng = np.random.default_rng(self.seed)
         looks = [looks_of(pinch, sizes, early, rng) for pinch in subset.pinches]
@@ -194,6 +186,6 @@ class LogisticDetector(TrainedDetector):
         detector = cls()
         detector._line = kept(arrays, "line", (2 * EACH + 1,))
         detector._rate = float(kept(arrays, "rate", ()))
-        if detector._rate < LOWEST:
-            raise InputError(f"the detector's rate is below {LOWEST:g} Hz: train it again")
+        if detector._rate < cls.lowest:
+            raise InputError(f"the detector's rate is below {cls.lowest:g} Hz: train it again")
         return detector

@@ -52,6 +52,7 @@ class SvmDetector(TrainedDetector):
     name: ClassVar[str] = "svm"
     title: ClassVar[str] = "SVM"
     colour: ClassVar[str] = BLUE
+    lowest: ClassVar[float] = 1520.0
 
     def __init__(self, seed: int = 0) -> None:
         super().__init__(seed)
@@ -70,11 +71,10 @@ class SvmDetector(TrainedDetector):
         ------
         InputError
             When fewer than two pinches have a known first contact after
-            enough quiet.
+            enough quiet, or for a rate below :attr:`lowest`.
         """
         dataset = closings(dataset)
-        rate = dataset.layout.rate if len(dataset) else 0.0
-        sizes = self.sizes(rate)
+        rate, sizes = self._sizes_of(dataset)
         subset = spread_out(dataset, sizes, early, PINCHES)
         data = training_windows(subset, sizes, early, self.seed)
         shown = np.unique(data.pinch[data.positive])

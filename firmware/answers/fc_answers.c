@@ -46,7 +46,9 @@ static void anew(fc_answers *a, uint32_t sample, bool gap)
 {
     a->open = false;
     tell_late(a, !gap);
-    fc_gate_start(&a->gate, a->image.floors);
+    if (!gap)
+        a->stream = sample;
+    fc_gate_start(&a->gate, a->image.floors, sample - a->stream);
     if (!a->image.gated && !gap)
         begin(a, sample);
 }

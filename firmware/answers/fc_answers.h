@@ -46,6 +46,7 @@ typedef struct {
 
     bool begun, streamed;
     uint32_t next;           /* number of the sample that comes next */
+    uint32_t stream;         /* of the first sample of the stream */
     fc_gate gate;
     fc_detector detector;
     fc_touch touch;

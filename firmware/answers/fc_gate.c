@@ -8,12 +8,13 @@ enum { LOST, REST, STARTING, OPEN };
    lowest level that it had at rest, V. */
 static const double RUNNING = 1.4, LOADED = 0.3;
 
-void fc_gate_start(fc_gate *g, const double *floors)
+void fc_gate_start(fc_gate *g, const double *floors, uint32_t begun)
 {
     memset(g, 0, sizeof *g);
     for (int f = 0; f < FC_SENSORS; f++)
         g->limit[f] = (RUNNING * floors[f]) * (RUNNING * floors[f]);
     g->held = (uint32_t)-FC_GATE_STEPS;
+    g->skipped = (FC_GATE_STEP - (int32_t)(begun % FC_GATE_STEP)) % FC_GATE_STEP;
     g->state = LOST;
 }
 
@@ -105,6 +106,10 @@ static fc_turn turn(fc_gate *g)
 
 fc_turn fc_gate_take(fc_gate *g, const double *volts, const double *loads)
 {
+    if (g->skipped > 0) {
+        g->skipped--;
+        return FC_STAYS;
+    }
     for (int f = 0; f < FC_SENSORS; f++) {
         g->adding[f] += volts[f];
         g->adding_square[f] += volts[f] * volts[f];

@@ -23,6 +23,7 @@ typedef struct {
     double load[FC_LOADS], unloaded[FC_LOADS];
     double adding[FC_SENSORS], adding_square[FC_SENSORS], adding_load[FC_LOADS];
     int32_t waiting;         /* samples of a step that is not whole */
+    int32_t skipped;         /* samples that still come before the first step */
     uint32_t steps;          /* seen in this stretch */
     uint32_t since, held;    /* step in which the state began, in which something was held */
     bool rested;             /* unloaded is known */
@@ -30,8 +31,9 @@ typedef struct {
     int8_t state;
 } fc_gate;
 
-/* floors: noise of both sensors with nothing moving, V RMS. */
-void fc_gate_start(fc_gate *g, const double *floors);
+/* floors: noise of both sensors with nothing moving, V RMS; begun: samples since the stream began,
+   more than 0 behind a gap. Steps stay where they are in the stream, as on the host. */
+void fc_gate_start(fc_gate *g, const double *floors, uint32_t begun);
 
 /* Takes a sample: volts of both sensors and of all taxels. What it says holds from the next
    sample on. */

@@ -92,6 +92,24 @@ def test_a_gap_shuts_it_and_rest_must_come_first() -> None:
     assert not gate.opened
 
 
+@pytest.mark.parametrize("lost", [1, 7, 15, 44])
+def test_behind_a_gap_closings_begin_where_they_would_have_without_it(lost: int) -> None:
+    """Or a hand that lost nothing would be told that it found other contacts, from then on."""
+    opens = [e for e in WHOLE if e.turn is Turn.OPENS]
+    cut = opens[0].sample + 20
+    for size in (5, 1000):
+        gate = ClosingGate(LAYOUT, CALIBRATION)
+        gate.update(Block(DATA[:cut]))
+        starts = range(cut + lost, len(DATA), size)
+        events = [e for k in starts for e in gate.update(Block(DATA[k : k + size], k))]
+        found = [e for e in events if e.turn is Turn.OPENS]
+        # One or two are over before it knows rest again, and what is held at the first of the
+        # others is not known yet.
+        assert len(found) >= len(opens) - 3
+        assert found[1:] == opens[1 - len(found) :]
+        assert all(e.sample % samples(0.003) == 0 for e in found)
+
+
 def test_a_new_epoch_shuts_it_where_the_old_one_ended() -> None:
     gate = ClosingGate(LAYOUT, CALIBRATION)
     opened = next(e.sample for e in WHOLE if e.turn is Turn.OPENS)

@@ -14,7 +14,9 @@ from firstcontact.contact import DETECTORS, Detector, make_detector
 from firstcontact.core import Block, Dataset, InputError, Pinch
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.embedded import c_library
-from firstcontact.embedded.trained import Trained
+from firstcontact.embedded.trained import NamedModel, Trained
+from firstcontact.stiffness import Task, make_estimator
+from firstcontact.testing._windows import toy_windows
 from firstcontact.testing.closings import closing
 
 Contacts = list[tuple[int, int, int]]
@@ -73,18 +75,28 @@ def test_c_finds_the_contacts_of_python(name: str, tmp_path: Path) -> None:
         assert building.contacts(m7) == wanted
 
 
+def of_rate(rate: float) -> NamedModel:
+    """A model that learned at a rate."""
+    X, y, groups = toy_windows()
+    estimator = make_estimator("train_mean", Task.REGRESSION, rate)
+    return NamedModel("stiffness", estimator.fit(X, y, groups, seed=1), None)
+
+
+@pytest.mark.parametrize("name", DETECTORS)
 @pytest.mark.parametrize("rate", [2500.0, 8000.0])
-def test_so_it_does_where_a_step_is_one_sample_or_three(rate: float, tmp_path: Path) -> None:
-    """Parts of a look then begin and end within steps; at 4936 Hz a step is two samples."""
-    detector = trained(DETECTORS.default, rate)
-    c_library.write(Trained(detector=detector), tmp_path)
+def test_so_it_does_at_other_rates(name: str, rate: float, tmp_path: Path) -> None:
+    """A step is then one sample or three, and parts of a look begin and end within steps; what
+    takes any rate is written for that of the models beside it."""
+    detector = trained(name, rate)
+    said = c_library.write(Trained((of_rate(rate),), detector), tmp_path)
+    assert said[-1].endswith(f", for {rate:g} Hz")
     pinches = [at_rate(closing(seed), rate) for seed in range(100, 112)]
     asked = [np.ascontiguousarray(p.layout.physical(p.data, (0, 1)), np.float64) for p in pinches]
     wanted = [python_finds(detector, p, v) for p, v in zip(pinches, asked, strict=True)]
     native = building.Program("closings.c", tmp_path / "src", {}).native(tmp_path / "native", True)
     answered = building.ask_native(native, building.closings(asked), tmp_path)
     assert building.contacts(answered) == wanted
-    assert all(wanted)
+    assert any(wanted)
 
 
 def test_a_detector_says_what_it_costs_at_its_top(tmp_path: Path) -> None:

@@ -62,8 +62,9 @@ class _State(Enum):
 class ClosingGate:
     """Opens when the motor has run for 39 ms with nothing held, shuts when it rests.
 
-    Everything is decided on a grid of 3 ms that begins with an epoch (or after a
-    gap), so that blocks of any size give the same. Needs the noise floor of the
+    Everything is decided on a grid of 3 ms that begins with an epoch and goes on behind a
+    gap, so that blocks of any size give the same, and so does who lost samples on the
+    way and who did not. Needs the noise floor of the
     calibration; without it the gate opens at each epoch's first sample and shuts
     at its end, as for recordings that hold one closing an epoch.
 
@@ -90,6 +91,7 @@ class ClosingGate:
         self._by_hand = None in layout.vibration_fingers
         self._rearm = samples_in(REARM, layout.rate)
         self._due: int | None = None  # from this sample on it may open anew
+        self._grid = 0
         self._open = False
         self._started = False
         self._next = 0
@@ -108,7 +110,7 @@ class ClosingGate:
     @property
     def undecided(self) -> int:
         """So many more samples change nothing yet: the step they belong to is not whole."""
-        return self._step - 1 - self._waiting_samples if self._started else 0
+        return self._skipped + self._step - 1 - self._waiting_samples if self._started else 0
 
     def touched(self, sample: int) -> None:
         """A contact began with this sample."""
@@ -140,6 +142,7 @@ class ClosingGate:
         return events
 
     def _restart(self, first_sample: int, epoch: int) -> None:
+        goes_on = self._started and epoch == self._epoch
         self._started = True
         self._open = False
         self._epoch = epoch
@@ -148,15 +151,19 @@ class ClosingGate:
         self._since = 0  # step in which this state began
         self._waiting: list[NDArray[Any]] = []  # raw samples of a step that is not whole
         self._waiting_samples = 0
-        self._grid = first_sample  # of the first sample that waits
+        # Behind a gap what is left of the step that began in it is not looked at.
+        self._skipped = (self._grid - first_sample) % self._step if goes_on else 0
+        self._grid = first_sample + self._skipped  # of the first sample that waits
         self._steps = 0  # seen in this stretch
         self._sums = np.zeros((0, 2, len(self._vibration)))  # of the last steps
         self._unloaded: NDArray[np.float64] | None = None
         self._held = -STEPS  # last step in which something was held
 
     def _watch(self, block: Block) -> list[GateEvent]:
-        self._waiting.append(block.data)
-        self._waiting_samples += len(block.data)
+        data = block.data[self._skipped :]
+        self._skipped -= len(block.data) - len(data)
+        self._waiting.append(data)
+        self._waiting_samples += len(data)
         steps = self._waiting_samples // self._step
         if not steps:
             return []

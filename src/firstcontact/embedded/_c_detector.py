@@ -50,14 +50,27 @@ _SOURCE = """\
 {constants}"""
 
 
-def write_detector(detector: Detector) -> CUnit:
-    """The C of a detector; InputError where it is not described sample by sample."""
+def write_detector(detector: Detector, rate: float | None = None) -> CUnit:
+    """The C of a detector, whose lengths are those of one rate.
+
+    Parameters
+    ----------
+    detector
+        Trained, or one that learns nothing.
+    rate
+        Hz, for a detector that takes any; left out: a fingertip's.
+
+    Raises
+    ------
+    InputError
+        It is not described sample by sample.
+    """
     if not isinstance(detector, WindowDetector):
         raise InputError(
             f"the detector {detector.name!r} does not judge windows, and C is written of those "
             "that do: train with another --detector"
         )
-    rate = detector.rate or FINGERTIP_RATE
+    rate = detector.rate or rate or FINGERTIP_RATE
     lengths, judgement = detector.sizes(rate), detector.judgement(rate)
     sizes = detector_sizes(detector, rate)
     constants = constant_bytes(judgement.constants)
@@ -76,7 +89,7 @@ def write_detector(detector: Detector) -> CUnit:
     text = text.replace("static const fc_", "const fc_")
     source = _SOURCE.format(name=detector.name, constants=text)
     fixed = ("fc_detector", "fc_onset", *_judge(judgement.kernel))
-    return CUnit("fc_detector_sizes", header, source, constants, memory, 0, fixed)
+    return CUnit("fc_detector_sizes", header, source, constants, memory, 0, fixed, rate)
 
 
 def _judge(kernel: str) -> tuple[str, ...]:

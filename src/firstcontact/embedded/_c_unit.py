@@ -21,6 +21,8 @@ class CUnit:
         About how many one answer takes; 0 where that is not known.
     fixed
         Names of the files that are the same for all and that it needs, without their endings.
+    rate
+        Sampling rate that its lengths are of, Hz; None where its header does not depend on one.
     """
 
     name: str
@@ -30,3 +32,4 @@ class CUnit:
     memory: int
     instructions: int
     fixed: tuple[str, ...]
+    rate: float | None = None

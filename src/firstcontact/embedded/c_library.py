@@ -57,7 +57,7 @@ def units_of(trained: Trained) -> list[CUnit]:
     """
     units = [write_model(named) for named in trained.models]
     if trained.detector is not None:
-        units.append(write_detector(trained.detector))
+        units.append(write_detector(trained.detector, trained.rate))
     if trained.anytime is not None:
         units.extend(write_anytime(trained.anytime))
     return units
@@ -88,7 +88,8 @@ def write(trained: Trained, out: Path) -> list[str]:
 
 def _said(unit: CUnit) -> str:
     took = f", about {unit.instructions} instructions" * bool(unit.instructions)
-    return f"{unit.name}: {unit.constants} bytes of constants, {unit.memory} of memory{took}"
+    at = f", for {unit.rate:g} Hz" if unit.rate else ""
+    return f"{unit.name}: {unit.constants} bytes of constants, {unit.memory} of memory{took}{at}"
 
 
 C = ModelExporter("c", write)

@@ -49,6 +49,12 @@ class Trained:
     anytime: InContextModel | None = None
 
     @property
+    def rate(self) -> float | None:
+        """Sampling rate that its models learned at, Hz; None where there are none."""
+        learned = [m.model.spec.rate for m in self.models]
+        return next(iter(learned), None if self.anytime is None else self.anytime.rate)
+
+    @property
     def parts(self) -> list[str]:
         """What there is, in words."""
         found = [f"{m.name}: {m.model.kind}, {m.model.spec.task}" for m in self.models]

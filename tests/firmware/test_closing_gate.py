@@ -1,0 +1,69 @@
+"""The gate of a hand that answers by itself, against the host's: the same closings, gap or none."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+
+import numpy as np
+import pytest
+from firmware_build import FIRMWARE
+from hand import FLOORS
+
+from firstcontact.contact.gate import ClosingGate, Turn
+from firstcontact.core import Block, ChannelKind, Finger, fingertip_layout
+from firstcontact.twin.filter import DeviceFilter
+from firstcontact.twin.stream import TwinStream
+
+LAYOUT = fingertip_layout()
+DATA = DeviceFilter().update(TwinStream(seed=4).read(12 * 4936))
+#: Above what a gate takes, bytes.
+ROOM = 4096
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
+    made = tmp_path_factory.mktemp("gate") / "gate.so"
+    source = FIRMWARE / "answers" / "fc_gate.c"
+    kernels = FIRMWARE.parent / "src" / "firstcontact" / "embedded" / "c"
+    options = ["-std=c99", "-O2", "-ffp-contract=off", "-shared", "-fPIC", f"-I{kernels}"]
+    subprocess.run(["gcc", *options, str(source), "-o", str(made)], check=True)
+    return ctypes.CDLL(str(made))
+
+
+def volts(kind: ChannelKind) -> np.ndarray:
+    columns = LAYOUT.columns(kind)
+    return np.ascontiguousarray(LAYOUT.physical(DATA, columns), np.float64)
+
+
+def of_firmware(library: ctypes.CDLL, cut: int, lost: int) -> list[tuple[str, int]]:
+    """Turns and the first sample that each is about, so many samples lost from one on."""
+    gate = ctypes.create_string_buffer(ROOM)
+    floors = (ctypes.c_double * 2)(*(FLOORS.noise(f) or 0.0 for f in Finger))
+    piezo, loads = volts(ChannelKind.VIBRATION), volts(ChannelKind.FORCE)
+    library.fc_gate_start(gate, floors, ctypes.c_uint32(0))
+    found = []
+    for n in [*range(cut), *range(cut + lost, len(DATA))]:
+        if lost and n == cut + lost:
+            library.fc_gate_start(gate, floors, ctypes.c_uint32(n))
+        at = (a[n].ctypes.data_as(ctypes.c_void_p) for a in (piezo, loads))
+        turn = library.fc_gate_take(gate, *at)
+        found += [("opens" if turn == 1 else "shuts", n + 1)] if turn else []
+    return found
+
+
+def of_host(cut: int, lost: int) -> list[tuple[str, int]]:
+    gate = ClosingGate(LAYOUT, FLOORS)
+    events = gate.update(Block(DATA[:cut]))
+    events += gate.update(Block(DATA[cut + lost :], cut + lost))
+    named = [("opens" if e.turn is Turn.OPENS else "shuts", e.sample) for e in events]
+    # That a gap ends a closing is no turn of the firmware's gate: who starts it anew knows.
+    return [e for e in named if not lost or e != ("shuts", cut)]
+
+
+@pytest.mark.parametrize("lost", [0, 1, 7, 15, 44])
+def test_closings_are_the_hosts(library: ctypes.CDLL, lost: int) -> None:
+    first = next(n for what, n in of_host(0, 0) if what == "opens")
+    found = of_firmware(library, first + 23, lost)
+    assert len(found) > 4
+    assert found == of_host(first + 23, lost)

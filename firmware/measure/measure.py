@@ -114,7 +114,7 @@ def of_windows(
         for form in forms(NamedModel("stiffness", kept.model, interval), learn.X, learn.sessions):
             size = form.model.notes["support_vectors"]
             cost = parity.of_model(form, everything, out / f"{name}_{size}")
-            row = asdict(cost) | answer_of(form.model)
+            row = asdict(cost) | answer_of(ESTIMATORS.default, form.model)
             row |= scored(form.model, form.interval, held, "blocks")
             if task is Task.REGRESSION:
                 row |= scored(form.model, form.interval, objects, "objects")
@@ -131,10 +131,10 @@ def of_windows(
     return {"models": rows, "peers": others}, usual
 
 
-def answer_of(model: Model) -> Numbers:
-    """Which model it is, and how many samples an answer takes: for the report's time to act."""
+def answer_of(name: str, model: Model) -> Numbers:
+    """Which estimator made it, and how many samples an answer takes: for the report's time to act."""
     spec = model.spec
-    its = {"estimator": model.kind, "task": spec.task.value}
+    its = {"estimator": name, "task": spec.task.value}
     return its | {"samples": spec.samples, "rate_hz": spec.rate}
 
 
@@ -151,7 +151,7 @@ def of_others(
         )
         model = estimator.fit(learn.X, learn.y, learn.sessions, SEED)
         cost = parity.of_model(NamedModel("stiffness", model, None), everything, out / name)
-        row = asdict(cost) | answer_of(model) | scored(model, None, held, "blocks")
+        row = asdict(cost) | answer_of(name, model) | scored(model, None, held, "blocks")
         rows[name] = row | scored(model, None, objects, "objects")
     return rows
 

@@ -132,7 +132,7 @@ def of_windows(
 
 
 def answer_of(name: str, model: Model) -> Numbers:
-    """Which estimator made it, and how many samples an answer takes: for the report's time to act."""
+    """Which estimator made it, and how many samples an answer takes."""
     spec = model.spec
     its = {"estimator": name, "task": spec.task.value}
     return its | {"samples": spec.samples, "rate_hz": spec.rate}

@@ -126,7 +126,7 @@ def test_the_sentence_names_the_cell(tmp_path, capsys):
     path = table(tmp_path / "x.csv", shore_a="\x1b[31m" + "9" * 4000)
     assert main(["import", str(path), "--rate", "5000", "--out", str(tmp_path / "o")]) == 2
     said = capsys.readouterr().err
-    assert "shore_a of pinch 0" in said
+    assert "shore_a of line 2" in said
     assert "\x1b" not in said
     assert len(said) < 500
 

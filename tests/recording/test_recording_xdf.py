@@ -201,8 +201,8 @@ HOLED[9] = np.nan
         ((vibration(stamps=NO_TIME), marks()), ("no numbers",)),
         ((vibration(values=HOLED), marks()), ("NaN", "(9, 0)")),
         ((vibration(), marks(), marks(4, "more")), ("several streams of texts", "--events")),
-        ((vibration(), marks(said=((5.0, "late"),))), ("row 0", "outside")),
-        ((vibration(), marks(said=((0.5, "weight=3"),))), ("label 0", "weight=3")),
+        ((vibration(), marks(said=((5.0, "late"),))), ("marker 1", "outside")),
+        ((vibration(), marks(said=((0.5, "weight=3"),))), ("marker 1", "weight=3")),
         ((), ("0 streams",)),
     ],
 )

@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 
 from firstcontact.learning.scores import RegressionScores
+from firstcontact.report._chapters import Chapter, Column
+from firstcontact.report._tables import Table
 from firstcontact.report.figures.lengths import lengths_figure
 from firstcontact.report.figures.offsets import offset_figure
 from firstcontact.report.findings import Findings, PartResult
@@ -76,3 +78,14 @@ def test_a_command_that_is_not_utf8_is_shown_all_the_same() -> None:
         "firstcontact study --out \udcff", asdict(StudySettings()), False, [Findings("a")], []
     )
     assert "study --out ?" in render(state)
+
+
+def test_a_table_of_many_columns_does_not_stand_beside_another() -> None:
+    narrow, broad = (Table("", ["x"] * columns, []) for columns in (5, 12))
+    assert not Chapter("a", "A", "", [Column("one", [narrow], [])]).wide
+    assert Chapter("a", "A", "", [Column("one", [narrow, broad], [])]).wide
+
+
+def test_what_pages_share_is_in_each_of_them() -> None:
+    assert "overflow-x: auto" in page(1)
+    assert "{%" not in page(1)

@@ -12,12 +12,18 @@ from firstcontact.core import Finger, InputError, Role
 from firstcontact.core.pinch import HIGHEST_RANK
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.recording.quoting import shown, text_of
+from firstcontact.recording.table import Table
 
 #: Names of hardness classes, from soft to hard.
 CLASSES = ("soft", "medium", "hard")
 
 T = TypeVar("T")
 Columns = Mapping[str, Sequence[Any]]
+
+
+def place(columns: Columns, number: int) -> str:
+    """Where the labels of a pinch stand: its line in a table, its number among arrays."""
+    return columns.place(number) if isinstance(columns, Table) else f"pinch {number}"
 
 
 def each(where: str, columns: Columns, name: str, read: Callable[[Any], T]) -> list[T] | None:
@@ -30,7 +36,7 @@ def each(where: str, columns: Columns, name: str, read: Callable[[Any], T]) -> l
             values.append(read(value))
         except (ValueError, TypeError, OverflowError) as error:
             raise InputError(
-                f"{where}: {name} of pinch {i} is {shown(value)}, {error}: "
+                f"{where}: {name} of {place(columns, i)} is {shown(value)}, {error}: "
                 f"correct it, or leave {name} out for all"
             ) from None
     return values

@@ -13,11 +13,14 @@ from firstcontact.core import InputError
 from firstcontact.core.files import read_regular
 from firstcontact.recording._labels import LABEL_COLUMNS
 from firstcontact.recording.quoting import reason, shown
+from firstcontact.recording.table import Table
 
 #: Bytes of the longest track: a hundred thousand labels and more.
 LONGEST_TRACK = 1 << 24
 #: Lines that begin so belong to the label before: its range of frequencies.
 _FREQUENCIES = "\\"
+#: The column of a label's start.
+ONSET = "onset_s"
 
 
 def is_track(path: Path) -> bool:
@@ -25,7 +28,7 @@ def is_track(path: Path) -> bool:
     return path.suffix.lower() == ".txt"
 
 
-def read_track(path: Path) -> dict[str, list[str]]:
+def read_track(path: Path) -> Table:
     """The labels of a track, as columns of a table of contacts.
 
     Where a label spans a range, its start is the contact.
@@ -45,6 +48,7 @@ def read_track(path: Path) -> dict[str, list[str]]:
         ) from error
     starts: list[str] = []
     texts: list[str] = []
+    numbers: list[int] = []
     for number, line in enumerate(text.splitlines(), 1):
         if not line.strip() or line.startswith(_FREQUENCIES):
             continue
@@ -59,15 +63,16 @@ def read_track(path: Path) -> dict[str, list[str]]:
                 f"{path}: line {number} is {shown(line)} and no label: give start and end in "
                 "seconds and a text, with tabs between"
             )
+        numbers.append(number)
         starts.append(f"{start!r}")
         texts.append(" ".join(fields[2:]).strip())
     if not starts:
         raise InputError(f"{path} has no labels: give one line for each contact")
-    return {"onset_s": starts, **label_columns(str(path), texts)}
+    return label_columns(str(path), Table({ONSET: starts}, numbers), texts)
 
 
-def label_columns(where: str, texts: Sequence[str]) -> dict[str, list[str]]:
-    """What the texts of labels say, as columns of a table; a text of plain words is the object.
+def label_columns(where: str, table: Table, texts: Sequence[str]) -> Table:
+    """A table with what the texts of its rows say; a text of plain words is the object.
 
     Raises
     ------
@@ -82,8 +87,8 @@ def label_columns(where: str, texts: Sequence[str]) -> dict[str, list[str]]:
             name, value = (name, value) if equals else ("object", part)
             if name not in LABEL_COLUMNS or name in row:
                 raise InputError(
-                    f"{where}: label {number} says {shown(part)}: give the object in words, or "
-                    f"name=value once for any of {', '.join(LABEL_COLUMNS)}, with semicolons "
+                    f"{where}: {table.place(number)} says {shown(part)}: give the object in words, "
+                    f"or name=value once for any of {', '.join(LABEL_COLUMNS)}, with semicolons "
                     "between"
                 )
             row[name] = value
@@ -93,7 +98,8 @@ def label_columns(where: str, texts: Sequence[str]) -> dict[str, list[str]]:
         lacking = next((i for i, row in enumerate(rows) if name not in row), None)
         if lacking is not None and name != "object":
             raise InputError(
-                f"{where}: label {lacking} does not say {name} and others do: give it in all, or "
-                "in none"
+                f"{where}: {table.place(lacking)} does not say {name} and others do: give it in "
+                "all, or in none"
             )
-    return {name: [row.get(name, "") for row in rows] for name in names}
+    said = {name: [row.get(name, "") for row in rows] for name in names}
+    return Table({**table, **said}, table.numbers, table.word)

@@ -22,7 +22,7 @@ from firstcontact.core import (
     Role,
 )
 from firstcontact.recording import _cells as cells
-from firstcontact.recording._cells import Columns, each
+from firstcontact.recording._cells import Columns, each, place
 from firstcontact.recording.dataset import pause_between, shifted
 from firstcontact.recording.quoting import shown
 
@@ -212,13 +212,13 @@ def make_contacts(
         for field, sample in ((name, first), ("second_contact", second)):
             if not -1 <= sample < len(data):
                 raise InputError(
-                    f"{where}: {field} of pinch {i} is {shown(sample)}, outside its "
-                    f"{len(data)} samples: count from 0 within the pinch, -1 where not known"
+                    f"{where}: {field} of {place(columns, i)} is {shown(sample)}, outside "
+                    f"the pinch's {len(data)} samples: count from 0 within it, -1 where not known"
                 )
         if second >= 0 and not 0 <= first <= second:
             raise InputError(
-                f"{where}: second_contact of pinch {i} ({second}) is before its {name} "
-                f"({first if first >= 0 else 'not known'}): correct one of them"
+                f"{where}: second_contact of {place(columns, i)} ({second}) is before its "
+                f"{name} ({first if first >= 0 else 'not known'}): correct one of them"
             )
         touched = finger
         if len(owners) == 1:
@@ -269,9 +269,9 @@ def make_motor_starts(
         end = known[0].sample if known else length
         if not -1 <= start < max(end, 0):
             raise InputError(
-                f"{where}: motor_start of pinch {i} is {shown(start)}, outside the {end} samples "
-                f"before its {'first contact' if known else 'end'}: count from 0 within the pinch, "
-                "-1 where not known"
+                f"{where}: motor_start of {place(columns, i)} is {shown(start)}, outside the "
+                f"{end} samples before its {'first contact' if known else 'end'}: count from 0 "
+                "within the pinch, -1 where not known"
             )
     return [None if start < 0 else start for start in starts]
 

@@ -32,7 +32,7 @@ from firstcontact.recording.checks import (
 )
 from firstcontact.recording.formats import Importer
 from firstcontact.recording.quoting import listed, shown
-from firstcontact.recording.table import read_columns
+from firstcontact.recording.table import Table, read_columns
 
 FORCE = tuple(f"force_{f}_{k}" for f in ("index", "thumb") for k in range(TAXELS))
 STRIP = ("strip_index", "strip_thumb")
@@ -43,8 +43,6 @@ _KNOWN = {
 }
 #: Two ways to say the rate agree within this share.
 _RATES_AGREE = 0.01
-
-Columns = dict[str, list[str]]
 
 
 def import_csv(path: Path, rate: float | None = None) -> Dataset:
@@ -75,16 +73,17 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
         *_all_or_none(path, columns, STRIP),
     ]
     data = joined([_signal(path, columns, name)[:, None] for name in names])
-    bounds = _bounds(path, columns["pinch"])
+    bounds = _bounds(path, columns)
 
     given = {n: _constant(path, columns, n, [(0, len(data))])[0] for n in SETTINGS if n in columns}
     given["sample_rate_hz"] = str(_rate(path, columns, bounds, given.get("sample_rate_hz"), rate))
     settings = read_settings(str(path), {f"{sensor}_unit": "V", **given}, sensor)
-    of_pinches = {
+    labels = {
         name: _constant(path, columns, name, bounds)
         for name in (*LABEL_COLUMNS, *CONTACT_COLUMNS)
         if name in columns
     }
+    of_pinches = columns.of_rows(labels, [start for start, _ in bounds])
     notes = list(settings.notes)
     unknown = sorted(set(columns) - _KNOWN - set(own))
     if unknown:
@@ -100,7 +99,7 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
     return labelled(str(path), cuts, layout, of_pinches, settings.source, notes)
 
 
-def _vibration(path: Path, sensor: VibrationSensor, columns: Columns) -> list[list[str]]:
+def _vibration(path: Path, sensor: VibrationSensor, columns: Table) -> list[list[str]]:
     """Columns of the sensor that is alone, or of the index finger's and the thumb's."""
 
     def of(named: str) -> list[str]:
@@ -115,7 +114,7 @@ def _vibration(path: Path, sensor: VibrationSensor, columns: Columns) -> list[li
     return there
 
 
-def _all_or_none(path: Path, columns: Columns, names: tuple[str, ...]) -> tuple[str, ...]:
+def _all_or_none(path: Path, columns: Table, names: tuple[str, ...]) -> tuple[str, ...]:
     missing = [n for n in names if n not in columns]
     if 0 < len(missing) < len(names):
         raise InputError(
@@ -124,7 +123,7 @@ def _all_or_none(path: Path, columns: Columns, names: tuple[str, ...]) -> tuple[
     return () if missing else names
 
 
-def _signal(path: Path, columns: Columns, name: str) -> NDArray[Any]:
+def _signal(path: Path, columns: Table, name: str) -> NDArray[Any]:
     """A column of samples; integers stay integers."""
     cells = columns[name]
     for kind in (np.int64, np.float64):
@@ -134,7 +133,9 @@ def _signal(path: Path, columns: Columns, name: str) -> NDArray[Any]:
             if isinstance(error, InputError):
                 raise
     bad = next((i for i, cell in enumerate(cells) if not _is_number(cell)), 0)
-    raise InputError(f"{path}: {name} of row {bad} is {shown(cells[bad])} and must be a number")
+    raise InputError(
+        f"{path}: {name} of {columns.place(bad)} is {shown(cells[bad])} and must be a number"
+    )
 
 
 def _is_number(cell: str) -> bool:
@@ -145,16 +146,16 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _bounds(path: Path, names: list[str]) -> list[tuple[int, int]]:
+def _bounds(path: Path, columns: Table) -> list[tuple[int, int]]:
     """First row and end of each pinch."""
     bounds = []
     seen = set()
     start = 0
-    for name, rows in groupby(names):
+    for name, rows in groupby(columns["pinch"]):
         if name in seen:
             raise InputError(
-                f"{path}: pinch {shown(name)} comes again in row {start}: put its rows one after "
-                "another"
+                f"{path}: pinch {shown(name)} comes again in {columns.place(start)}: put its "
+                "rows one after another"
             )
         seen.add(name)
         stop = start + sum(1 for _ in rows)
@@ -163,7 +164,7 @@ def _bounds(path: Path, names: list[str]) -> list[tuple[int, int]]:
     return bounds
 
 
-def _constant(path: Path, columns: Columns, name: str, bounds: list[tuple[int, int]]) -> list[str]:
+def _constant(path: Path, columns: Table, name: str, bounds: list[tuple[int, int]]) -> list[str]:
     """The one value of a column in each pinch."""
     cells = columns[name]
     for start, stop in bounds:
@@ -171,14 +172,14 @@ def _constant(path: Path, columns: Columns, name: str, bounds: list[tuple[int, i
             if cells[row] != cells[start]:
                 raise InputError(
                     f"{path}: {name} changes from {shown(cells[start])} to {shown(cells[row])} in "
-                    f"row {row} where it must stay the same: correct the rows"
+                    f"{columns.place(row)} where it must stay the same: correct the rows"
                 )
     return [cells[start] for start, _ in bounds]
 
 
 def _rate(
     path: Path,
-    columns: Columns,
+    columns: Table,
     bounds: list[tuple[int, int]],
     written: str | None,
     asked: float | None,
@@ -190,7 +191,7 @@ def _rate(
     if written is not None:
         said.append(("sample_rate_hz", check_rate(f"{path}: sample_rate_hz", written)))
     if "time_s" in columns:
-        said += [("time_s", _rate_of_time(path, columns["time_s"], *b)) for b in bounds]
+        said += [("time_s", _rate_of_time(path, columns, *b)) for b in bounds]
     if not said:
         raise InputError(
             f"{path} does not say its rate: add a column time_s or sample_rate_hz, or give --rate"
@@ -203,22 +204,23 @@ def _rate(
     return said[0][1]
 
 
-def _rate_of_time(path: Path, cells: list[str], start: int, stop: int) -> float:
+def _rate_of_time(path: Path, columns: Table, start: int, stop: int) -> float:
     """Mean rate of a pinch, whose times must rise evenly."""
     try:
-        times = [float(cell) for cell in cells[start:stop]]
+        times = [float(cell) for cell in columns["time_s"][start:stop]]
     except ValueError as error:
         raise InputError(
-            f"{path}: time_s from row {start} on is not all numbers ({error}): correct it"
+            f"{path}: time_s from {columns.place(start)} on is not all numbers ({error}): "
+            "correct it"
         ) from error
     if len(times) < 2:
-        raise InputError(f"{path}: the pinch of row {start} has one sample: remove it")
+        raise InputError(f"{path}: the pinch of {columns.place(start)} has one sample: remove it")
     step = (times[-1] - times[0]) / (len(times) - 1)
     for row, (a, b) in enumerate(pairwise(times), start + 1):
         if not 0.5 * step < b - a < 1.5 * step:
             raise InputError(
-                f"{path}: time_s leaps from {a:g} to {b:g} in row {row}: samples are missing or "
-                "out of order; leave the pinch out"
+                f"{path}: time_s leaps from {a:g} to {b:g} in {columns.place(row)}: samples are "
+                "missing or out of order; leave the pinch out"
             )
     return check_rate(f"{path}: the rate of time_s", 1 / step)
 

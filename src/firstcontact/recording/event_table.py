@@ -18,21 +18,21 @@ from numpy.typing import NDArray
 
 from firstcontact.core import InputError
 from firstcontact.recording import _cells as cells
-from firstcontact.recording._label_track import is_track, read_track
+from firstcontact.recording._label_track import ONSET, is_track, read_track
 from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS
 from firstcontact.recording._table_columns import unknown_columns
 from firstcontact.recording.quoting import shown
-from firstcontact.recording.table import read_columns
+from firstcontact.recording.table import Table, read_columns
 
 #: What is cut out around a contact, s: quiet that a detector measures its noise in, and a
 #: window with what filters look ahead. Between two that are closer it is shared out alike.
 BEFORE, AFTER = 0.080, 0.060
-SECONDS, SAMPLE = "onset_s", "onset_sample"
+SECONDS, SAMPLE = ONSET, "onset_sample"
 CHANNEL = "channel"
 _FINGER = "first_finger"
 _KNOWN = {"file", CHANNEL, SECONDS, SAMPLE, _FINGER, "source", "comment", *LABEL_COLUMNS}
 
-Columns = dict[str, list[str]]
+Columns = Table
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,32 +108,32 @@ def find_events(
             value = cells.number(cell)
         except ValueError as error:
             raise InputError(
-                f"{table}: {name} of row {row} is {shown(cell)}, {error}: correct it"
+                f"{table}: {name} of {columns.place(row)} is {shown(cell)}, {error}: correct it"
             ) from None
         at = value * rate if name == SECONDS else value
         end, channels = shapes[file]
         if of is not None and not 0 <= of[row] < channels:
             raise InputError(
-                f"{table}: channel of row {row} is {shown(of[row])}, and {files[file].name} has "
-                f"{channels}: count from 0"
+                f"{table}: channel of {columns.place(row)} is {shown(of[row])}, and "
+                f"{files[file].name} has {channels}: count from 0"
             )
         if not 0 <= at <= end - 1:
             last = f"{(end - 1) / rate:g} s" if name == SECONDS else end - 1
             raise InputError(
-                f"{table}: {name} of row {row} is {shown(cell)}, outside {files[file].name} "
-                f"(0 to {last}): correct the row"
+                f"{table}: {name} of {columns.place(row)} is {shown(cell)}, outside "
+                f"{files[file].name} (0 to {last}): correct the row"
             )
         if name == SAMPLE and at != int(at):
             raise InputError(
-                f"{table}: {name} of row {row} is {shown(cell)}, which is not a whole number: "
-                f"give samples, or seconds in {SECONDS}"
+                f"{table}: {name} of {columns.place(row)} is {shown(cell)}, which is not a whole "
+                f"number: give samples, or seconds in {SECONDS}"
             )
         out.append(Event(row, file, None if of is None else of[row], round(at)))
     for one, other in pairwise(sorted(out, key=_place)):
         if (one.file, one.sample) == (other.file, other.sample):
             raise InputError(
-                f"{table}: rows {one.row} and {other.row} are one contact, at sample {one.sample} "
-                f"of {files[one.file].name}: remove one"
+                f"{table}: {columns.place(one.row)} and {columns.place(other.row)} are one "
+                f"contact, at sample {one.sample} of {files[one.file].name}: remove one"
             )
     return out
 
@@ -150,7 +150,8 @@ def labels_of(
     given["first_contact"] = [
         str(event.sample - start) for event, start in zip(found, starts, strict=True)
     ]
-    return given, unknown_columns(table, columns, _KNOWN)
+    rows = [event.row for event in found]
+    return columns.of_rows(given, rows), unknown_columns(table, columns, _KNOWN)
 
 
 def spans(

@@ -16,6 +16,7 @@ from firstcontact.recording.event_table import (
     AFTER,
     BEFORE,
     CHANNEL,
+    Columns,
     cut_events,
     find_events,
     labels_of,
@@ -58,7 +59,7 @@ def import_events(
     if events is None:
         return _as_one(path, sensor)
     columns = read_event_table(events)
-    files, of_rows, notes = _files(path, events, columns.get("file"))
+    files, of_rows, notes = _files(path, events, columns)
     sounds = [read_sound(file) for file in files]
     one = CHANNEL in columns
     check_alike(files, [(rate, data[:, :1] if one else data) for rate, data in sounds])
@@ -85,9 +86,10 @@ def _as_one(file: Path, sensor: VibrationSensor | None) -> Dataset:
 
 
 def _files(
-    path: Path, table: Path, names: list[str] | None
+    path: Path, table: Path, columns: Columns
 ) -> tuple[list[Path], list[int | None], list[str]]:
     """Files that have contacts, number of each row's (None: of a file not asked for), notes."""
+    names = columns.get("file")
     if not path.is_dir():
         if names is None:
             return [path], [], []
@@ -110,8 +112,8 @@ def _files(
         if len(found) != 1:
             what = "is in two folders" if found else "is not in the folder"
             raise InputError(
-                f"{table}: file of row {row} is {shown(name)}, which {what} {path}: correct the "
-                "row or the folder"
+                f"{table}: file of {columns.place(row)} is {shown(name)}, which {what} {path}: "
+                "correct the row or the folder"
             )
         if found[0] not in files:
             files.append(found[0])

@@ -6,6 +6,7 @@ Without a table, a file holds the arrays of :mod:`firstcontact.recording.arrays`
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -80,7 +81,7 @@ def import_mat(
     return pinches_of(table, whole, places, columns, source, notes)
 
 
-def _files(path: Path, labels: Path | None) -> tuple[list[Path], dict[str, list[str]], Path]:
+def _files(path: Path, labels: Path | None) -> tuple[list[Path], Mapping[str, list[str]], Path]:
     """The files, the columns of their table, and the table: none and the path without one."""
     table = labels or (path if path.is_dir() else path.parent) / LABELS
     if labels is None and not (path.is_dir() and table.exists()):
@@ -98,7 +99,8 @@ def _files(path: Path, labels: Path | None) -> tuple[list[Path], dict[str, list[
     rows = [row for row, name in enumerate(columns["file"]) if name.strip() == path.name]
     if len(rows) != 1:
         raise InputError(f"{table} has {len(rows)} rows for {path.name}: give one")
-    return [path], {name: [cells[rows[0]]] for name, cells in columns.items()}, table
+    row = {name: [cells[rows[0]]] for name, cells in columns.items()}
+    return [path], columns.of_rows(row, rows), table
 
 
 def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Assembled:

@@ -76,7 +76,7 @@ def import_wav(
     rate, first = sounds[0]
     check_alike(files, sounds)
     for row, said in enumerate(columns.get("sample_rate_hz", [])):
-        if check_rate(f"{table}: sample_rate_hz of row {row}", said) != rate:
+        if check_rate(f"{table}: sample_rate_hz of {columns.place(row)}", said) != rate:
             raise InputError(
                 f"{table}: sample_rate_hz of {files[row].name} is {said}, but the file has "
                 f"{rate} Hz: correct the table"

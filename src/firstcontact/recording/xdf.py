@@ -82,7 +82,7 @@ def import_xdf(
     if not columns:
         notes.append(NO_CONTACTS)
         starts, stops, of = [0] * len(parts), lengths, list(range(len(parts)))
-        given: Columns = {}
+        given = Columns({}, ())
     else:
         rows, local = _placed(table, columns, parts, whole, notes)
         found = find_events(
@@ -130,11 +130,12 @@ def _contacts(
             "contacts with --events"
         )
     if not says:
-        return {}, path
+        return Columns({}, ()), path
     texts = [str(text) for text in says[0].values[:, 0]]
     seconds = [f"{float(stamp - begin)!r}" for stamp in says[0].stamps]
     notes.append(f"contacts are the {len(texts)} markers of stream {says[0].name}")
-    return {SECONDS: seconds, **label_columns(f"{path}: stream {says[0].name}", texts)}, path
+    marks = Columns({SECONDS: seconds}, range(1, len(texts) + 1), "marker")
+    return label_columns(f"{path}: stream {says[0].name}", marks, texts), path
 
 
 def _placed(
@@ -160,8 +161,8 @@ def _placed(
         place = next((k for k, (a, b) in enumerate(bounds) if a <= at <= b), None)
         if place is None and not 0 <= at <= end:
             raise InputError(
-                f"{table}: {name} of row {row} is {shown(cell)}, where the vibration has no "
-                "samples: correct or remove the row"
+                f"{table}: {name} of {columns.place(row)} is {shown(cell)}, where the vibration "
+                "has no samples: correct or remove the row"
             )
         rows.append(place)
         local.append(cell if place is None else f"{at - bounds[place][0]!r}")
@@ -176,7 +177,7 @@ def _placed(
             f"{left} of {len(rows)} contacts lie in a gap, or where another stream lacks: they are "
             "left out"
         )
-    return rows, {**columns, name: local}
+    return rows, columns.of_rows({**columns, name: local}, range(len(rows)))
 
 
 def _bounds(name: str, run: Run, whole: Run) -> tuple[float, float]:

@@ -25,6 +25,9 @@ from firstcontact.report._tables import (
 from firstcontact.report.findings import Figure, Findings
 from firstcontact.report.results.study import SubjectResults
 
+#: Most columns of a table that stands beside another.
+_HALF = 8
+
 Maker = Callable[[SubjectResults], Table | None]
 
 
@@ -45,6 +48,12 @@ class Chapter:
     title: str
     text: str
     columns: Sequence[Column]
+
+    @property
+    def wide(self) -> bool:
+        """Whether a table has more columns than half a page has room for."""
+        tables = (table for column in self.columns for table in column.tables)
+        return any(len(table.head) > _HALF for table in tables)
 
 
 @dataclass(frozen=True, slots=True)

@@ -46,9 +46,9 @@ def timing_figure(pinch: Pinch, before: float = 0.030, after: float = 0.110) -> 
                 ax.axvline(at, color=COLOURS[contact.finger], lw=1, ls="--")
             axes[0, 0].annotate(
                 ("first contact", "second contact")[number],
-                (at, 0.86),
+                (at, 1.0),
                 xycoords=("data", "axes fraction"),
-                xytext=(-5 if number == 0 else 5, 0),
+                xytext=(2 if number == 0 else -2, 3),  # above the axes: no trace is there
                 textcoords="offset points",
                 ha="right" if number == 0 else "left",
                 fontsize=8,

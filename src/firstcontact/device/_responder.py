@@ -78,6 +78,11 @@ class Responder:
         """Whether more of the host's bytes may come; not while it is owed a reply."""
         return self._reply is None
 
+    @property
+    def room(self) -> int:
+        """So many more samples can wait; what is not sent takes none."""
+        return len(self._ring) - self._used if self.streaming else len(self._ring)
+
     def sample(self, data: NDArray[np.int16]) -> None:
         """Take the next samples, shape (n, channels)."""
         n = len(data)

@@ -48,7 +48,7 @@ class TwinDevice:
         Of everything by chance: the hand is that of ``firstcontact simulate`` with
         this condition and seed.
     speed
-        1 for real time; more to have an hour in less.
+        1 for real time; more to have an hour in less, as far as the host keeps up.
     latency
         From a command to the hand to its effect, s of its samples.
 
@@ -61,7 +61,8 @@ class TwinDevice:
     Notes
     -----
     The methods may be called from any thread. What a host that does not read misses is
-    counted by the device after half a second. An unplugged twin keeps its power: it counts on,
+    counted by the device after half a second; faster than real time it waits for the host
+    instead. An unplugged twin keeps its power: it counts on,
     and drops what cannot wait.
     """
 

@@ -54,7 +54,9 @@ class TwinProcess:
     condition, objects, seed, latency
         As of :class:`firstcontact.twin.stream.TwinStream`.
     speed
-        Samples a second, as a multiple of 4936.
+        Samples a second, as a multiple of 4936. Up to 1 the twin is a device: what a host does not
+        take in time is lost and counted. A twin that runs faster has no time to keep: it goes on
+        when the host has taken what was made.
     """
 
     def __init__(
@@ -72,6 +74,7 @@ class TwinProcess:
 
         self._terminal = terminal
         self._rate = FINGERTIP_RATE * speed
+        self._waits = speed > 1.0
         # Whole frames, and no more often than a tick.
         self._batch = FRAME_SAMPLES * max(1, round(self._rate * TICK / FRAME_SAMPLES))
         # Compiles everything, or loads it, before the clock starts.
@@ -123,11 +126,20 @@ class TwinProcess:
         due = int((time.monotonic() - self._begin) * self._rate) - self._made
         if due < self._batch:
             return False
+        if self._held_up:
+            # What the host makes us wait for is not made up for afterwards.
+            self._begin = time.monotonic() - self._made / self._rate
+            return False
         data = self._filter.update(self._stream.read(self._batch))
         self._responder.sample(data)
         self._made += self._batch
         self._announce()
         return due >= 2 * self._batch
+
+    @property
+    def _held_up(self) -> bool:
+        """Whether the next samples wait for a host that is there and has not taken the last."""
+        return self._waits and self._terminal.plugged and self._responder.room < self._batch
 
     def _until_next(self) -> float:
         at = self._begin + (self._made + self._batch) / self._rate

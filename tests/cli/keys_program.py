@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
+import sys
 import threading
 
-from firstcontact.cli.hand_keys import hand_keys
+from firstcontact.cli.session_keys import session_keys
 from firstcontact.core import InputError
 from firstcontact.live.hand_requests import Ask
 
@@ -21,9 +22,13 @@ class Session:
     """Says what it is asked."""
 
     closed = False
+    combines = True
+
+    def new_object(self) -> None:
+        say("new object")
 
     def hand_asks(self) -> tuple[Ask, ...]:
-        return tuple(Ask)
+        return () if "--no-hand" in sys.argv else tuple(Ask)
 
     def ask_hand(self, ask: Ask, by: str) -> None:
         if ask is Ask.CLOSE and self.closed:
@@ -38,6 +43,6 @@ class Session:
         ended.set()
 
 
-with hand_keys(Session()):  # type: ignore[arg-type]
+with session_keys(Session()):  # type: ignore[arg-type]
     say("listens")
     ended.wait()

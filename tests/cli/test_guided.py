@@ -90,7 +90,19 @@ def test_a_link_that_goes_and_comes_is_said_once_each(capsys):
         "link: the device is gone; waiting for it",
         "link: the device is back, epoch 1",
         "link: 400 samples lost, 400 in all",
+        "link: 1100 samples, 400 lost, 0 damaged frames, 1 reconnects; 0 closings did not count",
     ]
+
+
+def test_a_recording_with_gaps_is_said_to_have_them_at_the_end(capsys):
+    source = Counts()
+    with Terminal(source, guide(), False) as terminal:
+        source.health = Health(samples=1000, lost_samples=7 + 500)
+        terminal.going_on()
+    assert capsys.readouterr().out.splitlines()[-1] == (
+        "warning: the recording has gaps, 500 samples are missing from it; a pinch with a gap in "
+        "it does not count and is asked for again"
+    )
 
 
 def test_a_link_that_loses_does_not_hide_what_is_waited_for(capsys):

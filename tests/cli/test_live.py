@@ -96,7 +96,7 @@ def test_a_rig_that_nothing_is_known_of_is_answered_with_wide_intervals(
     folder = tmp_path / "unknown"
     assert main(["adapt", "--out", str(folder)]) == 0
     told = []
-    for model in ((), ("--model", str(folder))):
+    for model in ((), ("--model", str(folder), "--one-object")):
         done = live(environment, "--device", str(real), "--speed", "inf", "--json", *model)
         assert done.returncode == 0, done.stderr
         assert ("does not know this rig" in done.stderr) is (model == ())
@@ -104,6 +104,10 @@ def test_a_rig_that_nothing_is_known_of_is_answered_with_wide_intervals(
         kinds = {e["type"] for e in events}
         assert {"running", "standing", "pinch"} <= kinds
         assert "estimated" not in kinds
+        # Nothing says which pinches are of one object, but where the option does.
+        combined = [e["pinches"] for e in events if e["type"] == "same_object"]
+        assert len(combined) > 1
+        assert combined == (list(range(1, len(combined) + 1)) if model else [1] * len(combined))
         told.append(estimates(done.stdout))
     assert told[0] == told[1]
 
@@ -161,10 +165,10 @@ def test_the_twins_hand_is_driven(environment: dict[str, str]) -> None:
     # The device tells each command that it took, and how hard the hand squeezed.
     assert len([m for m in markers if m.startswith("twin: told hand: ")]) >= 4
     assert [m for m in markers if m.startswith("twin: peak ")]
-    assert "hand twin, policy first_contact" in done.stderr
-    assert "in 2 closings, 2 with contact" in done.stderr
+    assert "hand twin with policy first_contact: " in done.stderr
+    assert "in 2 closings, 2 of these with a contact" in done.stderr
     # With the session's end at once, and again when its connection is closed.
-    assert "released 2" in done.stderr
+    assert "released 2 times" in done.stderr
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 0), (signal.SIGQUIT, 131)])

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib.util
+import math
 from importlib.machinery import ModuleSpec
+from pathlib import Path
 
 import pytest
 
@@ -22,6 +24,12 @@ def test_a_port_is_a_port() -> None:
 def test_a_real_device_has_its_own_speed() -> None:
     with pytest.raises(InputError, match=r"--speed is 2, but a device on /dev/ttyACM0 has its own"):
         open_source("/dev/ttyACM0", speed=2.0)
+
+
+@pytest.mark.parametrize("speed", [1.0, math.inf])
+def test_a_folder_is_told_what_to_name_at_any_speed(tmp_path: Path, speed: float) -> None:
+    with pytest.raises(InputError, match=r"is a folder: name one recording in it \(\*\.mcap\)"):
+        open_source(str(tmp_path), speed=speed)
 
 
 def test_the_twin_by_its_name() -> None:

@@ -148,6 +148,7 @@ def test_the_end_says_what_was_told(
     said = "\n".join(grasp_lines(grasping))
     for number in (counts.commands, counts.closings, counts.estimates, counts.misses):
         assert str(number) in said
+    assert "in time" not in "\n".join(grasp_lines(grasping, in_time=False))
     assert np.isfinite([c.force for c in hand.told if isinstance(c, Command)]).all()
 
 

@@ -53,7 +53,7 @@ def test_answers_come_one_by_one_and_end_where_they_stand() -> None:
     assert [round(a["ms"]) for a in now["answers"]] == list(range(2, 15))
     assert now["estimate"]["low"] == round(ANSWERS[-2].low, 2)
     assert (now["settled"], now["case"], now["second"]) == (True, "IN_TIME", 14.18)
-    assert now["same"] == {"value": 30.5, "low": 22.0, "high": 39.0, "pinches": 3}
+    assert now["same"] == {"value": 30.5, "low": 22.0, "high": 39.0, "pinches": 3, "told": True}
 
 
 def test_a_model_of_a_window_stands_beside_it() -> None:
@@ -106,9 +106,12 @@ def test_it_is_drawn_and_a_new_object_is_asked_for(chromium: Any) -> None:
         # It is drawn slower than it came: in the end each answer and the last are circles.
         circles = "return document.querySelectorAll('#scale circle').length"
         until(chromium, lambda d: d.execute_script(circles) == len(ANSWERS))
-        assert "2nd: 14.2 ms" in text(chromium, "scale")
+        until(chromium, lambda d: "2nd: 14.2 ms" in text(d, "scale"))
         assert chromium.find_element("id", "strange").is_displayed()
         assert text(chromium, "same-word") == "Same object, 3 pinches"
+        alone = replace(SAME, pinches=1, told=False)
+        page.take(Update((), (alone,), Health(connected=True)))
+        until(chromium, lambda d: text(d, "same-word").startswith("This pinch alone"))
         chromium.find_element("id", "new-object").click()
         until(chromium, lambda d: asked.calls == ["new"])
         chromium.find_element("tag name", "body").send_keys("n")

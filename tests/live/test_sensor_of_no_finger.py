@@ -58,7 +58,7 @@ def test_nothing_is_said_of_a_second_contact_that_cannot_come() -> None:
     said = [line, *ledger_lines(ledger.summary(), 1.0, 0.1, alone=True)]
     assert "1 of 1 pinches had an answer" in said
     assert not any("second" in words for words in said)
-    assert any("second contact" in words for words in ledger_lines(ledger.summary(), 1.0, 0.1))
+    assert any("second finger" in words for words in ledger_lines(ledger.summary(), 1.0, 0.1))
 
 
 def test_on_the_page() -> None:

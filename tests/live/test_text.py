@@ -6,14 +6,16 @@ import io
 from dataclasses import replace
 
 from page_feed import Feed
-from told_events import DESCRIPTOR, everything
+from told_events import DESCRIPTOR, EVENTS, everything
 
+from firstcontact.core import Label
 from firstcontact.device import Health
 from firstcontact.device.twin_words import lost_text, peak_text
+from firstcontact.live.events import PinchDone
 from firstcontact.live.sink import Update
 from firstcontact.live.summary import ledger_lines
 from firstcontact.live.text import TextSink
-from firstcontact.recording import Marker
+from firstcontact.recording import Marker, PinchMark
 
 
 def test_pinches_losses_and_failures_are_a_line_each() -> None:
@@ -54,3 +56,53 @@ def test_a_device_that_answers_alone_has_no_estimates_to_count() -> None:
     assert not any("could be used" in line for line in said)
     said = [*ledger_lines({**figures, "overruns": 0, "blocks": 9, "estimates": 1}, 1.0, 0.1)]
     assert any("0 of 1 estimates could be used" in line for line in said)
+
+
+def test_at_another_speed_no_times_are_told_and_nothing_is_late() -> None:
+    figures = {"asked": 3, "early": 2, "standing": 1, "used": 1, "estimates": 2, "late": 1}
+    figures |= {f"total_{key}": 0.016 for key in ("p50", "p99", "max")}
+    figures |= {"overruns": 0, "blocks": 9}
+    real = "\n".join(ledger_lines(figures, 1.0, 0.1))
+    assert "16.000" in real
+    assert "2 of 3 pinches had an answer before the second finger touched" in real
+    assert "1 of 2 estimates could be used" in real
+    faster = [*ledger_lines(figures, 1.0, 0.1, speed=4.0)]
+    assert faster[0].startswith("times are left out: at --speed 4 ")
+    assert not any(w in line for line in faster for w in ("16.000", "late", "second finger"))
+
+
+def named(*markers: Marker, marks: tuple[PinchMark, ...] = (), later: bool = False) -> list[str]:
+    """What is said of the pinch, 400 to 1600, and of what was pinched."""
+    stream = io.StringIO()
+    sink = TextSink(stream, {"block 29": 29.0}.get)
+    sink.open(DESCRIPTOR)
+    (arrival,) = Feed().update().arrivals
+    (done,) = (event for event in EVENTS if isinstance(event, PinchDone))
+    words = replace(arrival, markers=markers, pinches=() if later else marks)
+    sink.take(Update(arrivals=(words,), events=(done,), health=Health(True)))
+    sink.take(
+        Update(arrivals=(replace(arrival, pinches=marks if later else ()),), health=Health(True))
+    )
+    return stream.getvalue().splitlines()[1:]
+
+
+def test_a_pinch_says_what_the_twin_held() -> None:
+    (line,) = named(Marker(450, "twin: block 29"), Marker(500, peak_text(3.0)))
+    assert line.endswith(", twin: block 29, 29 Shore A")
+    (line,) = named(Marker(450, "twin: pear"))
+    assert line.endswith(", twin: pear")
+    (line,) = named(Marker(1600, "twin: block 29"))
+    assert "block" not in line, "that is the next pinch"
+
+
+def test_a_pinch_says_what_a_marker_or_a_label_named() -> None:
+    (line,) = named(Marker(100, "my apple"))
+    assert line.endswith(', marked "my apple"')
+    mark = PinchMark(0, 300, 1500, 0, Label("pear", 40.0))
+    (line,) = named(marks=(mark,))
+    assert line.endswith(", labelled pear, 40 Shore A")
+    line, label = named(marks=(mark,), later=True)
+    assert "pear" not in line
+    assert label == "  pinch 1 was labelled pear, 40 Shore A"
+    (line,) = named(marks=(replace(mark, epoch=1),))
+    assert "pear" not in line

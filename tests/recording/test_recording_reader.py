@@ -131,7 +131,7 @@ def test_other_files_are_refused(tmp_path, content, message):
 def test_files_that_cannot_be_opened_are_refused(tmp_path):
     os.mkfifo(tmp_path / "pipe.mcap")  # nobody will ever write to it
     for name, said in (
-        ("", "not a regular file"),
+        ("", r"is a folder: name one recording in it \(\*\.mcap\)"),
         ("pipe.mcap", "not a regular file"),
         ("missing.mcap", "cannot be read"),
     ):

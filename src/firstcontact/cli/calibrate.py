@@ -102,10 +102,10 @@ def _weigh(source: Source, newtons: Sequence[float]) -> list[Weighing]:
     from firstcontact.collect.force_fit import Weighing
     from firstcontact.collect.weigh import loaded_volts
     from firstcontact.core import finger_name
-    from firstcontact.device.link_news import link_news
+    from firstcontact.device.link_news import LinkNews
 
     weighings = []
-    health = source.health
+    link = LinkNews(source.health)
     fingers = source.descriptor.layout.vibration_fingers
     for finger in (f for f in fingers if f is not None):
         for force in newtons:
@@ -115,8 +115,7 @@ def _weigh(source: Source, newtons: Sequence[float]) -> list[Weighing]:
             )
             while not entered():
                 source.read(0.1)
-                before, health = health, source.health
-                for line in link_news(before, health):
+                for line in link.lines(source.health):
                     print(line, flush=True)
             volts = loaded_volts(source, finger)
             print(f"{finger_name(finger):6} {force:g} N: {volts:.3f} V")

@@ -10,7 +10,7 @@ from firstcontact.cli.output import reader_gone
 from firstcontact.collect.guide import Guide, Judged
 from firstcontact.core import InputError, Label
 from firstcontact.device import Source
-from firstcontact.device.link_news import link_news
+from firstcontact.device.link_news import LinkNews
 
 #: Without a closing for so long, it is said what is waited for, s of the device's time.
 REMIND = 10.0
@@ -58,7 +58,8 @@ class Terminal:
         self._live = sys.stdout.isatty()
         self._width = 0
         self._told_at = source.health.samples
-        self._link = source.health
+        self._link = LinkNews(source.health)
+        self._lost_before = source.health.lost_samples
         self._deserted = False
 
     def __enter__(self) -> Self:
@@ -66,11 +67,19 @@ class Terminal:
 
     def __exit__(self, *exception: object) -> None:
         health = self._source.health
+        for line in self._link.lines(health, last=True):
+            self._line(line)
         self._say(
             f"link: {health.samples} samples, {health.lost} lost, "
             f"{health.bad_frames} damaged frames, {health.reconnects} reconnects; "
             f"{self._guide.left_out} closings did not count"
         )
+        lost = health.lost_samples - self._lost_before
+        if lost:
+            self._say(
+                f"warning: the recording has gaps, {lost} samples are missing from it; a pinch "
+                "with a gap in it does not count and is asked for again"
+            )
 
     def next_object(self, label: Label, done: int, wanted: int) -> bool:
         """Say what is to be pinched now; False where the person must first put it there.
@@ -115,9 +124,8 @@ class Terminal:
     def going_on(self) -> None:
         """Refresh the status; remind of what is waited for, and say what the link does."""
         health, guide = self._source.health, self._guide
-        for line in link_news(self._link, health):
+        for line in self._link.lines(health):
             self._line(line)
-        self._link = health
         waited = (health.samples - self._told_at) / guide.layout.rate
         noise = f"noise {guide.noise:.2f} x floor"
         if waited >= REMIND and not guide.paused:

@@ -6,7 +6,7 @@ import logging
 import math
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +16,7 @@ from firstcontact.cli.choices import devices, one_of
 from firstcontact.contact.slip_detectors import SLIP_DETECTORS
 from firstcontact.core.errors import InputError
 from firstcontact.core.extras import need
-from firstcontact.device.opening import open_source, source_kind
+from firstcontact.device.opening import SOURCES, open_source, source_kind
 from firstcontact.grasp.hand import Begins
 from firstcontact.grasp.policies.registry import POLICIES, live_policies
 from firstcontact.grasp.registry import HANDS
@@ -79,6 +79,8 @@ class Live:
     shape: str = ""
     """Of what is pinched, where it is known and an any-time model answers: flat, or its radius in
     mm; on the page it can be told for each object."""
+    one_object: bool = False
+    """All pinches are of one object, until another is told: what they say is combined."""
     slip: Annotated[str | None, one_of(SLIP_DETECTORS)] = None
     """What tells a policy with a reflex that what it holds slips; never tried on a real slip."""
     record: bool = False
@@ -107,7 +109,7 @@ class Live:
             need("live", "pylsl")
         from threadpoolctl import threadpool_limits
 
-        from firstcontact.cli.hand_keys import hand_keys
+        from firstcontact.cli.session_keys import session_keys
         from firstcontact.cli.stopping import stopping
         from firstcontact.contact import untrained
         from firstcontact.core.calibration_file import read_calibration
@@ -150,6 +152,8 @@ class Live:
                 session = LiveSession(
                     source, pipeline, actors, self.recordings, calibration, hand, self.shape
                 )
+                if self.one_object:
+                    session.new_object()
                 sinks = self._sinks(session, loaded.landmarks)
                 began, used = source.health.samples, time.process_time()
                 if self.record:
@@ -158,11 +162,11 @@ class Live:
                 stop.gently = True
                 # A replay without a pace can wait, so that no line of it is dropped.
                 patient = math.isinf(self.speed)
-                with hand_keys(session):
+                with session_keys(session):
                     session.run(sinks, self.seconds, self.pinches, lambda: stop.requested, patient)
                 self._report(session, source, began, time.process_time() - used)
             if grasping is not None:
-                for line in grasp_lines(grasping):
+                for line in grasp_lines(grasping, in_time=self.speed == 1.0):
                     _say(line)
             if session.recording.failed:
                 raise InputError(session.recording.failed)
@@ -280,10 +284,7 @@ class Live:
         return None if self.slip is None else SLIP_DETECTORS.find(self.slip)()
 
     def _sinks(self, session: LiveSession, landmarks: dict[str, float]) -> list[Sink]:
-        from firstcontact.live.json_lines import JsonLinesSink
-        from firstcontact.live.text import TextSink
-
-        sinks: list[Sink] = [JsonLinesSink(sys.stdout) if self.json else TextSink(sys.stdout)]
+        sinks: list[Sink] = [self._to_stdout(session.source)]
         if self.lsl:
             from firstcontact.live.lsl import LslSink
 
@@ -296,6 +297,12 @@ class Live:
             sinks.append(page)
         return sinks
 
+    def _to_stdout(self, source: Source) -> Sink:
+        from firstcontact.live.json_lines import JsonLinesSink
+        from firstcontact.live.text import TextSink
+
+        return JsonLinesSink(sys.stdout) if self.json else TextSink(sys.stdout, _shore_a(source))
+
     def _report(self, session: LiveSession, source: Source, began: int, cpu: float) -> None:
         from firstcontact.device.link_news import clock_line
         from firstcontact.live.summary import ledger_lines
@@ -304,12 +311,18 @@ class Live:
         layout = source.descriptor.layout
         seconds = (health.samples - began) / layout.rate
         figures = session.pipeline.ledger.summary()
-        for line in ledger_lines(figures, seconds, cpu, alone=len(layout.vibration_fingers) < 2):
+        alone = len(layout.vibration_fingers) < 2
+        for line in ledger_lines(figures, seconds, cpu, alone=alone, speed=self.speed):
             _say(line)
         _say(
             f"link: {health.samples} samples, {health.lost} lost, "
             f"{health.bad_frames} damaged frames, {health.reconnects} reconnects"
         )
+        if health.lost_samples:
+            _say(
+                "link: what was lost are gaps, in a recording, too; a pinch with a gap in it ends "
+                "at the gap"
+            )
         if health.overflow_samples:
             _say(f"link: of the lost ones {health.overflow_samples} were dropped by the device")
         if health.late_answers or health.unheard_samples:
@@ -404,6 +417,24 @@ def _models(folder: Path, detector: Path | None) -> _Loaded:
         landmarks = dict(read_card(folders[0]).data.objects) or landmarks
     found = load_detector(detector or (folders[0] if folders else folder))
     return _Loaded(found, models, anytime, landmarks)
+
+
+def _shore_a(source: Source) -> Callable[[str], float | None]:
+    """Of an object by its name, where the source is a simulated hand or was one."""
+    origin = source.descriptor.source
+    known = (k.shore_a for k in SOURCES.values() if k.shore_a is not None and k.origin == origin)
+    its = next(known, None)
+
+    def shore_a(name: str) -> float | None:
+        if its is None:
+            return None
+        try:
+            return its(name)
+        except InputError:  # an object of another version, or the twin's extra is missing
+            return None
+
+    shore_a("")  # what has to be loaded for it is loaded now, and not between samples
+    return shore_a
 
 
 def _say(line: str) -> None:

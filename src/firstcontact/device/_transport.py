@@ -129,6 +129,12 @@ def why_not(port: str, error: Exception) -> str:
         )
     if number in (errno.EAGAIN, errno.EBUSY):
         return f"{port}: another program has this port open: close that one first"
+    other = no_port(port)
+    return other or f"{port}: cannot be opened as a serial port ({error}): see `firstcontact ports`"
+
+
+def no_port(port: str) -> str:
+    """Why a path can be no port, whatever it holds; "" where it may be one."""
     if Path(port).is_dir():
         return f"{port} is a folder: name one recording in it (*.mcap), or a port"
     if Path(port).is_file():
@@ -136,4 +142,4 @@ def why_not(port: str, error: Exception) -> str:
             f"{port} is a file and not a port: make a recording of it with `firstcontact import`, "
             "and name that (*.mcap)"
         )
-    return f"{port}: cannot be opened as a serial port ({error}): see `firstcontact ports`"
+    return ""

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
 from firstcontact.device.source import Health
+
+#: Losses of so long are told in one line, s.
+GATHER = 1.0
 
 
 def link_news(before: Health, now: Health) -> list[str]:
@@ -19,6 +26,35 @@ def link_news(before: Health, now: Health) -> list[str]:
     if lost > 0:
         news.append(f"link: {lost} samples lost, {now.lost_samples} in all")
     return news
+
+
+class LinkNews:
+    """What becomes of a link while it is looked at again and again.
+
+    Losses that follow one another are gathered: a line a second at most.
+
+    Parameters
+    ----------
+    health
+        Of the source, now.
+    clock
+        Gives the host's time, s.
+    """
+
+    def __init__(self, health: Health, clock: Callable[[], float] = time.monotonic) -> None:
+        self._before = health
+        self._clock = clock
+        self._not_before = clock()
+
+    def lines(self, now: Health, *, last: bool = False) -> list[str]:
+        """What is new, in words; with ``last`` also the losses that were to be gathered."""
+        told = self._before.lost_samples
+        gather = not last and self._clock() < self._not_before
+        news = link_news(self._before, replace(now, lost_samples=told) if gather else now)
+        if not gather and now.lost_samples > told:
+            self._not_before = self._clock() + GATHER
+        self._before = replace(now, lost_samples=told) if gather else now
+        return news
 
 
 def clock_line(health: Health, rate: float) -> str:

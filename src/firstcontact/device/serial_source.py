@@ -13,7 +13,7 @@ import numpy as np
 
 from firstcontact.core import Block, InputError
 from firstcontact.device._inbox import Inbox
-from firstcontact.device._transport import LinkError, SerialTransport
+from firstcontact.device._transport import LinkError, SerialTransport, no_port
 from firstcontact.device.assembler import Assembled, Assembler
 from firstcontact.device.clock import ClockFit
 from firstcontact.device.decoder import Decoder
@@ -341,6 +341,8 @@ class SerialSource:
 
 
 def from_port(port: str, options: SourceOptions) -> SerialSource:
-    """The device on a port; InputError where a speed is asked of it."""
+    """The device on a port; InputError where a speed is asked of it, or it can be no port."""
+    if why := no_port(port):
+        raise InputError(why)
     options.check_own_speed(f"a device on {port}")
     return SerialSource(port)

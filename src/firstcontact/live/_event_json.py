@@ -146,6 +146,7 @@ def of_event(event: Event) -> dict[str, Any]:
                 "high": event.high,
                 "level": event.level,
                 "pinches": event.pinches,
+                "told": event.told,
                 "epoch": event.epoch,
             }
 

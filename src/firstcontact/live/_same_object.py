@@ -17,16 +17,17 @@ WORDS, PINCHES = 16, 100
 class Pinched:
     """Combines the standing answers of pinches as they come.
 
-    Another object begins where somebody says so (:meth:`anew`), where a marker names another
-    one, and where the label of a replayed recording does. Where pinches have labels, one without
-    is of an object that nobody knows: it stands by itself. Answers that are out of range do not
-    count.
+    Only pinches of which somebody says that they are of one object count together: from
+    :meth:`anew` on, from a marker on that names an object, and where labels of a replayed
+    recording name the same one. Another object begins where another is named, or with
+    :meth:`anew`. A pinch of which nobody says anything stands by itself. Answers that are out of
+    range do not count.
     """
 
     def __init__(self) -> None:
         self._answers: deque[Running] = deque(maxlen=PINCHES)
         self._words: deque[Marker] = deque(maxlen=WORDS)
-        self._object: str | None = None
+        self._object: str | None = None  # "" is one without a name; None where nobody knows
         self._last: tuple[PinchDone, Running] | None = None
         self._new = False
         self._labelled = False  # some pinch was
@@ -44,11 +45,14 @@ class Pinched:
         if self._new:
             self._new = False
             self._answers.clear()
+            self._object = ""
         while self._words and self._before(self._words[0], done):
             self._named(self._words.popleft().text)
         answer = done.standing
         if answer is None or answer.strange:
             return None
+        if self._object is None:
+            self._answers.clear()
         self._answers.append(answer)
         self._last = done, answer
         return self._combined(done)
@@ -95,6 +99,7 @@ class Pinched:
             high=found.high,
             level=answers[-1].level,
             pinches=found.pinches,
+            told=self._object is not None,
             end=done.end,
             epoch=done.epoch,
         )

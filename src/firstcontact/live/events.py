@@ -162,6 +162,8 @@ class Settled:
 class SameObject:
     """What all pinches of the object so far say together.
 
+    A pinch of an object that nobody told of stands by itself.
+
     Parameters
     ----------
     number
@@ -173,11 +175,13 @@ class SameObject:
     level
         Share of intervals that are to hold the truth.
     pinches
-        How many it is made from; 1 where the object is a new one.
+        How many it is made from; 1 where the object is a new one, or not known.
     end
         One past the last sample of the last pinch.
     epoch
         Of the samples.
+    told
+        Whether somebody told of the object, so that its pinches are combined.
     """
 
     number: int
@@ -188,6 +192,7 @@ class SameObject:
     pinches: int
     end: int
     epoch: int
+    told: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -227,22 +227,32 @@ class Grasping:
             self._hold()
 
 
-def grasp_lines(grasping: Grasping) -> list[str]:
-    """What the hand was told, for the end of a run."""
+def grasp_lines(grasping: Grasping, *, in_time: bool = True) -> list[str]:
+    """What the hand was told, for the end of a run.
+
+    ``in_time`` has it say what was, which tells nothing of samples faster than real time.
+    """
     counts = grasping.loop.counts
     lines = [
-        f"hand {grasping.hand.name}, policy {grasping.loop.policy.name}",
-        f"{counts.commands} commands in {counts.closings} closings, {counts.contacts} with contact",
-        f"deadline: {counts.estimates} estimates in time at the hand, {counts.misses} missed, "
-        f"{counts.overtaken} at the hand after the second contact, "
-        f"{counts.unused} too late to be used",
+        f"hand {grasping.hand.name} with policy {grasping.loop.policy.name}: "
+        f"{counts.commands} commands in {counts.closings} closings, "
+        f"{counts.contacts} of these with a contact"
     ]
+    if in_time:
+        lines.append(
+            f"{counts.estimates} estimates reached the hand in time; {counts.misses} contacts had "
+            f"none within the policy's time limit; {counts.overtaken} estimates reached the hand "
+            f"after the second finger had touched; {counts.unused} came too late to be used, or "
+            "were out of range"
+        )
     if grasping.slips:
         lines.append(f"{grasping.slips} slips heard, or said to go on")
     if isinstance(grasping.hand, SafeHand):
         c = grasping.hand.counts
         lines.append(
-            f"sent {c.sent}, clipped {c.clipped}, superseded {c.superseded}, "
-            f"repeated {c.repeated}, released {c.released}"
+            f"{c.sent} commands went to the hand, and {c.repeated} repeats that kept it from "
+            f"timing out; {c.superseded} were not sent, since a newer one or a release came first; "
+            f"{c.clipped} asked for more than the hand can do and were reduced to that; the hand "
+            f"was released {c.released} times"
         )
     return lines

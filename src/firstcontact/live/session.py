@@ -214,9 +214,14 @@ class LiveSession:
         self.source.mark(text)
 
     def new_object(self) -> None:
-        """The next pinch is of another object."""
+        """The next pinches are of one object, and of another than before: combine them."""
         self._pinched.anew()
         self.pipeline.radius = radius_of(self._shape)
+
+    @property
+    def combines(self) -> bool:
+        """Whether there are answers that can be combined over pinches of one object."""
+        return self.pipeline.answers_at_any_time
 
     @property
     def shapes(self) -> bool:

@@ -88,7 +88,7 @@ class Controls(Protocol):
         """Somebody can ask no more: what they had the hand close is opened."""
 
     def new_object(self) -> None:
-        """The next pinch is of another object: nothing is combined across."""
+        """The next pinches are of another object: they are combined, and nothing across."""
 
     @property
     def shapes(self) -> bool:

@@ -6,19 +6,24 @@ from collections.abc import Iterator, Mapping
 
 #: Names in the ledger, and what they say.
 _LINES = {
-    "decide": "contact to its decision (device clock)",
-    "window": "contact to the window's last sample (device clock)",
-    "wait": "that sample to the end of its block (device clock)",
-    "compute": "that block read to the estimate (host clock)",
-    "total": "contact to the estimate",
-    "first": "contact to the first answer",
-    "answer": "a block read to its answers (host clock)",
-    "signal": "signal in the answer that stands",
+    "decide": "from a contact until it was noticed (device clock)",
+    "window": "from a contact to its window's last sample (device clock)",
+    "wait": "that sample's wait for the rest of its block (device clock)",
+    "compute": "computing the estimate (this computer's clock)",
+    "total": "from a contact to the estimate, in all",
+    "first": "from a contact to the first answer",
+    "answer": "computing answers (this computer's clock)",
+    "signal": "length of the signal in the final answer",
 }
 
 
 def ledger_lines(
-    figures: Mapping[str, float], samples: float, cpu: float, *, alone: bool = False
+    figures: Mapping[str, float],
+    samples: float,
+    cpu: float,
+    *,
+    alone: bool = False,
+    speed: float = 1.0,
 ) -> Iterator[str]:
     """Times of a run.
 
@@ -32,34 +37,52 @@ def ledger_lines(
         Processor time that the whole program took for it, s.
     alone
         Whether there is one sensor only, so that no second contact can come.
+    speed
+        Of the samples, times real time: with another than 1 no times are told, and not what was
+        in time, since the computer does not become faster with the samples.
     """
+    if speed == 1.0:
+        yield from _times(figures)
+        yield from _in_time(figures, alone)
+    else:
+        yield (f"times are left out: at --speed {speed:g} they say nothing of a hand in real time")
+    yield (
+        f"{samples:.1f} s of samples in {figures['blocks']:.0f} blocks, of which "
+        f"{figures['overruns']:.0f} took longer to work on than they last"
+    )
+    if samples > 0:
+        yield f"processor time {100 * cpu / samples:.1f} % of one core"
+
+
+def _times(figures: Mapping[str, float]) -> Iterator[str]:
     lines = {name: words for name, words in _LINES.items() if f"{name}_p50" in figures}
     if lines:
-        yield f"{'ms':>52} {'p50':>8} {'p99':>8} {'max':>8}"
+        yield f"{'times in ms':>60} {'median':>8} {'99 %':>8} {'longest':>8}"
         for name, words in lines.items():
             values = (1e3 * figures[f"{name}_{key}"] for key in ("p50", "p99", "max"))
-            yield f"{words:>52} " + " ".join(f"{v:8.3f}" for v in values)
+            yield f"{words:>60} " + " ".join(f"{v:8.3f}" for v in values)
     if "delay" in figures:
         yield f"of each wait, {1e3 * figures['delay']:.3f} ms are the source's own filter"
+
+
+def _in_time(figures: Mapping[str, float], alone: bool) -> Iterator[str]:
+    """What came before the second contact, where there can be one."""
     if "asked" in figures:
         answered = f"{figures['early']:.0f} of {figures['asked']:.0f} pinches had an answer"
         if not alone:
             answered += (
-                " before the second contact, all delays counted; in "
-                f"{figures['standing']:.0f} the one that stands"
+                " before the second finger touched, the time for computing it included; "
+                f"{figures['standing']:.0f} had their final answer by then"
             )
         yield answered
-    if figures["estimates"] or "asked" not in figures:
-        used = f"{figures['used']:.0f} of {figures['estimates']:.0f} estimates could be used"
-        if not alone:
-            used += (
-                f", {figures['late']:.0f} of these too late in hindsight: the second contact had "
-                "happened and was not decided yet"
-            )
+    if not figures["estimates"] and "asked" in figures:
+        return
+    used = f"{figures['used']:.0f} of {figures['estimates']:.0f} estimates could be used"
+    if alone:
         yield used
+        return
     yield (
-        f"{figures['estimates']:.0f} estimates in {samples:.1f} s of samples; "
-        f"{figures['overruns']:.0f} of {figures['blocks']:.0f} blocks took longer than they last"
+        f"models of a fixed window: {used}, because they came before the second finger's touch "
+        f"was noticed; {figures['late']:.0f} of these came after the touch itself, which is "
+        "noticed a little later: too late"
     )
-    if samples > 0:
-        yield f"processor time {100 * cpu / samples:.1f} % of one core"

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TextIO
 
 from firstcontact.core import finger_name
 from firstcontact.device import Descriptor, Health
-from firstcontact.device.link_news import link_news
+from firstcontact.device.link_news import LinkNews
 from firstcontact.device.twin_words import lost_object
 from firstcontact.live._lines import write_now
+from firstcontact.live._spoken import Objects
 from firstcontact.live.events import (
     Case,
     Estimated,
@@ -30,16 +31,22 @@ class TextSink:
     ----------
     stream
         Where to.
+    shore_a
+        Of an object of the twin by its name, None where it is not known: told with its pinches.
     """
 
     name = "text"
     every = 0.1
 
-    def __init__(self, stream: TextIO) -> None:
+    def __init__(
+        self, stream: TextIO, shore_a: Callable[[str], float | None] = lambda name: None
+    ) -> None:
         self._stream = stream
         self._rate = 0.0
         self._alone = False  # one sensor: no second contact can come
+        self._link = LinkNews(Health(connected=True))
         self._health = Health(connected=True)
+        self._objects = Objects(shore_a)
         self._failed: Mapping[str, str] = {}
 
     def open(self, descriptor: Descriptor) -> None:
@@ -51,30 +58,36 @@ class TextSink:
 
     def take(self, update: Update) -> None:
         """Say what an update brings."""
-        self._link(update.health)
+        self._health = update.health
+        for line in self._link.lines(update.health):
+            self._say(line)
         for name, why in update.failed.items() - self._failed.items():
             self._say(f"{name}: failed ({why})")
         self._failed = update.failed
         for how in (lost_object(m.text) for a in update.arrivals for m in a.markers):
             if how:
                 self._say(f"the hand has {how} it")
+        for arrival in update.arrivals:
+            self._objects.words(arrival.markers)
+            self._objects.labels(arrival.pinches)
         for event in update.events:
             if isinstance(event, PinchDone):
-                self._say(pinch_line(event, self._rate, self._alone))
+                what = self._objects.of(event)
+                line = pinch_line(event, self._rate, self._alone)
+                self._say(f"{line}, {what}" if what else line)
             elif isinstance(event, HandAsked):
                 self._say(f"hand told to {event.ask}, by {event.by}")
             elif isinstance(event, HandPinch):
                 self._say(hand_line(event, self._rate))
             elif isinstance(event, SameObject) and event.pinches > 1:
                 self._say(same_line(event))
+        for number, what in self._objects.later():
+            self._say(f"  pinch {number} was {what}")
 
     def close(self) -> None:
-        """Nothing is left to say."""
-
-    def _link(self, new: Health) -> None:
-        for line in link_news(self._health, new):
+        """Say what the link has lost since that was last said."""
+        for line in self._link.lines(self._health, last=True):
             self._say(line)
-        self._health = new
 
     def _say(self, line: str) -> None:
         write_now(self._stream, f"{line}\n")

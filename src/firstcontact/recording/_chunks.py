@@ -55,6 +55,8 @@ def scan(path: Path) -> Scan:
     InputError
         The file cannot be opened, is empty, is not MCAP or of another version.
     """
+    if path.is_dir():
+        raise InputError(f"{path} is a folder: name one recording in it (*.mcap)")
     try:
         with open_regular(path) as stream:
             start = stream.read(len(MAGIC))

@@ -110,7 +110,7 @@ class Commands:
                 return "The hand is told to close." if wish.do == "close" else "The hand opens."
             case "new":
                 controls.new_object()
-                return "The next pinch is of a new object."
+                return "The next pinches are of a new object."
             case "shape":
                 told = controls.tell_shape(wish.text)
                 return f"Shape of what is pinched next: {told or 'not known'}."

@@ -54,7 +54,7 @@ class Narrowing:
             case SameObject():
                 same = {"value": event.value, "low": event.low, "high": event.high}
                 rounded: dict[str, Any] = {k: round(v, 2) for k, v in same.items()}
-                return {**now, "same": {**rounded, "pinches": event.pinches}}
+                return {**now, "same": {**rounded, "pinches": event.pinches, "told": event.told}}
 
     def done(self, done: PinchDone, now: dict[str, Any]) -> dict[str, Any]:
         """In hindsight: whether an answer was out before the second contact happened."""

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from firstcontact.device.twin_words import concerns_hand, lost_object
+from firstcontact.live._spoken import spoken
 from firstcontact.live.events import Case, Estimated, HandPinch, PinchDone, Running
 from firstcontact.live.page._closeup import finger_place
 from firstcontact.live.text import hand_line
@@ -140,12 +141,7 @@ class Pinches:
 
     def _spoken(self, done: PinchDone) -> str:
         """The last marker since the pinch before this one."""
-        before = self._rows[-1][0] if self._rows else None
-        since = before.end if before is not None and before.epoch == done.epoch else 0
-        for marker in reversed(self._words):
-            if marker.epoch == done.epoch and since <= marker.sample < done.end:
-                return marker.text
-        return ""
+        return spoken(self._words, done, self._rows[-1][0] if self._rows else None)
 
     def tree(self) -> list[dict[str, Any]]:
         """The rows; of each what the twin says it has dropped or broken, None where nothing."""

@@ -80,8 +80,9 @@ export class Estimate {
   same(same) {
     byId("same").hidden = !same;
     if (!same) return;
-    const { pinches, value, low, high } = same;
-    setText(byId("same-word"), pinches > 1 ? `Same object, ${pinches} pinches` : "New object, 1 pinch");
+    const { pinches, value, low, high, told } = same;
+    const which = pinches > 1 ? `Same object, ${pinches} pinches` : "New object, 1 pinch";
+    setText(byId("same-word"), told ? which : "This pinch alone (New object combines the next ones)");
     setText(byId("same-value"), `${number(value)} Shore A`);
     setText(byId("same-interval"), `${number(low)} to ${number(high)}`);
   }

@@ -1,9 +1,10 @@
-"""Keys of a terminal and lines on standard input close and open the hand."""
+"""Keys of a terminal and lines on standard input tell of objects, close and open the hand."""
 
 from __future__ import annotations
 
 import os
 import pty
+import signal
 import subprocess
 import sys
 import termios
@@ -21,10 +22,10 @@ def said(lines: bytes) -> tuple[list[str], str]:
 
 
 def test_lines_ask_and_their_end_is_told() -> None:
-    asked, told = said(b'close\nOPEN \n{"do": "close"}\n{"do":"open"}\n')
+    asked, told = said(b'close\nOPEN \n{"do": "close"}\n{"do":"open"}\nnew\n')
     by = "by standard input"
-    assert asked == [f"close {by}", f"open {by}"] * 2 + ["standard input is gone"]
-    assert told == ""
+    assert asked == [f"close {by}", f"open {by}"] * 2 + ["new object", "standard input is gone"]
+    assert told == "from the next pinch on: a new object\n"
 
 
 def test_lines_that_are_no_requests_are_told_and_the_next_is_heard() -> None:
@@ -32,7 +33,7 @@ def test_lines_that_are_no_requests_are_told_and_the_next_is_heard() -> None:
     asked, told = said(b"\n".join(wrong) + b"\nopen\n")
     assert asked == ["open by standard input", "standard input is gone"]
     assert told.count("\n") == len(wrong)
-    assert "use close or open" in told
+    assert "use close, open or new" in told
 
 
 def test_a_key_closes_and_any_other_opens_and_the_terminal_is_as_it_was() -> None:
@@ -57,6 +58,8 @@ def test_a_key_closes_and_any_other_opens_and_the_terminal_is_as_it_was() -> Non
             (b"C", b"close by keyboard"),
             (b"cx", b"open by keyboard"),  # what is hit in haste opens
             (b"c", b"close by keyboard"),
+            (b"n", b"new object"),  # as any other key it opens, too
+            (b"c", b"close by keyboard"),
             (b"c", b"again by keyboard"),
         ):
             output = b""
@@ -66,3 +69,34 @@ def test_a_key_closes_and_any_other_opens_and_the_terminal_is_as_it_was() -> Non
         assert termios.tcgetattr(terminal) == before
     finally:
         os.close(terminal)
+
+
+def test_without_a_hand_a_terminal_has_the_key_for_a_new_object_alone() -> None:
+    pid, terminal = pty.fork()
+    if pid == 0:
+        os.execv(sys.executable, [*PROGRAM, "--no-hand"])
+    try:
+        output = b""
+        while b"listens" not in output:
+            output += os.read(terminal, 4096)
+        assert b"key N" in output
+        assert b"C closes" not in output
+        os.write(terminal, b"c xN")
+        while b"a new object\r\n" not in output.partition(b"listens")[2]:
+            output += os.read(terminal, 4096)
+        assert b"by keyboard" not in output
+    finally:
+        os.kill(pid, signal.SIGKILL)
+        os.waitpid(pid, 0)
+        os.close(terminal)
+
+
+def test_without_a_hand_lines_are_left_to_others() -> None:
+    command = [*PROGRAM, "--no-hand"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as child:
+        assert child.stdin is not None
+        assert child.stdout is not None
+        assert child.stdout.readline() == b"listens\n"
+        child.stdin.close()
+        child.kill()
+        assert child.stdout.read() == b""

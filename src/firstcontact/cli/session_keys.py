@@ -1,4 +1,4 @@
-"""Closing and opening the hand by keys of the terminal, or by lines on standard input."""
+"""Telling a live session of objects and of its hand: keys of the terminal, or lines."""
 
 from __future__ import annotations
 
@@ -20,6 +20,8 @@ from firstcontact.live.session import LiveSession
 
 #: Keys that close the hand; these and no others, so that what is hit in haste opens.
 CLOSES = b"cC"
+#: Keys that tell of a new object; where a hand is driven they open it, too, as any other does.
+NEW = b"nN"
 #: Longest line, bytes.
 LONGEST = 4096
 #: How often a terminal is looked at that is another program's meanwhile, s.
@@ -30,25 +32,27 @@ AGAIN = 0.5
 class Wish:
     """A line of JSON."""
 
-    do: Literal["close", "open"]
+    do: Literal["close", "open", "new"]
 
 
 @contextmanager
-def hand_keys(session: LiveSession) -> Iterator[None]:
-    """Let whoever has standard input close and open the hand of a session.
+def session_keys(session: LiveSession) -> Iterator[None]:
+    """Let whoever has standard input tell of a new object, and close and open a driven hand.
 
-    On a terminal the key C closes and any other opens; a terminal's keys are left to another
-    program that is in its foreground. Otherwise lines are read: ``close``, ``open``, or JSON as
-    ``{"do": "close"}``. Standard input that ends opens what it had closed.
+    On a terminal the key N tells of a new object, C closes the hand and any other opens it; a
+    terminal's keys are left to another program that is in its foreground. Otherwise, where a hand
+    is driven, lines are read: ``close``, ``open``, ``new``, or JSON as ``{"do": "close"}``.
+    Standard input that ends opens what it had closed.
     """
-    if sys.stdin is None or sys.stdin.closed or not session.hand_asks():
+    number = _standard_input()
+    if number is None or not (session.hand_asks() or (session.combines and os.isatty(number))):
         yield
         return
-    number = sys.stdin.fileno()
     ending, end = os.pipe()
     before = _keys_at_once(number)
     by = "keyboard" if before else "standard input"
-    _say("keys: C closes the hand, any other key opens it" if before else "")
+    for line in _keys(session) if before else ():
+        _say(line)
     thread = threading.Thread(
         target=_listen, args=(session, number, ending, bool(before), by), name="keys", daemon=True
     )
@@ -62,6 +66,21 @@ def hand_keys(session: LiveSession) -> Iterator[None]:
         if before:
             with suppress(termios.error):  # the terminal is gone
                 termios.tcsetattr(number, termios.TCSADRAIN, before)
+
+
+def _standard_input() -> int | None:
+    """The file behind standard input; None where there is none, or it is closed."""
+    try:
+        return None if sys.stdin is None else sys.stdin.fileno()
+    except (OSError, ValueError):
+        return None
+
+
+def _keys(session: LiveSession) -> Iterator[str]:
+    if session.hand_asks():
+        yield "keys: C closes the hand, any other key opens it"
+    if session.combines:
+        yield "key N: a new object; its pinches are combined until the next N"
 
 
 def _keys_at_once(number: int) -> list[Any] | None:
@@ -102,13 +121,25 @@ def _listen(session: LiveSession, number: int, ending: int, keys: bool, by: str)
             session.hand_gone(by)
             return
         if keys:
-            # Several at once are no more than the last of them, unless one of them opens.
-            _ask(session, Ask.CLOSE if all(key in CLOSES for key in data) else Ask.OPEN, by)
+            _hit(session, data, by)
             continue
         *lines, part = (part + data).split(b"\n")
         for line in lines:
             _line(session, line.strip(), by)
         part = part[: LONGEST + 1]  # of a line that is too long its beginning will do
+
+
+def _hit(session: LiveSession, keys: bytes, by: str) -> None:
+    if session.hand_asks():
+        # Several at once are no more than the last of them, unless one of them opens.
+        _ask(session, Ask.CLOSE if all(key in CLOSES for key in keys) else Ask.OPEN, by)
+    if any(key in NEW for key in keys):
+        _new(session)
+
+
+def _new(session: LiveSession) -> None:
+    session.new_object()
+    _say("from the next pinch on: a new object")
 
 
 def _line(session: LiveSession, line: bytes, by: str) -> None:
@@ -121,8 +152,11 @@ def _line(session: LiveSession, line: bytes, by: str) -> None:
         except InputError as error:
             _say(str(error))
             return
+    if word == b"new":
+        _new(session)
+        return
     if word not in (b"close", b"open"):
-        _say(f"the line {line.decode('utf-8', 'replace')!r} is no request: use close or open")
+        _say(f"the line {line.decode('utf-8', 'replace')!r} is no request: use close, open or new")
         return
     _ask(session, Ask(word.decode()), by)
 

@@ -167,7 +167,7 @@ def test_real_impacts_come_in(tmp_path, impacts):
 def test_other_paths_are_refused(tmp_path, refused):
     refused(tmp_path / "missing.h5", "missing.h5", "does not exist")
     refused(tmp_path / "missing.csv", "missing.csv", "does not exist")
-    refused(tmp_path, "labels.csv")
+    refused(tmp_path, "is an empty folder")
     (tmp_path / "a.mat").write_bytes(b"x")
     refused(tmp_path / "a.mat", "a.mat", "cannot be read as a MATLAB file")
     (tmp_path / "a.ogg").write_bytes(b"x")

@@ -66,3 +66,26 @@ def test_the_paper_size_set_stays_below_2_gb(tmp_path: Path) -> None:
     subprocess.run([*COMMAND, str(tmp_path / "set")], check=True, capture_output=True)
     kilobytes = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
     assert kilobytes < 2e6
+
+
+def test_a_set_that_was_stopped_is_called_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "set"
+    size = ["--pinches-per-block", "1", "--pinches-per-object", "1"]
+    assert main(["simulate", "--out", str(out), *size]) == 0
+    (out / "objects-01.mcap").unlink()
+    capsys.readouterr()
+    assert main(["simulate", "--out", str(out), *size]) == 2
+    said = capsys.readouterr().err
+    assert "holds 1 of the 2 recordings of such a set" in said
+    assert "remove it" in said
+    assert said.count("\n") == 1  # and no bar before
+
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("firstcontact.twin.simulate.check_set", lambda *_: None)
+    monkeypatch.setattr("firstcontact.twin.simulate.simulate", stopped)
+    assert main(["simulate", "--out", str(out), *size]) == 130
+    assert "holds a part of the set (1 recording): remove it" in capsys.readouterr().err

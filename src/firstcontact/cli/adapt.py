@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from firstcontact.cli.choices import one_of
-from firstcontact.cli.train_folder import check_replaceable
+from firstcontact.cli.train_folder import check_replaceable, replaced
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.core.errors import InputError
 from firstcontact.core.rate import same_rate
@@ -46,13 +46,15 @@ class Adapt:
 
     def run(self) -> None:
         """Find the contacts, tell the pre-trained model of the rig, and save it."""
-        check_replaceable(self.out, (), anytime=True)
+        former = check_replaceable(self.out, (), anytime=True)
         from firstcontact.core.folders import replacing_folder
 
         with replacing_folder(self.out) as making:
             lines = self._made(making)
         for line in lines:
             print(line)
+        if former:
+            print(replaced(self.out))
 
     def _made(self, making: Path) -> list[str]:
         """Make model and detector in a folder; what to say when it is in its place."""

@@ -37,6 +37,7 @@ class FlashModel:
 
         image = hand_image(self.model)  # refused before the device is asked for anything,
         ask_for_room(self.device, FORMAT, image.sizes, len(image.data))  # or the user for rest
+        bare = len(image.data)
         image = hand_image(self.model, self._floors())
         found = flash_model(self.device, image.data, FORMAT, image.sizes)
         if found != image.digest:
@@ -44,7 +45,10 @@ class FlashModel:
                 f"{self.device}: the device answers with the model {found} and not with "
                 f"{image.digest}: flash it again"
             )
-        print(f"{self.device} answers with the model {found}, {len(image.data)} bytes")
+        print(
+            f"{self.device} answers with the model {found}, {len(image.data)} bytes: {bare} of "
+            f"the model, {len(image.data) - bare} of the rig's noise floors"
+        )
 
     def _floors(self) -> Calibration:
         from firstcontact.core.calibration_file import read_calibration

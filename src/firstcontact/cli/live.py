@@ -19,7 +19,7 @@ from firstcontact.core.extras import need
 from firstcontact.device.opening import SOURCES, open_source, source_kind
 from firstcontact.grasp.hand import Begins
 from firstcontact.grasp.policies.registry import POLICIES, live_policies
-from firstcontact.grasp.registry import HANDS
+from firstcontact.grasp.registry import HANDS, make_hand
 
 if TYPE_CHECKING:
     from firstcontact.anytime import InContextModel
@@ -238,6 +238,8 @@ class Live:
                 f"--hand {hand.name} is the hand of --device {hand.of_source}: name both, or "
                 "another hand"
             )
+        if hand.of_source is None:
+            make_hand(hand, self.hand_port)  # opens nothing: a package that is missing is told now
 
     def _own_model(self, source: Source) -> Path | None:
         """The twin's, where the twin is what is listened to, now or when it was recorded."""

@@ -54,8 +54,8 @@ def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
                 verb.run()
     except InputError as error:
         return _failed(INPUT, str(error))
-    except KeyboardInterrupt:
-        return _failed(stop.code, "interrupted")
+    except KeyboardInterrupt as interrupt:  # which may say what is left unfinished
+        return _failed(stop.code, str(interrupt) or "interrupted")
     except Exception as error:
         # A path that cannot be read or written is the user's to mend, wherever it shows up.
         if isinstance(error, OSError) and error.errno in FULL:
@@ -84,9 +84,12 @@ def _parsed(arguments: list[str]) -> Any:
         raise InputError(f"{word!r} is not a verb: choose one of {', '.join(VERBS)}")
     import tyro
 
+    from firstcontact.cli.refusals import refusals
+
     # What it prints holds words of the command line, and goes out as plain text like all else.
     tyro._experimental_options["ansi_codes"] = False
-    return tyro.cli(configuration(word), prog=f"firstcontact {word}", args=arguments[1:])
+    with refusals(f"firstcontact {word}"):
+        return tyro.cli(configuration(word), prog=f"firstcontact {word}", args=arguments[1:])
 
 
 def _failed(code: int, sentence: str) -> int:

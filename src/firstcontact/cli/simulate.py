@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from firstcontact.cli.cluster import where
+from firstcontact.core.counted import counted
 from firstcontact.core.extras import need
 
 
@@ -38,22 +39,28 @@ class Simulate:
         from tqdm import tqdm
 
         from firstcontact.twin.recorded_noise import read_noise
-        from firstcontact.twin.simulate import simulate
+        from firstcontact.twin.simulate import check_set, simulate
 
         noise = None if self.noise is None else read_noise(self.noise)
+        asked = (self.condition, self.pinches_per_block, self.pinches_per_object, self.seed)
+        check_set(self.out, *asked, self.workers)
         total = 5 * self.pinches_per_block + 8 * self.pinches_per_object
         with (
             where(self.cluster),
             tqdm(total=total, unit="pinch", desc=self.condition) as bar,
         ):
-            paths = simulate(
-                self.out,
-                self.condition,
-                self.pinches_per_block,
-                self.pinches_per_object,
-                self.seed,
-                self.workers,
-                bar.update,
-                noise,
-            )
-        print(f"{total} pinches in {len(paths)} recordings: {self.out}")
+            try:
+                paths = simulate(self.out, *asked, self.workers, bar.update, noise)
+            except KeyboardInterrupt:
+                raise KeyboardInterrupt(_interrupted(self.out)) from None
+        print(f"{counted(total, 'pinch')} in {counted(len(paths), 'recording')}: {self.out}")
+
+
+def _interrupted(out: Path) -> str:
+    made = sum(1 for _ in out.glob("*.mcap"))
+    if not made:
+        return ""
+    return (
+        f"interrupted: {out} holds a part of the set ({counted(made, 'recording')}): remove it "
+        "before you simulate into it again"
+    )

@@ -11,7 +11,7 @@ import tyro
 
 from firstcontact.cli.choices import one_of
 from firstcontact.cli.cluster import where
-from firstcontact.cli.train_folder import check_replaceable, folder_name
+from firstcontact.cli.train_folder import check_replaceable, folder_name, replaced
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.core.errors import InputError
 from firstcontact.core.extras import need_for
@@ -77,7 +77,7 @@ class Train:
             names = {}
         elif len(names) == 1:
             names = dict.fromkeys(names, "")
-        check_replaceable(self.out, names.values(), anytime=not self.detector_only)
+        former = check_replaceable(self.out, names.values(), anytime=not self.detector_only)
         from firstcontact.core.folders import replacing_folder
         from firstcontact.core.jobs import asked_workers, parallel
 
@@ -89,6 +89,8 @@ class Train:
             lines = self._learn({ms: making / name for ms, name in names.items()}, making, runner)
         for line in lines:
             print(line)
+        if former:
+            print(replaced(self.out))
 
     def _learn(self, folders: Mapping[float, Path], making: Path, runner: Runner) -> list[str]:
         """Learn everything into a folder that is made; what to say when it is in its place."""

@@ -22,7 +22,7 @@ def folder_name(ms: float) -> str:
     return f"{whole:0>2}{dot}{rest}ms"
 
 
-def check_replaceable(out: Path, models: Collection[str], anytime: bool = False) -> None:
+def check_replaceable(out: Path, models: Collection[str], anytime: bool = False) -> bool:
     """Refuse a folder that holds anything but models and a detector that are made again.
 
     Parameters
@@ -34,13 +34,18 @@ def check_replaceable(out: Path, models: Collection[str], anytime: bool = False)
     anytime
         Whether an any-time model is to come.
 
+    Returns
+    -------
+    bool
+        Whether a former training is there, which is to be replaced.
+
     Raises
     ------
     InputError
         Names what would be lost.
     """
     if not out.is_dir():
-        return
+        return False
     from firstcontact.anytime import model_file as anytime_file
     from firstcontact.contact import detector_file
     from firstcontact.stiffness import learned_from, model_file
@@ -62,6 +67,12 @@ def check_replaceable(out: Path, models: Collection[str], anytime: bool = False)
         name = "" if folder == out else folder.name
         if (folder / model_file.CARD).exists() and name not in models:
             raise _not_again(folder)
+    return any(out.iterdir())
+
+
+def replaced(out: Path) -> str:
+    """What is said where a former training was there."""
+    return f"replaced the former training in {out}"
 
 
 def _check_files(folder: Path, known: Collection[str]) -> None:

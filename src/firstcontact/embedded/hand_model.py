@@ -26,7 +26,9 @@ def write(trained: Trained, out: Path) -> list[str]:
     save_detector(trained.detector, out)
     save_anytime(trained.anytime, out, {})
     image = hand_image(out)
-    return [f"model {image.digest}: {len(image.data)} bytes on the hand"]
+    return [
+        f"model {image.digest}: {len(image.data)} bytes on the hand, without its rig's noise floors"
+    ]
 
 
 def hand_image(folder: Path, calibration: Calibration | None = None) -> ModelImage:

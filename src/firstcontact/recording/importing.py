@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -64,7 +65,9 @@ def import_path(
     except OSError as error:
         raise _unwritable(out, error) from error
     tables = {"events": events, "channels": channels, "labels": labels}
-    importer = _importer(path, rate, [name for name, table in tables.items() if table is not None])
+    importer = find_importer(
+        path, rate, [name for name, table in tables.items() if table is not None]
+    )
     if sensor is not None and not importer.asks_sensor:
         raise InputError(f"{path} says what its sensor is: leave --sensor out")
     need_for(importer)
@@ -117,8 +120,23 @@ def _unwritable(out: Path, error: OSError) -> InputError:
     return InputError(f"{out} cannot be written ({error.strerror}): check the folder and its disk")
 
 
-def _importer(path: Path, rate: float | None, given: list[str]) -> Importer:
-    """The first that takes it; what a folder lacks is said by the first that takes folders."""
+def find_importer(path: Path, rate: float | None = None, given: Sequence[str] = ()) -> Importer:
+    """The first that takes it; what a folder lacks is said by the first that takes folders.
+
+    Parameters
+    ----------
+    path
+        To be imported.
+    rate
+        What a person said of it, Hz.
+    given
+        Names of the tables that a person gave beside it.
+
+    Raises
+    ------
+    InputError
+        None takes it, or not with these.
+    """
     if not path.exists():
         raise InputError(f"{path} does not exist: check the path")
     every = list(IMPORTERS.values())

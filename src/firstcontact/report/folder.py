@@ -93,11 +93,20 @@ def fresh(directory: Path, mark: Mapping[str, object]) -> Path:
     InputError
         The folder was not made by a study.
     """
+    check_fresh(directory)
     if directory.exists():
-        if not (directory / MARK).exists():
-            raise InputError(
-                f"{directory} was not made by a study: choose another --out, or move it away"
-            )
         shutil.rmtree(directory)
     write_json(directory / MARK, mark)
     return directory
+
+
+def check_fresh(directory: Path) -> None:
+    """Refuse a folder that :func:`fresh` would not empty.
+
+    Raises
+    ------
+    InputError
+        It was not made by a study.
+    """
+    if directory.exists() and not (directory / MARK).exists():
+        raise InputError(f"{directory} was not made by a study: {_REMEDY}")

@@ -12,7 +12,8 @@ from firstcontact.core import Dataset, InputError
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.temporary import is_temporary
 from firstcontact.recording import load_dataset
-from firstcontact.report.folder import MARK, fresh
+from firstcontact.recording.importing import find_importer
+from firstcontact.report.folder import MARK, check_fresh, fresh
 from firstcontact.signal import resample_dataset
 from firstcontact.study.settings import StudySettings
 
@@ -20,6 +21,8 @@ from firstcontact.study.settings import StudySettings
 CONDITIONS = ("paper-rig", "everyday")
 #: What makes a folder one that can be imported.
 LABELS = "labels.csv"
+#: Folders below a study's.
+_RECORDINGS, _IMPORTED = "recordings", "imported"
 
 
 def simulated(
@@ -39,7 +42,7 @@ def simulated(
     """
     from firstcontact.twin.simulate import simulate
 
-    directory = fresh(out / "recordings" / condition, {"twin": condition, "seed": settings.seed})
+    directory = fresh(out / _RECORDINGS / condition, {"twin": condition, "seed": settings.seed})
     simulate(
         directory / "pinches",
         condition,
@@ -70,6 +73,29 @@ def recorded(path: Path, out: Path) -> Dataset:
         behind, beside others or by themselves: those are studied again only
         when their own folder is given.
     """
+    own = _own(path)
+    dataset = load_dataset(own) if own else _imported(path, out)
+    return resample_dataset(dataset, FINGERTIP_RATE)
+
+
+def check_sources(path: Path | None, out: Path) -> None:
+    """Refuse what can be refused without reading samples: ``path`` None is the twin.
+
+    Raises
+    ------
+    InputError
+        As of :func:`recorded` and :func:`simulated`.
+    """
+    if path is None:
+        for condition in CONDITIONS:
+            check_fresh(out / _RECORDINGS / condition)
+    elif not _own(path):
+        find_importer(path)
+        check_fresh(out / _RECORDINGS / _IMPORTED)
+
+
+def _own(path: Path) -> list[Path]:
+    """Recordings that are to be studied; none where the path is to be imported."""
     if not path.exists():
         raise InputError(f"{path} does not exist: give a folder of recordings, or data to import")
     own, made = _found(path)
@@ -79,8 +105,7 @@ def recorded(path: Path, out: Path) -> Dataset:
             f"{path} holds {only} that an earlier study left in {made[0]}: give the one folder "
             "that is to be studied"
         )
-    dataset = load_dataset(own) if own else _imported(path, out)
-    return resample_dataset(dataset, FINGERTIP_RATE)
+    return own
 
 
 def _found(path: Path) -> tuple[list[Path], list[Path]]:
@@ -95,7 +120,7 @@ def _found(path: Path) -> tuple[list[Path], list[Path]]:
 def _imported(path: Path, out: Path) -> Dataset:
     from firstcontact.recording.importing import import_path
 
-    directory = fresh(out / "recordings" / "imported", {"imported": path.name})
+    directory = fresh(out / _RECORDINGS / _IMPORTED, {"imported": path.name})
     try:
         assumed = import_path(path, directory / "pinches").notes
     except InputError:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from firstcontact.report.findings import Findings
 from firstcontact.report.folder import sole_use
 from firstcontact.report.state import State
 from firstcontact.study import _protocol as protocol
-from firstcontact.study._sources import CONDITIONS, recorded, simulated
+from firstcontact.study._sources import CONDITIONS, check_sources, recorded, simulated
 from firstcontact.study.settings import StudySettings
 
 Sources = Sequence[tuple[str, Callable[[], Dataset]]]
@@ -58,10 +59,12 @@ def run_study(
     asked = _asked(settings, recordings)
     # A log is no terminal: there, a line every ten seconds is enough.
     often = 0.1 if sys.stderr.isatty() else 10.0
-    with (
-        sole_use(out, asked),
-        tqdm(unit="part", bar_format=_BAR, miniters=0, mininterval=often) as bar,
-    ):
+    with ExitStack() as opened:
+        opened.enter_context(sole_use(out, asked))
+        check_sources(recordings, out)  # refused before a bar is drawn
+        bar = opened.enter_context(
+            tqdm(unit="part", bar_format=_BAR, miniters=0, mininterval=often)
+        )
 
         def within(done: int, total: int) -> None:
             bar.set_postfix_str(f"{done} of {total}", refresh=False)

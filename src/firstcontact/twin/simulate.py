@@ -70,18 +70,8 @@ def simulate(
         Unknown condition, a negative size, nothing to simulate, no workers, or
         ``directory`` holds something already or cannot be made or written.
     """
+    check_set(directory, condition_name, pinches_per_block, pinches_per_object, seed, workers)
     c = condition(condition_name)
-    if min(pinches_per_block, pinches_per_object) < 0 or pinches_per_block + pinches_per_object < 1:
-        raise InputError("pinches per block and per object must not be negative nor both 0")
-    if max(pinches_per_block, pinches_per_object) > MOST_PINCHES:
-        raise InputError(f"pinches per block and per object must be {MOST_PINCHES} at most")
-    if seed < 0:
-        raise InputError(f"seed is {seed}: use a whole number from 0 on")
-    if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise InputError(f"workers is {workers}: use 1 to {MOST_WORKERS}")
-    sweep(directory)
-    if directory.exists() and (not directory.is_dir() or any(directory.iterdir())):
-        raise InputError(f"{directory} is not an empty folder: choose another --out")
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -101,7 +91,7 @@ def simulate(
     ):
         pinches = chain.from_iterable(made)
         for session in sessions:
-            path = directory / f"{session.name}.mcap"
+            path = directory / _file(session)
             its = islice(pinches, len(session.pinches))
             try:
                 with replacing(path) as temporary:
@@ -117,6 +107,53 @@ def simulate(
                 raise
             paths.append(path)
     return paths
+
+
+def check_set(
+    directory: Path,
+    condition_name: str = "paper-rig",
+    pinches_per_block: int = 500,
+    pinches_per_object: int = 50,
+    seed: int = 0,
+    workers: int | None = None,
+) -> None:
+    """Refuse what :func:`simulate` would refuse before it begins.
+
+    Parameters
+    ----------
+    directory, condition_name, pinches_per_block, pinches_per_object, seed, workers
+        As there.
+
+    Raises
+    ------
+    InputError
+        Names what cannot be used; of a set that was not finished, how much of it is there.
+    """
+    c = condition(condition_name)
+    if min(pinches_per_block, pinches_per_object) < 0 or pinches_per_block + pinches_per_object < 1:
+        raise InputError("pinches per block and per object must not be negative nor both 0")
+    if max(pinches_per_block, pinches_per_object) > MOST_PINCHES:
+        raise InputError(f"pinches per block and per object must be {MOST_PINCHES} at most")
+    if seed < 0:
+        raise InputError(f"seed is {seed}: use a whole number from 0 on")
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise InputError(f"workers is {workers}: use 1 to {MOST_WORKERS}")
+    sweep(directory)
+    there = {path.name for path in directory.iterdir()} if directory.is_dir() else set()
+    if there:
+        sessions = plan_sessions(c, pinches_per_block, pinches_per_object, seed)
+        whole = {_file(session) for session in sessions}
+        if there < whole:
+            raise InputError(
+                f"{directory} holds {len(there)} of the {len(whole)} recordings of such a set, "
+                "whose making was stopped: remove it, or choose another --out"
+            )
+    if there or (directory.exists() and not directory.is_dir()):
+        raise InputError(f"{directory} is not an empty folder: choose another --out")
+
+
+def _file(session: PlannedSession) -> str:
+    return f"{session.name}.mcap"
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
+import pytest
 from test_model_parity import INTERVAL, learned
 
-from firstcontact.embedded.budget import forms
-from firstcontact.embedded.trained import NamedModel
+from firstcontact.core import InputError
+from firstcontact.embedded.budget import forms, small_enough
+from firstcontact.embedded.hand_model import HAND
+from firstcontact.embedded.onnx_graph import ONNX
+from firstcontact.embedded.trained import NamedModel, Trained
 from firstcontact.stiffness import ESTIMATORS, Task, make_estimator
 from firstcontact.testing._windows import RATE, toy_windows
+from firstcontact.testing.closings import closings
+
+if TYPE_CHECKING:
+    from firstcontact.anytime import InContextModel
 
 
 def test_a_smaller_form_has_a_wider_interval() -> None:
@@ -39,3 +48,17 @@ def test_without_an_interval_there_is_nothing_to_widen() -> None:
     named = replace(learned(ESTIMATORS.default, Task.CLASSIFICATION), interval=None)
     X, _, sessions = toy_windows()
     assert all(form.interval is None for form in forms(named, X, sessions.astype(str)))
+
+
+def test_only_what_is_written_is_held_to_the_budget() -> None:
+    trained = Trained((learned(ESTIMATORS.default, Task.REGRESSION),))
+    with pytest.raises(InputError, match="raise it"):
+        small_enough(trained, None, 1.0)
+    kept = small_enough(trained, None, 1.0, HAND.parts)
+    assert kept.models == trained.models
+
+
+def test_a_network_that_is_not_written_is_left_as_it_is() -> None:
+    network = cast("InContextModel", object())  # what touches it fails
+    trained = Trained(anytime=network)
+    assert small_enough(trained, closings(8), 30.0, ONNX.parts).anytime is network

@@ -8,11 +8,16 @@ import building
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from onnxruntime import InferenceSession
 
 from firstcontact.core import InputError
+from firstcontact.core.program import INPUT
 from firstcontact.embedded import c_library
+from firstcontact.embedded.onnx_graph import to_onnx
 from firstcontact.embedded.trained import NamedModel, Trained
 from firstcontact.stiffness import ESTIMATORS, Interval, Model, Task, make_estimator
+from firstcontact.stiffness.spec import Spec
+from firstcontact.stiffness.svm_model import SvmModel
 from firstcontact.testing._windows import RATE, toy_windows
 
 EACH = [(name, task) for name, kind in ESTIMATORS.items() for task in kind.tasks]
@@ -54,6 +59,12 @@ def malformed(X: NDArray[np.float32]) -> NDArray[np.float32]:
     return bad
 
 
+def quiet_and_loud(X: NDArray[np.float32]) -> NDArray[np.float32]:
+    """One window from a quietness to a loudness that float32 can hardly hold."""
+    sizes = np.concatenate([10.0 ** np.arange(-42, 19, 3), np.geomspace(1e-8, 1e-4, 9)])
+    return (X[:1] / np.abs(X[0]).max() * sizes[:, None, None]).astype(np.float32)
+
+
 def expected(named: NamedModel, window: NDArray[np.float32]) -> tuple[float, float, float] | None:
     """Value and ends as Python gives them, None for a refusal."""
     try:
@@ -86,14 +97,35 @@ def test_c_answers_as_python_does(name: str, task: Task, tmp_path: Path) -> None
     named = learned(name, task)
     built = program(named, tmp_path / "library")
     X = toy_windows(40, seed=8)[0]
-    X = np.concatenate([X, malformed(X)])
+    X = np.concatenate([X, malformed(X), quiet_and_loud(X)])
     data = X.tobytes()
     native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
     assert_parity(named, X, building.answers(native))
     if building.emulator_there():
         m7 = building.ask_m7(built.m7(tmp_path / "m7.elf"), data, tmp_path)
         assert building.same(building.answers(native), building.answers(m7))
-        assert building.answers(m7)["instructions"].min() > 0
+        counted = building.answers(m7)["instructions"]
+        assert counted.min() > 0
+        assert counted.max() <= named.model.program().instructions  # a budget is kept
+
+
+def test_a_pair_without_bias_goes_to_the_same_class_where_kernels_vanish(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    spec = Spec(Task.CLASSIFICATION, RATE, 16, 1, (10.0, 29.0, 60.0))
+    vectors = rng.standard_normal((6, 17)).astype(np.float32)
+    weights = (100 * np.abs(rng.standard_normal((3, 6)))).astype(np.float32)
+    none, scale = np.zeros(3, np.float32), np.array([0.0, 1.0])
+    model = SvmModel(spec, scale, vectors, weights, none, scale, np.array([1.0, 0.7, 0.0]))
+    X = rng.standard_normal((80, 16, 1)) * np.geomspace(1e-2, 1e-1, 80)[:, None, None]
+    X = X.astype(np.float32)
+    small = model.outputs(X)
+    assert ((small > 0) & (small < 1e-34)).any()  # what C takes for 0
+    named = NamedModel("stiffness", model, None)
+    native = program(named, tmp_path / "library").native(tmp_path / "native", strict=True)
+    assert_parity(named, X, building.answers(building.ask_native(native, X.tobytes(), tmp_path)))
+    session = InferenceSession(to_onnx(model.program()))
+    (got,) = session.run(None, {INPUT: X.reshape(len(X), -1)})
+    np.testing.assert_array_equal(got.argmax(axis=1), model.choose(small))
 
 
 def test_the_emulator_is_there(request: pytest.FixtureRequest) -> None:

@@ -46,7 +46,8 @@ class ExportModel:
             raise InputError(f"{self.out} is there already: name a folder that is empty or new")
         if self.budget_us is not None and not 0.0 < self.budget_us <= 1e6:
             raise InputError("--budget-us must lie between 0 and 1000000")
-        trained = small_enough(load_trained(self.model), self._pinches(), self.budget_us)
+        trained = load_trained(self.model)
+        trained = small_enough(trained, self._pinches(), self.budget_us, exporter.parts)
         with replacing_folder(self.out) as making:
             lines = exporter.write(trained, making)
         for line in lines:

@@ -12,18 +12,18 @@ from firstcontact.core.steps import Real, flat32
 
 def over_peak(takes: str, gives: str, size: int) -> Step:
     """Each number over the largest magnitude of all."""
-    return Step("over_peak", (takes,), gives, size, {"size": size}, 16 * size + 60)
+    return Step("over_peak", (takes,), gives, size, {"size": size}, 13 * size + 60)
 
 
 def powers(takes: str, gives: str, lines: int) -> Step:
     """Squared magnitudes of complex numbers: first all real parts, then all imaginary ones."""
-    return Step("powers", (takes,), gives, lines, {"lines": lines}, 9 * lines)
+    return Step("powers", (takes,), gives, lines, {"lines": lines}, 9 * lines + 20)
 
 
 def level_free(takes: str, gives: str, size: int, floor: float) -> Step:
     """Logarithms of shares of the sum, ``floor`` added to each, their mean taken off."""
     own: Constants = {"size": size, "floor": floor}
-    return Step("level_free", (takes,), gives, size, own, 60 * size + 60)
+    return Step("level_free", (takes,), gives, size, own, 47 * size + 60)
 
 
 def course(
@@ -40,7 +40,8 @@ def course(
         "quantiles": len(quantiles),
         "quantile": np.array(quantiles, np.float64),
     }
-    return Step("course", (takes,), gives, len(quantiles) + 3, own, 110 * samples + 300)
+    count = samples * (39 + 9 * channels + 15 * len(quantiles)) + 20 * len(quantiles) + 150
+    return Step("course", (takes,), gives, len(quantiles) + 3, own, count)
 
 
 def shares_above(
@@ -60,5 +61,6 @@ def shares_above(
         "dilation": np.array(steps, np.int32),
         "bias": flat32(biases),
     }
-    count = (6 + 14 * each) * samples * channels * 84 * len(steps)
+    once = len(steps) * (1510 + 925 * each) + 10
+    count = once * samples * channels + 7 * biases.size + 150
     return Step("shares_above", (takes,), gives, biases.size + 1, own, count)

@@ -14,6 +14,20 @@ from firstcontact.core.program import Constants, Step
 
 Real = NDArray[Any]
 
+#: Sums of squares of a window (V²) that its level is taken of: beyond them float32 holds no power,
+#: or one with few digits left, and there is no answer.
+LEAST_POWER, MOST_POWER = 1e-30, 1e38
+#: Decision above which the first class of a pair wins. Kernel values below exp(-87) are 0 in C
+#: and not in NumPy; whatever weighs them, they sum up to less than this, so that both choose the
+#: same class where a pair's bias is 0.
+LEAST_DECISION = 1e-30
+
+
+def _rows(n: int, inputs: int) -> int:
+    """Instructions of so many rows times a vector; rows are taken in eights, in fours, or alone."""
+    many, each, begun = (8, 20, 54) if n >= 8 else (4, 11, 45) if n >= 4 else (1, 5, 30)
+    return -(-n // many) * (each * inputs + begun) + 35
+
 
 def flat32(array: Real) -> NDArray[np.float32]:
     """An array as a kernel takes it."""
@@ -21,9 +35,18 @@ def flat32(array: Real) -> NDArray[np.float32]:
 
 
 def shape_and_level(takes: str, gives: str, samples: int, mean: float, slope: float) -> Step:
-    """A window over its own RMS, and ``(ln(RMS) - mean) * slope`` behind it."""
-    constants: Constants = {"samples": samples, "mean": mean, "slope": slope}
-    return Step("shape_and_level", (takes,), gives, samples + 1, constants, 10 * samples + 250)
+    """A window over its own RMS, and ``(ln(RMS) - mean) * slope`` behind it.
+
+    The latter is NaN where the power is not between ``LEAST_POWER`` and ``MOST_POWER``.
+    """
+    constants: Constants = {
+        "samples": samples,
+        "mean": mean,
+        "slope": slope,
+        "least": LEAST_POWER,
+        "most": MOST_POWER,
+    }
+    return Step("shape_and_level", (takes,), gives, samples + 1, constants, 10 * samples + 150)
 
 
 def rbf(takes: str, gives: str, vectors: Real, gamma: float) -> Step:
@@ -37,8 +60,7 @@ def rbf(takes: str, gives: str, vectors: Real, gamma: float) -> Step:
         "steep": flat32(2 * gamma * wide),
         "norms": flat32(-gamma * (wide * wide).sum(axis=1)),
     }
-    together = -(-n // 8) * 8
-    cost = int(2.5 * together * inputs) + 45 * n + 1500
+    cost = _rows(n, inputs) + 31 * n + 5 * inputs + 40
     return Step("rbf", (takes,), gives, n, constants, cost)
 
 
@@ -51,21 +73,23 @@ def dense(takes: str, gives: str, weight: Real, bias: Real) -> Step:
         "weight": flat32(weight),
         "bias": flat32(bias),
     }
-    return Step("dense", (takes,), gives, n, own, int(2.7 * weight.size) + 20 * n + 50)
+    return Step("dense", (takes,), gives, n, own, _rows(n, inputs))
 
 
 def votes(takes: str, gives: str, classes: int) -> Step:
     """How many pairs each class wins: decisions in the order of ``itertools.combinations``.
 
-    Above 0 the first of the pair wins, else the second.
+    Above ``LEAST_DECISION`` the first of the pair wins, else the second.
     """
-    return Step("votes", (takes,), gives, classes, {"classes": classes}, 8 * classes**2)
+    own: Constants = {"classes": classes, "least": LEAST_DECISION}
+    cost = classes * (classes - 1) // 2 * 25 + 10 * classes + 40
+    return Step("votes", (takes,), gives, classes, own, cost)
 
 
 def given(takes: str, gives: str, values: Real) -> Step:
     """The same numbers, whatever comes in."""
     own: Constants = {"outputs": len(values), "values": flat32(values)}
-    return Step("given", (takes,), gives, len(values), own, 10 + 4 * len(values))
+    return Step("given", (takes,), gives, len(values), own, 20 + 4 * len(values))
 
 
 def log_peak(takes: str, gives: str, samples: int) -> Step:
@@ -83,7 +107,7 @@ def parabola(takes: str, gives: str, powers: Real, low: float, high: float) -> S
 def nearness(takes: str, gives: str, places: Real) -> Step:
     """``-|x - p|`` of one number to each place p."""
     own: Constants = {"outputs": len(places), "places": flat32(places)}
-    return Step("nearness", (takes,), gives, len(places), own, 10 + 8 * len(places))
+    return Step("nearness", (takes,), gives, len(places), own, 20 + 8 * len(places))
 
 
 def deviation(takes: str, gives: str, lower: Real, most: float, least: float, scale: float) -> Step:
@@ -94,4 +118,4 @@ def deviation(takes: str, gives: str, lower: Real, most: float, least: float, sc
     n = len(lower)
     packed = flat32(lower[np.tril_indices(n)])
     own: Constants = {"inputs": n, "lower": packed, "most": most, "least": least, "scale": scale}
-    return Step("deviation", (takes,), gives, 1, own, 5 * n * n // 2 + 20 * n)
+    return Step("deviation", (takes,), gives, 1, own, 3 * n * n + 13 * n + 50)

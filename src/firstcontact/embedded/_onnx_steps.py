@@ -39,7 +39,7 @@ def votes(g: Graph, s: Step) -> None:
     k = int(s.constants["classes"])
     first, second = np.triu_indices(k, 1)
     won, lost = (np.eye(k)[which] for which in (first, second))
-    above = g.add("Greater", [s.takes[0], g.constant(0.0)])
+    above = g.add("Greater", [s.takes[0], g.constant(s.constants["least"])])
     share = g.add("Cast", [above], to=1)
     more = g.add("MatMul", [share, g.constant(won - lost)])
     g.add("Add", [more, g.constant(lost.sum(axis=0))], s.gives)

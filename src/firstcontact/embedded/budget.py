@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from firstcontact.anytime.compact import CompactNetwork, compacted
 from firstcontact.contact import detect
 from firstcontact.core import Contact, Dataset, InputError
 from firstcontact.embedded._c_anytime import instructions
+from firstcontact.embedded.exporters import Part
 from firstcontact.embedded.trained import NamedModel, Trained
 from firstcontact.signal import contact_windows
 from firstcontact.stiffness.spec import Windows
@@ -33,7 +34,12 @@ def microseconds(count: float) -> float:
     return 1e6 * CYCLES * count / CLOCK
 
 
-def small_enough(trained: Trained, dataset: Dataset | None, budget_us: float | None) -> Trained:
+def small_enough(
+    trained: Trained,
+    dataset: Dataset | None,
+    budget_us: float | None,
+    parts: Collection[Part] = frozenset(Part),
+) -> Trained:
     """The training with models that keep to a budget, the costliest that do.
 
     Parameters
@@ -44,6 +50,8 @@ def small_enough(trained: Trained, dataset: Dataset | None, budget_us: float | N
         Pinches that it learned from, to which smaller models are fitted; None where there are none.
     budget_us
         For one answer of each model, us; None leaves models of windows as they are.
+    parts
+        What is written of the training: the rest stays as it is.
 
     Raises
     ------
@@ -51,9 +59,10 @@ def small_enough(trained: Trained, dataset: Dataset | None, budget_us: float | N
         No form of a model is so quick, or there are no pinches to fit one to.
     """
     contacts = [] if dataset is None else _contacts(dataset, trained)
-    models = tuple(_fitting(named, dataset, contacts, budget_us) for named in trained.models)
-    anytime = trained.anytime
-    if anytime is not None and dataset is not None:
+    models, anytime = trained.models, trained.anytime
+    if Part.WINDOWS in parts:
+        models = tuple(_fitting(named, dataset, contacts, budget_us) for named in models)
+    if anytime is not None and dataset is not None and Part.ANYTIME in parts:
         anytime = _anytime(anytime, dataset, contacts, budget_us)
     return replace(trained, models=models, anytime=anytime)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,13 @@ from firstcontact.core.registry import Registry
 
 if TYPE_CHECKING:
     from firstcontact.embedded.trained import Trained
+
+
+class Part(Enum):
+    """What of a training can be made smaller."""
+
+    WINDOWS = "models of a window"
+    ANYTIME = "the any-time network"
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,12 +32,15 @@ class ModelExporter:
     write
         Writes a training into a folder that is empty; gives what there is to say. Raises
         InputError naming what cannot be written, and why.
+    parts
+        What it writes of what can be made smaller; the rest is held to no budget.
     extra, modules
         Of this package that it needs, and the modules that come with it.
     """
 
     name: str
     write: Callable[[Trained, Path], Sequence[str]]
+    parts: frozenset[Part] = frozenset(Part)
     extra: str = ""
     modules: tuple[str, ...] = ()
 

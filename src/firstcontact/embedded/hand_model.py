@@ -10,7 +10,7 @@ from pathlib import Path
 from firstcontact.anytime.model_file import has_anytime, load_anytime, save_anytime
 from firstcontact.contact.detector_file import load_detector, save_detector
 from firstcontact.core import Calibration, InputError
-from firstcontact.embedded.exporters import ModelExporter
+from firstcontact.embedded.exporters import ModelExporter, Part
 from firstcontact.embedded.model_image import ModelImage, model_image
 from firstcontact.embedded.trained import Trained
 
@@ -50,4 +50,4 @@ def hand_image(folder: Path, calibration: Calibration | None = None) -> ModelIma
         raise InputError(f"{folder}: {error}") from None
 
 
-HAND = ModelExporter("hand", write)
+HAND = ModelExporter("hand", write, frozenset({Part.ANYTIME}))

@@ -12,7 +12,7 @@ from firstcontact.core import InputError
 from firstcontact.core.program import INPUT, Program, Step
 from firstcontact.embedded import _onnx_layers, _onnx_shapes, _onnx_steps
 from firstcontact.embedded._onnx_nodes import Graph
-from firstcontact.embedded.exporters import ModelExporter
+from firstcontact.embedded.exporters import ModelExporter, Part
 from firstcontact.embedded.trained import NamedModel, Trained
 
 OPSET = 17
@@ -113,4 +113,4 @@ def write(trained: Trained, out: Path) -> list[str]:
     )
 
 
-ONNX = ModelExporter("onnx", write, "cnn", ("onnx", "onnxruntime"))
+ONNX = ModelExporter("onnx", write, frozenset({Part.WINDOWS}), "cnn", ("onnx", "onnxruntime"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from itertools import combinations
-from math import inf, log, nan, sqrt
+from math import log, nan, sqrt
 from typing import Any, ClassVar
 
 import numpy as np
@@ -52,10 +52,12 @@ def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float3
     Returns
     -------
     ndarray
-        Shape (n, samples * channels + 1).
+        Shape (n, samples * channels + 1); NaN throughout where float32 cannot hold the power.
     """
     flat = X.reshape(len(X), X.shape[1] * X.shape[2]).astype(np.float32)
-    rms = np.sqrt(np.einsum("ij,ij->i", flat, flat) / flat.shape[1])
+    power = np.einsum("ij,ij->i", flat, flat)
+    power[~((power > steps.LEAST_POWER) & (power < steps.MOST_POWER))] = np.nan
+    rms = np.sqrt(power / flat.shape[1])
     loud = (np.log(rms) - level[0]) * (LEVEL_WEIGHT / level[1])
     return np.column_stack([flat / rms[:, None], loud]).astype(np.float32)
 
@@ -137,7 +139,8 @@ class SvmModel(ArraysModel):
         """Decisions about one window (samples, channels), shape (rows,)."""
         flat = window.ravel()
         power = float(flat.dot(flat))
-        if not 0.0 < power < inf:  # float32 cannot hold it: no level, no decision
+        # What float32 cannot hold has no level, and there is no decision.
+        if not steps.LEAST_POWER < power < steps.MOST_POWER:
             return np.full(self._bias.shape, nan, dtype=np.float32)
         rms = sqrt(power / len(flat))
         loud = (log(rms) - self._level) * self._slope
@@ -180,6 +183,6 @@ class SvmModel(ArraysModel):
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
         """The class that wins most pairs."""
-        winners = np.where(outputs > 0, self._first, self._second)
+        winners = np.where(outputs > steps.LEAST_DECISION, self._first, self._second)
         votes = (winners[:, :, None] == np.arange(len(self.spec.classes))).sum(axis=1)
         return np.asarray(votes.argmax(axis=1))

@@ -2,6 +2,7 @@
 #include "fc_steps.h"
 
 #include <math.h>
+#include <stdbool.h>
 
 #include "fc_math.h"
 
@@ -82,8 +83,8 @@ void fc_shape_and_level_run(const fc_shape_and_level *s, const float *in, float 
     const float scale = (float)(1.0 / rms);
     for (int32_t k = 0; k < s->samples; k++)
         out[k] = in[k] * scale;
-    /* Beyond what float32 holds there is no level, as on the host. */
-    out[s->samples] = power < 3.4e38 ? (float)((fc_log(rms) - s->mean) * s->slope) : NAN;
+    const bool held = power > s->least && power < s->most;
+    out[s->samples] = held ? (float)((fc_log(rms) - s->mean) * s->slope) : NAN;
 }
 
 void fc_rbf_run(const fc_rbf *s, const float *in, float *out)
@@ -108,7 +109,7 @@ void fc_votes_run(const fc_votes *s, const float *in, float *out)
         out[i] = 0.0f;
     for (int32_t i = 0; i < s->classes; i++)
         for (int32_t j = i + 1; j < s->classes; j++) {
-            out[*in > 0.0f ? i : j] += 1.0f;
+            out[*in > s->least ? i : j] += 1.0f;
             if (!(*in - *in == 0.0f))
                 out[0] = NAN; /* an infinite decision speaks for nothing */
             in++;

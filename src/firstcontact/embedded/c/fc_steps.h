@@ -12,10 +12,11 @@
 extern "C" {
 #endif
 
-/* The window over its RMS, then how loud it was: samples + 1 numbers. */
+/* The window over its RMS, then how loud it was: samples + 1 numbers. That is NaN where the sum of
+   squares is not between least and most: the host, which sums in single precision, holds no more. */
 typedef struct {
     int32_t samples;
-    double mean, slope;
+    double mean, slope, least, most;
 } fc_shape_and_level;
 void fc_shape_and_level_run(const fc_shape_and_level *s, const float *in, float *out);
 
@@ -34,9 +35,11 @@ typedef struct {
 } fc_dense;
 void fc_dense_run(const fc_dense *s, const float *in, float *out);
 
-/* How many pairs each class wins; pairs are (0, 1), (0, 2), ... (1, 2), ... */
+/* How many pairs each class wins, the first of a pair with more than least: so much is what fc_exp
+   takes for 0 never worth. Pairs are (0, 1), (0, 2), ... (1, 2), ... */
 typedef struct {
     int32_t classes;
+    double least;
 } fc_votes;
 void fc_votes_run(const fc_votes *s, const float *in, float *out);
 

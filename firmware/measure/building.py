@@ -32,7 +32,7 @@ ANSWER = np.dtype(
 #: What a closing is answered with: see closings.c.
 FOUND = np.dtype(
     [("found", "i4"), ("contact", [("channel", "i4"), ("sample", "u4"), ("known", "u4")], 2),
-     ("dearest", "u4"), ("whole", "u4"), ("settling", "u4")]
+     ("dearest", "u4"), ("whole", "u4"), ("steady", "u4"), ("around", "u4")]
 )  # fmt: skip
 #: What a touch is answered with at a moment: see touches.c.
 RUNNING = np.dtype(

@@ -1,12 +1,26 @@
 /* Runs a detector over closings: for each how many samples, then the samples of all channels in;
-   its contacts out, and the instructions of its dearest 3 ms. */
+   its contacts out, and instructions: of its dearest 3 ms with and without the samples that take in
+   the steady state, of the dearest of these, and of all. */
 #include "machine.h"
 
 #include <string.h>
 
 #include "fc_detector.h"
 
-enum { STRETCH = 15 }; /* samples in 3 ms at 4936 Hz, rounded up */
+/* Samples in 3 ms at 4936 Hz, rounded up; those that take in a steady state, from the one on that
+   completes it. */
+enum { STRETCH = 15, TAKEN_IN = 3 };
+
+typedef struct {
+    uint32_t last[STRETCH], sum, dearest;
+} stretch;
+
+static void count(stretch *s, uint32_t i, uint32_t took)
+{
+    s->sum += took - s->last[i % STRETCH];
+    s->last[i % STRETCH] = took;
+    s->dearest = s->sum > s->dearest ? s->sum : s->dearest;
+}
 
 typedef struct {
     int32_t found;
@@ -14,7 +28,7 @@ typedef struct {
         int32_t channel;
         uint32_t sample, known;
     } contact[FC_CHANNELS];
-    uint32_t dearest, whole, settling;
+    uint32_t dearest, whole, steady, around;
 } record;
 
 int main(int argc, char **argv)
@@ -24,7 +38,7 @@ int main(int argc, char **argv)
     if (!machine_begin(argc, argv))
         return 2;
     while (machine_read(&n, sizeof n) == sizeof n) {
-        uint32_t last[STRETCH] = {0}, sum = 0;
+        stretch all = {{0}, 0, 0}, others = {{0}, 0, 0};
         record r;
         memset(&r, 0, sizeof r);
         fc_detector_start(&detector, 0);
@@ -40,15 +54,15 @@ int main(int argc, char **argv)
                 r.contact[r.found].sample = contacts[k].sample;
                 r.contact[r.found].known = contacts[k].known;
             }
-            if (i + 1 == FC_STEADY) { /* once in a closing, and long before a contact */
-                r.settling = took;
-                continue;
-            }
             r.whole += took;
-            sum += took - last[i % STRETCH];
-            last[i % STRETCH] = took;
-            r.dearest = sum > r.dearest ? sum : r.dearest;
+            count(&all, i, took);
+            if (i + 1 - FC_STEADY < TAKEN_IN) /* once in a closing */
+                r.steady = took > r.steady ? took : r.steady;
+            else
+                count(&others, i, took);
         }
+        r.around = all.dearest;
+        r.dearest = others.dearest;
         machine_write(&r, sizeof r);
     }
     machine_end();

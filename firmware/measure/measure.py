@@ -227,7 +227,7 @@ def of_detectors(sets: list[Dataset], out: Path) -> tuple[Numbers, Detector]:
         detector = make_detector(name).fit(learn)
         usual = detector if name == DETECTORS.default else usual
         cost, dearest = parity.of_detector(detector, pinches, out / f"detector-{name}")
-        rows[f"detector_{name}"] = asdict(cost) | {"dearest_3ms": dearest}
+        rows[f"detector_{name}"] = asdict(cost) | dearest
     assert usual is not None
     return rows, usual
 

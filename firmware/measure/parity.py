@@ -77,8 +77,14 @@ def of_model(named: NamedModel, X: NDArray[np.float32], folder: Path) -> Cost:
     return Cost(dearest, flash, ram, error, wrong, len(X), building.same(got, on_m7))
 
 
-def of_detector(detector: Detector, pinches: Sequence[Pinch], folder: Path) -> tuple[Cost, int]:
-    """A detector; also the instructions of its dearest 3 ms."""
+def of_detector(
+    detector: Detector, pinches: Sequence[Pinch], folder: Path
+) -> tuple[Cost, dict[str, int]]:
+    """A detector; also what is dearest of it, in instructions.
+
+    ``steady``: the dearest of the three samples that take in its steady state; ``dearest_3ms``:
+    3 ms without these, ``steady_3ms`` with them.
+    """
     folder.mkdir(parents=True)
     c_library.write(Trained(detector=detector), folder)
     asked, wanted = [], []
@@ -98,7 +104,9 @@ def of_detector(detector: Detector, pinches: Sequence[Pinch], folder: Path) -> t
     samples = sum(map(len, asked))
     mean = round(float(counted["whole"].sum()) / samples * 15)
     same = building.contacts(native) == building.contacts(m7)
-    return Cost(mean, flash, ram, 0.0, wrong, len(pinches), same), int(counted["dearest"].max())
+    fields = {"dearest_3ms": "dearest", "steady": "steady", "steady_3ms": "around"}
+    most = {name: int(counted[field].max()) for name, field in fields.items()}
+    return Cost(mean, flash, ram, 0.0, wrong, len(pinches), same), most
 
 
 def of_anytime(model: InContextModel, touches: Touches, folder: Path) -> Cost:

@@ -20,29 +20,22 @@ void fc_detector_start(fc_detector *d, uint32_t next)
         d->channel[c].latched = false;
 }
 
-/* Mean and sigma of a channel; infinite for one that does not move, of which a range knows exactly. */
-static void measure(fc_channel *c)
+/* A sample of the steady state. */
+static void hear(fc_channel *c, uint32_t n, double volts)
 {
-    double sum = 0.0, squares = 0.0, low = c->steady[0], high = low;
-    for (int32_t k = 0; k < FC_STEADY; k++) {
-        const double v = c->steady[k];
-        sum += v;
-        low = v < low ? v : low;
-        high = v > high ? v : high;
+    if (n == 0) {
+        c->first = volts;
+        c->sum = c->squares = 0.0;
     }
-    c->mean = sum / FC_STEADY;
-    for (int32_t k = 0; k < FC_STEADY; k++)
-        squares += (c->steady[k] - c->mean) * (c->steady[k] - c->mean);
-    c->sigma = high > low ? sqrt(squares / FC_STEADY) : INFINITY;
-}
-
-static double normal(const fc_channel *c, double volts)
-{
-    return (volts - c->mean) / c->sigma;
+    const double x = c->steady[n] = volts - c->first;
+    c->sum += x;
+    c->squares = fma(x, x, c->squares);
+    fc_judge_hear(&c->judge, c->steady, n);
 }
 
 static void keep(fc_channel *c, uint32_t n, double x)
 {
+    x = (x - c->mean) / c->sigma;
     c->past[n % FC_RING] = c->past[n % FC_RING + FC_RING] = x;
 }
 
@@ -52,17 +45,16 @@ static const double *newest(const fc_channel *c, uint32_t count)
     return c->past + FC_RING + count % FC_RING;
 }
 
+/* Mean and sigma, and the samples that the first window still needs. The first sample is in the
+   sigma: it is sqrt(FC_STEADY) sigmas from the mean at most, which bounds what cancels here. */
 static void settle(fc_channel *c)
 {
-    measure(c);
-    for (int32_t k = 0; k < FC_STEADY; k++)
-        c->steady[k] = normal(c, c->steady[k]);
-    fc_judge_settle(&c->judge, c->steady);
-    for (uint32_t n = 0; n < FC_STEADY; n++) {
+    c->mean = c->sum / FC_STEADY;
+    const double spread = c->squares - c->mean * c->sum;
+    c->sigma = spread > 0.0 ? sqrt(spread / FC_STEADY) : INFINITY;
+    fc_judge_settle(&c->judge, c->steady, c->mean, spread);
+    for (uint32_t n = FC_STEADY - FC_WINDOW; n < FC_STEADY; n++)
         keep(c, n, c->steady[n]);
-        if (n > FC_STEP && (FC_STEADY - 1 - n) % FC_STEP == 0)
-            fc_judge_step(&c->judge, newest(c, n + 1), n + 1);
-    }
 }
 
 /* Whether any channel was loud in the newest step: else no window is worth a judgement. */
@@ -108,14 +100,19 @@ int32_t fc_detector_take(fc_detector *d, const double *volts, fc_contact *contac
     d->next++;
     if (n < FC_STEADY) {
         for (int32_t k = 0; k < FC_CHANNELS; k++) {
-            d->channel[k].steady[n] = volts[k];
+            hear(d->channel + k, n, volts[k]);
             if (d->count == FC_STEADY)
                 settle(d->channel + k);
         }
         return 0;
     }
-    for (int32_t k = 0; k < FC_CHANNELS; k++)
-        keep(d->channel + k, n, normal(d->channel + k, volts[k]));
+    for (int32_t k = 0; k < FC_CHANNELS; k++) {
+        fc_channel *const c = d->channel + k;
+        /* The judge learns of the past before the first window is whole, not of all in one sample. */
+        if (n == FC_STEADY + (uint32_t)(k > 0 && FC_STEP > 1) && !c->latched)
+            fc_judge_recall(&c->judge, newest(c, FC_STEADY));
+        keep(c, n, volts[k] - c->first);
+    }
     if (d->count != d->window_end)
         return 0;
     d->window_end += FC_STEP;

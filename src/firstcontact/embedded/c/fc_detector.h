@@ -22,12 +22,15 @@ typedef struct {
 } fc_contact;
 
 typedef struct {
+    /* A channel is measured from its first sample: an offset costs no digits of the sums, which grow
+       while the steady state comes in. */
+    double first, sum, squares;
     double mean, sigma; /* infinite for a channel that does not move: it stays at 0 sigmas */
     bool latched;
     /* In sigmas of the steady state: sample n at n % FC_RING and again FC_RING behind it, so that
        the newest ones always lie in a row. */
     double past[2 * FC_RING];
-    double steady[FC_STEADY]; /* volts until the steady state is known */
+    double steady[FC_STEADY]; /* volts from the first sample */
     fc_judge judge;
 } fc_channel;
 

@@ -21,9 +21,19 @@ typedef struct {
     uint8_t nothing;
 } fc_judge;
 
-static inline void fc_judge_settle(fc_judge *j, const double *quiet)
+static inline void fc_judge_hear(fc_judge *j, const double *steady, uint32_t n)
 {
-    (void)j, (void)quiet;
+    (void)j, (void)steady, (void)n;
+}
+
+static inline void fc_judge_settle(fc_judge *j, const double *steady, double mean, double spread)
+{
+    (void)j, (void)steady, (void)mean, (void)spread;
+}
+
+static inline void fc_judge_recall(fc_judge *j, const double *end)
+{
+    (void)j, (void)end;
 }
 
 static inline void fc_judge_step(fc_judge *j, const double *end, uint32_t count)

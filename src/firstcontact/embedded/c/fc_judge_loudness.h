@@ -36,7 +36,11 @@ enum {
     FC_AFTER_QUIET = (FC_RECENT + FC_STEP - 1) / FC_STEP,
     FC_STEPS = FC_STEP > 1 ? FC_RING / 2 : FC_RING,
     FC_QUIET_STEPS = FC_LOOK / FC_STEP - FC_AFTER_QUIET,
-    FC_FRESH_STEPS = (FC_LOOK - FC_ORDER) / FC_STEP - FC_AFTER_QUIET
+    FC_FRESH_STEPS = (FC_LOOK - FC_ORDER) / FC_STEP - FC_AFTER_QUIET,
+    /* Steps of the steady state that the first window's looks hold, with the sample before them; and
+       those that have as many samples before them as are foretold from. */
+    FC_RECALLED = FC_LOOK / FC_STEP + FC_LOOKS - 1,
+    FC_FORETOLD = (FC_WINDOW - FC_ORDER) / FC_STEP
 };
 
 /* Largest of the last so many values: from place at on, of each to the end of those of the round
@@ -61,6 +65,8 @@ typedef struct {
     uint32_t step, barred; /* no window is a contact before step barred: a look said no */
     double base, blur; /* a score by coarse logarithms begins here, and is so far off at most */
     double share[FC_PARTS + 1]; /* one over the lengths of the newest parts, and of what lies between */
+    /* From [1] on, of the steady state: sums of products of samples so far apart. */
+    double lag[FC_ORDER + 1];
     double weight[FC_ORDER + 1];
     struct {
         fc_extremes quiet;
@@ -71,7 +77,14 @@ typedef struct {
     fc_extremes extremes[2 * FC_STEPS]; /* of step n at n % FC_STEPS and again FC_STEPS behind */
 } fc_judge;
 
-void fc_judge_settle(fc_judge *j, const double *quiet);
+/* Sample n of a steady state has come in. */
+void fc_judge_hear(fc_judge *j, const double *steady, uint32_t n);
+
+/* The steady state is complete: its mean, and the sum of squares around it. */
+void fc_judge_settle(fc_judge *j, const double *steady, double mean, double spread);
+
+/* Steps of the steady state's end, for the first windows; end: one after it, in its sigmas. */
+void fc_judge_recall(fc_judge *j, const double *end);
 
 /* A step of samples more: end is one after the newest, count their number. */
 void fc_judge_step(fc_judge *j, const double *end, uint32_t count);

@@ -100,3 +100,13 @@ def test_without_a_model_here_nothing_is_checked() -> None:
     assert pinch.check is None
     assert "not checked" in said(pinch)
     assert of_event(pinch)["check"] is None
+
+
+def test_a_pinch_in_a_gap_of_the_host_was_not_heard_here() -> None:
+    answers = HandAnswers("0123456789abcdef", RATE, checked=True)
+    answers.came((), Block(np.zeros((400, 16), np.int16), 0), 0.0)
+    events = answers.came(TOLD, Block(np.zeros((9000, 16), np.int16), 700), 0.0)
+    (pinch,) = [e for e in events if isinstance(e, HandPinch)]
+    assert "not heard here: samples were lost" in said(pinch)
+    assert pinch.check is not None
+    assert pinch.check.lost

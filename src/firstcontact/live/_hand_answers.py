@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from firstcontact.core import Block
 from firstcontact.device.told import Told, ToldContact, ToldEstimate
@@ -37,9 +38,16 @@ class HandAnswers:
         self._first: Place | None = None
         self._done: list[PinchDone] = []
         self._number = 0
+        self._heard: Place | None = None  # up to here, and what was not heard before: from, to
+        self._gaps: list[tuple[Place, Place]] = []
 
     def came(self, told: Sequence[Told], block: Block, host: float) -> list[Event]:
         """The device told these, and samples up to the end of a block are here."""
+        begin = (block.epoch, block.first_sample)
+        if self._heard is not None and self._heard < begin:
+            self._gaps = [g for g in self._gaps if g[1] > self._away(self._heard, -4)]
+            self._gaps.append((self._heard, begin))
+        self._heard = (block.epoch, block.end)
         for one in told:
             if isinstance(one, ToldContact) and one.first:
                 self._first = _place(one)
@@ -80,11 +88,22 @@ class HandAnswers:
             own = min(near, key=lambda d: abs(d.contacts[0].sample - first.sample), default=None)
             if own is not None:
                 self._done.remove(own)
-            events.append(self._pinch(first, its, own))
+            pinch = self._pinch(first, its, own)
+            if own is None and pinch.check is not None and self._in_gap(place):
+                pinch = replace(pinch, check=replace(pinch.check, lost=True))
+            events.append(pinch)
         for own in [d for d in self._done if (d.epoch, d.contacts[0].sample) <= due]:
             self._done.remove(own)
             events.append(self._pinch(None, [], own))
         return events
+
+    def _in_gap(self, contact: Place) -> bool:
+        """Whether the host lost samples about a contact: it judges from what lies around it."""
+        before, after = self._away(contact, -1), self._away(contact, 1)
+        return any(start < after and before < end for start, end in self._gaps)
+
+    def _away(self, place: Place, pinches: int) -> Place:
+        return place[0], place[1] + pinches * self._over
 
     def _pinch(
         self, first: ToldContact | None, its: Sequence[Told], own: PinchDone | None

@@ -325,6 +325,8 @@ class HandCheck:
         Whether both found the contact out of range, or both did not.
     missing
         Answers that only one gave, of those that the device tells.
+    lost
+        Whether the host could not hear it: samples of it were lost on their way.
     """
 
     contacts: bool
@@ -332,6 +334,7 @@ class HandCheck:
     largest: float
     flags: bool
     missing: int
+    lost: bool = False
 
     @property
     def same(self) -> bool:

@@ -155,6 +155,8 @@ def check_words(check: HandCheck) -> str:
     """What the host says of the hand's answers."""
     if check.same:
         return f"the same here ({check.compared} answers)"
+    if check.lost:
+        return "not heard here: samples were lost"
     parts = [] if check.contacts else ["other contacts"]
     parts += [f"{check.missing} answers only on one side"] if check.missing else []
     parts += [] if check.flags else ["another verdict on its range"]

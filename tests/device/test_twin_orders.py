@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import select
 from collections.abc import Iterator
 
 import pytest
@@ -11,6 +12,7 @@ from firstcontact.core import Command
 from firstcontact.device import protocol
 from firstcontact.device._twin_device import TwinDevice
 from firstcontact.device.protocol import FrameType
+from firstcontact.device.twin_source import TwinSource
 from firstcontact.device.twin_words import TOLD, held_object, order_text, peak_text
 from firstcontact.twin.stream import TwinStream
 
@@ -168,3 +170,21 @@ def test_no_mark_is_an_order() -> None:
         alone = [(p.start, f"twin: {p.label.object}") for p in stream.pinches]
         alone += [(p.end, peak_text(p.peak)) for p in stream.pinches if p.end and p.peak]
         assert set(hand()) <= set(alone)
+
+
+def test_faster_than_real_time_the_twin_is_not_far_ahead_of_who_reads() -> None:
+    """So that an object that is asked for comes soon, however slow the reader is."""
+    with TwinSource(seed=4, speed=50) as source:
+        seen = sum(len(a.block.data) for a in source.read(60.0))
+        select.select([], [], [], 1.0)  # nobody reads: 50 s of the twin's time
+        assert source.health.samples - seen < 4936
+        while seen < 4 * 4936:
+            seen += sum(len(a.block.data) for a in source.read(60.0))
+        assert source.health.lost_samples == 0
+        source.order("object: block 10")
+        held: list[str | None] = []
+        while "block 10" not in held:
+            assert seen < 60 * 4936, held
+            arrivals = source.read(60.0)
+            seen += sum(len(a.block.data) for a in arrivals)
+            held += [held_object(m.text) for a in arrivals for m in a.markers]

@@ -16,7 +16,8 @@ from firstcontact.recording import Marker
 class Inbox:
     """One thread puts, another takes; what else both look at may be kept under its lock.
 
-    All but :meth:`read`, :attr:`ended` and :attr:`missing` is called with :attr:`changed` held.
+    All but :meth:`read`, :attr:`ended`, :attr:`missing` and :attr:`waiting` is called with
+    :attr:`changed` held.
     """
 
     def __init__(self) -> None:
@@ -32,6 +33,11 @@ class Inbox:
     def enough(self) -> bool:
         """Whether a reader need not wait any longer."""
         return self.finished or (bool(self._arrivals) and self._waiting >= self._wanted)
+
+    @property
+    def waiting(self) -> int:
+        """Samples that wait for a reader; may be looked at without the lock."""
+        return self._waiting
 
     @property
     def missing(self) -> int:

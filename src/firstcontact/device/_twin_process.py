@@ -77,6 +77,9 @@ class TwinProcess:
         self._waits = speed > 1.0
         # Whole frames, and no more often than a tick.
         self._batch = FRAME_SAMPLES * max(1, round(self._rate * TICK / FRAME_SAMPLES))
+        # One that waits needs no long one, in which more markers would wait than there is room for.
+        ring = RING * (FINGERTIP_RATE if self._waits else self._rate)
+        self._ring = max(round(ring), 2 * self._batch)
         # Compiles everything, or loads it, before the clock starts.
         rehearsal = TwinStream(condition, objects, seed, latency=0.0)
         DeviceFilter().update(rehearsal.read(REHEARSED))
@@ -101,9 +104,7 @@ class TwinProcess:
         # A frame that was cut off is ended before the first new one.
         self._lead = b"\0" if self._wire else b""
         self._wire = b""
-        self._responder = Responder(
-            DESCRIPTOR, self._boot, max(round(RING * self._rate), FRAME_SAMPLES), self._obey
-        )
+        self._responder = Responder(DESCRIPTOR, self._boot, self._ring, self._obey)
 
     def run(self) -> None:
         """Serve until standard input ends."""

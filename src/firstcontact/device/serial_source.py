@@ -28,6 +28,8 @@ _log = logging.getLogger(__name__)
 
 #: What does not answer for so long after its port was opened is no device of ours, s.
 PATIENCE = 5.0
+#: How often it is looked whether a reader has taken what waits, s.
+LOOK = 2e-3
 #: A device that sends no samples for so long is asked whether it was reset, s ...
 SILENCE = 1.0
 #: ... and again after so long without an answer.
@@ -67,6 +69,10 @@ class SerialSource:
         On entering: the port cannot be opened, is in use, or what is on it does
         not answer, speaks another version or cannot be used.
     """
+
+    #: Samples that are taken off the line before a reader takes them; None for all that come. Only
+    #: a device that waits for its host loses nothing by a number.
+    most: int | None = None
 
     def __init__(self, port: str, patience: float = PATIENCE) -> None:
         self.port = port
@@ -239,12 +245,26 @@ class SerialSource:
             now = time.monotonic()
             if self._take(data, now).greeted:
                 transport.send(FrameType.START)
-            if len(data) < PILE:
+            if self._wait_for_reader():
+                self._heard = now = time.monotonic()  # nobody listened: that was no silence
+            elif len(data) < PILE:
                 self._nap()
                 now = time.monotonic()
         if self._assembler.epoch >= 0:
             with suppress(LinkError):
                 self._farewell(transport)
+
+    def _wait_for_reader(self) -> bool:
+        """Leave what comes on the line while enough waits here; whether that was so."""
+        waited = False
+        while (
+            self.most is not None
+            and self._inbox.waiting >= self.most
+            and self._inbox.missing <= 0
+            and not self._closing.wait(LOOK)
+        ):
+            waited = True
+        return waited
 
     def _nap(self) -> None:
         """Leave the port alone while what has come and comes next is worth no wake-up."""

@@ -7,10 +7,14 @@ from functools import partial
 from typing import Self
 
 from firstcontact.core.extras import need
+from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.device._twin_device import TwinDevice
 from firstcontact.device.opening import SourceOptions
 from firstcontact.device.serial_source import SerialSource
 from firstcontact.twin.drive import LATENCY
+
+#: Faster than real time the twin is ahead of its reader by so much and what is on the line, s.
+AHEAD = 0.25
 
 
 class TwinSource(SerialSource):
@@ -33,6 +37,8 @@ class TwinSource(SerialSource):
         super().__init__("twin")
         self._make = partial(TwinDevice, condition, objects, seed, speed, latency)
         self.device: TwinDevice | None = None
+        if speed > 1.0:  # then the device waits: an order is not to come long after its samples
+            self.most = round(AHEAD * FINGERTIP_RATE)
 
     @property
     def name(self) -> str:

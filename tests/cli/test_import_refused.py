@@ -120,7 +120,7 @@ def test_bad_tables_are_refused(tmp_path, refused, rows, words):
 def test_labels_that_do_not_match_the_files_are_refused(tmp_path, refused):
     folder = wavs(tmp_path)
     table(folder / "labels.csv", {"file": ["0.wav", "1.wav"]})
-    refused(folder, "labels.csv", "1 WAV files have no row", "2.wav")
+    refused(folder, "labels.csv", "1 WAV file has no row", "2.wav")
     table(folder / "labels.csv", {"name": ["0.wav", "1.wav", "2.wav"]})
     refused(folder, "labels.csv", "file")
     table(folder / "labels.csv", {"file": []})

@@ -116,9 +116,12 @@ def test_what_no_training_wrote_is_not_lost(
     assert list(content(out)) == [name]
 
 
-def test_a_training_is_replaced_and_nothing_of_it_stays(model: Path, other: Path) -> None:
+def test_a_training_is_replaced_and_nothing_of_it_stays(
+    model: Path, other: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     before = content(model)
     assert run("train", other, "--model", "train_mean", "--out", model) == 0
+    assert f"replaced the former training in {model}" in capsys.readouterr().out
     after = content(model)
     assert after.keys() == before.keys()
     assert all(after[name] != before[name] for name in before)

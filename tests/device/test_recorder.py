@@ -89,7 +89,7 @@ def test_gaps_epochs_marks_and_markers_stay_what_they_are(tmp_path):
     ]
     assert recording.pinches == (mark,)
     assert recording.markers == (Marker(133, "twin: block 29"),)
-    assert any("30 samples are missing in 1 gaps" in s for s in recording.skipped)
+    assert any("30 samples are missing in 1 gap" in s for s in recording.skipped)
 
 
 def test_what_is_put_while_nothing_is_recorded_is_let_go(tmp_path):

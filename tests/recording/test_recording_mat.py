@@ -169,7 +169,7 @@ def test_what_is_missing_is_asked_for(
     assert "--channels" in capsys.readouterr().err
     (folder / "labels.csv").write_text("file,object\nsteel.mat,steel\n")
     assert run(folder, tmp_path / "out") == 2
-    assert "1 MAT files have no row" in capsys.readouterr().err
+    assert "1 MAT file has no row" in capsys.readouterr().err
 
 
 def test_the_real_biotac_recordings_come_in_and_go_through_a_study(

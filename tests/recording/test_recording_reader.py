@@ -69,7 +69,7 @@ def test_a_corrupt_chunk_in_the_middle_is_skipped_and_counted(small, numbers_agr
     missing = second.first_sample - first.end
     assert second.end == 350
     assert 0 < missing == whole.samples - recording.samples
-    assert any(f"{missing} samples are missing in 1 gaps" in s for s in recording.skipped)
+    assert any(f"{missing} samples are missing in 1 gap" in s for s in recording.skipped)
     assert any("damaged" in s for s in recording.skipped)
 
 
@@ -94,7 +94,7 @@ def test_losses_on_the_way_are_counted(tmp_path, layout, counted):
     recording = read_recording(path)
     text = " ".join(recording.skipped)
     assert "1 blocks were out of order" in text
-    assert "10 samples are missing in 1 gaps" in text
+    assert "10 samples are missing in 1 gap" in text
     assert "10 samples came twice" in text
     assert [(s.first_sample, s.end) for s in recording.stretches] == [(0, 50), (60, 170)]
 

@@ -3,6 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Block
+from firstcontact.core.counted import counted
 from firstcontact.recording._stretches import join
 
 
@@ -22,4 +23,4 @@ def test_any_blocks_give_exactly_the_samples_they_hold(parts):
     text = " ".join(losses)
     assert (f"{arrived - len(there)} samples came twice" in text) == (arrived > len(there))
     missing = there[-1] - there[0] + 1 - len(there) if there else 0
-    assert (f"{missing} samples are missing in {len(stretches) - 1} gaps" in text) == (missing > 0)
+    assert (f"missing in {counted(len(stretches) - 1, 'gap')}" in text) == (missing > 0)

@@ -11,6 +11,7 @@ import tyro
 from firstcontact.cli.choices import one_of
 from firstcontact.cli.train_folder import check_replaceable, replaced
 from firstcontact.contact.registry import DETECTORS
+from firstcontact.core.counted import counted
 from firstcontact.core.errors import InputError
 from firstcontact.core.rate import same_rate
 
@@ -137,7 +138,8 @@ def adapted(
     save_anytime(made.model, out, about, digests[known.which])
     compared = ", ".join(f"{way}: rmse {score:.2f}" for way, score in made.scores.items())
     return [
-        f"the rig is known by {len(known)} pinches of {len(levels)} Shore A levels",
+        f"the rig is known by {counted(len(known), 'pinch')} of "
+        f"{counted(len(levels), 'Shore A level')}",
         f"fingers as one or each by itself, on pinches held out: {compared or 'too few pinches'}; "
         f"kept: {made.way}",
     ]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import tyro
 
 from firstcontact.cli.train import aligned_by_truth, at_rate, coverage_in_words, in_words
+from firstcontact.core.counted import counted
 from firstcontact.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -87,7 +88,10 @@ class Evaluate:
                 f"whole window of {1e3 * model.spec.duration:.3g} ms and a {target}"
             )
         print(f"contacts {contacts.how}")
-        print(f"{len(data)} pinches scored, {len(dataset) - len(data)} without contact or label")
+        print(
+            f"{counted(len(data), 'pinch')} scored, "
+            f"{len(dataset) - len(data)} without contact or label"
+        )
         for line in familiar.warnings(data.which):
             print(line)
         for title, which in familiar.groups().items():

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firstcontact.cli.train import aligned_by_truth, at_rate
+from firstcontact.core.counted import counted
 from firstcontact.core.errors import InputError
 from firstcontact.core.rate import same_rate
 
@@ -47,7 +48,7 @@ def anytime_lines(
             f"{model.shortest} samples before its second contact"
         )
     lines = [
-        f"at any time: contacts {aligned.how}; {len(asked)} pinches scored, "
+        f"at any time: contacts {aligned.how}; {counted(len(asked), 'pinch')} scored, "
         f"{len(dataset) - len(asked)} without contact or label, or ended by the second contact",
         *(familiar.warnings(asked.which) if familiar.by_samples else _flattered(card.pinches)),
     ]
@@ -57,7 +58,7 @@ def anytime_lines(
             scores = anytime_scores(
                 answers_by_time(model, its.touches), its.shore_a, its.clusters, 0
             )
-            lines += [f"{title}: {len(its)} pinches", *_table(scores, model.level)]
+            lines += [f"{title}: {counted(len(its), 'pinch')}", *_table(scores, model.level)]
     return lines
 
 

@@ -9,6 +9,7 @@ from typing import Annotated
 import tyro
 
 from firstcontact.cli.choices import one_of
+from firstcontact.core.counted import counted
 from firstcontact.recording.formats import EXPORTERS
 
 
@@ -37,4 +38,4 @@ class Export:
             print(f"note: the samples of group {group.name} are left out: this format has one rate")
         for note in dataset.notes:
             print(f"note: {note}")
-        print(f"{len(dataset)} pinches written to {self.out}")
+        print(f"{counted(len(dataset), 'pinch')} written to {self.out}")

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 
 import tyro
 
+from firstcontact.core.counted import counted
 from firstcontact.recording.formats import IMPORTERS
 
 
@@ -62,8 +63,10 @@ class Import:
         layout = dataset.layout
         sessions = len(set(dataset.sessions.tolist()))
         print(
-            f"{len(dataset)} pinches of {len(set(dataset.specimens.tolist()))} specimens in "
-            f"{sessions} sessions, {layout.width} channels at {layout.rate:g} Hz, "
+            f"{counted(len(dataset), 'pinch')} of "
+            f"{counted(len(set(dataset.specimens.tolist())), 'specimen')} in "
+            f"{counted(sessions, 'session')}, {counted(layout.width, 'channel')} at "
+            f"{layout.rate:g} Hz, "
             f"{sum(p.first is not None for p in dataset.pinches)} with a known first contact, "
             f"source {dataset.source}"
         )

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import tyro
 
+from firstcontact.core.counted import counted
+
 if TYPE_CHECKING:
     from firstcontact.core import Calibration, Label, Layout
     from firstcontact.recording import PinchMark, Recording
@@ -75,11 +77,12 @@ def _lines(recording: Recording) -> Iterator[str]:
     for group in layout.groups:
         its = group.layout
         there = sum(len(s.data) for s in recording.groups[group.name])
-        yield f"group       {group.name}: {its.width} channels at {its.rate:g} Hz, {there} samples"
+        width, samples = counted(its.width, "channel"), counted(there, "sample")
+        yield f"group       {group.name}: {width} at {its.rate:g} Hz, {samples}"
     epochs = len({s.epoch for s in recording.stretches})
     yield (
-        f"samples     {recording.samples} in {len(recording.stretches)} stretches of {epochs} "
-        f"epochs, {recording.duration:.3f} s"
+        f"samples     {recording.samples} in {counted(len(recording.stretches), 'stretch')} of "
+        f"{counted(epochs, 'epoch')}, {recording.duration:.3f} s"
     )
     for marker in recording.markers:
         yield f"marker      sample {marker.sample}: {marker.text}"

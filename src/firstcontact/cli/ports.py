@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from firstcontact.core.counted import counted
 from firstcontact.core.errors import InputError
 
 #: How long an answer is waited for, s.
@@ -55,6 +56,6 @@ def answer(port: str) -> Iterator[str]:
     hand = f", {descriptor.hand}" if descriptor.hand else ""
     yield f"a fingertip: {descriptor.firmware}; {descriptor.sensor}{hand} ({descriptor.source})"
     layout = descriptor.layout
-    yield f"{layout.width} channels at {layout.rate:g} Hz"
+    yield f"{counted(layout.width, 'channel')} at {layout.rate:g} Hz"
     if descriptor.models is not None and descriptor.models.fault:
         yield passed_over(descriptor.models, descriptor.answers is not None)

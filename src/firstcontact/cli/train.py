@@ -13,6 +13,7 @@ from firstcontact.cli.choices import one_of
 from firstcontact.cli.cluster import where
 from firstcontact.cli.train_folder import check_replaceable, folder_name, replaced
 from firstcontact.contact.registry import DETECTORS
+from firstcontact.core.counted import counted
 from firstcontact.core.errors import InputError
 from firstcontact.core.extras import need_for
 from firstcontact.core.rate import same_rate
@@ -143,7 +144,7 @@ class Train:
             learned_from = self._learned_from(data, dataset, contacts, target)
             _save(kept, folder, learned_from, digests[data.which], vouched(making))
             lines += [
-                f"{self.model} ({self.task}) learned from {len(data)} pinches: "
+                f"{self.model} ({self.task}) learned from {counted(len(data), 'pinch')}: "
                 f"{self.out / folder.relative_to(making)}",
                 f"held out ({kept.split}): {in_words(kept.scores)}",
                 _interval_in_words(kept, target),
@@ -301,7 +302,7 @@ def in_words(scores: TaskScores) -> str:
         f"{name} {100 * value:.1f} %" if name == "accuracy" else f"{name} {value:.2f}"
         for name, value in found.items()
     ]
-    return f"{', '.join(numbers)}, {scores.n} pinches"
+    return f"{', '.join(numbers)}, {counted(scores.n, 'pinch')}"
 
 
 def coverage_in_words(found: Mapping[str, float], level: float) -> str:

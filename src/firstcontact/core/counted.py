@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-_ES = ("s", "x", "ch", "sh")
+#: Endings that take -es; an epoch does not.
+_ES = ("s", "x", "nch", "tch", "sh")
 
 
 def counted(number: int, noun: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from firstcontact.core import InputError
+from firstcontact.core.counted import counted
 from firstcontact.core.files import files_below
 
 
@@ -34,7 +35,8 @@ def files_of_rows(folder: Path, names: list[str], table: Path, suffix: str) -> l
     if left:
         kind = suffix.removeprefix(".").upper()
         raise InputError(
-            f"{table}: {len(left)} {kind} files have no row (first: {left[0]!r}): "
+            f"{table}: {counted(len(left), f'{kind} file')} {'has' if len(left) == 1 else 'have'} "
+            f"no row (first: {left[0]!r}): "
             "add the rows or take the files away"
         )
     return files

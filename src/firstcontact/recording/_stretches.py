@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from itertools import groupby, pairwise
 
 from firstcontact.core import Block, joined
+from firstcontact.core.counted import counted
 
 
 def join(blocks: Sequence[Block]) -> tuple[tuple[Block, ...], tuple[str, ...]]:
@@ -50,5 +51,6 @@ def _join_epoch(arrived: list[Block]) -> tuple[list[Block], list[str]]:
     if doubled:
         trouble.append(f"{doubled} samples came twice; the first were kept")
     if gaps:
-        trouble.append(f"{sum(gaps)} samples are missing in {len(gaps)} gaps")
+        missing = f"{counted(sum(gaps), 'sample')} {'is' if sum(gaps) == 1 else 'are'} missing"
+        trouble.append(f"{missing} in {counted(len(gaps), 'gap')}")
     return stretches, trouble

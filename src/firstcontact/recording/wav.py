@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Dataset, InputError, Layout, VibrationSensor
+from firstcontact.core.counted import counted
 from firstcontact.core.files import read_regular
 from firstcontact.recording._file_rows import files_of_rows
 from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
@@ -117,8 +118,8 @@ def check_alike(files: Sequence[Path], sounds: Sequence[tuple[int, NDArray[Any]]
             raise InputError(f"{file} has {other} Hz and {files[0].name} {rate} Hz: import apart")
         if (data.dtype, data.shape[1]) != (first.dtype, first.shape[1]):
             raise InputError(
-                f"{file} has {data.shape[1]} channels of {data.dtype}, {files[0].name} has "
-                f"{first.shape[1]} of {first.dtype}: convert the one or import apart"
+                f"{file} has {counted(data.shape[1], 'channel')} of {data.dtype}, {files[0].name} "
+                f"has {first.shape[1]} of {first.dtype}: convert the one or import apart"
             )
     check_rate(f"{files[0]}: the sample rate", rate)
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from firstcontact.core import Dataset, InputError, VibrationSensor
+from firstcontact.core.counted import counted
 from firstcontact.recording._channel_table import read_signals
 from firstcontact.recording._label_track import label_columns
 from firstcontact.recording._signals import pinches_of
@@ -133,7 +134,7 @@ def _contacts(
         return Columns({}, ()), path
     texts = [str(text) for text in says[0].values[:, 0]]
     seconds = [f"{float(stamp - begin)!r}" for stamp in says[0].stamps]
-    notes.append(f"contacts are the {len(texts)} markers of stream {says[0].name}")
+    notes.append(f"contacts are the {counted(len(texts), 'marker')} of stream {says[0].name}")
     marks = Columns({SECONDS: seconds}, range(1, len(texts) + 1), "marker")
     return label_columns(f"{path}: stream {says[0].name}", marks, texts), path
 

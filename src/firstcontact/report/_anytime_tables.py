@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from firstcontact.core.counted import counted
 from firstcontact.learning.scores import AnytimeScores, Ends
 from firstcontact.report import names
 from firstcontact.report._tables import Cell, Row, Table, shown_number
@@ -53,8 +54,10 @@ def anytime_table(results: SubjectResults) -> Table | None:
             f"{found.with_second:,} pinches."
         )
     caption += (
-        f" The rig is known by its blocks ({found.way}); {found.too_short} pinches whose second "
-        "contact came before any answer are not scored."
+        f" The rig is known by its blocks ({found.way}); "
+        f"{counted(found.too_short, 'pinch')} whose "
+        "second contact came before any answer "
+        f"{'is' if found.too_short == 1 else 'are'} not scored."
     )
     return Table(caption, ["", *(f"{ms} ms" for ms in found.rmse)], rows)
 
@@ -68,7 +71,7 @@ def _side(scores: AnytimeScores, asked: str) -> list[Row]:
     held = scores.intervals.get("coverage", {})
     covered = [Cell(percent(v), _shares(held.get(ms))) for ms, v in scores.coverage.items()]
     return [
-        Row([Cell("RMSE, Shore A", f"{asked}, {scores.n:,} pinches"), *cells("rmse", 2)]),
+        Row([Cell("RMSE, Shore A", f"{asked}, {counted(scores.n, 'pinch')}"), *cells("rmse", 2)]),
         Row([Cell("Truth in its interval", asked), *covered]),
         Row([Cell("Width of it, Shore A", asked), *cells("width", 1)]),
         Row([Cell("Called strange", asked), *(Cell(percent(v)) for v in scores.strange.values())]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from firstcontact.core.counted import counted
 from firstcontact.report import names
 from firstcontact.report._tables import Cell, Row, Table
 from firstcontact.report.comparison import percent
@@ -42,7 +43,7 @@ def materials_table(results: SubjectResults) -> Table | None:
     rows = [
         Row(
             [
-                Cell(material.replace("_", " "), f"rank {its.rank:g}, {its.n} pinches"),
+                Cell(material.replace("_", " "), f"rank {its.rank:g}, {counted(its.n, 'pinch')}"),
                 *(Cell(percent(its.accuracy[ms]) if ms in its.accuracy else "–") for ms in lengths),
                 Cell(f"{its.centroid_hz:.0f} Hz"),
                 Cell(f"{its.conditioned_centroid_hz:.0f} Hz"),

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
+from firstcontact.core.counted import counted
 from firstcontact.learning.scores import Scores, bounded
 from firstcontact.report import names
 from firstcontact.report._texts import source
@@ -137,7 +138,7 @@ def object_table(results: SubjectResults) -> Table | None:
 
 def _object_row(name: Cell, scores: ObjectScores, floor: bool) -> Row:
     means = scores.over_objects
-    each = Cell(f"{means.rmse:.2f}", f"{means.n} objects")
+    each = Cell(f"{means.rmse:.2f}", f"{counted(means.n, 'object')}")
     return Row([name, *_errors(scores), each], floor)
 
 
@@ -151,7 +152,10 @@ def per_object_table(results: SubjectResults) -> Table | None:
     rows = []
     for name in things:
         first = each[models[0]][name]
-        cells = [Cell(name.replace("_", " "), f"{first.n} pinches"), Cell(f"{first.true:g}")]
+        cells = [
+            Cell(name.replace("_", " "), f"{counted(first.n, 'pinch')}"),
+            Cell(f"{first.true:g}"),
+        ]
         for model in models:
             o = each[model].get(name)
             if o is None:
@@ -250,7 +254,7 @@ def hardness_table(results: SubjectResults) -> Table | None:
                 [
                     Cell(f"Class, {names.estimator(model).title}", "material left out"),
                     _accuracy(scores),
-                    Cell(chance, f"{scores.n} pinches"),
+                    Cell(chance, f"{counted(scores.n, 'pinch')}"),
                 ],
                 names.is_floor(model),
             )
@@ -264,7 +268,7 @@ def hardness_table(results: SubjectResults) -> Table | None:
                         "random folds: the same materials on both sides, so it says little",
                     ),
                     _accuracy(random),
-                    Cell(chance, f"{random.n} pinches"),
+                    Cell(chance, f"{counted(random.n, 'pinch')}"),
                 ],
                 True,
             )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from firstcontact.core.counted import counted
 from firstcontact.learning.scores import AnytimeScores
 from firstcontact.report._anytime_tables import objects_off_blocks, others_off_blocks, title_of
 from firstcontact.report._tables import Cell, Row, Table, shown_number
@@ -34,7 +35,7 @@ def by_time(found: Mapping[str, AnytimeScores]) -> Table:
             )
             for ms in times
         ]
-        rows.append(Row([Cell(title_of(name), f"{scores.n:,} pinches"), *cells]))
+        rows.append(Row([Cell(title_of(name), f"{counted(scores.n, 'pinch')}"), *cells]))
     caption = (
         "Unseen objects by the time after the contact: RMSE in Shore A; small: share of truths in "
         "the 90 % interval, and half its mean width. Estimators of a fixed window have one model a "

@@ -1,0 +1,22 @@
+"""Numbers stand with their nouns as people write them."""
+
+from __future__ import annotations
+
+import pytest
+
+from firstcontact.core.counted import counted
+
+
+@pytest.mark.parametrize(
+    ("number", "noun", "said"),
+    [
+        (1, "pinch", "1 pinch"),
+        (0, "pinch", "0 pinches"),
+        (2, "stretch", "2 stretches"),
+        (2, "epoch", "2 epochs"),
+        (1200, "WAV file", "1,200 WAV files"),
+        (3, "Shore A level", "3 Shore A levels"),
+    ],
+)
+def test_one_is_no_plural(number: int, noun: str, said: str) -> None:
+    assert counted(number, noun) == said

@@ -89,7 +89,7 @@ def test_live_drives_the_hand_with_the_policy_from_the_source(
     hand = ("--hand", "diary", "--hand-port", diary, "--policy", "halfway")
     done = firstcontact(environment, "live", *device, *hand, "--json")
     assert done.returncode == 0, done.stderr
-    assert "hand diary, policy halfway" in done.stderr
+    assert "hand diary with policy halfway" in done.stderr
     orders = diary.read_text(encoding="utf-8").splitlines()
     assert orders[0].startswith("close 0.13 ")
     assert orders[-1] == "release"

@@ -55,7 +55,7 @@ class Study:
             workers=asked_workers(self.workers),
             detector=DETECTORS.find(self.detector).name,
             early=1e-3 * self.early_ms,
-            board=None if self.board is None else str(self.board),
+            board="" if self.board is None else str(self.board),
         )
         if self.board is not None:
             read_board(self.board)

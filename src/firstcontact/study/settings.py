@@ -35,7 +35,7 @@ class StudySettings:
         Of the twin's rigs that estimators are asked about off their blocks.
     board
         ``embedded.json`` with what models cost on the microcontroller, shown beside what
-        they take here; None for no such table.
+        they take here; "" for no such table.
     seed
         Of everything drawn but those.
     workers
@@ -51,7 +51,7 @@ class StudySettings:
     detector: str = DETECTORS.default
     early: float = 0.0
     rig_seeds: tuple[int, ...] = (601, 602, 603, 604, 605, 606)
-    board: str | None = None
+    board: str = ""
     seed: int = 0
     workers: int = 2
 

@@ -60,7 +60,7 @@ def inference(subject: Subject, settings: StudySettings) -> PartResult:
             found[model] = InferenceTimes(**asdict(regression), classification=classification)
         elif classification:
             found[model] = InferenceTimes(**asdict(classification))
-    board = None if settings.board is None else read_board(Path(settings.board))
+    board = read_board(Path(settings.board)) if settings.board else None
     running = _anytime(subject, settings)
     return PartResult(SubjectResults(inference_us=found, anytime_us=running, board=board))
 

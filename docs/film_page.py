@@ -23,7 +23,7 @@ from selenium.webdriver.chrome.options import Options
 from selenium.webdriver.chrome.service import Service
 
 #: Size of the window, of the pictures, how many a second, for how long, s, and after what start.
-WINDOW, WIDTH, PACE, SECONDS, START = (1180, 860), 860, 6, 7.0, 12.0
+WINDOW, WIDTH, PACE, SECONDS, START = (1180, 885), 860, 6, 7.0, 12.0
 #: Colours of the GIF.
 COLOURS = 96
 

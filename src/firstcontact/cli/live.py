@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 import sys
 import time
@@ -22,15 +21,11 @@ from firstcontact.grasp.policies.registry import POLICIES, live_policies
 from firstcontact.grasp.registry import HANDS, make_hand
 
 if TYPE_CHECKING:
-    from firstcontact.anytime import InContextModel
-    from firstcontact.contact import Detector
     from firstcontact.contact.slip import SlipDetector
     from firstcontact.core import Calibration
     from firstcontact.device import Source
-    from firstcontact.device.told import Answering
     from firstcontact.grasp.hand import Hand
     from firstcontact.live.grasping import Grasping
-    from firstcontact.live.models import ModelWithInterval
     from firstcontact.live.session import LiveSession
     from firstcontact.live.sink import Sink
 
@@ -41,8 +36,6 @@ PATIENCE = 30.0
 #: A viewer's thread may hold up the pipeline's for so long, s; Python's own 5 ms is a
 #: third of a window.
 SWITCH = 5e-4
-
-_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -109,6 +102,14 @@ class Live:
             need("live", "pylsl")
         from threadpoolctl import threadpool_limits
 
+        from firstcontact.cli.live_models import (
+            SHIPPED,
+            models_in,
+            no_model,
+            shipped_model,
+            told_noise,
+            whose_answers,
+        )
         from firstcontact.cli.session_keys import session_keys
         from firstcontact.cli.stopping import stopping
         from firstcontact.contact import untrained
@@ -126,18 +127,21 @@ class Live:
             objects=self.objects,
         )
         folder = self.model or self._own_model(source)
-        loaded = None if folder is None else _models(folder, self.detector)
+        loaded = None if folder is None else models_in(folder, self.detector)
         given = None if self.calibration is None else read_calibration(self.calibration)
         # Products of small matrices: threads of theirs only wait for one another.
         with stopping() as stop, source, threadpool_limits(1):
             answers = source.descriptor.answers
-            if loaded is None:
-                loaded = _pretrained(self.detector) if answers is None else _none(self.detector)
+            if loaded is None and answers is None:
+                _say(SHIPPED)
+                loaded = shipped_model(self.detector)
+            elif loaded is None:
+                loaded = no_model(self.detector)
             if answers is not None:
-                _say(_whose(answers, self.model))
+                _say(whose_answers(answers, self.model))
             if (models := source.descriptor.models) is not None and models.fault:
                 _say(passed_over(models, answers is not None))
-            calibration = given or _floors(answers) or self._measured(source)
+            calibration = given or told_noise(answers) or self._measured(source)
             pipeline = Pipeline(
                 source.descriptor.layout,
                 loaded.detector or untrained(source.descriptor.layout),
@@ -338,87 +342,6 @@ class Live:
         for name, dropped in session.fanout.dropped.items():
             if dropped and name not in session.fanout.failed:
                 _say(f"{name}: {dropped} updates dropped, it was too slow")
-
-
-@dataclass(frozen=True)
-class _Loaded:
-    """What finds contacts, what answers about them, and the objects that it knows."""
-
-    detector: Detector | None  # None: one that needs no training
-    models: list[ModelWithInterval]
-    anytime: InContextModel | None
-    landmarks: dict[str, float]
-
-
-def _none(detector: Path | None) -> _Loaded:
-    """No model here: the device answers by itself."""
-    from firstcontact.contact.detector_file import load_detector
-
-    return _Loaded(None if detector is None else load_detector(detector), [], None, {})
-
-
-def _whose(answers: Answering, model: Path | None) -> str:
-    """Whose answers these are, and what they are held against."""
-    from firstcontact.embedded.hand_model import hand_image
-
-    told = f"the device answers by itself, with the model {answers.model}"
-    if model is None:
-        return f"{told}: name the folder that it was flashed from with --model to have it checked"
-    try:
-        own = hand_image(model).digest
-    except InputError:  # no model that a hand could have
-        own = "another"
-    if own == answers.model:
-        return f"{told}, as {model} is: its answers are checked"
-    return f"{told}, and {model} is {own}: its answers are compared, and will differ"
-
-
-def _floors(answers: Answering | None) -> Calibration | None:
-    """The noise above which the device hears its motor: the host is to begin closings with it."""
-    from firstcontact.core import Calibration, VibrationCalibration, fingertip_layout
-
-    if answers is None or len(answers.floors) < 2 or not min(answers.floors) > 0:
-        return None
-    fingers = fingertip_layout().vibration_fingers
-    pairs = zip(fingers, answers.floors, strict=True)
-    return Calibration(tuple(VibrationCalibration(f, noise) for f, noise in pairs))
-
-
-def _pretrained(detector: Path | None) -> _Loaded:
-    """What came with the package."""
-    from firstcontact.anytime.model_file import pretrained
-    from firstcontact.contact.detector_file import load_detector
-
-    _say(
-        "no --model: the model that came with the package answers, which does not know this rig: "
-        "its intervals are wide, and `firstcontact adapt` narrows them with a few pinches of blocks"
-    )
-    found = None if detector is None else load_detector(detector)
-    return _Loaded(found, [], pretrained(), {})
-
-
-def _models(folder: Path, detector: Path | None) -> _Loaded:
-    """What lies in a folder: an any-time model, models of fixed windows, or both."""
-    from firstcontact.anytime.model_file import has_anytime, load_anytime, read_anytime_card
-    from firstcontact.contact.detector_file import load_detector
-    from firstcontact.live.models import ModelWithInterval
-    from firstcontact.stiffness import read_card
-    from firstcontact.stiffness.model_file import has_models, model_folders
-
-    anytime, landmarks = None, {}
-    if has_anytime(folder):
-        anytime = load_anytime(folder)
-        levels = read_anytime_card(folder).levels
-        landmarks = {f"{level:g} Shore A": level for level in levels}
-        _log.info("any-time model %s: %d levels", folder, len(levels))
-    folders = model_folders(folder) if anytime is None or has_models(folder) else []
-    models = [ModelWithInterval.load(f) for f in folders]
-    for loaded, entry in zip(folders, models, strict=True):
-        _log.info("model %s: %s", loaded, entry.model.spec)
-    if folders:
-        landmarks = dict(read_card(folders[0]).data.objects) or landmarks
-    found = load_detector(detector or (folders[0] if folders else folder))
-    return _Loaded(found, models, anytime, landmarks)
 
 
 def _shore_a(source: Source) -> Callable[[str], float | None]:

@@ -1,0 +1,102 @@
+"""What answers in ``firstcontact live``: the device, what was named, or what came with us."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from firstcontact.core.errors import InputError
+
+if TYPE_CHECKING:
+    from firstcontact.anytime import InContextModel
+    from firstcontact.contact import Detector
+    from firstcontact.core import Calibration
+    from firstcontact.device.told import Answering
+    from firstcontact.live.models import ModelWithInterval
+
+#: What is said where nothing is named.
+SHIPPED = (
+    "no --model: the model that came with the package answers, which does not know this rig: "
+    "its intervals are wide, and `firstcontact adapt` narrows them with a few pinches of blocks"
+)
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Answerers:
+    """What finds contacts, what answers about them, and the objects that it knows."""
+
+    detector: Detector | None  # None: one that needs no training
+    models: list[ModelWithInterval]
+    anytime: InContextModel | None
+    landmarks: dict[str, float]
+
+
+def no_model(detector: Path | None) -> Answerers:
+    """No model here: the device answers by itself."""
+    from firstcontact.contact.detector_file import load_detector
+
+    return Answerers(None if detector is None else load_detector(detector), [], None, {})
+
+
+def whose_answers(answers: Answering, model: Path | None) -> str:
+    """Whose answers these are, and what they are held against."""
+    from firstcontact.embedded.hand_model import hand_image
+
+    told = f"the device answers by itself, with the model {answers.model}"
+    if model is None:
+        return f"{told}: name the folder that it was flashed from with --model to have it checked"
+    try:
+        own = hand_image(model).digest
+    except InputError:  # no model that a hand could have
+        own = "another"
+    if own == answers.model:
+        return f"{told}, as {model} is: its answers are checked"
+    return f"{told}, and {model} is {own}: its answers are compared, and will differ"
+
+
+def told_noise(answers: Answering | None) -> Calibration | None:
+    """The noise above which the device hears its motor: the host is to begin closings with it."""
+    from firstcontact.core import Calibration, VibrationCalibration, fingertip_layout
+
+    if answers is None or len(answers.floors) < 2 or not min(answers.floors) > 0:
+        return None
+    fingers = fingertip_layout().vibration_fingers
+    pairs = zip(fingers, answers.floors, strict=True)
+    return Calibration(tuple(VibrationCalibration(f, noise) for f, noise in pairs))
+
+
+def shipped_model(detector: Path | None) -> Answerers:
+    """What came with the package."""
+    from firstcontact.anytime.model_file import pretrained
+    from firstcontact.contact.detector_file import load_detector
+
+    found = None if detector is None else load_detector(detector)
+    return Answerers(found, [], pretrained(), {})
+
+
+def models_in(folder: Path, detector: Path | None) -> Answerers:
+    """What lies in a folder: an any-time model, models of fixed windows, or both."""
+    from firstcontact.anytime.model_file import has_anytime, load_anytime, read_anytime_card
+    from firstcontact.contact.detector_file import load_detector
+    from firstcontact.live.models import ModelWithInterval
+    from firstcontact.stiffness import read_card
+    from firstcontact.stiffness.model_file import has_models, model_folders
+
+    anytime, landmarks = None, {}
+    if has_anytime(folder):
+        anytime = load_anytime(folder)
+        levels = read_anytime_card(folder).levels
+        landmarks = {f"{level:g} Shore A": level for level in levels}
+        _log.info("any-time model %s: %d levels", folder, len(levels))
+    folders = model_folders(folder) if anytime is None or has_models(folder) else []
+    models = [ModelWithInterval.load(f) for f in folders]
+    for loaded, entry in zip(folders, models, strict=True):
+        _log.info("model %s: %s", loaded, entry.model.spec)
+    if folders:
+        landmarks = dict(read_card(folders[0]).data.objects) or landmarks
+    found = load_detector(detector or (folders[0] if folders else folder))
+    return Answerers(found, models, anytime, landmarks)

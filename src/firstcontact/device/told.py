@@ -127,6 +127,10 @@ class ToldEstimate:
     took: float
     epoch: int
 
+    def after(self, rate: float) -> float:
+        """From the contact to the answer, s; rate in Hz."""
+        return (self.known - self.contact) / rate + self.took
+
 
 Told = ToldContact | ToldEstimate
 

@@ -141,11 +141,10 @@ def hand_line(event: HandPinch, rate: float) -> str:
     elif stands is None:
         parts.append(f"{finger_name(event.first.finger)} first, no estimate")
     else:
-        ms = 1e3 * ((stands.known - stands.contact) / rate + stands.took)
         odd = ", out of range" if stands.strange else ""
         parts.append(
             f"{stands.value:.1f} Shore A ({stands.low:.0f} to {stands.high:.0f}) from "
-            f"{1e3 * stands.samples / rate:.0f} ms at {ms:.1f} ms{odd}"
+            f"{1e3 * stands.samples / rate:.0f} ms at {1e3 * stands.after(rate):.1f} ms{odd}"
         )
     parts.append("not checked" if event.check is None else check_words(event.check))
     return f"  on the hand (model {event.model}): {', '.join(parts)}"

@@ -47,11 +47,10 @@ def hand_timing(event: HandPinch, rate: float) -> dict[str, float] | None:
     stands = event.standing
     if stands is None:
         return None
-    signal, compute = 1e3 * (stands.known - stands.contact) / rate, 1e3 * stands.took
     return {
-        "signal": round(signal, 3),
-        "compute": round(compute, 3),
-        "total": round(signal + compute, 3),
+        "signal": round(1e3 * (stands.known - stands.contact) / rate, 3),
+        "compute": round(1e3 * stands.took, 3),
+        "total": round(1e3 * stands.after(rate), 3),
     }
 
 

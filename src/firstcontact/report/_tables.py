@@ -138,7 +138,7 @@ def object_table(results: SubjectResults) -> Table | None:
 
 def _object_row(name: Cell, scores: ObjectScores, floor: bool) -> Row:
     means = scores.over_objects
-    each = Cell(f"{means.rmse:.2f}", f"{counted(means.n, 'object')}")
+    each = Cell(f"{means.rmse:.2f}", counted(means.n, "object"))
     return Row([name, *_errors(scores), each], floor)
 
 
@@ -153,7 +153,7 @@ def per_object_table(results: SubjectResults) -> Table | None:
     for name in things:
         first = each[models[0]][name]
         cells = [
-            Cell(name.replace("_", " "), f"{counted(first.n, 'pinch')}"),
+            Cell(name.replace("_", " "), counted(first.n, "pinch")),
             Cell(f"{first.true:g}"),
         ]
         for model in models:
@@ -254,7 +254,7 @@ def hardness_table(results: SubjectResults) -> Table | None:
                 [
                     Cell(f"Class, {names.estimator(model).title}", "material left out"),
                     _accuracy(scores),
-                    Cell(chance, f"{counted(scores.n, 'pinch')}"),
+                    Cell(chance, counted(scores.n, "pinch")),
                 ],
                 names.is_floor(model),
             )
@@ -268,7 +268,7 @@ def hardness_table(results: SubjectResults) -> Table | None:
                         "random folds: the same materials on both sides, so it says little",
                     ),
                     _accuracy(random),
-                    Cell(chance, f"{counted(random.n, 'pinch')}"),
+                    Cell(chance, counted(random.n, "pinch")),
                 ],
                 True,
             )

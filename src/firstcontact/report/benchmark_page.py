@@ -35,7 +35,7 @@ def by_time(found: Mapping[str, AnytimeScores]) -> Table:
             )
             for ms in times
         ]
-        rows.append(Row([Cell(title_of(name), f"{counted(scores.n, 'pinch')}"), *cells]))
+        rows.append(Row([Cell(title_of(name), counted(scores.n, "pinch")), *cells]))
     caption = (
         "Unseen objects by the time after the contact: RMSE in Shore A; small: share of truths in "
         "the 90 % interval, and half its mean width. Estimators of a fixed window have one model a "

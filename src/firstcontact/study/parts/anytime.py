@@ -45,12 +45,13 @@ def anytime(subject: Subject, settings: StudySettings) -> PartResult:
     if len(subject.levels) < 2:
         return _none("fewer than two Shore A levels to know the rig by")
     known = LabelledTouches.of(subject.dataset, subject.starts)
+    home = home_of(known, subject)
+    if home is None:
+        return _none("too few contacts were found to know the rig by")
     long_enough = known.touches.answerable
     learn = ~subject.dataset.test[known.which]
-    home, objects = (known.take(long_enough & side) for side in (learn, ~learn))
-    if len(home) < 4 or len(np.unique(home.shore_a)) < 2:
-        return _none("too few contacts were found to know the rig by")
-    adapted = _adapted(model, home, settings.seed)
+    objects = known.take(long_enough & ~learn)
+    adapted = told_of(model, home, settings.seed)
     blocks = _blocks(model, home, settings)
     if len(objects):
         answers = answers_by_time(adapted.model, objects.touches)
@@ -79,7 +80,14 @@ def _none(why: str) -> PartResult:
     return PartResult(left_out=[f"{_TITLE}: {why}."])
 
 
-def _adapted(model: InContextModel, home: LabelledTouches, seed: int) -> Adapted:
+def home_of(known: LabelledTouches, subject: Subject) -> LabelledTouches | None:
+    """Those of these contacts that the rig is known by; None where they are too few."""
+    home = known.take(known.touches.answerable & ~subject.dataset.test[known.which])
+    return None if len(home) < 4 or len(np.unique(home.shore_a)) < 2 else home
+
+
+def told_of(model: InContextModel, home: LabelledTouches, seed: int) -> Adapted:
+    """The model that knows the rig by these contacts."""
     return adapt(model, home.touches, home.shore_a, home.named_sessions, seed)
 
 
@@ -94,7 +102,7 @@ def _blocks(
         return None
     by_time: dict[int, list[Answers]] = {ms: [] for ms in TIMES}
     for fold in folds:
-        its = _adapted(model, home.take(fold.train), settings.seed).model
+        its = told_of(model, home.take(fold.train), settings.seed).model
         for ms, answers in answers_by_time(its, home.take(fold.test).touches).items():
             by_time[ms].append(answers)
     order = np.concatenate([fold.test for fold in folds])

@@ -11,7 +11,6 @@ from firstcontact.anytime.model_file import pretrained
 from firstcontact.anytime.touch_stream import moments
 from firstcontact.core.jobs import one_thread
 from firstcontact.core.rate import same_rate
-from firstcontact.learning.adapting import adapt
 from firstcontact.learning.labelled_touches import LabelledTouches
 from firstcontact.learning.training import DURATION, Fit, train
 from firstcontact.report.findings import PartResult
@@ -21,6 +20,7 @@ from firstcontact.report.results.study import SubjectResults
 from firstcontact.stiffness import ESTIMATORS, Task, make_estimator
 from firstcontact.stiffness.timing import InferenceTime, time_calls, time_inference
 from firstcontact.study._subject import Subject
+from firstcontact.study.parts.anytime import home_of, told_of
 from firstcontact.study.settings import StudySettings
 
 #: Contacts that the any-time network is asked about in turn.
@@ -71,10 +71,10 @@ def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
     if not subject.found or not same_rate(subject.dataset.layout.rate, model.rate):
         return None
     known = LabelledTouches.of(subject.dataset, subject.starts)
-    home = known.take(known.touches.answerable & ~subject.dataset.test[known.which])
-    if len(home) < 4 or len(np.unique(home.shore_a)) < 2:
+    home = home_of(known, subject)
+    if home is None:
         return None
-    its = adapt(model, home.touches, home.shore_a, home.named_sessions, settings.seed).model
+    its = told_of(model, home, settings.seed).model
     # As live asks: how fast the hand closes is worked out once a contact, before any answer.
     first = moments(model.rate)[0]
     asked = [home.touches.take(np.array([k])).until(first) for k in range(min(len(home), ASKED))]

@@ -6,6 +6,7 @@ import io
 from dataclasses import replace
 
 import numpy as np
+import told_events
 from told_events import ANSWER, DESCRIPTOR, FIRST, SECOND
 
 from firstcontact.core import Block, Finger
@@ -19,8 +20,7 @@ from firstcontact.live.text import TextSink
 RATE = 4936.0
 DONE = PinchDone(1, 400, 1600, 0, (FIRST, SECOND), (), (), answers=(ANSWER,), out=1)
 TOLD: tuple[Told, ...] = (
-    ToldContact(Finger.THUMB, 510, 522, True, 0),
-    ToldEstimate(Finger.THUMB, 510, 59, 568, 30.5, 22.0, 39.0, False, False, 441e-6, 0),
+    *told_events.TOLD,
     ToldEstimate(Finger.THUMB, 510, 74, 583, 99.0, 90.0, 100.0, False, False, 441e-6, 0),
     ToldContact(Finger.INDEX, 580, 590, False, 0),
 )

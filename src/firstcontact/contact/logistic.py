@@ -158,8 +158,8 @@ class LogisticDetector(TrainedDetector):
         # Three peaks of the quiet part's steps, the extremes of steps, and sums up to each sample;
         # weights of the prediction, and what they are of.
         steps = look // sizes.step - -(-recent // sizes.step)
-        kept = 3 * (steps + 3) + 6 * (ring // min(sizes.step, 2)) + 4 * ring
-        doubles = kept + 2 * ORDER + 1 + len(lengths) + 5 + 4 * LOOKS
+        sums = 3 * (steps + 3) + 6 * (ring // min(sizes.step, 2)) + 4 * ring
+        doubles = sums + 2 * ORDER + 1 + len(lengths) + 5 + 4 * LOOKS
         lengths_of = {"FC_LOOK": look, "FC_LOOKS": LOOKS, "FC_QUIET": quiet}
         return Judgement("loudness", constants, lengths_of, doubles)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 import time
 import zlib
+from contextlib import closing
 
 from firstcontact.core import InputError
 from firstcontact.device._handshake import Greeting, read_greeting, refusal
@@ -66,10 +67,13 @@ class _Link:
             ) from error
         raise InputError(f"{self.port}: {silent}")
 
+    def hello(self) -> bytes:
+        """What the device says of itself, as it says it."""
+        return self.ask(FrameType.HELLO, bytes([VERSION]), FrameType.DESCRIPTOR, _SILENT).payload
+
     def greeting(self) -> Greeting:
-        answer = self.ask(FrameType.HELLO, bytes([VERSION]), FrameType.DESCRIPTOR, _SILENT)
         try:
-            return read_greeting(answer.payload)
+            return read_greeting(self.hello())
         except FrameError as error:
             raise InputError(f"{self.port}: {error}: start again") from error
 
@@ -80,8 +84,7 @@ class _Link:
             raise InputError(f"{self.port}: the device's answer is too short: start again")
         state, _, there = _STATE.unpack_from(answer)
         if state == REFUSED:
-            why = answer[_STATE.size :].decode(errors="replace")
-            raise _refused(self.port, why)
+            raise _refused(self.port, answer[_STATE.size :].decode(errors="replace"))
         return int(state), int(there)
 
 
@@ -107,13 +110,10 @@ def ask_for_room(port: str, form: int, sizes: int, length: int) -> None:
     InputError
         It takes no models, or not this one, or does not answer.
     """
-    link = _Link(port)
+    with closing(_Link(port)) as link:
+        hello = link.hello()
     try:
-        hello = link.ask(FrameType.HELLO, bytes([VERSION]), FrameType.DESCRIPTOR, _SILENT)
-    finally:
-        link.close()
-    try:
-        models = read_greeting(hello.payload).descriptor.models
+        models = read_greeting(hello).descriptor.models
     except (FrameError, InputError):
         return  # a model that spoilt what it says of itself can still be replaced
     if models is None:
@@ -149,10 +149,8 @@ def flash_model(port: str, data: bytes, form: int, sizes: int) -> str:
     InputError
         The device refuses it, does not answer or goes away: then it has its old model.
     """
-    link = _Link(port)
-    try:
-        # Whatever it says of itself: a model that spoilt that can still be replaced.
-        link.ask(FrameType.HELLO, bytes([VERSION]), FrameType.DESCRIPTOR, _SILENT)
+    with closing(_Link(port)) as link:
+        link.hello()  # whatever it says of itself: a model that spoilt that can still be replaced
         link.ask(FrameType.STOP, b"", FrameType.STOPPED, "the device does not stop")
         told = _BEGIN.pack(form, sizes, len(data), zlib.crc32(data))
         _, there = link.model(FrameType.MODEL_BEGIN, told)
@@ -165,8 +163,6 @@ def flash_model(port: str, data: bytes, form: int, sizes: int) -> str:
                 raise InputError(f"{port}: the device takes no more of the model: start again")
         state, _ = link.model(FrameType.MODEL_END, b"")
         answers = link.greeting().descriptor.answers
-    finally:
-        link.close()
     if state != KEPT or answers is None:
         raise InputError(f"{port}: the device did not keep the model: start again")
     return answers.model

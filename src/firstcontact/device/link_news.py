@@ -50,10 +50,11 @@ class LinkNews:
         """What is new, in words; with ``last`` also the losses that were to be gathered."""
         told = self._before.lost_samples
         gather = not last and self._clock() < self._not_before
-        news = link_news(self._before, replace(now, lost_samples=told) if gather else now)
-        if not gather and now.lost_samples > told:
+        shown = replace(now, lost_samples=told) if gather else now
+        news = link_news(self._before, shown)
+        if shown.lost_samples > told:
             self._not_before = self._clock() + GATHER
-        self._before = replace(now, lost_samples=told) if gather else now
+        self._before = shown
         return news
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from firstcontact.core import Block
 from firstcontact.device.told import Told, ToldContact, ToldEstimate
@@ -65,7 +64,7 @@ class HandAnswers:
     def ended(self) -> list[Event]:
         """No more samples come."""
         last = max((place for place, _ in self._told), default=(0, 0))
-        own = max(((d.epoch, d.contacts[0].sample) for d in self._done), default=(0, 0))
+        own = max(map(_found, self._done), default=(0, 0))
         return self._pinches(*max(last, own))
 
     def _pinches(self, epoch: int, until: int) -> list[Event]:
@@ -74,11 +73,11 @@ class HandAnswers:
         events: list[Event] = []
         firsts = [t for _, t in self._told if isinstance(t, ToldContact) and t.first]
         for first in firsts:
-            if (first.epoch, first.sample) > due:
+            place = _place(first)
+            if place > due:
                 break
-            place = (first.epoch, first.sample)
             following = [_place(f) for f in firsts if _place(f) > place]
-            end = min([*following, (first.epoch, first.sample + self._over)])
+            end = min([*following, self._away(place, 1)])
             its = [t for at, t in self._told if place <= at < end]
             self._told = [(at, t) for at, t in self._told if at >= end]
             near = [
@@ -88,13 +87,11 @@ class HandAnswers:
             own = min(near, key=lambda d: abs(d.contacts[0].sample - first.sample), default=None)
             if own is not None:
                 self._done.remove(own)
-            pinch = self._pinch(first, its, own)
-            if own is None and pinch.check is not None and self._in_gap(place):
-                pinch = replace(pinch, check=replace(pinch.check, lost=True))
-            events.append(pinch)
-        for own in [d for d in self._done if (d.epoch, d.contacts[0].sample) <= due]:
+            lost = own is None and self._in_gap(place)
+            events.append(self._pinch(first, its, own, lost))
+        for own in [d for d in self._done if _found(d) <= due]:
             self._done.remove(own)
-            events.append(self._pinch(None, [], own))
+            events.append(self._pinch(None, [], own, lost=False))
         return events
 
     def _in_gap(self, contact: Place) -> bool:
@@ -106,7 +103,7 @@ class HandAnswers:
         return place[0], place[1] + pinches * self._over
 
     def _pinch(
-        self, first: ToldContact | None, its: Sequence[Told], own: PinchDone | None
+        self, first: ToldContact | None, its: Sequence[Told], own: PinchDone | None, lost: bool
     ) -> HandPinch:
         contacts = [t for t in its if isinstance(t, ToldContact)]
         second = contacts[1] if len(contacts) > 1 else None
@@ -116,7 +113,7 @@ class HandAnswers:
             offset = second.sample - first.sample
             answers = [t for t in answers if t.samples <= offset]
         self._number += 1
-        at = (0, 0) if own is None else (own.epoch, own.contacts[0].sample)
+        at = (0, 0) if own is None else _found(own)
         epoch, sample = at if first is None else _place(first)
         return HandPinch(
             number=self._number,
@@ -125,7 +122,7 @@ class HandAnswers:
             second=second,
             standing=answers[-1] if answers else None,
             answers=len(answers),
-            check=_check(contacts, answers, own) if self._checked else None,
+            check=_check(contacts, answers, own, lost) if self._checked else None,
             sample=sample,
             epoch=epoch,
         )
@@ -136,8 +133,16 @@ def _place(told: Told) -> Place:
     return told.epoch, told.sample if isinstance(told, ToldContact) else told.contact
 
 
+def _found(done: PinchDone) -> Place:
+    """Epoch and sample of a pinch's first contact, as the host found it."""
+    return done.epoch, done.contacts[0].sample
+
+
 def _check(
-    contacts: Sequence[ToldContact], answers: Sequence[ToldEstimate], own: PinchDone | None
+    contacts: Sequence[ToldContact],
+    answers: Sequence[ToldEstimate],
+    own: PinchDone | None,
+    lost: bool,
 ) -> HandCheck:
     here = [] if own is None else list(own.contacts)
     same = [(c.finger, c.sample, c.known) for c in contacts] == [
@@ -159,4 +164,5 @@ def _check(
         largest=max(differences, default=0.0),
         flags=all(t.strange == e.strange for t, e in both),
         missing=len(pairs) - len(both) + (last != stands),
+        lost=lost,
     )

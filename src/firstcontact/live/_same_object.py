@@ -59,15 +59,12 @@ class Pinched:
 
     def labels(self, marks: Iterable[PinchMark]) -> SameObject | None:
         """A replayed recording tells what was pinched, after it was: what is right now."""
+        if self._last is None:
+            return None
+        done, answer = self._last
         corrected = None
-        for mark in marks:
-            if self._last is None:
-                continue
-            done, answer = self._last
-            here = done.epoch == mark.epoch and done.armed < mark.end
+        for mark in filter(done.overlaps, marks):
             name = mark.label.specimen or mark.label.object or None
-            if not (here and mark.first_sample < done.end):
-                continue
             if name is None and not self._labelled:
                 continue  # words name objects here, or nobody does
             self._labelled = True

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterable
 
-from firstcontact.core import Label
 from firstcontact.device.twin_words import concerns_hand, held_object
 from firstcontact.live.events import PinchDone
 from firstcontact.recording import Marker, PinchMark
@@ -41,9 +40,13 @@ class Objects:
         """Markers came."""
         self._words += [m for m in markers if not concerns_hand(m.text)]
 
-    def labels(self, marks: Iterable[PinchMark]) -> None:
-        """A replayed recording told of pinches."""
+    def labels(self, marks: Iterable[PinchMark]) -> list[tuple[int, str]]:
+        """A replayed recording told of pinches: numbers and words of those that are over."""
         self._marks += [m for m in marks if m.label.object]
+        found = [(done, label) for done in self._unnamed if (label := self._labelled(done))]
+        for done, _ in found:
+            self._unnamed.remove(done)
+        return [(done.number, label) for done, label in found]
 
     def of(self, done: PinchDone) -> str:
         """Of a pinch that is over; "" where nobody has told by now."""
@@ -52,29 +55,14 @@ class Objects:
         if word:
             held = held_object(word)
             return f'marked "{word}"' if held is None else word + _shore(self._shore_a(held))
-        mark = next((m for m in self._marks if _overlap(m, done)), None)
-        if mark is None:
+        label = self._labelled(done)
+        if not label:
             self._unnamed.append(done)
-            return ""
-        return _label(mark.label)
+        return label
 
-    def later(self) -> list[tuple[int, str]]:
-        """Numbers of pinches that are told of only now, and what they were."""
-        found = []
-        for done in list(self._unnamed):
-            mark = next((m for m in self._marks if _overlap(m, done)), None)
-            if mark is not None:
-                self._unnamed.remove(done)
-                found.append((done.number, _label(mark.label)))
-        return found
-
-
-def _overlap(mark: PinchMark, done: PinchDone) -> bool:
-    return mark.epoch == done.epoch and mark.first_sample < done.end and done.armed < mark.end
-
-
-def _label(label: Label) -> str:
-    return f"labelled {label.object}{_shore(label.shore_a)}"
+    def _labelled(self, done: PinchDone) -> str:
+        label = next((m.label for m in self._marks if done.overlaps(m)), None)
+        return "" if label is None else f"labelled {label.object}{_shore(label.shore_a)}"
 
 
 def _shore(shore_a: float | None) -> str:

@@ -8,6 +8,7 @@ from enum import StrEnum
 from firstcontact.core import Contact, Finger
 from firstcontact.device.told import Told, ToldContact, ToldEstimate
 from firstcontact.live.hand_requests import Ask
+from firstcontact.recording import PinchMark
 
 
 class Case(StrEnum):
@@ -247,6 +248,14 @@ class PinchDone:
     refused: str = ""
     answers: tuple[Running, ...] = ()
     out: int = 0
+
+    def holds(self, epoch: int, sample: int) -> bool:
+        """Whether a sample is one of it."""
+        return epoch == self.epoch and self.armed <= sample < self.end
+
+    def overlaps(self, mark: PinchMark) -> bool:
+        """Whether a pinch of a recording shares a sample with it."""
+        return mark.epoch == self.epoch and mark.first_sample < self.end and self.armed < mark.end
 
     @property
     def standing(self) -> Running | None:

@@ -67,9 +67,10 @@ class TextSink:
         for how in (lost_object(m.text) for a in update.arrivals for m in a.markers):
             if how:
                 self._say(f"the hand has {how} it")
+        late: list[tuple[int, str]] = []
         for arrival in update.arrivals:
             self._objects.words(arrival.markers)
-            self._objects.labels(arrival.pinches)
+            late += self._objects.labels(arrival.pinches)
         for event in update.events:
             if isinstance(event, PinchDone):
                 what = self._objects.of(event)
@@ -81,7 +82,7 @@ class TextSink:
                 self._say(hand_line(event, self._rate))
             elif isinstance(event, SameObject) and event.pinches > 1:
                 self._say(same_line(event))
-        for number, what in self._objects.later():
+        for number, what in late:
             self._say(f"  pinch {number} was {what}")
 
     def close(self) -> None:

@@ -92,14 +92,13 @@ class Pinches:
             return
         self._words.append(marker)
         for done, row in self._rows:
-            if done.epoch == marker.epoch and done.armed <= marker.sample < done.end:
+            if done.holds(marker.epoch, marker.sample):
                 row["object"] = marker.text
 
     def label(self, mark: PinchMark) -> None:
         """A replayed recording says what was pinched."""
         for done, row in self._rows:
-            overlap = done.armed < mark.end and mark.first_sample < done.end
-            if overlap and done.epoch == mark.epoch and mark.label.object:
+            if mark.label.object and done.overlaps(mark):
                 row["object"] = mark.label.object
 
     def done(self, done: PinchDone) -> None:
@@ -118,7 +117,7 @@ class Pinches:
         )
         row = {
             "number": done.number,
-            "object": self._spoken(done),
+            "object": spoken(self._words, done, self._rows[-1][0] if self._rows else None),
             "finger": None if first is None else finger_place(first.finger),
             "estimate": None if estimate is None else value(estimate),
             "ms": None if estimate is None else timing(estimate, self._rate)["total"],
@@ -135,12 +134,8 @@ class Pinches:
         if pinch.first is None:
             return
         for done, row in self._rows:
-            if done.epoch == pinch.first.epoch and done.armed <= pinch.first.sample < done.end:
+            if done.holds(pinch.first.epoch, pinch.first.sample):
                 row["hand"] = hand_line(pinch, self._rate).strip()
-
-    def _spoken(self, done: PinchDone) -> str:
-        """The last marker since the pinch before this one."""
-        return spoken(self._words, done, self._rows[-1][0] if self._rows else None)
 
     def tree(self) -> list[dict[str, Any]]:
         """The rows; of each what the twin says it has dropped or broken, None where nothing."""

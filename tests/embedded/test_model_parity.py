@@ -8,9 +8,9 @@ import building
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from onnxruntime import InferenceSession
 
 from firstcontact.core import InputError
+from firstcontact.core.onnx_runtime import import_onnxruntime
 from firstcontact.core.program import INPUT
 from firstcontact.embedded import c_library
 from firstcontact.embedded.onnx_graph import to_onnx
@@ -123,7 +123,7 @@ def test_a_pair_without_bias_goes_to_the_same_class_where_kernels_vanish(tmp_pat
     named = NamedModel("stiffness", model, None)
     native = program(named, tmp_path / "library").native(tmp_path / "native", strict=True)
     assert_parity(named, X, building.answers(building.ask_native(native, X.tobytes(), tmp_path)))
-    session = InferenceSession(to_onnx(model.program()))
+    session = import_onnxruntime().InferenceSession(to_onnx(model.program()))
     (got,) = session.run(None, {INPUT: X.reshape(len(X), -1)})
     np.testing.assert_array_equal(got.argmax(axis=1), model.choose(small))
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from onnxruntime import InferenceSession
 
 from firstcontact.core import InputError
+from firstcontact.core.onnx_runtime import import_onnxruntime
 from firstcontact.core.program import INPUT
 from firstcontact.embedded import onnx_graph
 from firstcontact.embedded.trained import NamedModel, Trained
@@ -25,7 +25,7 @@ def test_onnx_answers_as_python_does(name: str, task: Task, tmp_path: Path) -> N
     onnx_graph.write(Trained((NamedModel("stiffness", model, None),)), tmp_path)
     # Others than it learned from: thresholds of MiniRocket are values of those, to the last bit.
     X = toy_windows(60, seed=8)[0]
-    session = InferenceSession(str(tmp_path / "stiffness.onnx"))
+    session = import_onnxruntime().InferenceSession(str(tmp_path / "stiffness.onnx"))
     got = session.run(None, {INPUT: X.reshape(len(X), -1)})
     if task is Task.CLASSIFICATION:
         np.testing.assert_array_equal(got[0].argmax(axis=1), model.choose(model.outputs(X)))

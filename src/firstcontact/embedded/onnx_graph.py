@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from firstcontact.core import InputError
+from firstcontact.core.onnx_runtime import import_onnxruntime
 from firstcontact.core.program import INPUT, Program, Step
 from firstcontact.embedded import _onnx_layers, _onnx_shapes, _onnx_steps
 from firstcontact.embedded._onnx_nodes import Graph
@@ -76,12 +77,10 @@ def checked(named: NamedModel, raw: bytes) -> float:
     InputError
         They are not the same.
     """
-    from onnxruntime import InferenceSession
-
     spec = named.model.spec
     windows = np.random.default_rng(0).standard_normal((64, spec.samples, spec.channels))
     X = (0.1 * windows).astype(np.float32)
-    session = InferenceSession(raw, providers=["CPUExecutionProvider"])
+    session = import_onnxruntime().InferenceSession(raw, providers=["CPUExecutionProvider"])
     (got,) = session.run(["outputs"], {INPUT: X.reshape(len(X), -1)})
     wanted = named.model.outputs(X)
     if spec.classes:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
+from firstcontact.core.onnx_runtime import import_onnxruntime
 
 #: Old enough for every ONNX Runtime that we allow.
 OPSET = 18
@@ -43,16 +44,15 @@ class Network:
     """
 
     def __init__(self, raw: bytes, samples: int, channels: int, outputs: int) -> None:
-        from onnxruntime import InferenceSession, SessionOptions
-
+        runtime = import_onnxruntime()
         model = _checked(raw, (channels, 1, samples), outputs)
         #: Numbers that were learned.
         self.parameters = sum(prod(t.dims) for t in model.graph.initializer if t.data_type == 1)
-        options = SessionOptions()
+        options = runtime.SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = 1
         options.log_severity_level = 4
         try:
-            self._session = InferenceSession(
+            self._session = runtime.InferenceSession(
                 model.SerializeToString(), options, providers=["CPUExecutionProvider"]
             )
             for n in (1, 2):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -65,7 +66,12 @@ def test_a_missing_extra_is_one_sentence_and_exit_2(
     done = run(base, *arguments, cwd=tmp_path)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
-    assert f"firstcontact[{extra}]" in done.stderr
+    wheel, _, named = shlex.split(done.stderr.partition(": ")[2].partition(": ")[2])[-1].partition(
+        "["
+    )
+    assert Path(wheel).suffix == ".whl"
+    assert Path(wheel).is_file()
+    assert named == f"{extra}]"
     assert list(tmp_path.iterdir()) == []
 
 

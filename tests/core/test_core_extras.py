@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import os
 import re
+import shlex
+import subprocess
+import sys
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from firstcontact.core import InputError
-from firstcontact.core.extras import need_for
+from firstcontact.core.extras import install_command, need_for
 from firstcontact.embedded.exporters import MODEL_EXPORTERS
 from firstcontact.recording.formats import EXPORTERS, IMPORTERS
 from firstcontact.stiffness.registry import ESTIMATORS
@@ -29,7 +34,7 @@ def test_what_lacks_is_named_with_its_install_command() -> None:
     need_for(Entry(modules=("numpy",)))
     with pytest.raises(InputError, match=re.escape("no_such_module, which the base")) as refused:
         need_for(Entry())
-    assert "pip install 'firstcontact[files]'" in str(refused.value)
+    assert install_command("files") in str(refused.value)
     assert "numpy" not in str(refused.value)
 
 
@@ -42,3 +47,62 @@ def test_entries_name_extras_that_exist(registry: object) -> None:
     for name, entry in registry.items():
         assert bool(entry.extra) == bool(entry.modules), name
         assert entry.extra in {"", *there}, name
+
+
+METADATA = """\
+Metadata-Version: 2.4
+Name: firstcontact
+Version: 0.1.0
+Requires-Dist: numpy>=2.0
+Requires-Dist: numba>=0.60; extra == "twin"
+Requires-Dist: torch>=2.6; extra == "cnn"
+Requires-Dist: firstcontact[cnn,twin]; extra == "study"
+Requires-Dist: jinja2>=3.1; extra == "study"
+Requires-Dist: firstcontact[study]; extra == "dev"
+Requires-Dist: pytest>=8; extra == "dev"
+"""
+
+
+def installed(site: Path, origin: str | None, extra: str) -> list[str]:
+    """Words of the install command that a copy of the package in ``site`` names."""
+    record = site / "firstcontact-0.1.0.dist-info"
+    record.mkdir(parents=True)
+    (record / "METADATA").write_text(METADATA)
+    if origin is not None:
+        (record / "direct_url.json").write_text(json.dumps({"url": origin, "archive_info": {}}))
+    (site / "firstcontact").symlink_to(PROJECT.parent / "src" / "firstcontact")
+    script = f"from firstcontact.core.extras import *; print(install_command({extra!r}))"
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        env={**os.environ, "PYTHONPATH": str(site)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return shlex.split(done.stdout)
+
+
+def test_a_clone_is_named_by_its_path() -> None:
+    *words, last = shlex.split(install_command("twin"))
+    assert words[-3:] == ["pip", "install", "-e"]
+    assert last == f"{PROJECT.parent}[twin]"
+
+
+def test_a_wheel_is_named_by_its_path(tmp_path: Path) -> None:
+    wheel = tmp_path / "our wheels" / "firstcontact-0.1.0-py3-none-any.whl"
+    wheel.parent.mkdir()
+    wheel.touch()
+    words = installed(tmp_path / "site", wheel.as_uri(), "twin")
+    assert words[-3:] == ["pip", "install", f"{wheel}[twin]"]
+
+
+@pytest.mark.parametrize("origin", [None, "file:///gone/firstcontact.whl", "https://a.b/c.whl"])
+def test_without_a_path_the_packages_are_named(tmp_path: Path, origin: str | None) -> None:
+    words = installed(tmp_path / "site", origin, "study")
+    assert words[-4:] == ["install", "torch>=2.6", "numba>=0.60", "jinja2>=3.1"]
+
+
+def test_no_remedy_names_the_package_as_if_it_were_on_an_index() -> None:
+    pages = [PROJECT.parent / "README.md", *PROJECT.parent.glob("docs/**/*.md")]
+    for path in (*pages, *PROJECT.parent.glob("src/**/*.py")):
+        assert not re.search(r"install \W*firstcontact", path.read_text(encoding="utf-8")), path

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import importlib.util
 import math
+import re
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 
 import pytest
 
 from firstcontact.core import InputError
+from firstcontact.core.extras import install_command
 from firstcontact.device.opening import open_source
 from firstcontact.device.serial_source import SerialSource
 from firstcontact.device.twin_source import TwinSource
@@ -51,5 +53,5 @@ def test_a_twin_without_its_extra_is_refused(monkeypatch: pytest.MonkeyPatch) ->
         return None if name == "numba" else there(name)
 
     monkeypatch.setattr("firstcontact.core.extras.find_spec", without)
-    with pytest.raises(InputError, match=r"pip install 'firstcontact\[twin\]'"):
+    with pytest.raises(InputError, match=re.escape(install_command("twin"))):
         open_source("twin")

@@ -18,6 +18,7 @@ from collections.abc import Sequence
 
 from firstcontact import __version__
 from firstcontact.core import Command, InputError, fingertip_layout
+from firstcontact.core.extras import install_command
 from firstcontact.core.layout import FINGERTIP_RATE, TAXELS
 from firstcontact.device._responder import Responder
 from firstcontact.device.protocol import FRAME_SAMPLES
@@ -258,7 +259,7 @@ def main() -> None:
                 options.latency,
             )
         except ImportError:
-            say("refused the twin needs Numba: install it with `pip install 'firstcontact[twin]'`")
+            say(f"refused the twin needs Numba: {install_command('twin')}")
             return
         except InputError as error:
             say(f"refused {error}")

@@ -17,7 +17,7 @@ from firstcontact.core import (
     VibrationSensor,
     finger_name,
 )
-from firstcontact.core.extras import need
+from firstcontact.core.extras import install_command, need
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.device._stamped_samples import StampedSamples
 from firstcontact.device.opening import SourceOptions
@@ -247,7 +247,7 @@ def _library() -> Any:
     try:
         import pylsl
     except RuntimeError as error:  # the library of C is not there
-        raise InputError(f"LSL needs liblsl ({error}): pip install 'firstcontact[live]'") from error
+        raise InputError(f"LSL needs liblsl ({error}): {install_command('live')}") from error
     return pylsl
 
 

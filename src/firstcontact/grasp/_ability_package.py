@@ -16,11 +16,11 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
 from importlib import import_module
-from importlib.util import find_spec
 from types import ModuleType
 from typing import Any
 
 from firstcontact.core import InputError
+from firstcontact.core.extras import need
 
 #: The name of a port that stands for the package's own simulated hand.
 SIMULATED = "simulated"
@@ -44,11 +44,7 @@ def check(port: str | None) -> str:
     InputError
         The package is missing, or the port.
     """
-    if find_spec("ah_wrapper") is None:
-        raise InputError(
-            "this needs ability-hand, which the base install leaves out: "
-            "pip install 'firstcontact[hand]'"
-        )
+    need("hand", "ah_wrapper")
     if port is None:
         raise InputError(
             "the Ability Hand needs its serial port, such as /dev/ttyUSB0 "

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from firstcontact.core import InputError, finger_name
+from firstcontact.core.extras import install_command
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.clock import DeviceClock
 from firstcontact.live import _event_json as event_json
@@ -55,7 +56,7 @@ class LslSink:
         # It raises RuntimeError where the library of C is not there.
         except (ImportError, RuntimeError) as error:
             raise InputError(
-                f"LSL needs pylsl and liblsl ({error}): pip install 'firstcontact[live]'"
+                f"LSL needs pylsl and liblsl ({error}): {install_command('live')}"
             ) from error
         self._lsl: Any = pylsl
         self._name = name

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import select
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
@@ -78,6 +79,24 @@ class ScriptedDevice:
         """Take so many samples whether anybody wants them or not."""
         with self._changed:
             self._responder.sample(numbered(self._responder.next_sample, count))
+
+    @contextmanager
+    def sending(self, count: int = 25) -> Iterator[None]:
+        """Take so many samples every few milliseconds until the end of the block."""
+        over = threading.Event()
+
+        def go_on() -> None:
+            while not over.wait(2e-3):
+                self.pass_by(count)
+                os.write(self._poke, b".")
+
+        thread = threading.Thread(target=go_on, daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            over.set()
+            thread.join()
 
     @property
     def next_sample(self) -> int:

@@ -13,6 +13,7 @@ from firstcontact.collect.guide import Guide, Judged
 from firstcontact.core import Calibration, InputError, Label
 from firstcontact.device import Descriptor, Source
 from firstcontact.device.recorder import Recorder
+from firstcontact.device.source import remaining
 from firstcontact.device.twin_words import object_text
 from firstcontact.recording import Header
 
@@ -71,7 +72,7 @@ def run_session(
     Parameters
     ----------
     source
-        Open.
+        Open; it is closed at the end, and all samples that it has received are in the file.
     guide
         For its layout.
     path, header
@@ -94,35 +95,44 @@ def run_session(
     """
     with Recorder() as recorder:
         recorder.start(path, header)
-        label: Label | None = None
-        named = True
-        while guide.current is not None and not stopped():
-            if guide.current != label:
-                label = guide.current
-                named = False
-                guide.paused = not screen.next_object(label, *guide.progress(label))
-            if not named and label is not None:
-                # A device that is unplugged just now is told when it is back.
-                with suppress(InputError):
-                    source.order(object_text(label.object))  # for a hand that is simulated
-                    source.mark(object_text(label.object))
-                    named = True
-            if guide.paused and screen.in_place():
-                guide.paused = False
-            arrivals = source.read(WAIT)
-            recorder.put(arrivals)
-            found = [j for arrival in arrivals for j in guide.update(arrival)]
-            if not arrivals and source.ended:
-                found = guide.finish()
-                _tell(found, recorder, screen)
-                break
-            _tell(found, recorder, screen)
-            if recorder.status.failed:
-                break
-            screen.going_on()
+        try:
+            _follow(source, guide, recorder, screen, stopped)
+        finally:
+            recorder.put(remaining(source))
     if recorder.status.failed:
         raise InputError(recorder.status.failed)
     return guide.current is None
+
+
+def _follow(
+    source: Source, guide: Guide, recorder: Recorder, screen: Screen, stopped: Callable[[], bool]
+) -> None:
+    """Record until the guide has all pinches, the source or the file ends, or the person stops."""
+    label: Label | None = None
+    named = True
+    while guide.current is not None and not stopped():
+        if guide.current != label:
+            label = guide.current
+            named = False
+            guide.paused = not screen.next_object(label, *guide.progress(label))
+        if not named and label is not None:
+            # A device that is unplugged just now is told when it is back.
+            with suppress(InputError):
+                source.order(object_text(label.object))  # for a hand that is simulated
+                source.mark(object_text(label.object))
+                named = True
+        if guide.paused and screen.in_place():
+            guide.paused = False
+        arrivals = source.read(WAIT)
+        recorder.put(arrivals)
+        found = [j for arrival in arrivals for j in guide.update(arrival)]
+        if not arrivals and source.ended:
+            _tell(guide.finish(), recorder, screen)
+            return
+        _tell(found, recorder, screen)
+        if recorder.status.failed:
+            return
+        screen.going_on()
 
 
 def _tell(found: list[Judged], recorder: Recorder, screen: Screen) -> None:

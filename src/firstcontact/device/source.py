@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol, Self
 
@@ -263,3 +264,13 @@ class Source(Protocol):
     def __enter__(self) -> Self: ...
 
     def __exit__(self, *exception: object) -> None: ...
+
+
+def remaining(source: Source) -> list[Arrival]:
+    """Close a source and return the samples that it received and that no reader took."""
+    source.close()
+    arrivals: list[Arrival] = []
+    with suppress(InputError):  # the reader has it already, or ends anyway
+        while new := source.read(0.0):
+            arrivals += new
+    return arrivals

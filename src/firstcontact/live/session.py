@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -13,6 +14,7 @@ from firstcontact.anytime.told_shape import in_words, radius_of
 from firstcontact.core import Block, Calibration, Contact, InputError, joined
 from firstcontact.device import Arrival, Source
 from firstcontact.device.recorder import Recorder, RecorderStatus
+from firstcontact.device.source import remaining
 from firstcontact.live._fanout import Fanout
 from firstcontact.live._hand_answers import HandAnswers
 from firstcontact.live._same_object import Pinched
@@ -95,6 +97,7 @@ class LiveSession:
         self._number = 0
         self._from: tuple[int, int] | None = None
         self._arrivals: list[Arrival] = []
+        self._left: bool | None = None  # whether the device was there when we closed the source
         self._events: list[Event] = []
         self._pinched = Pinched()
         answers = source.descriptor.answers
@@ -116,6 +119,9 @@ class LiveSession:
         patient: bool = False,
     ) -> None:
         """Work until the source ends, nobody is left to tell, or one of these bounds.
+
+        The source is closed at the end, before a recording: all samples that it counts as received
+        are then with the recorder and the sinks.
 
         Parameters
         ----------
@@ -171,15 +177,13 @@ class LiveSession:
             if self._hand_answers is not None:
                 self._events += self._hand_answers.ended()
         finally:
-            try:
+            with ExitStack() as ends:  # the last first, and all of them whatever one of them raises
+                ends.callback(self.fanout.close)
+                ends.callback(self._recorder.stop)
+                ends.callback(self._tell)  # samples from before a fault belong in the recording
+                ends.callback(self._close_source)
                 for actor in self._actors:
-                    actor.ended()
-                self._tell()  # what came before a fault belongs into the recording, too
-            finally:
-                try:
-                    self._recorder.stop()
-                finally:
-                    self.fanout.close()
+                    ends.callback(actor.ended)
 
     def start_recording(self) -> Path:
         """Begin a recording in the session's folder."""
@@ -299,6 +303,11 @@ class LiveSession:
                 self._events += [] if combined is None else [combined]
         return found
 
+    def _close_source(self) -> None:
+        """Close the source; what it has received and still gives is for recorder and sinks."""
+        self._left = self.source.health.connected
+        self._arrivals += remaining(self.source)
+
     def _tell(self) -> None:
         """Hand what has come to the recorder and the sinks."""
         assert self.fanout is not None
@@ -316,11 +325,14 @@ class LiveSession:
             self._note(pinch)
         if done:
             self._figures = self.pipeline.ledger.summary()
+        health = self.source.health
+        if self._left is not None:  # a device that we closed has not gone away
+            health = replace(health, connected=self._left)
         self.fanout.put(
             Update(
                 arrivals,
                 events,
-                self.source.health,
+                health,
                 self.recording,
                 self._figures,
                 self.fanout.failed,

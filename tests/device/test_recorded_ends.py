@@ -1,0 +1,168 @@
+"""All samples that a source counts as received are in the recording, however the run ends."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from numbered import DESCRIPTOR, check
+from scripted_device import ScriptedDevice
+
+from firstcontact.collect.guide import Guide
+from firstcontact.collect.plan import Item
+from firstcontact.collect.session import header_of, run_session
+from firstcontact.contact import ThresholdDetector
+from firstcontact.core import (
+    Block,
+    Calibration,
+    Finger,
+    InputError,
+    Label,
+    Layout,
+    VibrationCalibration,
+)
+from firstcontact.device import Descriptor
+from firstcontact.device.serial_source import SerialSource
+from firstcontact.live.events import Event
+from firstcontact.live.pipeline import Pipeline
+from firstcontact.live.session import LiveSession
+from firstcontact.live.sink import Update
+from firstcontact.recording import read_recording
+
+#: Samples that a run takes at least, and that come while something is slow.
+ENOUGH = 1000
+
+
+def comes(source: SerialSource, count: int) -> None:
+    """Wait until so many more samples have come, or the source is closed."""
+    pause = threading.Event()
+    until = source.health.samples + count
+    while (health := source.health).connected and health.samples < until:
+        pause.wait(1e-3)
+
+
+class SlowViewer:
+    """A sink for which many samples come before it is ready for the next update."""
+
+    name = "slow"
+    every = 0.02
+
+    def __init__(self, source: SerialSource) -> None:
+        self._source = source
+
+    def open(self, descriptor: Descriptor) -> None:
+        """Do nothing."""
+
+    def take(self, update: Update) -> None:
+        comes(self._source, ENOUGH)
+
+    def close(self) -> None:
+        comes(self._source, ENOUGH)
+
+
+class SlowActor:
+    """An actor that keeps the session from reading."""
+
+    def __init__(self, source: SerialSource) -> None:
+        self._source = source
+
+    def arrived(self, block: Block, host: float) -> None:
+        comes(self._source, ENOUGH)
+
+    def happened(self, event: Event) -> None:
+        """Do nothing."""
+
+    def came(self, block: Block) -> Sequence[Event]:
+        return ()
+
+    def ended(self) -> None:
+        comes(self._source, ENOUGH)
+
+
+class Nobody:
+    """A screen that no person looks at."""
+
+    def next_object(self, label: Label, done: int, wanted: int) -> bool:
+        return True
+
+    def in_place(self) -> bool:
+        return True
+
+    def judged(self, judged: object) -> None:
+        """Do nothing."""
+
+    def going_on(self) -> None:
+        """Do nothing."""
+
+
+@pytest.fixture
+def device(tmp_path: Path) -> Iterator[ScriptedDevice]:
+    with ScriptedDevice(tmp_path / "port") as device, device.sending():
+        yield device
+
+
+@pytest.fixture
+def source(device: ScriptedDevice) -> Iterator[SerialSource]:
+    with SerialSource(device.port) as source:
+        yield source
+
+
+def check_recorded(path: Path, source: SerialSource) -> None:
+    recording = read_recording(path)
+    blocks = [Block(s.data, s.first_sample, s.epoch) for s in recording.stretches]
+    # After the source was closed: nothing came later that only the count has.
+    assert check(blocks) == source.health.samples >= ENOUGH
+
+
+def interrupted(source: SerialSource, device: ScriptedDevice) -> dict[str, object]:
+    return {"stopped": lambda: source.health.samples >= ENOUGH}
+
+
+def limited(source: SerialSource, device: ScriptedDevice) -> dict[str, object]:
+    comes(source, ENOUGH)
+    return {"seconds": 0.05}
+
+
+def replaced(source: SerialSource, device: ScriptedDevice) -> dict[str, object]:
+    """The source ends: another device is on its port."""
+    comes(source, ENOUGH)
+    layout = DESCRIPTOR.layout
+    other = replace(DESCRIPTOR, layout=Layout(layout.channels, layout.rate + 1.0))
+    device.reset(2, other)
+    return {}
+
+
+@pytest.mark.parametrize("end", [interrupted, limited, replaced])
+@pytest.mark.parametrize("reader", ["quick", "slow"])
+def test_a_live_run_records_what_it_received(
+    end: Callable[[SerialSource, ScriptedDevice], dict[str, object]],
+    reader: str,
+    source: SerialSource,
+    device: ScriptedDevice,
+    tmp_path: Path,
+) -> None:
+    pipeline = Pipeline(DESCRIPTOR.layout, ThresholdDetector(10.0))
+    actors = [SlowActor(source)] if reader == "slow" else []
+    session = LiveSession(source, pipeline, actors, tmp_path)
+    path = session.start_recording()
+    with suppress(InputError):  # what became of the source is told, too
+        session.run([SlowViewer(source)], **end(source, device))  # type: ignore[arg-type]
+    check_recorded(path, source)
+
+
+def test_a_guided_session_records_what_it_received(source: SerialSource, tmp_path: Path) -> None:
+    calibration = Calibration(tuple(VibrationCalibration(f, 1.0) for f in Finger))
+    guide = Guide(DESCRIPTOR.layout, (Item("block", 1, 10.0),), "1", calibration)
+    header = header_of(DESCRIPTOR, "1", calibration)
+    path = tmp_path / "a.mcap"
+
+    def stopped() -> bool:
+        comes(source, ENOUGH)
+        return source.health.samples > 3 * ENOUGH
+
+    assert not run_session(source, guide, path, header, Nobody(), stopped)
+    check_recorded(path, source)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from page_feed import DESCRIPTOR, LANDMARKS, Asked, Feed
 from firstcontact.device import Health
 from firstcontact.live.hand_requests import Ask
 from firstcontact.live.page import PageSink
+from firstcontact.live.page._server import SILENCE
 from firstcontact.live.sink import Update
 from page_browser import browsing, needs_browser, text, until
 
@@ -144,6 +146,23 @@ def test_the_hand_is_asked_by_buttons_that_are_there_where_it_can_be(chromium: A
             assert fed.asked.calls[-1].startswith("open")
         finally:
             fed.close()
+
+
+def test_a_page_that_hangs_no_longer_holds_the_hand_closed(chromium: Any) -> None:
+    """Only the page itself can say that it is there: its browser answers all pings for it."""
+    fed = Fed(asks=(Ask.CLOSE, Ask.OPEN))
+    try:
+        chromium.get(fed.sink.url)
+        closes = chromium.find_element("id", "close-hand")
+        until(chromium, lambda d: closes.is_displayed())
+        closes.click()
+        since = time.monotonic()
+        until(chromium, lambda d: time.monotonic() - since > 2 * SILENCE)
+        assert fed.asked.gone == []
+        chromium.execute_script("const end = Date.now() + 4000; while (Date.now() < end);")
+        assert fed.asked.gone == ["viewer 1 of the page"]
+    finally:
+        fed.close()
 
 
 def test_losses_and_a_pulled_cable_are_told(fed: Fed, chromium: Any) -> None:

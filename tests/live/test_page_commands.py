@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -10,12 +11,14 @@ from typing import Any
 
 import pytest
 from page_feed import DESCRIPTOR, Asked
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from firstcontact.live.page import PageSink
+from firstcontact.live.page import PageSink, _server
 from firstcontact.live.page._allowance import Allowance
-from firstcontact.live.page._commands import ALL, EACH
+from firstcontact.live.page._commands import ALL, EACH, HERE
 from page_browser import PATIENCE
+from processes import until
 
 MARK = '{"do": "mark", "text": "apple"}'
 
@@ -149,3 +152,39 @@ def test_the_hand_is_opened_however_much_was_asked(page: PageSink, asked: Asked)
         viewer.send('{"do":"open"}')
         while not any(call.startswith("open ") for call in asked.calls):
             assert answer(viewer)["do"] in ("mark", "", "open")
+
+
+def test_a_viewer_that_falls_silent_no_longer_holds_the_hand_closed(
+    page: PageSink, asked: Asked
+) -> None:
+    assert _server.SILENCE + _server.TICK < 2.0
+    with view(page) as sleeping, view(page) as watching:
+        for viewer in (sleeping, watching):
+            viewer.send('{"do": "close"}')
+            assert answer(viewer)["ok"]
+        watching.send('{"do":"open"}')  # and nothing more: it may be as silent as it wants
+        assert answer(watching)["ok"]
+        # Its socket stays open, and its library answers the server's pings.
+        until(lambda: asked.gone)
+        names = [call.split(" ", 1)[1] for call in asked.calls]
+        assert asked.gone == [names[0]]
+        with pytest.raises(ConnectionClosed):
+            answer(sleeping)
+        watching.send(MARK)
+        assert answer(watching)["ok"], "others stay"
+
+
+def test_a_viewer_that_says_that_it_is_there_holds_the_hand_closed(
+    page: PageSink, asked: Asked, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_server, "SILENCE", 0.5)
+    pause = threading.Event()
+    with view(page) as viewer:
+        viewer.send('{"do": "close"}')
+        assert answer(viewer)["ok"]
+        for _ in range(4 * EACH[0]):  # more often than it may ask for something
+            viewer.send(HERE)
+            pause.wait(0.025)
+        assert asked.gone == []
+        viewer.send(MARK)
+        assert answer(viewer)["ok"]

@@ -23,6 +23,8 @@ EACH = 10, 5.0
 ALL = 20, 10.0
 #: The message of the page that opens the hand.
 OPEN = b'{"do":"open"}'
+#: The message of the page that says that it is there: no request, and without an answer.
+HERE = '{"do":"here"}'
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,8 +6,10 @@ import asyncio
 import json
 import socket
 import struct
+import time
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from http import HTTPStatus
 from typing import Any
 
@@ -16,7 +18,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from firstcontact.live.page._allowance import Allowance
-from firstcontact.live.page._commands import EACH, LONGEST, Commands
+from firstcontact.live.page._commands import EACH, HERE, LONGEST, Commands
 from firstcontact.live.page._state import State
 from firstcontact.live.page.guard import Guard
 from firstcontact.live.page.serving import answer, plain, serve_page
@@ -28,9 +30,39 @@ TICK = 0.05
 VIEWERS = 16
 #: A viewer that takes nothing for this long is let go, s.
 PATIENCE = 10.0
+#: A viewer that had the hand close and is silent for this long is let go, and the hand opens, s.
+SILENCE = 1.5
 #: Bytes that wait for one viewer before it skips.
 WAITING_BYTES = 32_768
 _HEAD = struct.Struct("<IId")
+
+
+@dataclass(slots=True)
+class _Viewer:
+    """Viewer on the other end of a socket.
+
+    Parameters
+    ----------
+    name
+        Name of the viewer to the hand.
+    heard
+        Time of its newest message, s of the monotonic clock.
+    closes
+        Whether it had the hand close, and has not had it open since.
+    """
+
+    name: str
+    heard: float = 0.0
+    closes: bool = False
+
+    async def watch(self) -> None:
+        """Raise TimeoutError once the viewer is silent while it has the hand close.
+
+        The library's own keepalive does not see a page that hangs: the browser answers for it.
+        """
+        while not self.closes or time.monotonic() - self.heard < SILENCE:
+            await asyncio.sleep(TICK)
+        raise TimeoutError
 
 
 class PageServer:
@@ -90,22 +122,33 @@ class PageServer:
     async def _view(self, connection: ServerConnection) -> None:
         self._viewers += 1
         self._number += 1
-        by = f"viewer {self._number} of the page"
-        own = Allowance(*EACH)
+        viewer = _Viewer(f"viewer {self._number} of the page")
         try:
-            async with asyncio.TaskGroup() as both:
-                telling = both.create_task(self._tell(connection))
-                async for message in connection:
-                    answer, wait = await self._commands.obey(message, own, by)
-                    await self._send(connection, json.dumps({"answer": answer}))
-                    # What this viewer says meanwhile waits on its side of the line.
-                    await asyncio.sleep(wait)
-                telling.cancel()
+            async with asyncio.TaskGroup() as tasks:
+                others = [tasks.create_task(c) for c in (self._tell(connection), viewer.watch())]
+                await self._listen(connection, viewer)
+                for task in others:
+                    task.cancel()
         except* (ConnectionClosed, TimeoutError):
             pass
         finally:
             self._viewers -= 1
-            self._commands.gone(by)
+            self._commands.gone(viewer.name)
+
+    async def _listen(self, connection: ServerConnection, viewer: _Viewer) -> None:
+        """Do what a viewer asks for until it closes the socket."""
+        own = Allowance(*EACH)
+        async for message in connection:
+            viewer.heard = time.monotonic()
+            if message == HERE:
+                await asyncio.sleep(TICK)
+                continue
+            answer, wait = await self._commands.obey(message, own, viewer.name)
+            if answer["ok"] and answer["do"] in ("close", "open"):
+                viewer.closes = answer["do"] == "close"
+            await self._send(connection, json.dumps({"answer": answer}))
+            # What this viewer says meanwhile waits on its side of the line.
+            await asyncio.sleep(wait)
 
     async def _tell(self, connection: ServerConnection) -> None:
         """Give a viewer what it has not seen, at its own pace."""

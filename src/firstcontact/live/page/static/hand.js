@@ -2,8 +2,12 @@
 
 import { byId, setText } from "./dom.js";
 
+// A server that does not hear from this page for 1.5 s opens the hand that it had close, ms.
+const BEAT = 400;
+
 export class Hand {
-  constructor(ask) {
+  constructor(ask, beat) {
+    setInterval(() => byId("close-hand").hidden || beat(), BEAT);
     byId("close-hand").onclick = () => ask({ do: "close" });
     byId("open-hand").onclick = () => ask({ do: "open" });
     addEventListener("keydown", (event) => {

@@ -28,7 +28,7 @@ const force = new Force();
 const health = new Health();
 let link = null;
 const controls = new Controls(() => link);
-const hand = new Hand((what) => controls.ask(what));
+const hand = new Hand((what) => controls.ask(what), () => link?.ask({ do: "here" }));
 const parts = [traces, closeup, estimate, timing, force, health, controls, hand];
 const state = { there: false, health: null, gone: false, faults: [], failed: null };
 

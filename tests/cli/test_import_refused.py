@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from typing import Any
 
 import h5py
@@ -150,6 +151,27 @@ def test_wav_files_that_cannot_be_used_are_refused(tmp_path, refused):
     ):
         wavfile.write(file, rate, data)
         refused(folder, "1.wav", word)
+
+
+@pytest.mark.parametrize(
+    ("at", "form", "value", "words"),
+    [
+        (34, "<H", 7, ("7 bits", "2 bytes a frame")),
+        (34, "<H", 8, ("8 bits", "2 bytes a frame")),
+        (34, "<H", 24, ("24 bits", "2 bytes a frame")),
+        (32, "<H", 4, ("16 bits", "4 bytes a frame")),
+        (22, "<H", 2, ("2 channels", "2 bytes a frame")),
+        (24, "<I", 2 * RATE, (f"{2 * RATE} frames", f"{2 * RATE} bytes a second")),
+        (28, "<I", RATE, (f"{RATE} frames", f"{RATE} bytes a second")),
+    ],
+)
+def test_a_wav_header_that_contradicts_itself_is_refused(tmp_path, refused, at, form, value, words):
+    folder = wavs(tmp_path)
+    file = folder / "wav" / "1.wav"
+    raw = bytearray(file.read_bytes())
+    struct.pack_into(form, raw, at, value)
+    file.write_bytes(raw)
+    refused(folder, "1.wav", *words)
 
 
 def test_wav_with_bad_samples_or_rate_is_refused(tmp_path, refused):

@@ -13,12 +13,14 @@ import numpy as np
 import pytest
 
 from firstcontact.learning.scores import RegressionScores
+from firstcontact.report import sets_page
 from firstcontact.report._chapters import Chapter, Column
 from firstcontact.report._tables import Table
 from firstcontact.report.figures.lengths import lengths_figure
 from firstcontact.report.figures.offsets import offset_figure
 from firstcontact.report.findings import Findings, PartResult
 from firstcontact.report.page import render
+from firstcontact.report.results.sets import SetResults, SetsResults
 from firstcontact.report.results.stiffness import WindowErrors
 from firstcontact.report.state import State
 from firstcontact.study.settings import StudySettings
@@ -77,7 +79,7 @@ def test_a_command_that_is_not_utf8_is_shown_all_the_same() -> None:
     state = State(
         "firstcontact study --out \udcff", asdict(StudySettings()), False, [Findings("a")], []
     )
-    assert "study --out ?" in render(state)
+    assert r"study --out \udcff" in render(state)
 
 
 def test_a_table_of_many_columns_does_not_stand_beside_another() -> None:
@@ -89,3 +91,12 @@ def test_a_table_of_many_columns_does_not_stand_beside_another() -> None:
 def test_what_pages_share_is_in_each_of_them() -> None:
     assert "overflow-x: auto" in page(1)
     assert "{%" not in page(1)
+
+
+def test_no_page_holds_a_control_character() -> None:
+    hostile = "\x1b[31m\x1b]0;owned\x07\x9b2J\u202ec\x7f"
+    its = SetResults(n=1, sensor=hostile, rate_hz=5000.0, front_end=hostile, pinches=1, materials=1)
+    results = SetsResults(command=hostile, seconds=1.0, versions={}, sets={f"set {hostile}": its})
+    shown = sets_page.render(results)
+    assert all(c in "\n\t" or c.isprintable() for c in shown)
+    assert shown.count(r"\u001b[31m") == 4

@@ -12,6 +12,8 @@ from firstcontact.core import InputError
 
 #: Two stamps further apart than this are a gap, s: chunks and networks jitter less.
 GAP = 0.5
+#: Latest time, s: 300 years, where a stamp still tells microseconds apart.
+LATEST = 1e10
 #: Stamps may go back by less than this, s: clocks are corrected a little now and then.
 BACK = 0.05
 #: The rate of a run may differ from the stated one by this share: crystals differ less.
@@ -46,6 +48,29 @@ class Run:
         return self.begin <= other.begin + 1.5 / self.rate and self.last > other.begin
 
 
+def check_stamps(where: str, stamps: NDArray[np.float64]) -> None:
+    """Refuse time stamps that cannot be seconds.
+
+    Parameters
+    ----------
+    where
+        Named in messages.
+    stamps
+        s, shape (samples,).
+
+    Raises
+    ------
+    InputError
+        A stamp is not a number, or beyond ``LATEST``.
+    """
+    wrong = np.flatnonzero(~(np.abs(stamps) <= LATEST))
+    if len(wrong):
+        raise InputError(
+            f"{where} has the time stamp {stamps[wrong[0]]:g} at sample {int(wrong[0])}, which is "
+            f"no time within {LATEST:g} s: give stamps in seconds"
+        )
+
+
 def even_runs(where: str, stamps: NDArray[np.float64], rate: float) -> list[Run]:
     """Runs between gaps; a line through the stamps of each says when its samples were taken.
 
@@ -54,7 +79,7 @@ def even_runs(where: str, stamps: NDArray[np.float64], rate: float) -> list[Run]
     where
         That messages name.
     stamps
-        s, shape (samples,).
+        s, shape (samples,), as :func:`check_stamps` takes them.
     rate
         That is said of them, Hz.
 
@@ -75,9 +100,10 @@ def even_runs(where: str, stamps: NDArray[np.float64], rate: float) -> list[Run]
         if b - a < 2:
             continue
         run = _fitted(stamps[a:b], a, rate)
-        if (b - a) / rate > _LONG and abs(run.rate - rate) > RATE_SHARE * rate:
+        if (b - a) / rate > _LONG and abs(run.seconds * rate - (b - a)) > RATE_SHARE * (b - a):
+            measured = f"{run.rate:.5g} Hz" if run.seconds > 0 else "do not advance"
             raise InputError(
-                f"{where} says {rate:g} Hz and its time stamps {run.rate:.5g} Hz: samples are "
+                f"{where} says {rate:g} Hz and its time stamps {measured}: samples are "
                 "missing, or the stated rate is wrong; record it again"
             )
         runs.append(run)
@@ -91,6 +117,6 @@ def _fitted(stamps: NDArray[np.float64], first: int, rate: float) -> Run:
     middle = float(stamps.mean())
     slope = float(count @ (stamps - middle)) / float(count @ count)
     # Of few samples the slope is mostly jitter.
-    step = slope if n / rate > _LONG and slope > 0 else 1.0 / rate
+    step = slope if n / rate > _LONG else 1.0 / rate
     half = step * (n - 1) / 2
     return Run(first, first + n, middle - half, middle + half)

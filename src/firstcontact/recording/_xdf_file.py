@@ -96,7 +96,10 @@ def _read(path: Path) -> list[Stream]:
     complaints = _Complaints()
     log = logging.getLogger("pyxdf")
     log.handlers, log.propagate = [complaints], False
-    with bounded_memory(_SPARE + 4 * most_unpacked(path.stat().st_size)):
+    with (
+        bounded_memory(_SPARE + 4 * most_unpacked(path.stat().st_size)),
+        np.errstate(all="ignore"),  # it divides by what stamps span, and we do not look at that
+    ):
         # Stamps are smoothed later, where it is known what a gap is.
         streams, _ = pyxdf.load_xdf(path, dejitter_timestamps=False, verbose=None)
     if complaints.said:

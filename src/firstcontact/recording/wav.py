@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import struct
 import warnings
 from collections.abc import Sequence
@@ -47,6 +46,9 @@ _DAMAGE = (
     struct.error,
     UserWarning,  # of which its own are made
 )
+#: Head of a chunk "fmt ", in the order of the file; numbers of encodings with whole samples.
+_FORMAT = "HHIIHH"
+_UNPACKED = (1, 3, 0xFFFE)
 #: Type that scipy gives to WAV samples: full scale in raw steps.
 FULL_SCALE = {"uint8": 128.0, "int16": 2.0**15, "int32": 2.0**31, "float32": 1.0, "float64": 1.0}
 
@@ -137,7 +139,7 @@ def read_wav(file: Path) -> tuple[int, NDArray[Any]]:
     try:
         # From memory: the library allocates what a header declares only when it reads files.
         data = BytesIO(read_regular(file, LONGEST))
-        _check_length(file, data)
+        _check_chunks(file, data)
         with warnings.catch_warnings():
             warnings.simplefilter("error", wavfile.WavFileWarning)
             warnings.filterwarnings("ignore", "Chunk .* not understood", wavfile.WavFileWarning)
@@ -161,19 +163,61 @@ def read_wav(file: Path) -> tuple[int, NDArray[Any]]:
     return int(rate), values
 
 
-def _check_length(file: Path, data: BytesIO) -> None:
-    """Refuse a file that is cut off: the library takes what is left of its samples."""
-    form = "<4sI" if data.read(4) == b"RIFF" else ">4sI"
+def _check_chunks(file: Path, data: BytesIO) -> None:
+    """Refuse a header that contradicts itself, and a file that is cut off.
+
+    The library believes some of the numbers and takes what is left of the samples.
+    """
+    order = ">" if data.read(4) == b"RIFX" else "<"
     data.seek(12)
     while len(head := data.read(8)) == 8:
-        kind, size = struct.unpack(form, head)
-        held = len(data.getbuffer()) - data.tell()
+        kind, size = struct.unpack(order + "4sI", head)
+        start = data.tell()
+        held = len(data.getbuffer()) - start
         if kind == b"data" and size > held:
             raise InputError(
                 f"{file} says that {size} bytes of samples follow and holds {held}: copy it again"
             )
-        data.seek(size + size % 2, os.SEEK_CUR)
+        if kind == b"fmt " and min(size, held) >= struct.calcsize(order + _FORMAT):
+            its = data.read(struct.calcsize(order + _FORMAT))
+            _check_format(file, *struct.unpack(order + _FORMAT, its))
+        data.seek(start + size + size % 2)
     data.seek(0)
+
+
+def _check_format(
+    file: Path, form: int, channels: int, rate: int, speed: int, frame: int, bits: int
+) -> None:
+    """Refuse numbers of a header that cannot all be true.
+
+    Parameters
+    ----------
+    file
+        Named in messages.
+    form
+        Number of the encoding; only those of ``_UNPACKED`` are looked at.
+    channels, rate
+        Number of channels and frames a second.
+    speed
+        Bytes a second.
+    frame
+        Bytes of one sample of all channels.
+    bits
+        Bits of one sample.
+    """
+    if form not in _UNPACKED:
+        return
+    if frame != channels * -(-bits // 8):
+        raise InputError(
+            f"{file} has a header with {counted(channels, 'channel')} of {bits} bits and "
+            f"{counted(frame, 'byte')} a frame, which contradict each other: write it again as "
+            "PCM WAV"
+        )
+    if speed != rate * frame:
+        raise InputError(
+            f"{file} has a header with {rate} frames of {counted(frame, 'byte')} a second and "
+            f"{speed} bytes a second, which contradict each other: write it again as PCM WAV"
+        )
 
 
 def wav_samples(file: Path, data: NDArray[Any]) -> NDArray[Any]:

@@ -17,10 +17,11 @@ from firstcontact.core.counted import counted
 from firstcontact.recording._channel_table import read_signals
 from firstcontact.recording._label_track import label_columns
 from firstcontact.recording._signals import pinches_of
-from firstcontact.recording._stamps import Run
+from firstcontact.recording._stamps import Run, check_stamps
 from firstcontact.recording._table_columns import source_of
 from firstcontact.recording._xdf_file import Stream, read_xdf
 from firstcontact.recording._xdf_signals import Part, guessed_signals, unbroken_parts
+from firstcontact.recording.checks import HIGHEST_RATE
 from firstcontact.recording.event_table import (
     SAMPLE,
     SECONDS,
@@ -107,11 +108,12 @@ def _check(path: Path, streams: Sequence[Stream]) -> None:
             "names of their own, or remove one"
         )
     for stream in streams:
-        if not np.isfinite(stream.stamps).all():
+        if not 0 <= stream.rate <= HIGHEST_RATE:
             raise InputError(
-                f"{path}: stream {shown(stream.name)} has time stamps that are no numbers: record "
-                "it again"
+                f"{path}: stream {shown(stream.name)} says {stream.rate:g} Hz and must say 0 (no "
+                f"regular rate) to {HIGHEST_RATE:g} Hz: record it again"
             )
+        check_stamps(f"{path}: stream {shown(stream.name)}", stream.stamps)
 
 
 def _contacts(

@@ -5,12 +5,14 @@ from __future__ import annotations
 from importlib.resources import files
 from typing import Any
 
+from firstcontact.core.plain import plain
+
 
 def filled(package: str, name: str, **values: Any) -> str:
-    """A template that lies in a package, filled in: HTML in UTF-8.
+    r"""Return a template of a package filled in: HTML in UTF-8.
 
-    What it names and is not given is an error, and values are escaped. It may include what
-    pages share, which lies beside this module.
+    A name without a value is an error, and values are escaped. Control characters come out as
+    ``\u001b``. The template may include files that pages share, which lie beside this module.
     """
     from jinja2 import Environment, FunctionLoader, StrictUndefined
 
@@ -22,9 +24,8 @@ def filled(package: str, name: str, **values: Any) -> str:
         lstrip_blocks=True,
         loader=FunctionLoader(lambda shared: _text("firstcontact.report", shared)),
     )
-    page = environment.from_string(template).render(**values)
-    # A path on the command line need not be UTF-8; a page is.
-    return page.encode("utf-8", "replace").decode("utf-8")
+    # Names of files, recordings and plug-ins need be neither UTF-8 nor free of escapes.
+    return plain(environment.from_string(template).render(**values))
 
 
 def _text(package: str, name: str) -> str:

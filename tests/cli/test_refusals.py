@@ -14,6 +14,8 @@ from firstcontact.cli.refusals import in_one_sentence
         (["simulate", "--out", "x", "--condition", "lab"], ("'lab'", "--condition", "everyday")),
         (["simulate"], ("--out PATH",)),
         (["simulate", "--out", "x", "--seed", "a"], ("--seed", "'a'")),
+        (["simulate", "--out", "x", "--seed", "1_0"], ("--seed", "'1_0'")),
+        (["train", "x", "--out", "y", "--window-ms", "１５"], ("--window-ms",)),
         (["simulate", "--out", "x", "--sed", "3"], ("--sed", "perhaps you meant --seed INT")),
         (["simulate", "--out"], ("--out",)),
         (["train", "x", "--out", "y", "--window-ms", "a"], ("--window-ms", "'a'")),

@@ -26,6 +26,7 @@ def test_a_plan_is_read(tmp_path):
         ("object,shore\na,1\n", "column 'pinches' is missing"),
         ("object,pinches\n", "plans nothing"),
         ("object,pinches\na,many\n", "line 2: pinches is 'many'"),
+        ("object,pinches\na,1_0\n", "line 2: pinches is '1_0'"),
         ("object,pinches,shore\na,1,soft\n", "line 2: shore is 'soft'"),
         ("object,pinches,role\na,1,both\n", "line 2: role is 'both': give train or test"),
         ("object,pinches\na,0\n", "line 2: a: 0 pinches are wanted"),

@@ -49,6 +49,11 @@ def folder(tmp_path: Path) -> Path:
     return place
 
 
+def _with_column(text: str) -> str:
+    header, first, *others = CHANNELS.splitlines()
+    return "\n".join([f"{header},column", f"{first},{text}", *(f"{row}," for row in others)])
+
+
 def run(folder: Path, out: Path, *more: str) -> int:
     channels = str(out.parent / "channels.csv")
     return main(["import", str(folder), "--channels", channels, "--out", str(out), *more])
@@ -130,6 +135,9 @@ def changed(**with_these: Any) -> dict[str, Any]:
         (variables(), CHANNELS.replace(",100,", ",4400,"), ("faster than the vibration",)),
         (variables(), CHANNELS.replace("variable", "name"), ("'variable' is missing",)),
         (variables(), CHANNELS.replace("0.5", "0"), ("scale is 0",)),
+        (variables(), _with_column("-1"), ("line 2", "column is '-1'")),
+        (variables(), _with_column("1_0"), ("line 2", "column is '1_0'")),
+        (variables(), _with_column("0.5"), ("line 2", "column is '0.5'")),
     ],
 )
 def test_bad_signals_and_tables_are_refused(

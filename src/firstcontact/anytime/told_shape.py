@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from firstcontact.core import InputError
+from firstcontact.core.numbers import parse_float
 
 FLAT = "flat"
 #: Least and largest radius that can be told, mm: rounder ones were not learned from, and what is
@@ -28,7 +29,7 @@ def radius_of(text: str) -> float:
     if word == FLAT:
         return math.inf
     try:
-        radius = float(word.removesuffix("mm"))
+        radius = parse_float(word.removesuffix("mm"))
     except ValueError:
         radius = math.nan
     if not LEAST <= radius <= MOST:

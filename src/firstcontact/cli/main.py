@@ -84,12 +84,18 @@ def _parsed(arguments: list[str]) -> Any:
         raise InputError(f"{word!r} is not a verb: choose one of {', '.join(VERBS)}")
     import tyro
 
+    from firstcontact.cli.option_numbers import option_numbers
     from firstcontact.cli.refusals import refusals
 
     # What it prints holds words of the command line, and goes out as plain text like all else.
     tyro._experimental_options["ansi_codes"] = False
     with refusals(f"firstcontact {word}"):
-        return tyro.cli(configuration(word), prog=f"firstcontact {word}", args=arguments[1:])
+        return tyro.cli(
+            configuration(word),
+            prog=f"firstcontact {word}",
+            args=arguments[1:],
+            registry=option_numbers(),
+        )
 
 
 def _failed(code: int, sentence: str) -> int:

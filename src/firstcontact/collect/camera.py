@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from firstcontact.core import Finger, InputError
+from firstcontact.core.numbers import parse_float, parse_int
 from firstcontact.recording import Recording
 from firstcontact.recording.table import read_rows
 
@@ -92,8 +93,8 @@ def read_contacts(path: Path) -> dict[Key, float]:
     contacts: dict[Key, float] = {}
     for line, row in read_rows(path, COLUMNS):
         try:
-            key = int(row["pinch"]), Finger[row["finger"].upper()]
-            time = float(row["time_s"])
+            key = parse_int(row["pinch"]), Finger[row["finger"].upper()]
+            time = parse_float(row["time_s"])
             if not abs(time) <= LONGEST:
                 raise ValueError
         except (KeyError, ValueError) as error:

@@ -15,6 +15,7 @@ from scipy.optimize import least_squares
 from firstcontact.core import Finger, ForceCurve, InputError
 from firstcontact.core.calibration import DIVIDER_OHM
 from firstcontact.core.layout import ADC_VOLTS
+from firstcontact.core.numbers import parse_float
 from firstcontact.recording.table import read_rows
 
 #: A curve of three parameters is not fitted to fewer different weights.
@@ -45,7 +46,7 @@ def read_weights(path: Path) -> tuple[Weighing, ...]:
     for line, row in read_rows(path, COLUMNS):
         try:
             finger = Finger[row["finger"].upper()]
-            newtons, volts = float(row["newtons"]), float(row["volts"])
+            newtons, volts = parse_float(row["newtons"]), parse_float(row["volts"])
         except (KeyError, ValueError) as error:
             raise InputError(
                 f"{path}, line {line}: give index or thumb, then two numbers"

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from firstcontact.core import InputError, Label, Role
+from firstcontact.core.numbers import parse_float, parse_int
 from firstcontact.core.plain import check_text
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.recording.quoting import shown
@@ -93,11 +93,9 @@ def read_plan(path: Path) -> tuple[Item, ...]:
 def _item(path: Path, line: int, cells: Mapping[str, str]) -> Item:
     field = "pinches"
     try:
-        pinches = int(cells["pinches"])
+        pinches = parse_int(cells["pinches"])
         field = "shore"
-        shore = float(cells["shore"]) if cells.get("shore") else None
-        if shore is not None and not math.isfinite(shore):
-            raise ValueError
+        shore = parse_float(cells["shore"]) if cells.get("shore") else None
         field = "role"
         role = Role(cells.get("role") or Role.TRAIN)
     except ValueError as error:

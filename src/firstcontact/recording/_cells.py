@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
 
 from firstcontact.core import Finger, InputError, Role
+from firstcontact.core.numbers import parse_float
 from firstcontact.core.pinch import HIGHEST_RANK
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.recording.quoting import shown, text_of
@@ -62,13 +62,7 @@ def name(value: Any) -> str:
 
 def number(value: Any) -> float:
     """A finite number."""
-    try:
-        number = float(text_of(value).strip())
-    except ValueError:
-        raise ValueError("which is not a number") from None
-    if not math.isfinite(number):
-        raise ValueError("which is not a finite number")
-    return number
+    return parse_float(text_of(value))
 
 
 def whole(value: Any) -> int:

@@ -81,9 +81,12 @@ def _signal(where: str, row: Mapping[str, str]) -> Signal:
         raise InputError(
             f"{where}: finger is {shown(row['finger'])}, {error}: correct it"
         ) from None
-    column = number("column", -1.0)
-    if column != int(column) or not -1 <= column < 1 << 31:
-        raise InputError(f"{where}: column is {column:g} and must count from 0")
+    column = number("column", 0.0) if row.get("column") else None
+    if column is not None and not (column == int(column) and 0 <= column < 1 << 31):
+        raise InputError(
+            f"{where}: column is {shown(row['column'])} and must count from 0: correct it, or "
+            "leave it empty"
+        )
     scale = number("scale", 1.0)
     if not SCALES[0] <= abs(scale) <= SCALES[1]:
         raise InputError(f"{where}: scale is {scale:g}: give units per step")
@@ -99,7 +102,7 @@ def _signal(where: str, row: Mapping[str, str]) -> Signal:
         rate,
         VibrationSensor(sensor) if sensor else None,
         finger,
-        None if column < 0 else int(column),
+        None if column is None else int(column),
         row.get("unit", ""),
         scale,
         number("offset", 0.0),

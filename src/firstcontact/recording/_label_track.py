@@ -11,6 +11,7 @@ from pathlib import Path
 
 from firstcontact.core import InputError
 from firstcontact.core.files import read_regular
+from firstcontact.core.numbers import parse_float
 from firstcontact.recording._labels import LABEL_COLUMNS
 from firstcontact.recording.quoting import reason, shown
 from firstcontact.recording.table import Table
@@ -55,7 +56,7 @@ def read_track(path: Path) -> Table:
         fields = line.split("\t")
         try:
             # Some languages write a comma for the point.
-            start, end = (float(field.replace(",", ".")) for field in fields[:2])
+            start, end = (parse_float(field.replace(",", ".")) for field in fields[:2])
         except ValueError:
             start, end = 1.0, 0.0
         if not start <= end:

@@ -27,6 +27,7 @@ from firstcontact.core.layout import (
     PIEZO_OFFSET_VOLTS,
     TAXELS,
 )
+from firstcontact.core.numbers import parse_float
 from firstcontact.recording._samples import LARGEST
 from firstcontact.recording.header import SOURCES
 from firstcontact.recording.quoting import shown, text_of
@@ -64,8 +65,8 @@ def check_rate(where: str, rate: Any) -> float:
     """
     try:
         # The imaginary part of a complex one would be dropped with a warning.
-        value = math.nan if np.iscomplexobj(rate) else float(rate)
-    except (TypeError, ValueError, OverflowError):
+        value = math.nan if np.iscomplexobj(rate) else parse_float(text_of(rate))
+    except ValueError:
         value = math.nan
     if not LOWEST_RATE <= value <= HIGHEST_RATE:
         raise InputError(
@@ -148,7 +149,7 @@ def read_settings(
         )
     alpha = text_of(given.get("smoothing_alpha", "1"))
     try:
-        smoothing = float(alpha)
+        smoothing = parse_float(alpha)
     except ValueError:
         smoothing = math.nan
     if not 0 < smoothing <= 1:

@@ -11,6 +11,7 @@ said), ``smoothing_alpha``, ``source`` and ``axis``.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from itertools import groupby, pairwise
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.core.layout import TAXELS
+from firstcontact.core.numbers import parse_float, parse_int
 from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
 from firstcontact.recording.checks import (
     SETTINGS,
@@ -125,25 +127,24 @@ def _all_or_none(path: Path, columns: Table, names: tuple[str, ...]) -> tuple[st
 
 def _signal(path: Path, columns: Table, name: str) -> NDArray[Any]:
     """A column of samples; integers stay integers."""
-    cells = columns[name]
-    for kind in (np.int64, np.float64):
+    values = np.array(_numbers(path, columns, name, 0, len(columns[name])))
+    with suppress(ValueError, OverflowError):  # fractions, and what is beyond 64 bits
+        values = np.array([parse_int(cell) for cell in columns[name]], np.int64)
+    return check_samples(f"{path}: {name}", values)
+
+
+def _numbers(path: Path, columns: Table, name: str, start: int, stop: int) -> list[float]:
+    """Return the numbers in some rows of a column."""
+    numbers = []
+    for row in range(start, stop):
+        cell = columns[name][row]
         try:
-            return check_samples(f"{path}: {name}", np.array(cells, dtype=kind))
-        except (ValueError, OverflowError) as error:
-            if isinstance(error, InputError):
-                raise
-    bad = next((i for i, cell in enumerate(cells) if not _is_number(cell)), 0)
-    raise InputError(
-        f"{path}: {name} of {columns.place(bad)} is {shown(cells[bad])} and must be a number"
-    )
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
+            numbers.append(parse_float(cell))
+        except ValueError as error:
+            raise InputError(
+                f"{path}: {name} of {columns.place(row)} is {shown(cell)}, {error}: correct it"
+            ) from None
+    return numbers
 
 
 def _bounds(path: Path, columns: Table) -> list[tuple[int, int]]:
@@ -206,13 +207,7 @@ def _rate(
 
 def _rate_of_time(path: Path, columns: Table, start: int, stop: int) -> float:
     """Mean rate of a pinch, whose times must rise evenly."""
-    try:
-        times = [float(cell) for cell in columns["time_s"][start:stop]]
-    except ValueError as error:
-        raise InputError(
-            f"{path}: time_s from {columns.place(start)} on is not all numbers ({error}): "
-            "correct it"
-        ) from error
+    times = _numbers(path, columns, "time_s", start, stop)
     if len(times) < 2:
         raise InputError(f"{path}: the pinch of {columns.place(start)} has one sample: remove it")
     step = (times[-1] - times[0]) / (len(times) - 1)

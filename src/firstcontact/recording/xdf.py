@@ -14,6 +14,7 @@ import numpy as np
 
 from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.core.counted import counted
+from firstcontact.core.numbers import parse_float
 from firstcontact.recording._channel_table import read_signals
 from firstcontact.recording._label_track import label_columns
 from firstcontact.recording._signals import pinches_of
@@ -158,7 +159,7 @@ def _placed(
     local: list[str] = []
     for row, cell in enumerate(columns[name]):
         try:
-            at = float(cell)
+            at = parse_float(cell)
         except ValueError:
             at = np.nan
         place = next((k for k, (a, b) in enumerate(bounds) if a <= at <= b), None)

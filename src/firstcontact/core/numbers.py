@@ -1,0 +1,52 @@
+"""Parsers for numbers in text that people write.
+
+Python's own parsers also take ``1_000`` and digits of any script.
+"""
+
+from __future__ import annotations
+
+import math
+
+
+def parse_float(text: str, *, finite: bool = True) -> float:
+    """Return the number that a text holds.
+
+    Parameters
+    ----------
+    text
+        Digits, at most one point, an exponent.
+    finite
+        Whether infinity and NaN are refused.
+
+    Raises
+    ------
+    ValueError
+        Says what the text is instead, as in "which is not a number".
+    """
+    try:
+        value = float(_plain_digits(text))
+    except ValueError:
+        raise ValueError("which is not a number") from None
+    if finite and not math.isfinite(value):
+        raise ValueError("which is not a finite number")
+    return value
+
+
+def parse_int(text: str) -> int:
+    """Return the whole number that a text holds, written without a point.
+
+    Raises
+    ------
+    ValueError
+        Says what the text is instead, as in "which is not a whole number".
+    """
+    try:
+        return int(_plain_digits(text))
+    except ValueError:
+        raise ValueError("which is not a whole number") from None
+
+
+def _plain_digits(text: str) -> str:
+    if "_" in text or not text.isascii():
+        raise ValueError
+    return text

@@ -19,6 +19,17 @@ HEAD = """\
 Written by `docs/write_cli.py` from `--help`; a test holds this page against it.
 
 Exit codes, signals, and what happens when nobody reads: [How a command ends](endings.md).
+
+To have verbs, options and their choices completed with Tab in bash:
+
+```sh
+firstcontact --completion > firstcontact.completion
+source firstcontact.completion
+```
+
+Bash does so in each new shell if the file is
+`~/.local/share/bash-completion/completions/firstcontact`. Zsh takes the same script: source it in
+`~/.zshrc` after `compinit`. Write it again after an update.
 """
 
 

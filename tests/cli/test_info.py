@@ -41,6 +41,7 @@ def test_a_device_says_what_it_is_and_is_listened_to(capsys: pytest.CaptureFixtu
     assert int(told["samples"].split(",")[0]) > 0
     assert told["frames"] == "0 damaged, 0 lost, 0 doubled"
     assert told["epochs"] == "1"
+    assert not {"numpy", "platform", "ports"} & set(told)  # those are of info without a device
 
 
 def test_a_recording_is_a_device_too(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

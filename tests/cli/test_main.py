@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import ClassVar
 
@@ -159,3 +160,15 @@ def test_a_path_that_cannot_be_is_one_sentence(tmp_path, capsys):
     said = capsys.readouterr().err.strip().splitlines()[-1]
     assert said.startswith("firstcontact: ")
     assert str(file) in said
+
+
+def test_the_version_is_that_of_the_installed_package(capsys: pytest.CaptureFixture[str]) -> None:
+    assert command.main(["--version"]) == 0
+    assert capsys.readouterr().out == f"firstcontact {version('firstcontact')}\n"
+
+
+@pytest.mark.parametrize("verb", command.VERBS)
+def test_no_flag_negates_a_negation(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        command.main([verb, "--help"])
+    assert "--no-no-" not in capsys.readouterr().out

@@ -19,22 +19,23 @@ LISTEN = 2.0
 
 @dataclass(frozen=True)
 class Info:
-    """Print what a bug report needs: versions, ports, and what a device says about itself."""
+    """Print versions and ports for a bug report, or what a device says about itself."""
 
     device: Annotated[
-        str | None, devices(more=" It says what it is, and is listened to for 2 s.")
+        str | None, devices(more=" Its own description is printed, and its samples of 2 s counted.")
     ] = None
-    """What is asked."""
+    """A device to describe."""
     condition: Literal["paper-rig", "everyday"] = "paper-rig"
     """Of the twin."""
 
     def run(self) -> None:
-        """Print it all, one thing a line."""
-        for line in (*_software(), *_ports()):
-            print(line)
+        """Print one property a line."""
         if self.device is not None:
             for line in _device(self.device, self.condition):
                 print(line)
+            return
+        for line in (*_software(), *_ports()):
+            print(line)
 
 
 def _software() -> Iterator[str]:

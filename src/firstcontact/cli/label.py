@@ -28,8 +28,8 @@ class Label:
     """Of the page, on this machine only; 0 takes a free one."""
     finish: bool = False
     """Write the new recordings from what was done before, without the page."""
-    no_browser: bool = False
-    """Print the page's address and open no browser."""
+    browser: bool = True
+    """Open the page in a browser; --no-browser prints its address alone."""
 
     def run(self) -> None:
         """Find onsets, serve the page until all is done, and write the new recordings."""
@@ -56,7 +56,7 @@ class Label:
 
             server = LabelServer(session, self.port)
             print(f"label on {server.url} (Ctrl-C ends; what was done is kept)", flush=True)
-            server.run(lambda: self.no_browser or webbrowser.open(server.url))
+            server.run(lambda: self.browser and webbrowser.open(server.url))
             for path in session.written:
                 print(f"written to {path}")
         finally:

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
+from firstcontact import __version__
 from firstcontact.cli.output import Output, outputs
 from firstcontact.cli.stopping import Stop, stopping
 from firstcontact.cli.verbs import VERBS, configuration, overview
@@ -72,13 +73,21 @@ def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
 
 
 def _parsed(arguments: list[str]) -> Any:
-    """The verb with its options; None where only an overview was wanted."""
+    """The verb with its options; None where a general option was all."""
     if not arguments:
         print(overview(shutil.get_terminal_size().columns), file=sys.stderr)
         raise InputError("name a verb")
     word = arguments[0]
     if word in ("-h", "--help"):
         print(overview(shutil.get_terminal_size().columns))
+        return None
+    if word == "--version":
+        print(f"firstcontact {__version__}")
+        return None
+    if word == "--completion":
+        from firstcontact.cli.completion import completion_script
+
+        print(completion_script(), end="")
         return None
     if word not in VERBS:
         raise InputError(f"{word!r} is not a verb: choose one of {', '.join(VERBS)}")

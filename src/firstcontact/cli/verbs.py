@@ -41,7 +41,7 @@ VERBS = {
     ),
     "info": Verb(
         "Info",
-        "Print what a bug report needs: versions, ports, and what a device says about itself.",
+        "Print versions and ports for a bug report, or what a device says about itself.",
     ),
     "replay": Verb(
         "Replay", "Make a recording a live device: a port that this or any other program can open."
@@ -98,6 +98,9 @@ VERBS = {
     ),
 }
 
+#: Options that stand in place of a verb.
+GENERAL = ("--help", "--version", "--completion")
+
 
 def configuration(verb: str) -> type[Any]:
     """The dataclass of a verb; imports its module."""
@@ -118,4 +121,5 @@ def overview(width: int) -> str:
         first, *more = wrap(summary, max(width - len(indent), 20))
         lines += [f"  {verb}".ljust(len(indent)) + first, *(indent + line for line in more)]
     lines += ["", "What each takes: firstcontact VERB --help"]
-    return "\n".join([*lines, "What it does meanwhile, on standard error: --verbose"])
+    lines += ["What it does meanwhile, on standard error: --verbose"]
+    return "\n".join([*lines, "Its version: --version; Tab in bash and zsh: --completion"])

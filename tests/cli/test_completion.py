@@ -1,0 +1,64 @@
+"""Tab completes what the help of each verb offers."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from firstcontact.cli import main as command
+
+
+@pytest.fixture(scope="module")
+def script(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("completion") / "firstcontact"
+    with path.open("w") as file, pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sys.stdout", file)
+        assert command.main(["--completion"]) == 0
+    return path
+
+
+def completed(script: Path, *words: str) -> set[str]:
+    """What Tab in bash offers behind these words, the last of which is being typed."""
+    code = (
+        'source "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); '
+        'complete -p firstcontact > /dev/null && _firstcontact; printf "%s\\n" "${COMPREPLY[@]}"'
+    )
+    done = subprocess.run(
+        ["bash", "-uc", code, "bash", str(script), "firstcontact", *words],
+        env={"PATH": ""},  # no Python is started
+        executable=shutil.which("bash"),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stderr == ""
+    return set(done.stdout.split())
+
+
+def test_verbs_are_completed(script: Path) -> None:
+    assert completed(script, "") == {*command.VERBS, "--help", "--version", "--completion"}
+    assert completed(script, "st") == {"study"}
+
+
+@pytest.mark.parametrize("verb", command.VERBS)
+def test_each_option_in_the_help_of_a_verb_is_completed(
+    verb: str, script: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        command.main([verb, "--help"])
+    text = capsys.readouterr().out
+    heads = re.findall(r"^. (?:-h, )?(--[\w-]+(?:, --[\w-]+)?)", text, re.MULTILINE)
+    options = {option for head in heads for option in head.split(", ")}
+    assert completed(script, verb, "--") == options | {"--verbose"}
+
+
+def test_choices_and_files_are_completed(script: Path) -> None:
+    assert completed(script, "simulate", "--condition", "") == {"paper-rig", "everyday"}
+    assert completed(script, "train", "data", "--detector", "th") == {"three_sigma"}
+    # Bash completes the names of files where the function offers nothing.
+    assert completed(script, "inspect", "pinches/") == set()
+    assert "complete -o default " in script.read_text()

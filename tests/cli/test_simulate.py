@@ -4,10 +4,13 @@ import resource
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from firstcontact.cli.main import main
+from firstcontact.twin import simulate
+from firstcontact.twin._plan import PlannedSession
 
 COMMAND = [sys.executable, "-m", "firstcontact.cli.main", "simulate", "--out"]
 
@@ -68,24 +71,18 @@ def test_the_paper_size_set_stays_below_2_gb(tmp_path: Path) -> None:
     assert kilobytes < 2e6
 
 
-def test_a_set_that_was_stopped_is_called_so(
+def test_an_interrupt_leaves_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    out = tmp_path / "set"
+    write = simulate._write
+
+    def stopped(path: Path, session: PlannedSession, *rest: Any) -> None:
+        if session.name != "blocks-01":
+            raise KeyboardInterrupt
+        write(path, session, *rest)
+
+    monkeypatch.setattr(simulate, "_write", stopped)
     size = ["--pinches-per-block", "1", "--pinches-per-object", "1"]
-    assert main(["simulate", "--out", str(out), *size]) == 0
-    (out / "objects-01.mcap").unlink()
-    capsys.readouterr()
-    assert main(["simulate", "--out", str(out), *size]) == 2
-    said = capsys.readouterr().err
-    assert "holds 1 of the 2 recordings of such a set" in said
-    assert "remove it" in said
-    assert said.count("\n") == 1  # and no bar before
-
-    def stopped(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("firstcontact.twin.simulate.check_set", lambda *_: None)
-    monkeypatch.setattr("firstcontact.twin.simulate.simulate", stopped)
-    assert main(["simulate", "--out", str(out), *size]) == 130
-    assert "holds a part of the set (1 recording): remove it" in capsys.readouterr().err
+    assert main(["simulate", "--out", str(tmp_path / "set"), *size]) == 130
+    assert capsys.readouterr().err.splitlines()[-1] == "firstcontact: interrupted"
+    assert not list(tmp_path.iterdir())

@@ -3,6 +3,8 @@ from __future__ import annotations
 import hashlib
 import resource
 import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -97,7 +99,7 @@ def test_a_folder_with_something_in_it_is_left_alone(tmp_path: Path) -> None:
 
 def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="cannot be made"):
+    with pytest.raises(InputError, match="out cannot be written"):
         simulate(tmp_path / "file" / "out", "paper-rig", 1, 0)
 
 
@@ -107,7 +109,41 @@ def test_an_error_on_the_way_leaves_no_half_file(tmp_path: Path) -> None:
 
     with pytest.raises(RuntimeError, match="stop"):
         simulate(tmp_path / "out", "paper-rig", 4, 0, 0, 2, stop)
-    assert not list((tmp_path / "out").iterdir())
+    assert not list(tmp_path.iterdir())
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from firstcontact.twin.simulate import simulate
+
+made = 0
+def progress(done):
+    global made
+    made += done
+    if made > 4:  # the first recording is whole
+        os.kill(os.getpid(), signal.SIGKILL)
+
+simulate(Path(sys.argv[1]), "everyday", 4, 2, 3, 1, progress)
+"""
+
+
+def test_a_killed_simulation_leaves_no_recordings_to_take_for_a_set(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    (tmp_path / "beside").mkdir()
+    done = subprocess.run([sys.executable, "-c", KILLED, str(out)], check=False)
+    assert done.returncode == -signal.SIGKILL
+    assert not out.exists()
+    with pytest.raises(InputError):
+        load_dataset(tmp_path)  # nor what was left half made beside it
+    made(out)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["beside", "out"]
+
+
+def test_an_empty_folder_is_filled(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    assert simulate(out, "paper-rig", 1, 0) == sorted(out.iterdir())
 
 
 def test_a_full_disk_is_told_of_the_recording_that_was_to_be(tmp_path: Path) -> None:
@@ -117,9 +153,9 @@ def test_a_full_disk_is_told_of_the_recording_that_was_to_be(tmp_path: Path) -> 
     try:
         # The kernel refuses to write a file any longer than this, as a full disk does.
         resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, before[1]))
-        with pytest.raises(InputError, match=r"out/blocks-01\.mcap cannot be written \(File too"):
+        with pytest.raises(InputError, match=r"out cannot be written \(File too"):
             simulate(out, "paper-rig", 4, 0)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
         signal.signal(signal.SIGXFSZ, ignored)
-    assert not list(out.iterdir())
+    assert not list(tmp_path.iterdir())

@@ -16,7 +16,8 @@ class Simulate:
     """Make recordings of simulated pinches: five blocks and eight everyday objects."""
 
     out: Path
-    """Folder for the recordings, one file a session; must be empty or new."""
+    """Folder for the recordings, one file a session; must be empty or new. It appears when all
+    are written."""
     condition: Literal["paper-rig", "everyday"] = "paper-rig"
     """The published set-up, or pinches that vary as they do outside a lab."""
     pinches_per_block: int = 500
@@ -49,18 +50,5 @@ class Simulate:
             where(self.cluster),
             tqdm(total=total, unit="pinch", desc=self.condition) as bar,
         ):
-            try:
-                paths = simulate(self.out, *asked, self.workers, bar.update, noise)
-            except KeyboardInterrupt:
-                raise KeyboardInterrupt(_interrupted(self.out)) from None
+            paths = simulate(self.out, *asked, self.workers, bar.update, noise)
         print(f"{counted(total, 'pinch')} in {counted(len(paths), 'recording')}: {self.out}")
-
-
-def _interrupted(out: Path) -> str:
-    made = sum(1 for _ in out.glob("*.mcap"))
-    if not made:
-        return ""
-    return (
-        f"interrupted: {out} holds a part of the set ({counted(made, 'recording')}): remove it "
-        "before you simulate into it again"
-    )

@@ -9,11 +9,11 @@ from itertools import chain, islice
 from pathlib import Path
 
 from firstcontact.core.errors import InputError
-from firstcontact.core.files import replacing
+from firstcontact.core.files import resolved
 from firstcontact.core.jobs import MOST_WORKERS, cores, parallel
 from firstcontact.core.layout import FINGERTIP_RATE, fingertip_layout
 from firstcontact.core.pinch import Pinch
-from firstcontact.core.temporary import sweep
+from firstcontact.core.temporary import temporary_beside
 from firstcontact.recording import Header, RecordingWriter
 from firstcontact.twin._plan import PlannedPinch, PlannedSession, plan_sessions
 from firstcontact.twin.conditions import Condition, condition
@@ -44,7 +44,7 @@ def simulate(
     Parameters
     ----------
     directory
-        Where the recordings go; must be empty or not exist.
+        Folder for the recordings; must be empty or not exist. It appears when all are written.
     condition_name
         "paper-rig" or "everyday".
     pinches_per_block, pinches_per_object
@@ -72,41 +72,34 @@ def simulate(
     """
     check_set(directory, condition_name, pinches_per_block, pinches_per_object, seed, workers)
     c = condition(condition_name)
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"{directory} cannot be made: {error.strerror}; choose another --out"
-        ) from error
     sessions = plan_sessions(c, pinches_per_block, pinches_per_object, seed)
     batches = [
         _Batch(session.name, start, session.pinches[start : start + _BATCH])
         for session in sessions
         for start in range(0, len(session.pinches), _BATCH)
     ]
-    paths = []
-    with (
-        parallel(workers or cores(), prefer="threads") as runner,
-        closing(runner.stream(_made, batches, c, seed, noise)) as made,
-    ):
-        pinches = chain.from_iterable(made)
-        for session in sessions:
-            path = directory / _file(session)
-            its = islice(pinches, len(session.pinches))
-            try:
-                with replacing(path) as temporary:
-                    _write(temporary, session, c, seed, its, progress, noise)
-            except InputError as error:
-                # The writer speaks of its own file and of what stays in it; of this one nothing
-                # stays.
-                if isinstance(error.__cause__, OSError):
-                    raise InputError(
-                        f"{path} cannot be written ({error.__cause__.strerror}): make room on its "
-                        "disk, and simulate into another --out"
-                    ) from error
-                raise
-            paths.append(path)
-    return paths
+    try:
+        with (
+            temporary_beside(resolved(directory)) as folder,
+            parallel(workers or cores(), prefer="threads") as runner,
+            closing(runner.stream(_made, batches, c, seed, noise)) as made,
+        ):
+            folder.mkdir()
+            pinches = chain.from_iterable(made)
+            for session in sessions:
+                its = islice(pinches, len(session.pinches))
+                _write(folder / _file(session), session, c, seed, its, progress, noise)
+            folder.replace(resolved(directory))  # refused where it is not empty any more
+    except (OSError, InputError) as error:
+        # The writer speaks of its own file and of what stays in it; here nothing stays.
+        cause = error if isinstance(error, OSError) else error.__cause__
+        if not isinstance(cause, OSError) or cause.errno is None:  # a cluster's has none
+            raise
+        raise InputError(
+            f"{directory} cannot be written ({cause.strerror}): make room on its disk, or choose "
+            "another folder"
+        ) from error
+    return [directory / _file(session) for session in sessions]
 
 
 def check_set(
@@ -127,9 +120,9 @@ def check_set(
     Raises
     ------
     InputError
-        Names what cannot be used; of a set that was not finished, how much of it is there.
+        Names what cannot be used.
     """
-    c = condition(condition_name)
+    condition(condition_name)
     if min(pinches_per_block, pinches_per_object) < 0 or pinches_per_block + pinches_per_object < 1:
         raise InputError("pinches per block and per object must not be negative nor both 0")
     if max(pinches_per_block, pinches_per_object) > MOST_PINCHES:
@@ -138,17 +131,7 @@ def check_set(
         raise InputError(f"seed is {seed}: use a whole number from 0 on")
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
         raise InputError(f"workers is {workers}: use 1 to {MOST_WORKERS}")
-    sweep(directory)
-    there = {path.name for path in directory.iterdir()} if directory.is_dir() else set()
-    if there:
-        sessions = plan_sessions(c, pinches_per_block, pinches_per_object, seed)
-        whole = {_file(session) for session in sessions}
-        if there < whole:
-            raise InputError(
-                f"{directory} holds {len(there)} of the {len(whole)} recordings of such a set, "
-                "whose making was stopped: remove it, or choose another --out"
-            )
-    if there or (directory.exists() and not directory.is_dir()):
+    if directory.exists() and not (directory.is_dir() and not any(directory.iterdir())):
         raise InputError(f"{directory} is not an empty folder: choose another --out")
 
 

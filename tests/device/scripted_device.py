@@ -38,8 +38,10 @@ class ScriptedDevice:
         boot: int = 1,
         room: int = 100_000,
         descriptor: Descriptor = DESCRIPTOR,
+        responder: Callable[[Descriptor, int, int], Responder] = Responder,
     ) -> None:
         self.script = Script()
+        self._make = responder
         self._room = room
         self._changed = threading.Condition()
         self._terminal = PseudoTerminal(path)
@@ -54,7 +56,7 @@ class ScriptedDevice:
         """Start again: counts from 0, silent; what was not sent is gone."""
         with self._changed:
             self._wire = b"\0" if self._wire else b""
-            self._responder = Responder(descriptor, boot, self._room)
+            self._responder = self._make(descriptor, boot, self._room)
             os.write(self._poke, b".")
 
     def unplug(self) -> None:
@@ -97,6 +99,11 @@ class ScriptedDevice:
         finally:
             over.set()
             thread.join()
+
+    @property
+    def responder(self) -> Responder:
+        """What answers since the last reset."""
+        return self._responder
 
     @property
     def next_sample(self) -> int:

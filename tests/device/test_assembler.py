@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +12,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numbered import DESCRIPTOR, check, frames
 
-from firstcontact.core import InputError
+from firstcontact.core import Finger, InputError
 from firstcontact.device import protocol
 from firstcontact.device.assembler import Assembled, Assembler, Counts
 from firstcontact.device.decoder import Decoder
 from firstcontact.device.protocol import FrameType, encode
+from firstcontact.device.told import (
+    Told,
+    ToldContact,
+    ToldEstimate,
+    contact_payload,
+    estimate_payload,
+)
 
 LAST = 2**32 - 1
 
@@ -243,6 +252,67 @@ def test_another_version_is_refused() -> None:
         Line(encode(FrameType.REFUSED, 0, b"\3what?"))
     with pytest.raises(InputError, match=r"refuses \(too hot\)"):
         Line(encode(FrameType.REFUSED, 0, b"\1too hot"))
+
+
+ESTIMATE = ToldEstimate(Finger.THUMB, 1000, 59, 1058, 30.5, 22.0, 39.0, False, False, 4e-4, 0)
+MINUTE = round(60 * DESCRIPTOR.layout.rate)
+
+
+def told(payload: bytes, kind: FrameType, next_sample: int = 1060) -> tuple[list[Told], Counts]:
+    """Answers of a device in a frame of their own, between its samples."""
+    line = Line()
+    line.feed(*frames(next_sample - 60, 60, 1))
+    out = line.feed(encode(kind, 13, payload), *frames(next_sample, 10, 14))
+    return out.told, line.counts
+
+
+@pytest.mark.parametrize("flags", [{}, {"refused": True, "value": 0.0, "low": 0.0, "high": 0.0}])
+def test_an_estimate_is_given_as_it_was_made(flags: dict[str, float]) -> None:
+    estimate = replace(ESTIMATE, **flags)  # type: ignore[arg-type]
+    assert told(estimate_payload(estimate), FrameType.ESTIMATE) == ([estimate], Counts(70))
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"value": 1e38, "high": 1e38},
+        {"value": -500.0, "low": -500.0},
+        {"value": math.nan},
+        {"high": math.inf},
+        {"low": 39.0, "high": 22.0},
+        {"low": 31.0},
+        {"high": 30.0},
+        {"contact": -1},
+        {"contact": 1059},
+        {"samples": 60},
+        {"known": 1060 + MINUTE + 1},
+        {"contact": 2**31 - 1, "known": 2**31 - 1},
+    ],
+)
+def test_an_estimate_that_cannot_be_one_is_counted_as_damaged(wrong: dict[str, float]) -> None:
+    payload = estimate_payload(replace(ESTIMATE, **wrong))  # type: ignore[arg-type]
+    assert told(payload, FrameType.ESTIMATE) == ([], Counts(samples=70, malformed_frames=1))
+
+
+@pytest.mark.parametrize(
+    ("sample", "known"), [(-1, 1058), (1059, 1058), (2**31, 2**31 + 5), (0, 1060 + MINUTE + 1)]
+)
+def test_a_contact_that_is_not_in_the_samples_is_counted_as_damaged(
+    sample: int, known: int
+) -> None:
+    payload = contact_payload(Finger.INDEX, sample, known, True)
+    assert told(payload, FrameType.CONTACT) == ([], Counts(samples=70, malformed_frames=1))
+
+
+def test_a_contact_is_known_where_a_device_goes_on_after_a_long_absence() -> None:
+    line = Line(descriptor(), *frames(0, 60, 1))
+    line.assembler.interrupted()
+    first = 10 * MINUTE
+    payload = contact_payload(Finger.INDEX, first, first + 12, True)
+    out = line.feed(descriptor(counter=50), encode(FrameType.CONTACT, 51, payload))
+    assert out.told == [ToldContact(Finger.INDEX, first, first + 12, True, 1)]
+    assert line.feed(*frames(first + 20, 5, 52)).blocks[0].epoch == 1
+    assert line.counts.malformed_frames == 0
 
 
 def run(minutes: float) -> tuple[Counts, list[int]]:

@@ -7,8 +7,9 @@ from random import Random
 
 import fuzz_mutate as mutate
 import numpy as np
-from firstcontact.device.number_lines import MOST, LineReader
-from firstcontact.device.stamped_samples import StampedSamples
+
+from firstcontact.device._number_lines import MOST, LineReader
+from firstcontact.device._stamped_samples import StampedSamples
 
 
 def lines(rng: Random, _: Path) -> None:

@@ -231,10 +231,7 @@ def _path(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
 
 
 def _wire(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
-    what = rng.choice(
-        (fuzz_wire.descriptor, fuzz_wire.frames, fuzz_wire.frames, fuzz_wire.requests,
-         fuzz_wire.page, fuzz_lines.lines, fuzz_lines.stamps)
-    )  # fmt: skip
+    what = rng.choice(WIRE)
     case.way = f"wire: {what.__name__}"
     case.calls.append(lambda: what(rng, folder))
 
@@ -246,6 +243,11 @@ def _stranger(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
     case.commands.append([*what(rng, seeds, folder), "--out", str(folder / "out")])
 
 
+#: What comes over wires and from pages.
+WIRE = (
+    fuzz_wire.descriptor, fuzz_wire.frames, fuzz_wire.frames, fuzz_wire.requests,
+    fuzz_wire.answers, fuzz_wire.flashing, fuzz_wire.page, fuzz_lines.lines, fuzz_lines.stamps,
+)  # fmt: skip
 Maker = Callable[[Random, Seeds, Path, Case], None]
 #: Name of a way in to how often it is tried, and what makes an input for it.
 WAYS: dict[str, tuple[int, Maker]] = {

@@ -3,31 +3,51 @@
 from __future__ import annotations
 
 import asyncio
+import io
 import json
+import math
+import struct
+from dataclasses import replace
 from pathlib import Path
 from random import Random
+from unittest.mock import patch
 
 import fuzz_mutate as mutate
 import numpy as np
 from fuzz_seeds import piezo_layout
 
 from firstcontact.contact.registry import DETECTORS
-from firstcontact.core import Block, InputError
+from firstcontact.core import Block, Finger, InputError
 from firstcontact.core.layout import fingertip_layout
+from firstcontact.device import flashing as flashing_of_models
 from firstcontact.device import protocol
 from firstcontact.device._responder import Responder
 from firstcontact.device.assembler import Assembler
 from firstcontact.device.decoder import Decoder
 from firstcontact.device.protocol import FrameType
-from firstcontact.device.source import Descriptor
+from firstcontact.device.source import Descriptor, Health
+from firstcontact.device.told import (
+    Answering,
+    ToldContact,
+    ToldEstimate,
+    contact_payload,
+    estimate_payload,
+)
+from firstcontact.live._hand_answers import HandAnswers
 from firstcontact.live.hand_requests import Ask
+from firstcontact.live.json_lines import JsonLinesSink
 from firstcontact.live.page._allowance import Allowance
 from firstcontact.live.page._commands import Commands
+from firstcontact.live.page._state import State
 from firstcontact.live.pipeline import Pipeline
+from firstcontact.live.sink import Update
+from firstcontact.live.text import TextSink
 from firstcontact.recording import Header, RecordingWriter, read_recording
 
 DESCRIPTOR = Descriptor(piezo_layout(), "firmware", "sensor", "hand", "real")
 CHANNELS = len(DESCRIPTOR.layout.channels)
+MODEL = "0123456789abcdef"
+ANSWERING = replace(DESCRIPTOR, answers=Answering(MODEL))
 
 
 def descriptor(rng: Random, folder: Path) -> None:
@@ -112,6 +132,120 @@ def requests(rng: Random, _: Path) -> None:
         if not frame:
             return
         protocol.decode(frame[:-1])
+
+
+def _estimate(rng: Random, contact: int, known: int) -> bytes:
+    numbers = [rng.choice((0.0, 30.5, 100.0, rng.uniform(0, 100)))] * 3
+    numbers = [max(numbers[0] - 9, 0.0), *numbers[1:2], min(numbers[0] + 9, 100.0)]
+    low, value, high = numbers
+    wild = (1e38, -500.0, math.nan, math.inf, -0.0, 100.5, value)
+    if rng.random() < 0.4:
+        low, value, high = rng.choice(((high, value, low), (low, rng.choice(wild), high)))
+    finger, samples = rng.choice(list(Finger)), rng.choice((0, 59, known - contact, 65535))
+    refused, strange = rng.random() < 0.2, rng.random() < 0.2
+    told = ToldEstimate(
+        finger, contact, max(samples, 0) % 65536, known, value, low, high, refused, strange, 4e-4, 0
+    )
+    return estimate_payload(told)
+
+
+def answers(rng: Random, _: Path) -> None:
+    """A device's own contacts and estimates: what is taken of them is one, and can be shown."""
+    out = io.StringIO()
+    text, lines, state = TextSink(out), JsonLinesSink(out), State(ANSWERING, {}, None)
+    for sink in (text, lines):
+        sink.open(ANSWERING)
+    gathered = HandAnswers(MODEL, ANSWERING.layout.rate, checked=True)
+    decoder, assembler = Decoder(), Assembler()
+    assembler.asked()
+    sent = [(FrameType.DESCRIPTOR, protocol.descriptor_payload(7, ANSWERING.to_text()))]
+    at = rng.choice((0, 5000, 2**31, 2**32 - 3000))
+    for _ in range(rng.randrange(1, 40)):
+        far = rng.choice((0, 0, 0, 1, -1, 5000, -5000, 10**6, 2**31))
+        contact, known = at - rng.randrange(3, 60) + far, at + rng.choice((0, 0, 0, far))
+        payload = _estimate(rng, contact, known)
+        if rng.random() < 0.4:
+            first = rng.random() < 0.7
+            payload = contact_payload(rng.choice(list(Finger)), contact, known, first)
+        kind = FrameType.CONTACT if len(payload) == 10 else FrameType.ESTIMATE
+        sent.append((kind, mutate.raw(rng, payload) if rng.random() < 0.1 else payload))
+        many = np.zeros((5, CHANNELS), np.int16)
+        for _ in range(rng.choice((0, 1, 30))):
+            sent.append((FrameType.SAMPLES, protocol.samples_payload(at, 0, many)))
+            at += 5
+    wire = [protocol.encode(int(kind), k, payload) for k, (kind, payload) in enumerate(sent)]
+    for k in range(0, len(wire), 20):
+        made = assembler.take(decoder.feed(b"".join(wire[k : k + 20])))
+        for told in made.told:
+            contact = told.sample if isinstance(told, ToldContact) else told.contact
+            assert 0 <= contact <= told.known, "a contact that is not in the samples"
+            if isinstance(told, ToldEstimate):
+                assert 0 <= told.low <= told.value <= told.high <= 100, "no Shore A"
+        blocks = made.blocks or [Block(np.zeros((1, CHANNELS), np.int16), at, assembler.epoch)]
+        events = gathered.came(made.told, blocks[-1], 0.0)
+        update = Update(events=tuple(events), health=Health(connected=True))
+        for sink in (text, lines, state):
+            sink.take(update)
+        for part in state.changed({}).values():
+            json.loads(part)
+    assert gathered.ended() is not None
+
+
+class _FlashedDevice(Responder):
+    """A device that takes a model, and often says something else than what is so."""
+
+    def __init__(self, rng: Random) -> None:
+        super().__init__(ANSWERING, 1, 10)
+        self._rng = rng
+        self._lies = rng.choice((0.0, 0.05, 0.5))
+        self._dies = rng.choice((0, 3, 10**6))
+        self.there = 0
+        self.asked = 0
+
+    def send(self, kind: FrameType, payload: bytes = b"") -> None:
+        self.hear(protocol.encode(kind, self.asked, payload))
+
+    def read(self) -> bytes:
+        return self.frame()
+
+    def close(self) -> None:
+        return
+
+    def _do(self, kind: int, payload: bytes) -> None:
+        rng = self._rng
+        self.asked += 1
+        if kind not in (FrameType.MODEL_BEGIN, FrameType.MODEL_CHUNK, FrameType.MODEL_END):
+            super()._do(kind, payload)
+            return
+        if self.asked > self._dies:
+            return
+        if kind == FrameType.MODEL_CHUNK:
+            self.there += len(payload) - 4
+        elif kind == FrameType.MODEL_BEGIN:
+            self.there = 0
+        there = self.there
+        if rng.random() < self._lies:
+            there = rng.choice((0, 200, there - 200, there + 1, 2**32 - 1)) % 2**32
+        state = 1 if kind == FrameType.MODEL_END else 0
+        answer = struct.pack("<BBI", state, kind, there)
+        if rng.random() < self._lies / 4:
+            answer = mutate.raw(rng, answer + b"why")
+        self._reply = FrameType.MODEL_STATE, answer
+
+
+def flashing(rng: Random, _: Path) -> None:
+    """A model onto a device that says anything: it ends, and soon."""
+    device = _FlashedDevice(rng)
+    data = rng.randbytes(rng.choice((1, 200, 9000)))
+    with (
+        patch.multiple(flashing_of_models, SerialTransport=lambda port: device),
+        patch.multiple(flashing_of_models, AGAIN=0.002, PATIENCE=0.004),
+    ):
+        try:
+            assert flashing_of_models.flash_model("port", data, 1, 2) == MODEL
+        finally:
+            pieces = len(data) // flashing_of_models.CHUNK
+            assert device.asked < 10 * (pieces + 10), "it is served for ever"
 
 
 class _Controls:

@@ -110,3 +110,14 @@ def test_a_pinch_in_a_gap_of_the_host_was_not_heard_here() -> None:
     assert "not heard here: samples were lost" in said(pinch)
     assert pinch.check is not None
     assert pinch.check.lost
+
+
+def test_answers_that_belong_to_no_pinch_are_not_kept() -> None:
+    """A device that never tells a first contact, or tells one of long ago, costs no memory."""
+    answers = HandAnswers("0123456789abcdef", RATE, checked=True)
+    second = replace(TOLD[3], first=False)
+    for k in range(100):
+        block = Block(np.zeros((50, 16), np.int16), 10_000 + 50 * k)
+        events = answers.came((second, TOLD[1]), block, 0.0)
+        assert [e.told for e in events if isinstance(e, FromHand)] == [second, TOLD[1]]
+    assert answers._told == []

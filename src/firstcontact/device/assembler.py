@@ -18,10 +18,13 @@ from firstcontact.device.protocol import (
     samples_head,
 )
 from firstcontact.device.source import Descriptor
-from firstcontact.device.told import Told, read_contact, read_estimate
+from firstcontact.device.told import Told, check_place, read_contact, read_estimate
 from firstcontact.recording import Marker
 
 _WRAP = 1 << 32
+#: A device that answers by itself tells of samples that are at most so far from those that come, s,
+#: also where its host did not read for a while.
+FARTHEST = 60.0
 
 
 @dataclass(slots=True)
@@ -82,6 +85,7 @@ class Assembler:
         self._width = 0  # of its samples, looked up for every frame
         self._listening = False  # since a descriptor came on this connection
         self._asked = False
+        self._goes_on = False  # since samples came on this connection
         self._fits = False  # some samples frame of this start had the layout's columns
         self._boot = 0
         self._counter: int | None = None
@@ -155,7 +159,7 @@ class Assembler:
             return False
         if restarted or not self._listening:
             self.epoch += 1
-        self._listening = True
+        self._listening, self._goes_on = True, False
         return True
 
     def _content(self, frame: Frame, out: Assembled) -> None:
@@ -167,16 +171,23 @@ class Assembler:
         elif frame.type == FrameType.CONTACT:
             contact = read_contact(frame.payload, self.epoch)
             sample, known = self._unwrapped(contact.sample), self._unwrapped(contact.known)
-            out.told.append(replace(contact, sample=sample, known=known))
+            self._tell(replace(contact, sample=sample, known=known), out)
         elif frame.type == FrameType.ESTIMATE:
             estimate = read_estimate(frame.payload, self.epoch)
             sample, known = self._unwrapped(estimate.contact), self._unwrapped(estimate.known)
-            out.told.append(replace(estimate, contact=sample, known=known))
+            self._tell(replace(estimate, contact=sample, known=known), out)
         elif frame.type == FrameType.LATE:
             self._missed(*read_late(frame.payload))
         elif frame.type == FrameType.STOPPED:
             self._account(*read_stopped(frame.payload))
             out.stopped = True
+
+    def _tell(self, told: Told, out: Assembled) -> None:
+        """Add what the device has found, if it can be of its samples."""
+        assert self.descriptor is not None
+        newest = self._next if self._next is not None and self._goes_on else told.known
+        check_place(told, newest, round(FARTHEST * self.descriptor.layout.rate))
+        out.told.append(told)
 
     def _ahead(self, counter: int) -> int:
         """How far a frame is ahead of the one that should come; negative if it is late."""
@@ -221,7 +232,7 @@ class Assembler:
         if self._overflow is not None:
             self.counts.overflow_samples += (overflow - self._overflow) % _WRAP
         self._overflow = overflow
-        self._next = number
+        self._next, self._goes_on = number, True
         return number
 
     def _missed(self, skipped: int, unheard: int) -> None:

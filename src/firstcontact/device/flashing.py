@@ -47,8 +47,8 @@ class _Link:
     def close(self) -> None:
         self._transport.close()
 
-    def ask(self, kind: FrameType, payload: bytes, answer: FrameType, silent: str) -> Frame:
-        """Say something until it is answered."""
+    def ask(self, kind: FrameType, payload: bytes, answer: FrameType) -> Frame | None:
+        """Say something until it is answered; None where it is not."""
         until = time.monotonic() + PATIENCE
         try:
             while time.monotonic() < until:
@@ -65,11 +65,19 @@ class _Link:
                 f"{self.port}: the device went away ({error}): plug it in and start again; it has "
                 "its old model"
             ) from error
-        raise InputError(f"{self.port}: {silent}")
+        return None
+
+    def stop(self) -> None:
+        """Have the device send no samples."""
+        if self.ask(FrameType.STOP, b"", FrameType.STOPPED) is None:
+            raise InputError(f"{self.port}: the device does not stop")
 
     def hello(self) -> bytes:
         """What the device says of itself, as it says it."""
-        return self.ask(FrameType.HELLO, bytes([VERSION]), FrameType.DESCRIPTOR, _SILENT).payload
+        answer = self.ask(FrameType.HELLO, bytes([VERSION]), FrameType.DESCRIPTOR)
+        if answer is None:
+            raise InputError(f"{self.port}: {_SILENT}")
+        return answer.payload
 
     def greeting(self) -> Greeting:
         try:
@@ -77,15 +85,50 @@ class _Link:
         except FrameError as error:
             raise InputError(f"{self.port}: {error}: start again") from error
 
-    def model(self, kind: FrameType, payload: bytes) -> tuple[int, int]:
+    def send(self, data: bytes, form: int, sizes: int) -> int:
+        """Send a model, piece by piece; the state in which that leaves the device."""
+        told = _BEGIN.pack(form, sizes, len(data), zlib.crc32(data))
+        _, there = self._model(FrameType.MODEL_BEGIN, told, 0, len(data))
+        most = there  # that were there at any time: a device that goes back makes no progress
+        pieces, again = 2 * (len(data) // CHUNK + MOST_AGAIN), 0
+        while there < len(data):
+            chunk = _OFFSET.pack(there) + data[there : there + CHUNK]
+            _, there = self._model(FrameType.MODEL_CHUNK, chunk, there, len(data))
+            pieces -= 1
+            again = 0 if there > most else again + 1
+            most = max(most, there)
+            if again == MOST_AGAIN or not pieces:
+                raise InputError(
+                    f"{self.port}: the device asks for the same pieces of the model again and "
+                    f"again ({most} of {len(data)} bytes are there): check its cable and start "
+                    "again; it has its old model"
+                )
+        state, _ = self._model(FrameType.MODEL_END, b"", there, len(data))
+        return state
+
+    def _model(self, kind: FrameType, payload: bytes, there: int, length: int) -> tuple[int, int]:
         """State and bytes that are there, as the device says."""
-        answer = self.ask(kind, payload, FrameType.MODEL_STATE, _TAKES_NONE).payload
+        frame = self.ask(kind, payload, FrameType.MODEL_STATE)
+        if frame is None:
+            # One that answers to other frames does not know this one.
+            if kind == FrameType.MODEL_BEGIN and self.hello():
+                raise InputError(f"{self.port}: {_TAKES_NONE}")
+            raise InputError(
+                f"{self.port}: the device fell silent after {there} of {length} bytes of the "
+                "model: check its cable, reset it and start again"
+            )
+        answer = frame.payload
         if len(answer) < _STATE.size:
             raise InputError(f"{self.port}: the device's answer is too short: start again")
-        state, _, there = _STATE.unpack_from(answer)
+        state, _, now = _STATE.unpack_from(answer)
         if state == REFUSED:
             raise _refused(self.port, answer[_STATE.size :].decode(errors="replace"))
-        return int(state), int(there)
+        if now > length:
+            raise InputError(
+                f"{self.port}: the device says that it has {now} of {length} bytes of the model: "
+                "reset it and start again"
+            )
+        return int(state), int(now)
 
 
 def _refused(port: str, why: str) -> InputError:
@@ -151,17 +194,8 @@ def flash_model(port: str, data: bytes, form: int, sizes: int) -> str:
     """
     with closing(_Link(port)) as link:
         link.hello()  # whatever it says of itself: a model that spoilt that can still be replaced
-        link.ask(FrameType.STOP, b"", FrameType.STOPPED, "the device does not stop")
-        told = _BEGIN.pack(form, sizes, len(data), zlib.crc32(data))
-        _, there = link.model(FrameType.MODEL_BEGIN, told)
-        again = 0
-        while there < len(data):
-            before, chunk = there, _OFFSET.pack(there) + data[there : there + CHUNK]
-            _, there = link.model(FrameType.MODEL_CHUNK, chunk)
-            again = 0 if there > before else again + 1
-            if again == MOST_AGAIN:
-                raise InputError(f"{port}: the device takes no more of the model: start again")
-        state, _ = link.model(FrameType.MODEL_END, b"")
+        link.stop()
+        state = link.send(data, form, sizes)
         answers = link.greeting().descriptor.answers
     if state != KEPT or answers is None:
         raise InputError(f"{port}: the device did not keep the model: start again")

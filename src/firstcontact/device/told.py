@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import struct
 from dataclasses import dataclass
 from typing import Annotated
@@ -167,10 +166,9 @@ def read_estimate(payload: bytes, epoch: int) -> ToldEstimate:
     """An estimate frame's payload, sample numbers as sent (32 bits); FrameError when damaged."""
     if len(payload) != _ESTIMATE.size:
         raise FrameError("an estimate frame has the wrong length")
-    contact, known, samples, finger, flags, *ends, took = _ESTIMATE.unpack(payload)
-    value, low, high = ends
-    if not all(map(math.isfinite, ends)):
-        raise FrameError("an estimate is no finite number")
+    contact, known, samples, finger, flags, value, low, high, took = _ESTIMATE.unpack(payload)
+    if not 0.0 <= low <= value <= high <= 100.0:  # nor where one is no number
+        raise FrameError("an estimate is no Shore A inside its interval")
     return ToldEstimate(
         _finger(finger),
         contact,
@@ -184,6 +182,27 @@ def read_estimate(payload: bytes, epoch: int) -> ToldEstimate:
         took * 1e-9,
         epoch,
     )
+
+
+def check_place(told: Told, newest: int, farthest: int) -> None:
+    """Raise FrameError where a contact or an estimate cannot be of a device's samples.
+
+    Parameters
+    ----------
+    told
+        With sample numbers of 64 bits.
+    newest
+        Number of the sample that comes next.
+    farthest
+        Most samples between that and what is told of.
+    """
+    contact = told.sample if isinstance(told, ToldContact) else told.contact
+    if not max(0, told.known - farthest) <= contact <= told.known:
+        raise FrameError("a contact is not in the samples before it was known")
+    if abs(told.known - newest) > farthest:
+        raise FrameError("a contact is known far from the samples that come")
+    if isinstance(told, ToldEstimate) and told.samples > told.known - contact + 1:
+        raise FrameError("an estimate is from samples after it was made")
 
 
 def _finger(number: int) -> Finger:

@@ -1,0 +1,55 @@
+"""A device that takes a model, and may say anything about it."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from dataclasses import replace
+
+from numbered import DESCRIPTOR
+
+from firstcontact.device import Descriptor
+from firstcontact.device._responder import Responder
+from firstcontact.device.flashing import KEPT
+from firstcontact.device.protocol import FrameType
+from firstcontact.device.told import Answering
+
+MODEL = "0123456789abcdef"
+TAKER = replace(DESCRIPTOR, answers=Answering(MODEL))
+
+#: Kind of the host's frame and how many bytes are there to what the device says is there, or to
+#: the payload of its answer; None for no answer.
+Says = Callable[[FrameType, int], int | bytes | None]
+
+
+class ModelTaker(Responder):
+    """A device that takes a model, and may say anything about it.
+
+    Parameters
+    ----------
+    says
+        Its answers: the truth where it gives back what it is given.
+    """
+
+    def __init__(self, descriptor: Descriptor, boot: int, room: int, says: Says) -> None:
+        super().__init__(descriptor, boot, room)
+        self.says = says
+        self.model = b""
+        self.pieces = 0
+
+    def _do(self, kind: int, payload: bytes) -> None:
+        if kind not in (FrameType.MODEL_BEGIN, FrameType.MODEL_CHUNK, FrameType.MODEL_END):
+            super()._do(kind, payload)
+            return
+        if kind == FrameType.MODEL_BEGIN:
+            self.model = b""
+        elif kind == FrameType.MODEL_CHUNK:
+            self.pieces += 1
+            (at,) = struct.unpack_from("<I", payload)
+            self.model += payload[4:] if at == len(self.model) else b""
+        said = self.says(FrameType(kind), len(self.model))
+        if isinstance(said, int):
+            state = KEPT if kind == FrameType.MODEL_END else 0
+            said = struct.pack("<BBI", state, kind, said)
+        if said is not None:
+            self._reply = FrameType.MODEL_STATE, said

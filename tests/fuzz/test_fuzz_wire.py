@@ -1,0 +1,22 @@
+"""Some damaged inputs over wires and from pages: the fuzzer itself runs by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from random import Random
+
+import pytest
+from fuzz_ways import REFUSALS, WIRE
+
+
+@pytest.mark.parametrize("way", sorted(set(WIRE), key=lambda way: way.__name__))
+def test_damage_is_refused_or_taken_for_what_it_is(
+    way: Callable[[Random, Path], None], tmp_path: Path
+) -> None:
+    for number in range(40):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        with suppress(*REFUSALS):
+            way(Random(number), folder)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import logging
+import re
 from pathlib import Path
 
 import pytest
+from tqdm import tqdm
 
 from firstcontact.cli.logs import KEPT, kept, logged
 from firstcontact.cli.main import main
@@ -32,6 +34,18 @@ def test_only_warnings_are_shown_unless_all_is_asked_for(
         assert "firstcontact.somewhere" in line
         assert "\x1b" not in line
     assert len(kept()) == 2
+
+
+def test_a_warning_beside_a_progress_bar_has_a_line_of_its_own(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with logged(False), tqdm(total=3, desc="pinches") as bar:
+        LOG.warning("careful")
+        bar.update(3)
+    written = re.split(r"[\r\n]+", capsys.readouterr().err)
+    (line,) = (part for part in written if "careful" in part)
+    assert re.fullmatch(r"\S+Z firstcontact.somewhere: careful", line)
+    assert any("3/3" in part for part in written)
 
 
 def test_the_log_that_is_kept_has_an_end() -> None:

@@ -39,7 +39,8 @@ class _Lines(logging.Handler):
         line = one_line(self.format(record))
         _kept.append(line)
         if record.levelno >= self._shown:
-            print(line, file=sys.stderr)
+            bars = sys.modules.get("tqdm")  # one that is drawn moves down, below the line
+            (bars.tqdm.write if bars else print)(line, file=sys.stderr)
 
 
 @contextmanager

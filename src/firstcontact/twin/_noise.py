@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt
 
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.twin._compiled import compiled
 
 #: Points per sampling interval of the force series.
 OVERSAMPLING = 4
@@ -65,7 +65,7 @@ class MotorNoise:
         )
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def _tones(
     rates: NDArray[np.float64],
     amplitudes: NDArray[np.float64],

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.physics import GRAVITY
+from firstcontact.twin._compiled import compiled
 
 #: A stable grasp presses with so many times the force that just holds the object.
 SAFETY = 1.25
@@ -60,7 +60,7 @@ class GraspOutcome:
         return self.second_contact is not None and not (self.dropped or self.broken)
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def slide(
     forces: NDArray[np.float64],
     hanging: NDArray[np.float64],

@@ -9,10 +9,10 @@ import copy
 from typing import Self
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from firstcontact.core.layout import ADC_COUNTS, SUBCOUNTS, TAXELS, fingertip_layout
+from firstcontact.twin._compiled import compiled
 from firstcontact.twin.sensor import SCAN, VelostatParameters, open_reading
 
 #: Readings of a taxel that the sliding mean covers.
@@ -22,13 +22,13 @@ ROUND = TAXELS * FORCE_READINGS
 _COLUMNS = fingertip_layout().width
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def _clipped(count: int) -> int:
     """What a converter of 10 bits can have read."""
     return min(int(count), ADC_COUNTS - 1)
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def _filter(
     scans: NDArray[np.uint16],
     place: NDArray[np.int64],
@@ -60,7 +60,7 @@ def _filter(
         place[0] = (place[0] + 1) % (TAXELS * FORCE_READINGS)
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def smoothed(counts: NDArray[np.uint16]) -> NDArray[np.int16]:
     """One piezo's converter counts as the device sends them, in 1/32 counts, shape (samples,).
 

@@ -19,6 +19,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from firstcontact.core.physics import contact_modulus, hertz_stiffness
+from firstcontact.twin._compiled import compiled
 from firstcontact.twin._parameters import FingerParameters, ObjectParameters
 
 #: States of a finger: positions and speeds of drive, phalanx, board and skin,
@@ -150,7 +151,7 @@ def _step(
         x[j] += dt * (1.0 / 6.0) * (k[0, j] + 2.0 * (k[1, j] + k[2, j]) + k[3, j])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def integrate(
     index: FingerParameters,
     thumb: FingerParameters,

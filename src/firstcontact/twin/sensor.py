@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from firstcontact.core.layout import (
@@ -18,6 +17,7 @@ from firstcontact.core.layout import (
     PIEZO_OFFSET_VOLTS,
     TAXELS,
 )
+from firstcontact.twin._compiled import compiled
 
 #: Columns of a scan, uint16.
 SCAN = ("piezo_index", "piezo_thumb", "force_index", "force_thumb", "strip_index", "strip_thumb")
@@ -53,7 +53,7 @@ class VelostatParameters(NamedTuple):
 OPTIMISTIC = VelostatParameters(threshold=0.0, rise=0.005, fall=0.010, creep_share=0.0)
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def piezo_readings(volts: NDArray[np.float64]) -> NDArray[np.uint16]:
     """Convert the piezo's voltage.
 
@@ -74,7 +74,7 @@ def piezo_readings(volts: NDArray[np.float64]) -> NDArray[np.uint16]:
     return out
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def force_readings(
     force: NDArray[np.float64],
     shares: NDArray[np.float64],
@@ -129,20 +129,20 @@ def force_readings(
     return out
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def open_reading(p: VelostatParameters) -> int:
     """ADC count of every taxel of an unloaded sheet, without noise."""
     return _divider_count(p, p.leak, p.leak, 0.0)
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def _conductance(p: VelostatParameters, quick: float, late: float) -> float:
     """Of a taxel, S, from the two parts of its response (N)."""
     felt = (1.0 - p.creep_share) * quick + p.creep_share * late
     return p.leak + p.conductance * float(felt**p.exponent)
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def _divider_count(p: VelostatParameters, own: float, neighbour: float, noise: float) -> int:
     """ADC count of a taxel read through the divider, for conductances in S and noise in V."""
     g = own + p.crosstalk * neighbour

@@ -18,11 +18,11 @@ import math
 from typing import NamedTuple, Self
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.physics import GRAVITY
+from firstcontact.twin._compiled import compiled
 from firstcontact.twin._parameters import FingerParameters
 
 #: Steps per sampling interval.
@@ -55,7 +55,7 @@ class SlipParameters(NamedTuple):
     """Volts of the piezo per newton along the pad, as a share of those per newton through it."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _slide_patches(
     normal: _Vector, speed: _Vector, pull: _Vector, mass: float, friction: float,
     p: SlipParameters, finger: FingerParameters, factors: _Vector, patches: _Vector,

@@ -1,0 +1,49 @@
+"""Compiled functions are announced, cached, and work without a cache."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.twin import _compiled
+from firstcontact.twin._compiled import compiled
+
+FILTER = """
+import numpy as np
+from firstcontact.twin.filter import smoothed
+assert len(smoothed(np.zeros(8, dtype=np.uint16))) == 8
+"""
+
+
+def test_compiling_is_announced_once_and_cached_for_the_next_process(tmp_path: Path) -> None:
+    announced = []
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, "-W", "error", "-c", FILTER],
+            env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        announced.append(done.stderr.splitlines())
+    first, second = announced
+    assert len(first) == 1
+    assert "compiling" in first[0]
+    assert second == []
+
+
+def test_a_function_without_a_place_for_its_cache_is_compiled(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(_compiled._notice, "_given", False)
+    monkeypatch.setattr(_compiled._notice, "cached", True)
+    source: dict[str, object] = {"__name__": "firstcontact.nowhere"}
+    exec("def double(x):\n    return 2 * x", source)  # Numba has no file to keep it beside
+    double = compiled(error_model="numpy")(source["double"])
+    np.testing.assert_array_equal(double(np.arange(3.0)), [0.0, 2.0, 4.0])
+    assert "NUMBA_CACHE_DIR" in caplog.text

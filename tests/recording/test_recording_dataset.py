@@ -1,12 +1,27 @@
 import shutil
-from dataclasses import replace
+from contextlib import suppress
+from dataclasses import is_dataclass, replace
+from importlib import import_module
+from inspect import signature
 
 import numpy as np
 import pytest
 
 from firstcontact.core import Contact, Dataset, Finger, InputError, Label, Pinch, Role
-from firstcontact.recording import Header, PinchMark, RecordingWriter, load_dataset, write_dataset
+from firstcontact.recording import (
+    EXPORTERS,
+    Header,
+    PinchMark,
+    RecordingWriter,
+    export,
+    load_dataset,
+    read_recording,
+    write_dataset,
+)
 from firstcontact.recording.dataset import pause_between
+
+ROOMS = ("core", "recording", "signal", "contact", "stiffness", "learning", "twin", "grasp",
+         "device", "testing")  # fmt: skip
 
 
 @pytest.fixture
@@ -94,3 +109,36 @@ def test_folders_below_are_read_in_the_order_of_their_names(tmp_path, layout, pi
     assert load_dataset(tmp_path).specimens.tolist() == ["b0", "b1"]
     shutil.rmtree(tmp_path / "a")
     assert len(load_dataset(tmp_path)) == 1
+
+
+def test_paths_may_be_strings(tmp_path, layout, pinches):
+    folder = str(tmp_path)
+    files = write_dataset(Dataset(pinches), folder, Header(layout, "synthetic"))
+    names = [str(file) for file in files]
+    assert len(load_dataset(folder)) == len(load_dataset(names)) == len(pinches)
+    assert len(load_dataset(names[0])) == len(read_recording(names[0]).pinches)
+    export(Dataset(pinches), EXPORTERS["csv"], f"{folder}/pinches.csv")
+    assert (tmp_path / "pinches.csv").is_file()
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_no_public_function_asks_for_a_path_object(room):
+    """``open`` takes strings, so users give strings: an AttributeError says nothing to them."""
+    module = import_module(f"firstcontact.{room}")
+    for name in module.__all__:
+        thing = getattr(module, name)
+        if is_dataclass(thing) or not callable(thing) or not hasattr(thing, "__module__"):
+            continue
+        with suppress(ValueError):  # a type without a signature
+            for parameter in signature(thing).parameters.values():
+                kinds = {kind.strip() for kind in str(parameter.annotation).split("|")}
+                assert "Path" not in kinds, f"{room}.{name}({parameter})"
+
+
+def test_a_dataset_shows_counts_and_no_samples(pinches):
+    dataset = Dataset(pinches, "synthetic")
+    text = repr(dataset)
+    assert len(text) < 200
+    for part in ("6 pinches", "1 objects", "2 sessions", "Hz", "synthetic"):
+        assert part in text
+    assert "0 pinches" in repr(Dataset(()))

@@ -13,6 +13,7 @@ import numpy as np
 from firstcontact.contact.detector import Detector
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.core.errors import InputError
+from firstcontact.core.files import AnyPath
 from firstcontact.core.records import Name
 from firstcontact.core.weights import (
     DETECTOR_CARD,
@@ -54,7 +55,7 @@ class DetectorCard:
 
 
 def save_detector(
-    detector: Detector, directory: Path, data: Mapping[str, Any] | None = None
+    detector: Detector, directory: AnyPath, data: Mapping[str, Any] | None = None
 ) -> Path:
     """Write a fitted detector into a folder, beside the models that go with it.
 
@@ -77,6 +78,7 @@ def save_detector(
     InputError
         A detector that has learned nothing yet.
     """
+    directory = Path(directory)
     arrays = detector.to_arrays()
     tree = {
         "format": FORMAT,
@@ -94,7 +96,7 @@ def vouched(directory: Path) -> str:
     return digest((directory / CARD).read_bytes())
 
 
-def load_detector(path: Path) -> Detector:
+def load_detector(path: AnyPath) -> Detector:
     """Read a detector. Nothing in its files is executed.
 
     Parameters
@@ -108,6 +110,7 @@ def load_detector(path: Path) -> Detector:
         A file that is missing, damaged, of another program or version, or
         whose numbers do not fit together.
     """
+    path = Path(path)
     folder = path.parent if path.is_file() else path
     if not (folder / CARD).exists() and (folder.parent / CARD).exists():
         folder = folder.parent

@@ -14,6 +14,9 @@ from typing import IO, Any
 from firstcontact.core.errors import InputError
 from firstcontact.core.temporary import is_temporary, temporary_beside
 
+#: Path of a file or folder as callers from Python may give it.
+AnyPath = str | os.PathLike[str]
+
 #: What a disk says that has no hard links.
 _NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EMLINK, errno.ENOSYS)
 #: Files and folders that are looked at for those that are wanted.

@@ -182,6 +182,17 @@ class Dataset:
     def __len__(self) -> int:
         return len(self.pinches)
 
+    def __repr__(self) -> str:
+        """Counts alone: the samples of a few hundred pinches would fill a terminal."""
+        if not self.pinches:
+            return f"Dataset(0 pinches, source={self.source!r})"
+        labels = {"objects": self.objects, "sessions": self.sessions}
+        counts = [f"{len(set(names.tolist()) - {''})} {kind}" for kind, names in labels.items()]
+        return (
+            f"Dataset({len(self)} pinches, {', '.join(counts)}, {self.layout.rate:g} Hz, "
+            f"source={self.source!r})"
+        )
+
     @property
     def layout(self) -> Layout:
         """The layout that all pinches share."""

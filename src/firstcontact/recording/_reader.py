@@ -12,6 +12,7 @@ import numpy as np
 from mcap.records import Channel, McapRecord, Message
 
 from firstcontact.core import Block, InputError
+from firstcontact.core.files import AnyPath
 from firstcontact.core.layout import MOST_GROUPS
 from firstcontact.recording import _samples as samples
 from firstcontact.recording._chunks import scan
@@ -89,7 +90,7 @@ class _Found:
     groups: dict[str, list[bytes]] = field(default_factory=dict)
 
 
-def read_recording(path: Path) -> Recording:
+def read_recording(path: AnyPath) -> Recording:
     """Read every complete chunk of a recording.
 
     Any intact header will do. What is in intact chunks and still cannot be used is
@@ -101,6 +102,7 @@ def read_recording(path: Path) -> Recording:
         The file cannot be opened, is not a recording, or is of another
         version, or nothing in it says what its columns are.
     """
+    path = Path(path)
     scanned = scan(path)
     found = _sorted(scanned.records)
     header = _header(path, found.headers)

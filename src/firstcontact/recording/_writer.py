@@ -12,6 +12,7 @@ from typing import Any, Self
 import numpy as np
 
 from firstcontact.core import Block, InputError, Pinch
+from firstcontact.core.files import AnyPath
 from firstcontact.recording import _samples as samples
 from firstcontact.recording.chunk_file import ChunkFile
 from firstcontact.recording.header import (
@@ -61,8 +62,8 @@ class RecordingWriter:
     clock is read, so the same samples give the same bytes.
     """
 
-    def __init__(self, path: Path, header: Header) -> None:
-        self.path = path
+    def __init__(self, path: AnyPath, header: Header) -> None:
+        self.path = path = Path(path)
         self.header = header
         self._head = self._packed(header.to_json(), read_header, "the header")
         try:

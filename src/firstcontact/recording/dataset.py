@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 from bisect import bisect_right
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from firstcontact.core import Block, Dataset, InputError, Pinch
-from firstcontact.core.files import files_below
+from firstcontact.core.files import AnyPath, files_below
 from firstcontact.recording._reader import Recording, read_recording
 from firstcontact.recording._writer import RecordingWriter
 from firstcontact.recording.header import Header, PinchMark
@@ -23,7 +24,7 @@ from firstcontact.recording.header import Header, PinchMark
 _OVERLAP = 8
 
 
-def load_dataset(path: Path | Sequence[Path]) -> Dataset:
+def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
     """All pinches of a recording, of several, or of a folder with all below it.
 
     The samples keep their type and are not copied once they are read. The
@@ -36,7 +37,7 @@ def load_dataset(path: Path | Sequence[Path]) -> Dataset:
         No recording or no whole pinch is there, a file that is the only one cannot be
         read, or two recordings differ in layout, rate or source.
     """
-    paths = [path] if isinstance(path, Path) else list(path)
+    paths = [Path(p) for p in ([path] if isinstance(path, str | os.PathLike) else path)]
     files = [file for p in paths for file in find_recordings(p)]
     pinches: list[Pinch] = []
     notes: list[str] = []
@@ -124,7 +125,7 @@ def _within(stretches: Sequence[Block], epoch: int, first: int, end: int) -> NDA
     return stretch.data[first - stretch.first_sample : end - stretch.first_sample]
 
 
-def write_dataset(dataset: Dataset, directory: Path, header: Header) -> tuple[Path, ...]:
+def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple[Path, ...]:
     """Write one recording a session into a folder that exists.
 
     Parameters
@@ -148,7 +149,7 @@ def write_dataset(dataset: Dataset, directory: Path, header: Header) -> tuple[Pa
     files = []
     for number, (session, pinches) in enumerate(by_session.items()):
         readable = re.sub(r"[^\w.-]+", "-", session)[:40] or "session"
-        file = directory / f"{number:03d}_{readable}.mcap"
+        file = Path(directory) / f"{number:03d}_{readable}.mcap"
         with RecordingWriter(file, replace(header, session=session)) as writer:
             for pinch in pinches:
                 writer.pinch(pinch)

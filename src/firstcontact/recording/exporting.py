@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from firstcontact.core import Dataset, Finger, InputError, Pinch
-from firstcontact.core.files import creating
+from firstcontact.core.files import AnyPath, creating
 from firstcontact.recording.formats import Exporter
 
 
-def export(dataset: Dataset, to: Exporter, out: Path) -> None:
+def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
     """Write a dataset in a format.
 
     Raises
@@ -24,6 +24,7 @@ def export(dataset: Dataset, to: Exporter, out: Path) -> None:
     InputError
         The file exists or cannot be written, or the format cannot hold the dataset.
     """
+    out = Path(out)
     try:
         with creating(out) as temporary:
             to.write(dataset, temporary)

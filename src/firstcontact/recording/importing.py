@@ -8,7 +8,7 @@ from pathlib import Path
 
 from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.core.extras import need_for
-from firstcontact.core.files import resolved
+from firstcontact.core.files import AnyPath, resolved
 from firstcontact.core.temporary import temporary_beside
 from firstcontact.recording.dataset import write_dataset
 from firstcontact.recording.formats import IMPORTERS, Importer
@@ -16,14 +16,14 @@ from firstcontact.recording.header import Header
 
 
 def import_path(
-    path: Path,
-    out: Path,
+    path: AnyPath,
+    out: AnyPath,
     rate: float | None = None,
     source: str | None = None,
     sensor: VibrationSensor | None = None,
-    events: Path | None = None,
-    channels: Path | None = None,
-    labels: Path | None = None,
+    events: AnyPath | None = None,
+    channels: AnyPath | None = None,
+    labels: AnyPath | None = None,
 ) -> Dataset:
     """Import what one of the importers takes into a new folder.
 
@@ -58,13 +58,14 @@ def import_path(
         The input cannot be used or says another source, or ``out`` is in use; then
         nothing is written.
     """
-    out = resolved(out)
+    path, out = Path(path), resolved(Path(out))
     try:
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
             raise InputError(f"{out} is there and not an empty folder: choose another --out")
     except OSError as error:
         raise _unwritable(out, error) from error
-    tables = {"events": events, "channels": channels, "labels": labels}
+    named = {"events": events, "channels": channels, "labels": labels}
+    tables = {name: None if table is None else Path(table) for name, table in named.items()}
     importer = find_importer(
         path, rate, [name for name, table in tables.items() if table is not None]
     )

@@ -8,7 +8,7 @@ import numpy as np
 
 from firstcontact.core import InputError
 from firstcontact.core.extras import need_for
-from firstcontact.core.files import read_regular, replacing
+from firstcontact.core.files import AnyPath, read_regular, replacing
 from firstcontact.core.folders import left_behind
 from firstcontact.core.weights import (
     DETECTOR_CARD,
@@ -35,7 +35,7 @@ LONGEST_WINDOW = 10.0
 
 
 def save_model(
-    model: Model, directory: Path, card: Provenance, learned_from: Digests | None = None
+    model: Model, directory: AnyPath, card: Provenance, learned_from: Digests | None = None
 ) -> Path:
     """Write a model folder: the weights first, the card that vouches for them last.
 
@@ -62,7 +62,7 @@ def save_model(
     ValueError
         A card that JSON cannot hold.
     """
-    spec = model.spec
+    directory, spec = Path(directory), model.spec
     digests = None if learned_from is None else to_bytes(learned_from)
     tree = {
         "format": FORMAT,
@@ -101,7 +101,7 @@ def _order(channels: int) -> list[str]:
     return ["piezo of the finger that touched", "piezo of the other finger"][:channels]
 
 
-def load_model(path: Path) -> Model:
+def load_model(path: AnyPath) -> Model:
     """Read a model folder. Nothing in it is executed.
 
     Parameters
@@ -146,16 +146,17 @@ def load_model(path: Path) -> Model:
         ) from None
 
 
-def read_card(path: Path) -> ModelCard:
+def read_card(path: AnyPath) -> ModelCard:
     """The card of a model folder, its fields checked; InputError as :func:`load_model`."""
     return read_checked(_folder(path) / CARD, "model", FORMAT, FORMAT_VERSION, ModelCard)
 
 
-def _folder(path: Path) -> Path:
-    return path.parent if path.name == CARD else path
+def _folder(path: AnyPath) -> Path:
+    folder = Path(path)
+    return folder.parent if folder.name == CARD else folder
 
 
-def load_interval(path: Path) -> Interval | None:
+def load_interval(path: AnyPath) -> Interval | None:
     """The interval in a model's card, None where the model has none.
 
     Parameters
@@ -171,7 +172,7 @@ def load_interval(path: Path) -> Interval | None:
     return read_card(path).interval
 
 
-def load_digests(path: Path) -> Digests | None:
+def load_digests(path: AnyPath) -> Digests | None:
     """Digests of the pinches that a model learned from; None where it does not say.
 
     Raises
@@ -184,13 +185,13 @@ def load_digests(path: Path) -> Digests | None:
     return None if vouched is None else read_digests(folder / PINCHES, vouched, CARD)
 
 
-def has_models(path: Path) -> bool:
+def has_models(path: AnyPath) -> bool:
     """Whether a model is in a folder, or in one below it."""
     folder = _folder(path)
     return (folder / CARD).exists() or any(folder.glob(f"*/{CARD}"))
 
 
-def model_folders(path: Path) -> list[Path]:
+def model_folders(path: AnyPath) -> list[Path]:
     """Folders of the models that one training left: ``path`` itself, or those in it.
 
     Parameters

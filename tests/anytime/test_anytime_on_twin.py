@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,8 +18,10 @@ pytest.importorskip("numba")
 from firstcontact.anytime import Answers, InContextModel, Rig, Touches
 from firstcontact.anytime.in_context import ANY
 from firstcontact.anytime.model_file import pretrained
-from firstcontact.anytime.touches import Values
+from firstcontact.anytime.touches import BEFORE, Values
 from firstcontact.core.layout import ADC_VOLTS
+from firstcontact.core.layout import FINGERTIP_RATE as RATE
+from firstcontact.signal import samples_in
 from firstcontact.study._rig_sets import RigSet, Sizes, Use, rig_set
 from firstcontact.twin.conditions import CONDITIONS
 from ringing import LONGEST, SHORTEST
@@ -147,9 +150,50 @@ def test_what_is_like_nothing_is_strange(
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_model_that_knows_no_rig_calls_nothing_strange(name: str) -> None:
-    """It cannot: what a rig is like is what contacts are held against."""
-    assert not pretrained().answers(objects(name)[0]).strange.any()
+@pytest.mark.parametrize("gain", [0.1, 1.0, 5.0])
+@pytest.mark.parametrize("samples", TIMES)
+def test_a_model_that_knows_no_rig_rarely_calls_a_touch_strange(
+    name: str, gain: float, samples: int
+) -> None:
+    """Of an unknown rig no gain is known: it must not matter."""
+    touches, _ = objects(name)
+    louder = replace(touches, signals=np.float32(gain) * touches.signals)
+    assert pretrained().answers(louder.until(samples)).strange.mean() <= 0.05
+
+
+def foreign(make: Callable[[np.ndarray, np.random.Generator], np.ndarray]) -> Touches:
+    """Signals that begin in quiet and are no touches, from 0.03 to 1.5 V."""
+    rng, n = np.random.default_rng(11), 100
+    before, after = samples_in(BEFORE, RATE), LONGEST
+    t = np.arange(after) / RATE
+    signals = 0.003 * rng.standard_normal((n, before + after))
+    signals[:, before:] += [make(t, rng) for _ in range(n)]
+    signals *= np.exp(rng.uniform(np.log(0.03), np.log(1.5), n))[:, None]
+    nothing = np.full(n, np.nan)
+    numbers = np.full(n, LONGEST, np.intp), np.zeros(n, np.intp)
+    return Touches(signals.astype(np.float32), *numbers, nothing, nothing, RATE)
+
+
+def sine(frequency: float, decay: float = np.inf) -> Any:
+    def made(t: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        return np.sin(2 * np.pi * frequency * t) * np.exp(-t / decay)
+
+    return made
+
+
+def hiss(t: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    return rng.standard_normal(len(t)) / 3
+
+
+@pytest.mark.parametrize("name", [*NAMES, "no rig"])
+@pytest.mark.parametrize(
+    "make",
+    [sine(300.0), sine(700.0), sine(1900.0), sine(500.0, 0.01), sine(1500.0, 0.005), hiss],
+)
+def test_a_signal_unlike_a_touch_is_strange(name: str, make: Any) -> None:
+    model = pretrained() if name == "no rig" else knowing(name)
+    for samples in TIMES[2:]:  # the first half of a wave looks like a touch
+        assert model.answers(foreign(make).until(samples)).strange.mean() >= 0.95
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -89,6 +89,21 @@ def test_c_answers_as_python_does(tmp_path: Path) -> None:
         assert building.same(found, np.frombuffer(m7, building.RUNNING))
 
 
+def test_c_that_knows_no_rig_calls_the_same_contacts_strange(tmp_path: Path) -> None:
+    """Nothing is known of the gain then, in C as in Python."""
+    model = compacted(pretrained(), plain(touches(60, 1)), 12)
+    some = plain(touches(24, 2))
+    noise = np.random.default_rng(3).standard_normal((8, 74)).astype(np.float32)
+    some.signals[:8, -74:] += 0.3 * noise
+    some.signals[16:] *= np.float32(3)
+    data = building.touches(some.signals, some.valid, some.fingers, MOMENTS)
+    built = asked(model, tmp_path / "library")
+    native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
+    found = np.frombuffer(native, building.RUNNING)
+    assert_parity(model, some, found)
+    assert 0 < found["strange"].mean() < 1
+
+
 def with_motor(some: Touches, seed: int) -> Touches:
     """A motor whose lines all follow its speed, from half to one and a half of the usual one."""
     rng = np.random.default_rng(seed)

@@ -18,7 +18,7 @@ from firstcontact.anytime.inputs import BESIDE, beside, network_inputs
 from firstcontact.anytime.motor_pitch import POINTS, MotorPitch
 from firstcontact.anytime.network import Context, Network
 from firstcontact.anytime.rig import GENERAL, STAGES, TOKEN, Rig, stage_of
-from firstcontact.anytime.strange import Familiar, shape_traits, still
+from firstcontact.anytime.strange import Familiar, shape_traits
 from firstcontact.anytime.touches import Touches, Values, lengths
 from firstcontact.core import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
@@ -129,10 +129,8 @@ class InContextModel(AnytimeModel):
             mixture = self._network.outputs(x, self._contexts[finger], stages[which])
             values[which], spreads[which] = mean_and_spread(mixture)
             found = shape_traits(shape, its.signals[:, : its.before])
-            if rig.tokens.shape[1]:
-                strange[which] = self._familiar.strange(found, stages[which])
-            else:  # of an unknown rig no level is known, but a converter that stands still is
-                strange[which] = still(found)
+            has_level = rig.tokens.shape[1] > 0
+            strange[which] = self._familiar.strange(found, stages[which], has_level)
         half = self.half_widths(spreads, touches.valid, touches.rate)
         values = np.clip(values, *SHORE_A)
         low, high = (np.clip(values + way * half, *SHORE_A) for way in (-1, 1))

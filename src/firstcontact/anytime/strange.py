@@ -19,6 +19,9 @@ TRAITS = len(NAMES) + 2
 STILL = 0.5
 #: Share of what was learned from that is called strange.
 FALSE_ALARMS = 0.01
+#: Direction in which all traits move when the gain of the sensor changes.
+_GAIN = np.isin(np.arange(TRAITS), [NAMES.index(n) for n in ("peak", "steepest rise", "power")])
+_GAIN[len(NAMES)] = True  # the noise before the contact
 #: A gain may differ so much between sessions that a distance says nothing below this.
 _SHRINK = 1e-3
 
@@ -100,14 +103,25 @@ class Familiar:
             limits.append(np.quantile(distance, 1 - FALSE_ALARMS))
         return cls(np.array(means), np.array(whitenings), np.array(limits))
 
-    def strange(self, found: NDArray[np.float64], stages: NDArray[np.intp]) -> NDArray[np.bool_]:
-        """Which traits (n, TRAITS) lie outside at their stages, shape (n,)."""
+    def strange(
+        self, found: NDArray[np.float64], stages: NDArray[np.intp], has_level: bool = True
+    ) -> NDArray[np.bool_]:
+        """Return True for traits (n, TRAITS) that lie outside at their stages, shape (n,).
+
+        Without the level of the rig, the gain that makes each contact least strange is taken,
+        and a sensor that is dead or at its end is strange anyway.
+        """
         far = found - self.mean[stages]
         # At a stage all have the same length: between stages it would be the strangest of all.
         far[:, NAMES.index("length")] = 0.0
         away = np.einsum("nij,nj->ni", self.whitening[stages], far)
-        out: NDArray[np.bool_] = np.sqrt((away * away).sum(axis=1)) > self.limit[stages]
-        return out
+        square = (away * away).sum(axis=1)
+        if not has_level:
+            along = self.whitening @ _GAIN
+            along /= np.maximum(np.linalg.norm(along, axis=1), 1e-30)[:, None]
+            square = np.maximum(square - np.einsum("ni,ni->n", away, along[stages]) ** 2, 0.0)
+        out: NDArray[np.bool_] = np.sqrt(square) > self.limit[stages]
+        return out if has_level else out | still(found)
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """By name, for :meth:`from_arrays`."""

@@ -205,9 +205,9 @@ static void look(const fc_rig *rig, int32_t stage, const float *asked, float *fo
 
 static bool strange(const fc_anytime *m, const fc_rig *rig, int32_t stage, const double *f)
 {
-    double away[FC_TRAITS], distance = 0.0;
-    if (rig->levels == 0)
-        return f[FC_TRAITS - 1] > 10.0 * m->still;
+    double away[FC_TRAITS], distance = 0.0, share = 0.0, length = 0.0;
+    if (rig->levels == 0 && f[FC_TRAITS - 1] > 10.0 * m->still)
+        return true;
     for (int32_t k = 0; k < FC_TRAITS; k++)
         away[k] = f[k] - m->usual[stage * FC_TRAITS + k];
     away[11] = 0.0; /* at a stage all have the same length */
@@ -217,6 +217,14 @@ static bool strange(const fc_anytime *m, const fc_rig *rig, int32_t stage, const
         for (int32_t k = 0; k < FC_TRAITS; k++)
             y += row[k] * away[k];
         distance += y * y;
+        /* peak, steepest rise, power and noise: they move together when the gain changes */
+        const double gain = (double)row[0] + row[1] + row[9] + row[14];
+        share += y * gain;
+        length += gain * gain;
+    }
+    if (rig->levels == 0) { /* no level: the gain that makes the contact least strange */
+        distance -= share * share / (length > 1e-60 ? length : 1e-60);
+        distance = distance > 0.0 ? distance : 0.0;
     }
     return sqrt(distance) > m->limit[stage];
 }

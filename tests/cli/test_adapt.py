@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import runpy
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,8 @@ from firstcontact.anytime.model_file import (
 from firstcontact.contact.detector_file import load_detector
 from firstcontact.core import Dataset
 from firstcontact.recording import Header, load_dataset, write_dataset
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 @pytest.fixture(scope="module")
@@ -122,8 +125,40 @@ def test_pinches_without_a_shore_a_do_not_count(tmp_path: Path, capsys: Any) -> 
     bare.mkdir()
     write_dataset(Dataset(tuple(pinches), "synthetic"), bare, Header(LAYOUT, "synthetic"))
     assert run("adapt", bare, "--out", tmp_path / "no") == 2
-    assert "Shore A" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "no pinch has a Shore A" in said
+    assert "--shore" in said
     assert not (tmp_path / "no").exists()
+    # Models of windows learn the ranks, and say in what their errors are.
+    assert run("train", bare, "--out", tmp_path / "ranks", "--model", "peak") == 0
+    scores = next(line for line in capsys.readouterr().out.splitlines() if "rmse" in line)
+    assert "ranks" in scores
+    assert "Shore A" not in scores
+
+
+def test_a_rig_that_the_model_cannot_read_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    """Its errors on held-out pinches were over twice those of always answering the mean."""
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(EXAMPLES / "own_arrays.py"), run_name="__main__")
+    assert run("import", "own.npz", "--out", "own") == 0
+    capsys.readouterr()
+    assert run("adapt", "own", "--out", "rig") == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "own: " in said
+    assert "always answering their mean" in said
+    assert not Path("rig").exists()
+
+
+def test_the_card_keeps_how_the_model_was_checked(blocks: Path, tmp_path: Path) -> None:
+    assert run("adapt", blocks, "--out", tmp_path / "rig") == 0
+    scores = read_anytime_card(tmp_path / "rig").scores
+    best = min(scores["held out, one"], scores["held out, each finger"])
+    assert best < scores["held out, always the mean"]
+    widest = (load_anytime(tmp_path / "rig").factors / pretrained().factors).max()
+    assert widest == pytest.approx(scores["intervals widened"], abs=1e-3)
 
 
 def test_a_training_is_not_torn_apart(blocks: Path, tmp_path: Path, capsys: Any) -> None:

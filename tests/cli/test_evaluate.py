@@ -109,7 +109,7 @@ def test_recordings_of_another_rate_are_resampled_and_told(
     scored = "60 pinches, " if contacts == "truth" else " pinches, "
     assert scored in said
     # The same pinches: twice resampled they give nearly the same errors.
-    error = [float(re.findall(r"rmse ([0-9.]+),", text)[0]) for text in (there, said)]
+    error = [float(re.findall(r"rmse ([0-9.]+) ", text)[0]) for text in (there, said)]
     assert error[1] == pytest.approx(error[0], abs=1.5)
 
 

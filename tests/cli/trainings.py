@@ -24,8 +24,9 @@ def touch(shore: float, label: Label, rng: np.random.Generator, known: bool = Tr
     data[:, :2] = 16384 + rng.normal(0, 60, (LENGTH, 2))
     t = np.arange(LENGTH - CONTACT) / LAYOUT.rate
     hard = shore + rng.normal(0, 1)
-    wave = np.sin(2 * np.pi * 60 * np.exp(hard / 35) * t) * np.exp(-t / 0.006)
-    data[CONTACT:, 0] += 150 * hard * rng.lognormal(0, 0.1) * wave
+    # As quick and as loud as the any-time model takes for touches of such hardness.
+    wave = np.sin(2 * np.pi * (40 + 2 * hard) * t) * np.exp(-t / 0.006)
+    data[CONTACT:, 0] += 2500 * np.exp(hard / 40) * rng.lognormal(0, 0.1) * wave
     truth = (Contact(Finger.INDEX, CONTACT, CONTACT),) if known else ()
     return Pinch(np.clip(data, 0, 32767).astype(np.int16), LAYOUT, label, truth=truth)
 

@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from firstcontact.anytime import Touches
+from firstcontact.anytime import InContextModel, Touches
 from firstcontact.anytime.in_context import ANY
 from firstcontact.anytime.model_file import pretrained
 from firstcontact.core import InputError
 from firstcontact.learning.adapting import LEAST_OF_FINGER, MOST_OF_LEVEL, WAYS, adapt
+from firstcontact.learning.anytime_scores import answers_by_time
 from ringing import ringing
 
 BASE = pretrained()
@@ -81,6 +82,43 @@ def test_one_level_or_three_pinches_are_too_few() -> None:
     # Too short to be used is as good as not there.
     with pytest.raises(InputError, match="record more blocks"):
         adapt(BASE, touches.until(BASE.shortest - 1), shore_a)
+
+
+def test_scores_no_better_than_the_mean_are_a_reason_to_refuse() -> None:
+    touches, shore_a, sessions = ringing(120)
+    assert not adapt(BASE, touches, shore_a, sessions).refusal
+    shuffled = np.random.default_rng(0).permutation(shore_a)
+    made = adapt(BASE, touches, shuffled, sessions)
+    assert made.scores[made.way] > made.mean_rmse
+    assert f"{made.mean_rmse:.1f}" in made.refusal
+
+
+def held(model: InContextModel, touches: Touches, truth: np.ndarray) -> np.ndarray:
+    """Share of truths in the intervals at each time."""
+    by_time = answers_by_time(model, touches).values()
+    return np.array([np.mean((a.low <= truth) & (truth <= a.high)) for a in by_time])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_intervals_that_hold_too_few_held_out_pinches_are_widened(seed: int) -> None:
+    """Signals of another kind than the network was trained on."""
+    levels = (10.0, 35.0, 60.0)
+    made = adapt(BASE, *ringing(120, seed, levels=levels))
+    assert made.check is not None
+    assert made.check.coverage < BASE.level
+    assert (made.check.scales >= 1).all()
+    fresh, truth, _ = ringing(300, seed + 50, levels=levels)
+    before, after = (held(m, fresh, truth) for m in (BASE.told_of(made.model.rigs), made.model))
+    assert (after >= before).all()
+    assert after.mean() > before.mean() + 0.03
+    assert after.mean() > 0.8
+
+
+def test_intervals_that_hold_enough_are_kept() -> None:
+    made = adapt(BASE, *ringing(120, levels=(30.0, 70.0)))
+    assert made.check is not None
+    assert made.check.coverage >= BASE.level
+    np.testing.assert_array_equal(made.model.factors, BASE.factors)
 
 
 def test_four_pinches_are_enough_for_a_model() -> None:

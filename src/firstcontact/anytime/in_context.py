@@ -105,6 +105,11 @@ class InContextModel(AnytimeModel):
         """The same network for other rigs."""
         return InContextModel(self._network, self._familiar, self._factors, self.level, rigs)
 
+    def widened(self, scales: NDArray[np.float64]) -> InContextModel:
+        """The same model with intervals so many times as wide at each stage, shape (stages,)."""
+        factors = self._factors * scales
+        return InContextModel(self._network, self._familiar, factors, self.level, self.rigs)
+
     def known(self, touches: Touches) -> NDArray[np.float64]:
         """What :meth:`answers` needs to know beside the signal after the contacts."""
         out = np.empty((len(touches), BESIDE))

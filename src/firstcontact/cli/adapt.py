@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
@@ -120,13 +120,20 @@ def adapted(
     from firstcontact.learning.labelled_touches import LabelledTouches
 
     contacts = contacts or found_as_live(dataset, detector, seed, Serial())
+    if not np.isfinite(dataset.shore_a).any():
+        raise UnknownRigError(
+            f"{data}: no pinch has a Shore A, and a rig is known by objects of known Shore A: "
+            "record with --shore or a plan with a column shore, or import with a column shore_a"
+        )
     known = LabelledTouches.of(dataset, contacts.contacts)
     try:
         made = adapt(base, known.touches, known.shore_a, known.named_sessions, seed)
     except InputError as error:
         raise UnknownRigError(f"{data}: {error}") from None
+    if made.refusal:
+        raise UnknownRigError(f"{data}: {made.refusal}")
     levels = [float(level) for level in np.unique(known.shore_a)]
-    about = {
+    about: dict[str, Any] = {
         "pinches": len(known),
         "levels": levels,
         "contacts": contacts.how,
@@ -135,13 +142,28 @@ def adapted(
         "specimens": _names(known.specimens),
         "scores": {f"held out, {way}": round(score, 3) for way, score in made.scores.items()},
     }
+    if made.check is not None:
+        about["scores"] |= {
+            "held out, always the mean": round(made.mean_rmse, 3),
+            "held out, least coverage": round(made.check.coverage, 3),
+            "intervals widened": round(float(made.check.scales.max()), 3),
+        }
     save_anytime(made.model, out, about, digests[known.which])
-    compared = ", ".join(f"{way}: rmse {score:.2f}" for way, score in made.scores.items())
-    return [
+    lines = [
         f"the rig is known by {counted(len(known), 'pinch')} of "
-        f"{counted(len(levels), 'Shore A level')}",
-        f"fingers as one or each by itself, on pinches held out: {compared or 'too few pinches'}; "
-        f"kept: {made.way}",
+        f"{counted(len(levels), 'Shore A level')}"
+    ]
+    if made.check is None:
+        return [*lines, "errors and intervals are not checked: too few pinches to hold some out"]
+    compared = ", ".join(f"{way}: rmse {score:.2f}" for way, score in made.scores.items())
+    widest = made.check.scales.max()
+    widened = f"now up to {widest:.2f} times as wide" if widest > 1 else "kept"
+    return [
+        *lines,
+        f"fingers as one or each by itself, on pinches held out: {compared} Shore A (always "
+        f"answering the mean: {made.mean_rmse:.2f}); kept: {made.way}",
+        f"{100 * base.level:.0f} % intervals held at least {100 * made.check.coverage:.1f} % of "
+        f"{counted(made.check.n, 'pinch')} held out, at each time: {widened}",
     ]
 
 

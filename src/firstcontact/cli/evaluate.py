@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import tyro
 
-from firstcontact.cli.train import aligned_by_truth, at_rate, coverage_in_words, in_words
+from firstcontact.cli.train import UNITS, aligned_by_truth, at_rate, coverage_in_words, in_words
 from firstcontact.core.counted import counted
 from firstcontact.core.errors import InputError
 
@@ -147,10 +147,10 @@ def _report(
     if not len(data):
         return
     predicted = model.predict(data.X)
-    print(f"{title}: {in_words(score(model.spec.task, data, predicted, seed=0))}")
+    print(f"{title}: {in_words(score(model.spec.task, data, predicted, seed=0), target)}")
     held = covered(interval, predicted, data.y, model.spread(data.X))
     if interval is not None:
-        print(f"  {coverage_in_words(held, interval.level)}")
+        print(f"  {coverage_in_words(held, interval.level)} {UNITS[target]}")
     elif not model.spec.classes:
         print("  the model has no interval")
     for line in _table(data, predicted, target):

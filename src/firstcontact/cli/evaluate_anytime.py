@@ -58,7 +58,11 @@ def anytime_lines(
             scores = anytime_scores(
                 answers_by_time(model, its.touches), its.shore_a, its.clusters, 0
             )
-            lines += [f"{title}: {counted(len(its), 'pinch')}", *_table(scores, model.level)]
+            constant = f"always answering their mean scores {its.shore_a.std():.2f}"
+            lines += [
+                f"{title}: {counted(len(its), 'pinch')}; rmse and width in Shore A ({constant})",
+                *_table(scores, model.level),
+            ]
     return lines
 
 

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from firstcontact.stiffness.learned_from import Digests
 
 Target = Literal["shore_a", "hardness_rank"]
+#: Unit of errors of a target.
+UNITS = {"shore_a": "Shore A", "hardness_rank": "ranks"}
 
 
 @dataclass(frozen=True)
@@ -146,7 +148,7 @@ class Train:
             lines += [
                 f"{self.model} ({self.task}) learned from {counted(len(data), 'pinch')}: "
                 f"{self.out / folder.relative_to(making)}",
-                f"held out ({kept.split}): {in_words(kept.scores)}",
+                f"held out ({kept.split}): {in_words(kept.scores, target)}",
                 _interval_in_words(kept, target),
             ]
         if target == "shore_a":
@@ -294,14 +296,17 @@ def aligned_by_truth(asked: str, dataset: Dataset, path: Path) -> bool:
     return asked == "truth" or (asked == "auto" and known)
 
 
-def in_words(scores: TaskScores) -> str:
-    """Scores on one line."""
-    names = ("accuracy", "rmse", "mae", "mse", "bias")
-    found = {name: value for name in names if (value := getattr(scores, name, None)) is not None}
+def in_words(scores: TaskScores, target: str) -> str:
+    """Format scores on one line, errors in the unit of the target."""
+    unit = UNITS[target]
+    units = {"rmse": unit, "mae": unit, "mse": f"{unit}²", "bias": unit}
     numbers = [
-        f"{name} {100 * value:.1f} %" if name == "accuracy" else f"{name} {value:.2f}"
-        for name, value in found.items()
+        f"{name} {value:.2f} {unit}"
+        for name, unit in units.items()
+        if (value := getattr(scores, name, None)) is not None
     ]
+    if (accuracy := getattr(scores, "accuracy", None)) is not None:
+        numbers.insert(0, f"accuracy {100 * accuracy:.1f} %")
     return f"{', '.join(numbers)}, {counted(scores.n, 'pinch')}"
 
 
@@ -320,5 +325,4 @@ def _interval_in_words(kept: FinalModel, target: str) -> str:
     if not checked:
         return f"interval at level {kept.interval.level:g}: too few pinches to check it on"
     words = coverage_in_words(checked, kept.interval.level)
-    unit = " Shore A" if target == "shore_a" else ""
-    return f"held out, interval from other folds: {words}{unit}"
+    return f"held out, interval from other folds: {words} {UNITS[target]}"

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.anytime import InContextModel, Rig, Touches
 from firstcontact.anytime.in_context import ANY
+from firstcontact.anytime.rig import STAGES, stage_of
+from firstcontact.anytime.touches import TIMES
 from firstcontact.core import Finger, InputError
+from firstcontact.signal import samples_in
 from firstcontact.stiffness.folds import inner_folds
 
 Values = NDArray[np.float64]
@@ -31,16 +35,53 @@ class Adapted:
     Parameters
     ----------
     model
-        The model.
+        The model; its intervals are widened where they held too few of the held-out pinches.
     way
         How the rig is known: what scored best on pinches that were held out.
     scores
         RMSE in Shore A of each way on those, 15 ms or what the second contact leaves of it.
+    mean_rmse
+        RMSE of always answering the mean of the other pinches, NaN where none were held out.
+    check
+        The intervals on the held-out pinches; None where none were held out.
     """
 
     model: InContextModel
     way: str
     scores: Mapping[str, float]
+    mean_rmse: float = float("nan")
+    check: IntervalCheck | None = None
+
+    @property
+    def refusal(self) -> str:
+        """Why the model is of no use for this rig, "" where it is of use."""
+        if not self.scores or self.scores[self.way] < self.mean_rmse:
+            return ""
+        return (
+            f"on held-out pinches the RMSE is {self.scores[self.way]:.1f} Shore A, and always "
+            f"answering their mean scores {self.mean_rmse:.1f}: the model cannot read this rig. "
+            "Check the Shore A labels, the contacts and that the sensor touches as a fingertip "
+            "does, or use `firstcontact train`"
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IntervalCheck:
+    """Intervals of a model on pinches that its rig is not known by.
+
+    Parameters
+    ----------
+    n
+        Number of held-out pinches.
+    coverage
+        Share of truths in the intervals as shipped, at the time where it is lowest.
+    scales
+        Factor at each stage that makes the intervals hold their share, at least 1.
+    """
+
+    n: int
+    coverage: float
+    scales: NDArray[np.float64]
 
 
 def adapt(
@@ -53,7 +94,7 @@ def adapt(
     """Tell a pre-trained model of a rig.
 
     Both fingers may be alike, or two rigs of their own: what answers better for pinches that
-    were held out is kept.
+    were held out is kept. Intervals that hold too few of these are widened.
 
     Parameters
     ----------
@@ -79,13 +120,18 @@ def adapt(
             f"a rig is known by pinches of two Shore A levels at least, and {len(longest)} of "
             f"{len(np.unique(shore_a))} are here: record more blocks"
         )
-    scores = {
-        way: score
+    tested = {
+        way: held_out
         for way in WAYS
-        if (score := _held_out(base, longest, shore_a, sessions, way, seed)) is not None
+        if (held_out := _held_out(base, longest, shore_a, sessions, way, seed)) is not None
     }
-    best = min(scores, key=lambda way: scores[way]) if scores else "one"
-    return Adapted(base.told_of(_rigs(longest, shore_a, best, seed)), best, scores)
+    if not tested:
+        return Adapted(base.told_of(_rigs(longest, shore_a, WAYS[0], seed)), WAYS[0], {})
+    scores = {way: _rms(held_out.errors) for way, held_out in tested.items()}
+    best = min(scores, key=lambda way: scores[way])
+    check = tested[best].check(base.level, touches.rate)
+    model = base.told_of(_rigs(longest, shore_a, best, seed)).widened(check.scales)
+    return Adapted(model, best, scores, _rms(tested[best].from_mean), check)
 
 
 #: Ways to know a rig: all fingers as one, or each by itself.
@@ -116,6 +162,34 @@ def _some(shore_a: Values, seed: int) -> NDArray[np.intp]:
     return np.sort(np.concatenate(chosen))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _HeldOut:
+    """Predictions for pinches that the rig is not known by.
+
+    Parameters
+    ----------
+    errors, from_mean
+        Error of the model at the longest time, and of the mean of the other pinches, Shore A,
+        shape (n,).
+    ratios
+        Absolute error over the half width of the interval at each of ``TIMES``,
+        shape (times, n).
+    """
+
+    errors: Values
+    from_mean: Values
+    ratios: Values
+
+    def check(self, level: float, rate: float) -> IntervalCheck:
+        """Split conformal (Lei et al. 2018) at each time, and between them along the stages."""
+        n = len(self.errors)
+        rank = min(ceil((n + 1) * level), n)
+        needed = np.sort(self.ratios, axis=1)[:, rank - 1]
+        stages = [STAGES[stage_of(samples_in(1e-3 * ms, rate), rate)] for ms in TIMES]
+        scales = np.maximum(np.interp(STAGES, stages, needed), 1.0)
+        return IntervalCheck(n, float((self.ratios <= 1).mean(axis=1).min()), scales)
+
+
 def _held_out(
     base: InContextModel,
     touches: Touches,
@@ -123,14 +197,26 @@ def _held_out(
     sessions: NDArray[np.str_] | None,
     way: str,
     seed: int,
-) -> float | None:
-    """RMSE of answers for pinches that the rig is not known by; None where none can be."""
-    errors: list[Values] = []
+) -> _HeldOut | None:
+    """Predict for pinches that the rig is not known by; None where none can be held out."""
+    parts = []
     for learn, ask in inner_folds(shore_a, sessions, seed, FOLDS):
         if len(np.unique(shore_a[learn])) < 2 or not len(ask):
             continue
         model = base.told_of(_rigs(touches.take(learn), shore_a[learn], way, seed))
-        errors.append(model.answers(touches.take(ask)).values - shore_a[ask])
-    if not errors:
+        asked, truth = touches.take(ask), shore_a[ask]
+        errors = model.answers(asked).values - truth
+        ratios = []
+        for ms in TIMES:
+            some = asked.until(samples_in(1e-3 * ms, touches.rate))
+            answers = model.answers(some)
+            half = model.half_widths(answers.spreads, some.valid, touches.rate)
+            ratios.append(np.abs(answers.values - truth) / half)
+        parts.append((errors, shore_a[learn].mean() - truth, np.array(ratios)))
+    if not parts:
         return None
-    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+    return _HeldOut(*(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True)))
+
+
+def _rms(errors: Values) -> float:
+    return float(np.sqrt(np.mean(errors**2)))

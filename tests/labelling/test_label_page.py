@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import json
 import resource
+import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
 from taps import taps, write_taps
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
 
 from firstcontact.labelling.result import By
 from firstcontact.labelling.server import LabelServer
@@ -35,7 +42,6 @@ class Labelling:
 
     def close(self) -> None:
         if self.thread.is_alive():
-            self.session.obey('{"ask": "finish"}')
             self.server.stop()
             self.thread.join(30)
         self.session.close()
@@ -169,3 +175,35 @@ def test_other_sites_and_names_get_nothing(labelling: Labelling) -> None:
     assert ask(port, "/socket", **head)[0] == 403
     assert ask(port, "/socket", **UPGRADE)[0] == 101
     assert ask(port, "/")[1].count("Content-Security-Policy") == 1
+
+
+def test_ctrl_c_while_pages_ask_ends_in_one_sentence(tmp_path: Path) -> None:
+    path, out = write_taps(tmp_path / "taps.mcap", 20), tmp_path / "out"
+    words = ["label", str(path), "--out", str(out), "--no-browser"]
+    answered = threading.Semaphore(0)
+
+    def ask_on(url: str) -> None:
+        with connect(url) as page, suppress(ConnectionClosed):
+            page.recv()
+            while True:
+                page.send(json.dumps({"ask": "signal", "sample": 9000, "half": 2.0}))
+                page.recv()
+                answered.release()
+
+    command = [sys.executable, "-m", "firstcontact.cli.main", *words]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout
+        assert b"20 onsets" in process.stdout.readline()
+        address = process.stdout.readline().split()[2].decode().replace("http:", "ws:")
+        pages = [threading.Thread(target=ask_on, args=(f"{address}socket",)) for _ in range(3)]
+        for page in pages:
+            page.start()
+        for _ in range(60):
+            assert answered.acquire(timeout=60)
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=60)
+        for page in pages:
+            page.join(60)
+    assert process.returncode == 130
+    assert said.count(b"\n") == 1, said.decode()
+    assert said.startswith(b"firstcontact: ")

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 import resource
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -86,6 +88,67 @@ def test_a_crash_loses_nothing_that_was_answered(tmp_path: Path) -> None:
         do(again, do="accept", number=2)
         again.close()
         assert len(journal.read_bytes().splitlines()) == lines + 2
+
+
+FINISH = ["taps.mcap", "--out", "out", "--finish"]
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (lambda raw: bytes(len(raw)), "damaged"),
+        (lambda raw: bytes(100) + raw[100:], "damaged|line 1"),
+        (lambda raw: raw.replace(b"reject", bytes(6)), "line 3"),
+        (lambda raw: raw[: raw.index(b"\n") + 1], "holds no labels"),
+        (lambda raw: raw[:20], "holds no labels"),
+        (lambda raw: b"", "holds no labels"),
+        (lambda raw: None, "holds no labels"),
+        (lambda raw: raw + b'{"do": "undo"}\n' * 3, "nothing is labelled"),
+    ],
+)
+def test_finish_without_readable_labels_is_refused(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    damage: Callable[[bytes], bytes | None],
+    said: str,
+) -> None:
+    its = session(tmp_path)
+    do(its, do="accept", number=0)
+    do(its, do="reject", number=1)
+    do(its, do="accept", number=2)
+    its.close()
+    journal = tmp_path / "out" / "labels.jsonl"
+    raw = damage(journal.read_bytes())
+    if raw is None:
+        journal.unlink()
+        journal.parent.rmdir()
+    else:
+        journal.write_bytes(raw)
+    monkeypatch.chdir(tmp_path)
+    assert main(["label", *FINISH]) == 2
+    error = capsys.readouterr().err
+    assert re.search(said, error)
+    if raw is None:
+        assert not journal.parent.exists()
+    else:
+        assert [p.name for p in journal.parent.iterdir()] == ["labels.jsonl"]
+        assert journal.read_bytes() == raw
+
+
+def test_labels_before_an_unreadable_end_are_kept_and_the_end_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    its = session(tmp_path)
+    do(its, do="accept", number=3)
+    its.close()
+    with (tmp_path / "out" / "labels.jsonl").open("ab") as stream:
+        stream.write(bytes(77))
+    monkeypatch.chdir(tmp_path)
+    assert main(["label", *FINISH]) == 0
+    assert "1 actions done before" in (said := capsys.readouterr().out)
+    assert "labels.jsonl ends in 77 bytes" in said
+    assert len(load_dataset(tmp_path / "out" / "taps.mcap")) == 1
 
 
 def test_a_journal_of_others_is_refused(tmp_path: Path) -> None:

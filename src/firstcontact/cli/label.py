@@ -33,6 +33,7 @@ class Label:
 
     def run(self) -> None:
         """Find onsets, serve the page until all is done, and write the new recordings."""
+        from firstcontact.cli.stopping import stopping
         from firstcontact.core import InputError
         from firstcontact.labelling.result import By
         from firstcontact.labelling.session import Session
@@ -44,9 +45,10 @@ class Label:
         name = " ".join(self.by.split()) or _name()
         version = versions()["firstcontact"]
         by = By(name, f"{datetime.now(UTC):%Y-%m-%d}", f"firstcontact label {version}")
-        session = Session(open_recordings(self.paths), self.out, by)
+        recordings = open_recordings(self.paths)
+        session = Session(recordings, self.out, by, is_new_allowed=not self.finish)
         try:
-            print(f"{len(session.marks)} onsets, {session.gone_on} actions done before")
+            print(f"{len(session.marks)} onsets, {session.earlier}")
             if self.finish:
                 for line in session.finish():
                     print(line)
@@ -56,7 +58,16 @@ class Label:
 
             server = LabelServer(session, self.port)
             print(f"label on {server.url} (Ctrl-C ends; what was done is kept)", flush=True)
-            server.run(lambda: self.browser and webbrowser.open(server.url))
+            with stopping() as stop:
+                stop.gently = True
+                server.run(
+                    lambda: self.browser and webbrowser.open(server.url), lambda: stop.requested
+                )
+                stop.gently = False
+            if not session.written:
+                raise KeyboardInterrupt(
+                    "the new recordings are not written yet: the same command goes on"
+                )
             for path in session.written:
                 print(f"written to {path}")
         finally:

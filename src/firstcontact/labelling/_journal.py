@@ -5,7 +5,6 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import IO
@@ -36,22 +35,37 @@ class Journal:
         The file; one that is there is gone on with.
     opened
         What is labelled.
+    is_new_allowed
+        Whether a file without actions is begun; otherwise it is refused and stays as it is.
+
+    Attributes
+    ----------
+    actions
+        Actions of earlier sessions.
+    lost_bytes
+        Length of an unreadable end, which a crash or a power cut leaves. It is not used, and the
+        next action replaces it.
 
     Raises
     ------
     InputError
-        The file is of other recordings, cannot be read or not be written, or another command has
-        it.
+        The file is of other recordings, is damaged, cannot be read or not be written, or another
+        command has it.
     """
 
-    def __init__(self, path: Path, opened: Opened) -> None:
+    def __init__(self, path: Path, opened: Opened, is_new_allowed: bool = True) -> None:
         self.path = path
         self.actions: list[Action] = []
+        self.lost_bytes = 0
         #: Where the next line goes: what a crash cut off stays until there is one.
         self._end = 0
         there = path.exists()
         if there:
             self._read(opened)
+        if not self.actions and not is_new_allowed:
+            raise InputError(
+                f"{path} holds no labels, so there is nothing to write: label on the page first"
+            )
         try:
             # What could not be written must not wait in a buffer: it would be at the end.
             self._stream: IO[bytes] = path.open("r+b" if there else "xb", buffering=0)
@@ -62,24 +76,24 @@ class Journal:
             if there:  # again: who had it until now may have gone on
                 self._end = self._read(opened)
             if not self._end:
-                self._append(asdict(opened))
+                self._append(opened)
         except BaseException:
             self._stream.close()
             raise
 
     def add(self, action: Action) -> None:
         """Append an action."""
-        self._append(asdict(action))
+        self._append(action)
 
     def close(self) -> None:
         """Close the file; twice is fine."""
         self._stream.close()
 
-    def _append(self, tree: object) -> None:
+    def _append(self, entry: Opened | Action) -> None:
         try:
             self._stream.truncate(self._end)
             self._stream.seek(self._end)
-            rest = memoryview(json.dumps(tree, ensure_ascii=False).encode() + b"\n")
+            rest = memoryview(_line(entry))
             while rest:
                 rest = rest[self._stream.write(rest) :]
             os.fsync(self._stream.fileno())
@@ -100,27 +114,32 @@ class Journal:
             return  # a disk without locks
 
     def _read(self, opened: Opened) -> int:
-        """Take in what was done before; where the last whole line ends."""
+        """Read the actions of earlier sessions and return where the last whole line ends."""
         try:
             raw = read_regular(self.path, LONGEST)
         except OSError as error:
             raise self._failed(error) from error
-        # A line that a crash cut off was never answered: it is written over.
         end = raw.rfind(b"\n") + 1
-        lines: Sequence[bytes] = raw[:end].splitlines()
-        if not lines:
-            return 0
         remedy = "remove it to begin anew, or choose another --out"
-        first = read_record(lines[0], Opened, f"{self.path}: line 1", remedy)
-        if first != opened:
+        if not end:
+            # A crash can cut off the first line. A power cut can leave zeros instead of labels.
+            if not _line(opened).startswith(raw):
+                raise InputError(
+                    f"{self.path} is damaged, none of its {len(raw)} bytes can be read: {remedy}"
+                )
+            return 0
+        first, *lines = raw[:end].splitlines()
+        if read_record(first, Opened, f"{self.path}: line 1", remedy) != opened:
             raise InputError(
                 f"{self.path} is of other recordings, or of onsets that were found otherwise: "
                 f"{remedy}"
             )
+        remedy = "remove this line and all behind it to keep the labels before it"
         self.actions = [
             read_record(line, Action, f"{self.path}: line {number}", remedy)
-            for number, line in enumerate(lines[1:], 2)
+            for number, line in enumerate(lines, 2)
         ]
+        self.lost_bytes = len(raw) - end
         return end
 
     def _failed(self, error: OSError) -> InputError:
@@ -128,3 +147,8 @@ class Journal:
             f"{self.path} cannot be written ({error.strerror}): what was said before is in it; "
             "make room and give the same command again"
         )
+
+
+def _line(entry: Opened | Action) -> bytes:
+    """Return an entry of the journal as JSON with its line end."""
+    return json.dumps(asdict(entry), ensure_ascii=False).encode() + b"\n"

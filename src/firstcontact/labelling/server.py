@@ -18,6 +18,8 @@ from firstcontact.live.page.guard import Guard
 from firstcontact.live.page.serving import answer, listen, load, serve_page
 
 HOST = "127.0.0.1"
+#: Interval at which a request to stop is looked for, s.
+POLL = 0.1
 
 
 class LabelServer:
@@ -49,10 +51,23 @@ class LabelServer:
         """Address to open in a browser."""
         return self._guard.url
 
-    def run(self, ready: Callable[[], object] = lambda: None) -> None:
-        """Serve until the new recordings are written; ``ready`` is called once it is served."""
+    def run(
+        self,
+        ready: Callable[[], object] = lambda: None,
+        is_stopped: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """Serve until the new recordings are written or the user stops the command.
+
+        Parameters
+        ----------
+        ready
+            Called once the page is served.
+        is_stopped
+            Polled for a request to stop. An exception in the middle of a reply would end as an
+            unhandled exception of its task, so a signal handler must not raise meanwhile.
+        """
         try:
-            asyncio.run(self._run(ready))
+            asyncio.run(self._run(ready, is_stopped))
         finally:
             self._socket.close()
 
@@ -61,12 +76,14 @@ class LabelServer:
         if self._loop is not None:
             self._loop.call_soon_threadsafe(self._done.set)
 
-    async def _run(self, ready: Callable[[], object]) -> None:
+    async def _run(self, ready: Callable[[], object], is_stopped: Callable[[], bool]) -> None:
         server = serve_page(self._view, self._socket, self._answer, LONGEST)
         self._loop = asyncio.get_running_loop()
         async with server:
             ready()
-            await self._done.wait()
+            while not (self._done.is_set() or is_stopped()):
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(self._done.wait(), POLL)
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         return answer(request, self._guard, self._files)

@@ -49,6 +49,8 @@ class Session:
         Folder for the new recordings and the journal.
     by
         Who labels, when and with what.
+    is_new_allowed
+        Whether a folder without labels is begun; otherwise it is refused and stays as it is.
 
     Raises
     ------
@@ -56,7 +58,9 @@ class Session:
         No onsets are found, a new recording is there already, or the journal cannot be used.
     """
 
-    def __init__(self, recordings: Sequence[Recording], out: Path, by: By) -> None:
+    def __init__(
+        self, recordings: Sequence[Recording], out: Path, by: By, is_new_allowed: bool = True
+    ) -> None:
         self._recordings = list(recordings)
         self._by = by
         self._paths = [out / r.path.name for r in recordings]
@@ -68,11 +72,14 @@ class Session:
         found = find_marks(recordings)
         self.marks = Marks(found, [[len(s.data) for s in r.stretches] for r in recordings])
         try:
-            out.mkdir(parents=True, exist_ok=True)
+            if is_new_allowed:
+                out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(f"{out} cannot be made ({error.strerror}): choose another") from error
         self._journal = Journal(
-            out / "labels.jsonl", Opened(tuple(r.path.name for r in recordings), len(found))
+            out / "labels.jsonl",
+            Opened(tuple(r.path.name for r in recordings), len(found)),
+            is_new_allowed,
         )
         try:
             for action in self._journal.actions:
@@ -87,9 +94,11 @@ class Session:
         self.written: list[Path] = []
 
     @property
-    def gone_on(self) -> int:
-        """How many actions an earlier sitting had done."""
-        return len(self._journal.actions)
+    def earlier(self) -> str:
+        """What is there of earlier sessions, in words."""
+        lost = self._journal.lost_bytes
+        damage = f" ({self._journal.path} ends in {lost} bytes that are no label)" if lost else ""
+        return f"{len(self._journal.actions)} actions done before{damage}"
 
     def now(self) -> dict[str, Any]:
         """All marks as they are."""
@@ -132,8 +141,11 @@ class Session:
         Raises
         ------
         InputError
-            One cannot be written: none is there then, and the labelling can go on.
+            One cannot be written, or nothing is labelled: none is there then, and the labelling
+            can go on.
         """
+        if not self.marks.done:
+            raise InputError("nothing is labelled yet: accept or reject an onset first")
         said = []
         written: list[Path] = []
         ordered = self.marks.ordered()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import runpy
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.contact.finder import APART, find_onsets
+from firstcontact.signal import resample
 
 RATE = 8000.0
 
@@ -54,6 +56,53 @@ def test_what_rings_is_one_contact_and_channels_are_apart() -> None:
     found = find_onsets(np.hstack([one, other]), RATE)
     assert [o.column for o in found] == [0, 1]
     assert len(find_onsets(one + other, RATE)) == 1
+
+
+@given(st.floats(5.0, 16.0), st.floats(0.5, 2.0), st.floats(0.0, 6.3), st.integers(0, 99))
+def test_a_slow_swing_after_a_tap_is_no_contact(
+    frequency: float, height: float, phase: float, seed: int
+) -> None:
+    x = with_taps([1000], 1000.0, seed, 5500)
+    t = np.arange(4000) / RATE
+    # The finger swings back once: as large as the tap, and smooth at both ends.
+    swing = np.sin(2 * np.pi * frequency * t + phase) * np.sin(np.pi * t / t[-1]) ** 2
+    x[1000:5000, 0] += 1000.0 * height * swing
+    assert [o.sample for o in find_onsets(x, RATE)] == pytest.approx([1000], abs=4)
+
+
+@pytest.mark.parametrize(("shore", "rebounds"), [(10.0, 0), (60.0, 4)])
+def test_taps_of_the_tutorial_and_only_rebounds_besides(shore: float, rebounds: int) -> None:
+    made = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "tap_tape.py"))
+    heard = resample(made["tape"](shore, 4, 1).astype(float)[:, None], made["RATE"], RATE)
+    found = np.array([o.sample for o in find_onsets(heard, RATE)]) / RATE
+    taps = made["REST"] + made["APART"] * np.arange(4)
+    from_tap = found - taps[np.searchsorted(taps, found + 0.005) - 1]
+    assert (np.abs(from_tap) < 0.001).sum() == 4
+    later = from_tap[np.abs(from_tap) >= 0.001]
+    assert len(later) <= rebounds
+    # That is when the simulated finger comes back to the block.
+    assert ((later > 0.05) & (later < 0.07)).all()
+
+
+def test_nothing_is_found_in_the_noise_of_a_real_converter(strikes: Path) -> None:
+    from scipy.io import wavfile
+
+    rate, data = wavfile.read(strikes / "wav" / "teensy4_0_noise_test.wav")
+    assert find_onsets(data.reshape(len(data), -1)[5 * rate :].astype(float), rate) == []
+
+
+def test_real_impacts_are_found_where_they_were_labelled(impacts: Path) -> None:
+    import csv
+
+    from scipy.io import wavfile
+
+    with (impacts / "labels.csv").open() as table:
+        for row in csv.DictReader(table):
+            rate, data = wavfile.read(impacts / "wav" / row["file"])
+            found = np.array([o.sample for o in find_onsets(data[:, None].astype(float), rate)])
+            # The trigger that labelled them is up to 4 ms late.
+            late = (int(row["pre_trigger_samples"]) - found) / rate
+            assert ((late > -0.002) & (late < 0.006)).any(), row["file"]
 
 
 def test_real_strikes_are_found_where_they_were_labelled(strikes: Path) -> None:

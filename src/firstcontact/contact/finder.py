@@ -1,4 +1,4 @@
-"""Where contacts began in a finished recording: looks ahead and back, for labelling."""
+"""Offline onset finder for labelling: it looks ahead and back in a whole recording."""
 
 from __future__ import annotations
 
@@ -17,6 +17,10 @@ AHEAD, BEHIND = 0.003, 0.020
 APART = 0.050
 #: A contact is so many times louder than the signal's quiet, and than what was right before it.
 ABOVE_QUIET, ABOVE_BEFORE = 8.0, 3.0
+#: A contact is abrupt: changes over this span, s, become so many times larger than right before.
+#: A finger that swings back moves the signal as far, but slowly: a parabola, which any slow swing
+#: is over the spans above, reaches 2.
+CHANGE, ABRUPT = 0.001, 2.5
 #: The onset is looked for so far around where the loudness leaps, s.
 EARLIER, LATER = 0.012, 0.004
 #: The quiet is the level that this share of the signal stays below, in pieces this long, s.
@@ -46,9 +50,10 @@ def find_onsets(signals: NDArray[np.float64], rate: float) -> list[Onset]:
     """All contacts in whole signals, in the order of time.
 
     Unlike a detector, it knows the quiet of the whole signal, compares what comes with what was at
-    every sample, and takes the largest leaps first. So it finds more and cannot run live. The
-    signal is not filtered: forwards, that would delay a contact, and in both directions a slow
-    one would begin before it began.
+    every sample, and takes the largest leaps first. So it finds more and cannot run live. A leap
+    counts where the signal also changes faster than before, so slow swings are no contacts.
+    Rebounds are. The onset is placed in the unfiltered signal: a causal filter would delay it,
+    and a filter in both directions would begin a slow one too early.
 
     Parameters
     ----------
@@ -65,23 +70,21 @@ def find_onsets(signals: NDArray[np.float64], rate: float) -> list[Onset]:
 
 def _of_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int, float]]:
     """Sample and loudness of each onset."""
-    ahead, behind, apart = (samples_in(span, rate) for span in (AHEAD, BEHIND, APART))
+    ahead, behind, apart, lag = (
+        max(1, samples_in(span, rate)) for span in (AHEAD, BEHIND, APART, CHANGE)
+    )
     if len(signal) < ahead + behind:
         return []
     quiet = _quiet(signal, samples_in(PIECE, rate))
     if not quiet > 0.0:
         return []
-    x = signal - signal.mean()
-    sums, power = (np.concatenate([[0.0], np.cumsum(v)]) for v in (x, x**2))
-    places = np.arange(behind, len(x) - ahead + 1)
-    before = (sums[places] - sums[places - behind]) / behind
-    was = np.sqrt(np.maximum((power[places] - power[places - behind]) / behind - before**2, 0.0))
-    # Around the mean of what was: a sensor that drifts makes no contact.
-    its = (sums[places + ahead] - sums[places]) / ahead
-    comes = (power[places + ahead] - power[places]) / ahead - 2 * its * before + before**2
-    comes = np.sqrt(np.maximum(comes, 0.0))
+    places = np.arange(behind, len(signal) - ahead + 1)
+    was, comes = _levels(signal, places, ahead, behind)
     leap = comes / np.maximum(was, quiet)
-    able = (comes > ABOVE_QUIET * quiet) & (leap > ABOVE_BEFORE)
+    change = signal - np.concatenate([signal[:1].repeat(lag), signal[:-lag]])
+    steady, sudden = _levels(change, places, ahead, behind)
+    steady = np.maximum(steady, _quiet(change, samples_in(PIECE, rate)))
+    able = (comes > ABOVE_QUIET * quiet) & (leap > ABOVE_BEFORE) & (sudden > ABRUPT * steady)
     out: list[tuple[int, float]] = []
     # The largest leap first; what is near it is the same contact.
     order = np.flatnonzero(able)
@@ -92,6 +95,22 @@ def _of_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int, flo
             free[max(0, k - apart) : k + apart] = False
             out.append((_refined(signal, int(places[k]), rate), float(comes[k] / quiet)))
     return sorted(out)
+
+
+def _levels(
+    signal: NDArray[np.float64], places: NDArray[np.intp], ahead: int, behind: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Deviation before each place, and level after it around the mean before it.
+
+    Around that mean, a sensor that drifts makes no contact.
+    """
+    x = signal - signal.mean()
+    sums, power = (np.concatenate([[0.0], np.cumsum(v)]) for v in (x, x**2))
+    mean = (sums[places] - sums[places - behind]) / behind
+    was = (power[places] - power[places - behind]) / behind - mean**2
+    after = (sums[places + ahead] - sums[places]) / ahead
+    comes = (power[places + ahead] - power[places]) / ahead - 2 * after * mean + mean**2
+    return np.sqrt(np.maximum(was, 0.0)), np.sqrt(np.maximum(comes, 0.0))
 
 
 def _refined(x: NDArray[np.float64], place: int, rate: float) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import resource
 import signal
 import subprocess
@@ -14,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from taps import taps, write_taps
+from taps import PIEZO, taps, write_taps
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
@@ -33,7 +34,10 @@ class Labelling:
         path = write_taps(folder / "taps.mcap", n, every)
         self.out = folder / "out"
         by = By("Ada", "2026-01-02", "a test")
-        self.session = Session(open_recordings([path]), self.out, by)
+        recordings = open_recordings([path])
+        #: The signal, V.
+        self.data = recordings[0].stretches[0].data[:, 0] * PIEZO.scale
+        self.session = Session(recordings, self.out, by)
         self.server = LabelServer(self.session, 0)
         ready = threading.Event()
         self.thread = threading.Thread(target=self.server.run, args=(ready.set,), daemon=True)
@@ -132,6 +136,81 @@ def test_one_key_an_onset_is_enough_and_every_key_is_answered(
     labelling.thread.join(30)
     assert len(load_dataset(labelling.out / "taps.mcap")) == 60
     labelling.close()
+
+
+@needs_browser
+def test_a_key_after_undo_is_for_the_reopened_onset(labelling: Labelling, chromium: Any) -> None:
+    chromium.get(labelling.server.url)
+    counts(chromium, "10 open")
+    press(chromium, " ", " ", "u", "x", " ")
+    counts(chromium, "2 accepted, 1 rejected, 7 open")
+    done = [m.status.value for m in labelling.session.marks.ordered()[:4]]
+    assert done == ["accepted", "rejected", "accepted", "found"]
+    press(chromium, "u", "u")
+    until(chromium, lambda d: "onset 2 of 10" in text(d, "place"))
+    assert "open" in text(chromium, "what")
+
+
+@needs_browser
+def test_open_onsets_are_counted_where_the_list_and_the_labelling_end(
+    labelling: Labelling, chromium: Any
+) -> None:
+    from selenium.webdriver.common.keys import Keys
+
+    chromium.get(labelling.server.url)
+    counts(chromium, "10 open")
+    press(chromium, " ", Keys.END, " ")
+    until(chromium, lambda d: "8 before it are still open" in text(d, "said"))
+    press(chromium, Keys.TAB)
+    until(chromium, lambda d: "onset 2 of 10" in text(d, "place"))
+    chromium.execute_script("window.confirm = (said) => { window.asked = said; return false; }")
+    press(chromium, "f")
+    until(chromium, lambda d: d.execute_script("return window.asked"))
+    assert "8 of 10 onsets are still open" in chromium.execute_script("return window.asked")
+    assert not labelling.session.written
+
+
+@needs_browser
+def test_hardness_follows_the_object_in_the_form(labelling: Labelling, chromium: Any) -> None:
+    from selenium.webdriver.common.keys import Keys
+
+    def label(*keys: str) -> str:
+        press(chromium, "o")
+        press(chromium, *keys)
+        shore = chromium.execute_script("return document.getElementById('shore').value")
+        press(chromium, Keys.ENTER)
+        until(chromium, lambda d: d.execute_script("return form.hidden"))
+        return str(shore)
+
+    chromium.get(labelling.server.url)
+    counts(chromium, "10 open")
+    assert label("eraser", Keys.TAB, "40") == "40"
+    until(chromium, lambda d: "eraser, 40 Shore A" in text(d, "what"))
+    press(chromium, " ", " ")
+    # Another object does not inherit the hardness, and one that was labelled brings its own.
+    assert label("foam") == ""
+    until(chromium, lambda d: text(d, "what").startswith("foam: "))
+    press(chromium, " ")
+    assert label("eraser") == "40"
+    until(chromium, lambda d: "eraser, 40 Shore A" in text(d, "what"))
+
+
+@needs_browser
+def test_values_stand_beside_the_signal(labelling: Labelling, chromium: Any) -> None:
+    chromium.get(labelling.server.url)
+    counts(chromium, "10 open")
+    until(chromium, lambda d: d.execute_script("return state.shown === current().number"))
+    shown = chromium.execute_script(
+        "const pen = CanvasRenderingContext2D.prototype, write = pen.fillText, said = [];"
+        "pen.fillText = (text) => said.push(text); draw(); pen.fillText = write; return said;"
+    )
+    values = [float(s.replace("−", "-")) for s in shown if not re.search("[a-z]", s)]
+    at = int(taps(10)[0])
+    signal = labelling.data[at - 160 : at + 161]
+    assert len(values) > 3
+    assert signal.min() <= min(values) <= signal.min() / 2
+    assert signal.max() / 2 <= max(values) <= signal.max()
+    assert "disc, V" in shown
 
 
 @needs_browser

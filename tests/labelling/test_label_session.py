@@ -175,6 +175,18 @@ def test_a_journal_that_is_refused_stays_as_it_is(tmp_path: Path) -> None:
     assert journal.read_bytes() == before
 
 
+def test_undo_and_add_say_which_onset_they_concern(tmp_path: Path) -> None:
+    its = session(tmp_path)
+    do(its, do="accept", number=2)
+    do(its, do="reject", number=5)
+    assert do(its, do="undo")["at"] == 5
+    assert do(its, do="undo")["at"] == 2
+    added = do(its, do="add", number=1, sample=5000)["at"]
+    assert added == 8
+    assert do(its, do="undo")["at"] == 1
+    its.close()
+
+
 MARKS = [Mark(k, 0, 0, 0, 100 * k, 100 * k) for k in range(5)]
 ACTIONS = st.builds(
     Action,

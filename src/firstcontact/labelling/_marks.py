@@ -112,8 +112,10 @@ class Marks:
             out.append(labelled)
         return out
 
-    def act(self, action: Action) -> None:
-        """Do something.
+    def act(self, action: Action) -> int:
+        """Do something, and return the number of the onset that it concerns.
+
+        That is the new onset of ``add``, and the onset whose last action ``undo`` takes back.
 
         Raises
         ------
@@ -123,10 +125,12 @@ class Marks:
         if action.do == "undo":
             if not self.done:
                 raise InputError("nothing is left to undo")
+            reopened = self.done[-1].number
             self.again(self.done[:-1])
-            return
-        self._do(action)
+            return reopened
+        number = self._do(action)
         self.done.append(action)
+        return number
 
     def again(self, actions: Iterable[Action]) -> None:
         """Begin anew, and do these."""
@@ -135,7 +139,7 @@ class Marks:
         for action in actions:
             self.act(action)
 
-    def _do(self, action: Action) -> None:
+    def _do(self, action: Action) -> int:
         mark = self._marks.get(action.number)
         if mark is None:
             raise InputError(f"there is no onset {action.number}: load the page again")
@@ -155,8 +159,10 @@ class Marks:
                 self._marks[number] = replace(
                     mark, number=number, sample=at, found=None, status=Status.ACCEPTED
                 )
+                return number
             case "label":
                 self._runs[mark.number] = action
+        return mark.number
 
     def _inside(self, mark: Mark, sample: int) -> int:
         length = self._lengths[mark.recording][mark.stretch]

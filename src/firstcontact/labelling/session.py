@@ -124,14 +124,14 @@ class Session:
             return self._ask(read_record(data, _Asked, "the page", "load it again", LONGEST))
         action = read_record(data, Action, "the page", "load it again", LONGEST)
         before = list(self.marks.done)
-        self.marks.act(action)
+        number = self.marks.act(action)
         try:
             self._journal.add(action)
         except InputError:
             self.marks.again(before)
             raise
         if action.do not in _OF_ONE:
-            return self.now()
+            return {**self.now(), "at": number}
         (mark,) = (m for m in self.marks.ordered() if m.number == action.number)
         return {"mark": _told(mark), "done": len(self.marks.done)}
 

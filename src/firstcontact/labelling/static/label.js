@@ -4,7 +4,9 @@
 const element = (id) => document.getElementById(id);
 const plot = element("plot"), overview = element("overview"), form = element("run");
 const HALVES = [0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2], AHEAD = 4;
-const state = { recordings: [], marks: [], at: 0, zoom: 2, done: 0, cursor: null, keys: 0, finished: false };
+const state = { recordings: [], marks: [], at: 0, zoom: 2, done: 0, cursor: null, keys: 0, finished: false, waiting: null };
+// Keys pressed before an undo or an addition is answered: only the answer says which onset they are for.
+const later = [];
 const signals = new Map(), asked = new Set();
 const socket = new WebSocket(`ws://${location.host}/socket`);
 
@@ -19,11 +21,8 @@ socket.addEventListener("message", (event) => {
   if (said.marks) {
     const here = current() && current().number;
     state.marks = said.marks;
-    if (state.adding) {
-      state.adding = false;
-      state.at = state.marks.reduce((a, m, i) => (m.number > state.marks[a].number ? i : a), 0);
-    } else if (here === undefined) state.at = Math.max(0, state.marks.findIndex((m) => m.status === "found"));
-    else state.at = Math.max(0, state.marks.findIndex((m) => m.number === here));
+    const at = said.at === undefined ? here : said.at;
+    state.at = Math.max(0, state.marks.findIndex((m) => (at === undefined ? m.status === "found" : m.number === at)));
   }
   if (said.done !== undefined) state.done = said.done;
   if (said.mark) {
@@ -37,9 +36,14 @@ socket.addEventListener("message", (event) => {
     asked.delete(name);  // what is forgotten below can be asked for again
     if (signals.size > 400) signals.delete(signals.keys().next().value);
   }
-  if (said.refused) { state.adding = false; tell(said.refused, false); }
+  if (said.refused) tell(said.refused, false);
   if (said.finished) { state.finished = true; tell(`Written. ${said.finished.join("; ")}. This page can be closed.`, true); }
   draw();
+  if (said.marks) {
+    if (state.waiting && !said.refused) tell(state.waiting, true);
+    state.waiting = null;
+    while (later.length && !state.waiting) press(later.shift());
+  }
 });
 socket.addEventListener("close", () => {
   if (!state.finished) tell("The command has ended. What was done is saved: give the same command again to go on.", false);
@@ -73,14 +77,13 @@ function draw() {
     state.shown = piece(mark) ? mark.number : null;
   }
   drawOverview(overview, state.marks, state.at);
-  const count = (status) => state.marks.filter((m) => m.status === status).length;
   element("name").textContent = recording.name;
   element("place").textContent = `onset ${state.at + 1} of ${state.marks.length}, ${(mark.sample / recording.rate).toFixed(3)} s`;
-  element("counts").textContent = `${count("accepted")} accepted, ${count("rejected")} rejected, ${count("found")} open`;
+  for (const status of ["accepted", "rejected", "found"]) element(status).textContent = count(status);
   const finger = recording.channels[mark.column].finger, shore = mark.shore_a === null ? "" : `, ${mark.shore_a} Shore A`;
   const moved = mark.found === null ? ", added" : mark.found === mark.sample ? ""
     : `, moved by ${(1000 * (mark.sample - mark.found) / recording.rate).toFixed(2)} ms`;
-  element("what").textContent = `${mark.object || "unknown object"}${shore}: ${finger}, ${mark.status}${moved}`;
+  element("what").textContent = `${mark.object || "unknown object"}${shore}: ${finger}, ${mark.status === "found" ? "open" : mark.status}${moved}`;
   document.body.dataset.shown = `${mark.number} ${mark.status} ${mark.sample}`;
 }
 
@@ -95,11 +98,37 @@ function act(action) {
   send({ number: current().number, ...action });
 }
 
+// As act, for what changes more than this onset: where to go on is in the answer.
+function wait(action, sentence) {
+  act(action);
+  state.waiting = sentence;
+}
+
 // What will be answered is shown at once.
 function judge(status, action) {
   act({ do: action });
   state.marks[state.at] = { ...current(), status };
+  const open = count("found");
+  if (state.at === state.marks.length - 1) {
+    tell(open ? `This was the last onset; ${open} before it ${open > 1 ? "are" : "is"} still open. Tab goes there.` : "Nothing is open. Press f to finish.", !open);
+  }
   go(state.at + 1);
+}
+
+const count = (status) => state.marks.filter((m) => m.status === status).length;
+
+// The next open onset; from the last one on, the first.
+function nextOpen() {
+  const isOpen = (m, k) => m.status === "found" && k !== state.at, after = state.marks.findIndex((m, k) => k > state.at && isOpen(m, k));
+  const to = after < 0 ? state.marks.findIndex(isOpen) : after;
+  if (to < 0) tell("No other onset is open.", true); else tell("", true);
+  go(to < 0 ? state.at : to);
+}
+
+function finish() {
+  const open = count("found");
+  const left = open ? `${open} of ${state.marks.length} onsets ${open > 1 ? "are" : "is"} still open and will not become ${open > 1 ? "contacts" : "a contact"}. ` : "";
+  if (confirm(`${left}Write the new recordings and end?`)) send({ ask: "finish" });
 }
 
 function move(by) {
@@ -122,14 +151,22 @@ const drawn = () => signals.has(key(current()));
 
 function add(x) {
   if (!drawn()) return;
-  state.adding = true;
-  act({ do: "add", sample: sampleAt(x) });
+  wait({ do: "add", sample: sampleAt(x) }, "Added.");
+}
+
+// Each object's Shore A, as it was given last.
+const hardness = () => new Map(state.marks.filter((m) => m.object).map((m) => [m.object, m.shore_a]));
+
+function fillShore(shore) {
+  element("shore").value = shore === null || shore === undefined ? "" : shore;
+  element("shore").dataset.typed = "";
 }
 
 function openForm() {
   form.hidden = false;
   element("object").value = current().object;
-  element("shore").value = current().shore_a === null ? "" : current().shore_a;
+  fillShore(current().shore_a);
+  element("objects").replaceChildren(...[...hardness().keys()].map((name) => new Option(name)));
   element("object").focus();
   element("object").select();
 }
@@ -147,18 +184,28 @@ form.addEventListener("submit", (event) => {
   closeForm();
 });
 
+// The Shore A follows the object, until somebody types one: that of another object must not stay.
+element("object").addEventListener("input", () => {
+  if (!element("shore").dataset.typed) fillShore(hardness().get(element("object").value.trim()));
+});
+element("shore").addEventListener("input", () => { element("shore").dataset.typed = "yes"; });
+
 const rate = () => state.recordings[current().recording].rate;
 const KEYS = {
   " ": () => judge("accepted", "accept"), Enter: () => judge("accepted", "accept"), a: () => judge("accepted", "accept"),
   x: () => judge("rejected", "reject"), r: () => judge("rejected", "reject"), Delete: () => judge("rejected", "reject"),
-  u: () => act({ do: "undo" }), ArrowLeft: () => go(state.at - 1), ArrowRight: () => go(state.at + 1),
+  u: () => wait({ do: "undo" }, "Undone: this onset is as it was before."), ArrowLeft: () => go(state.at - 1), ArrowRight: () => go(state.at + 1),
   Home: () => go(0), End: () => go(state.marks.length - 1),
-  Tab: () => { const i = state.marks.findIndex((m, k) => k > state.at && m.status === "found"); go(i < 0 ? state.at : i); },
+  Tab: nextOpen,
   ",": () => move(-1), ".": () => move(1), "<": () => move(-rate() / 1000), ">": () => move(rate() / 1000),
   "+": () => zoom(-1), "=": () => zoom(-1), "-": () => zoom(1),
   o: openForm, n: () => add(state.cursor === null ? plot.clientWidth / 2 : state.cursor),
-  f: () => { if (confirm("Write the new recordings and end?")) send({ ask: "finish" }); },
+  f: finish,
 };
+
+function press(name) {
+  if (state.waiting) later.push(name); else KEYS[name]();
+}
 
 function zoom(by) {
   state.zoom = Math.min(Math.max(state.zoom + by, 0), HALVES.length - 1);
@@ -171,7 +218,7 @@ document.addEventListener("keydown", (event) => {
   if (!current() || state.finished || !KEYS[event.key]) return;
   event.preventDefault();
   state.keys += 1;
-  KEYS[event.key]();
+  press(event.key);
 });
 plot.addEventListener("mousemove", (event) => { state.cursor = event.offsetX; draw(); });
 plot.addEventListener("mouseleave", () => { state.cursor = null; draw(); });

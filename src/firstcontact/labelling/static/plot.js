@@ -46,6 +46,9 @@ function drawSignal(canvas, signal, mark, others, recording, cursor) {
   for (let k = 0; k < lanes; k++) {
     const least = signal.least[k], most = signal.most[k], low = Math.min(...least), high = Math.max(...most);
     const size = high > low ? (lane - 26) / (high - low) : 0, y = (v) => lane * (k + 1) - 8 - (v - low) * size;
+    const marked = size ? values(low, high, lane) : [];
+    pen.lineWidth = 1; pen.strokeStyle = "#eef1f4";
+    for (const { value } of marked) { pen.beginPath(); pen.moveTo(0, y(value)); pen.lineTo(width, y(value)); pen.stroke(); }
     pen.strokeStyle = COLOURS[k % COLOURS.length]; pen.lineWidth = k === mark.column ? 1.6 : 1;
     pen.beginPath();
     least.forEach((v, i) => {
@@ -57,6 +60,9 @@ function drawSignal(canvas, signal, mark, others, recording, cursor) {
     pen.fillStyle = COLOURS[k % COLOURS.length]; pen.textAlign = "left";
     const channel = recording.channels[k];
     pen.fillText(`${channel.name}${channel.unit ? `, ${channel.unit}` : ""}`, 8, lane * k + 15);
+    // At the right, since what matters is in the middle; with a rim, since the signal goes through.
+    pen.lineWidth = 4; pen.strokeStyle = "#fff"; pen.fillStyle = "#52606d"; pen.textAlign = "right";
+    for (const { value, text } of marked) { pen.strokeText(text, width - 6, y(value) + 4); pen.fillText(text, width - 6, y(value) + 4); }
   }
   pen.lineWidth = 1;
   for (const other of others) line(pen, x(other.sample), other, lane, height - foot, [3, 4]);
@@ -70,6 +76,18 @@ function drawSignal(canvas, signal, mark, others, recording, cursor) {
     pen.strokeStyle = "#1f293355"; pen.lineWidth = 1; pen.setLineDash([]);
     pen.beginPath(); pen.moveTo(cursor, 0); pen.lineTo(cursor, height - foot); pen.stroke();
   }
+}
+
+// Round values of a lane, some 45 pixels apart or more.
+function values(low, high, lane) {
+  const rough = (high - low) / Math.max(2, lane / 45), decade = 10 ** Math.floor(Math.log10(rough));
+  const step = decade * [1, 2, 5, 10].find((m) => m * decade >= rough), digits = Math.max(0, -Math.floor(Math.log10(step)));
+  const out = [];
+  for (let n = Math.ceil(low / step); n * step <= high; n++) {
+    const size = Math.abs(n * step), short = digits <= 4 && size < 1e5 ? size.toFixed(digits) : size.toExponential(1);
+    out.push({ value: n * step, text: n ? `${n < 0 ? "−" : ""}${short}` : "0" });
+  }
+  return out;
 }
 
 function line(pen, at, mark, lane, bottom, dash) {

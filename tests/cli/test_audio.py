@@ -43,7 +43,8 @@ def test_calibrate_measures_its_noise(
         options = ["--device", "audio:disc", "--no-tap", "--seconds", "0.5", "--out", str(out)]
         assert main(["calibrate", *options]) == 0
     said = capsys.readouterr().out
-    assert "full scale RMS" in said
+    assert "of full scale RMS" in said
+    assert "touch nothing" in said
     assert "mV" not in said
     (floor,) = json.loads(out.read_text())["piezo"]
     # White noise of 30 steps, of which the filter leaves what is below 2.5 of 24 kHz.

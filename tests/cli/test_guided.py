@@ -11,8 +11,11 @@ from firstcontact.collect.plan import Item
 from firstcontact.core import (
     Block,
     Calibration,
+    Channel,
+    ChannelKind,
     Finger,
     InputError,
+    Layout,
     VibrationCalibration,
     fingertip_layout,
 )
@@ -131,3 +134,15 @@ def test_a_hand_that_does_not_close_is_asked_for_and_noise_is_blamed_where_it_is
     (line,) = capsys.readouterr().out.splitlines()
     assert line.startswith("waiting for the hand to close; noise 2.")
     assert line.endswith(": calibrate again, or quieten the hand")
+
+
+def test_a_sensor_of_no_finger_waits_for_taps(capsys):
+    layout = Layout((Channel("disc", ChannelKind.VIBRATION, None, "V"),), LAYOUT.rate)
+    calibration = Calibration((VibrationCalibration(None, 0.002),))
+    source = Counts()
+    with Terminal(source, Guide(layout, (BLOCK,), "1", calibration), False) as terminal:
+        source.health = Health(samples=1000 + round(REMIND * LAYOUT.rate) + 1, lost_samples=7)
+        terminal.going_on()
+    waiting, closing = capsys.readouterr().out.splitlines()
+    assert waiting.startswith("waiting for a tap; ")
+    assert closing.endswith("; 0 taps did not count")

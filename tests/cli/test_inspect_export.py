@@ -74,7 +74,7 @@ def test_a_calibration_names_the_sensor_that_it_is_of(
         "disc", ChannelKind.VIBRATION, None, "full scale", sensor=VibrationSensor.MICROPHONE
     )
     for layout, finger, words in (
-        (Layout((microphone,), 4936.0), None, "sensor microphone noise 0.0021 full scale RMS"),
+        (Layout((microphone,), 4936.0), None, "sensor microphone noise 0.0021 of full scale RMS"),
         (fingertip_layout(), Finger.INDEX, "index  piezo noise 2.10 mV RMS, offset +0.00 mV, tap"),
         # Of a finger that the layout does not have: what it was is not known.
         (Layout((microphone,), 4936.0), Finger.INDEX, "index  vibration noise"),

@@ -95,7 +95,7 @@ def test_an_input_that_is_unplugged_ends_with_a_sentence(tmp_path: Path) -> None
 def test_two_channels_are_two_fingers(tmp_path: Path) -> None:
     tape = np.stack([hum(RATE), np.full(RATE, 100, np.int16)], axis=1)
     with heard_here(tmp_path, tape), open_source("audio:disc/2") as source:
-        assert source.descriptor.layout.column_names == ("microphone_index", "microphone_thumb")
+        assert source.descriptor.layout.column_names == ("piezo_index", "piezo_thumb")
         (first, *_) = until(source, 100)
     np.testing.assert_allclose(first.block.data[:, 1], 100 / 32768.0, rtol=1e-5)
 

@@ -3,7 +3,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.core import Block, Finger, InputError, Layout, fingertip_layout
+from firstcontact.core import (
+    Block,
+    Channel,
+    ChannelKind,
+    Finger,
+    InputError,
+    Layout,
+    fingertip_layout,
+)
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.noise_floor import RestMeter, measure_noise
 
@@ -86,6 +94,16 @@ def test_it_is_refused_while_something_touches_and_says_which_finger(fault, said
         measure_noise(Samples(spoilt(fault)), seconds=2.0, patience=0.0)
     other = "index" if "thumb" in said else "thumb"
     assert f"the {other}" not in str(refused.value)
+
+
+def test_a_sensor_of_no_finger_is_refused_without_words_of_a_hand():
+    disc = Channel("disc", ChannelKind.VIBRATION, None, "V")
+    loud = np.arange(20 * RATE) // RATE % 2 == 1
+    noise = np.random.default_rng(0).standard_normal(20 * RATE) * np.where(loud, 1.0, 0.01)
+    source = Samples(noise[:, None], Layout((disc,), LAYOUT.rate))
+    with pytest.raises(InputError, match="the piezo does not rest: touch nothing") as refused:
+        measure_noise(source, seconds=2.0, patience=0.0)
+    assert not {"hand", "motor", "sensor's"} & set(str(refused.value).split())
 
 
 def test_a_hand_that_closes_is_measured_between_its_closings():

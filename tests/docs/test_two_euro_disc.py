@@ -80,6 +80,8 @@ def test_every_command_runs_and_hard_things_sound_hard(
             ended = main(words)
         said = capsys.readouterr()
         assert ended == 0, f"{words}\n{said.out}\n{said.err}"
+        # A disc alone has no hand and no motor, is no microphone, and its unit is not the volt.
+        assert not re.findall(r"\b(?:hand|motor|microphone|mV)\b", said.out + said.err), words
         if words[:2] == ["inspect", "taps/session-1.mcap"]:
             assert said.out.count("not confirmed") == 10
         if words[:2] == ["inspect", "labelled/session-1.mcap"]:

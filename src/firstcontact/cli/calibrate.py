@@ -64,14 +64,14 @@ class Calibrate:
         print(f"calibration: {self.out}")
 
     def _measure(self, source: Source) -> Calibration:
-        from firstcontact.cli.sensor_words import rest_words, sensor_of, tap_words
+        from firstcontact.cli.sensor_words import rest_request, rest_words, sensor_of, tap_words
         from firstcontact.collect.tap import wait_for_tap
         from firstcontact.core import finger_name
         from firstcontact.device.noise_floor import measure_noise
 
-        print(f"measuring {self.seconds:g} s of rest: touch nothing, motor off", flush=True)
-        calibration = measure_noise(source, self.seconds, self.patience)
         layout = source.descriptor.layout
+        print(f"measuring {self.seconds:g} s of rest: {rest_request(layout)}", flush=True)
+        calibration = measure_noise(source, self.seconds, self.patience)
         for measured in calibration.piezo:
             words = rest_words(measured, sensor_of(layout, measured))
             print(f"{finger_name(measured.finger):6} {words}")

@@ -7,6 +7,7 @@ import sys
 from typing import Self
 
 from firstcontact.cli.output import reader_gone
+from firstcontact.cli.sensor_words import is_tapped
 from firstcontact.collect.guide import Guide, Judged
 from firstcontact.core import InputError, Label
 from firstcontact.device import Source
@@ -55,6 +56,7 @@ class Terminal:
         self._source = source
         self._guide = guide
         self._asks = asks
+        self._tapped = is_tapped(guide.layout)
         self._live = sys.stdout.isatty()
         self._width = 0
         self._told_at = source.health.samples
@@ -72,7 +74,7 @@ class Terminal:
         self._say(
             f"link: {health.samples} samples, {health.lost} lost, "
             f"{health.bad_frames} damaged frames, {health.reconnects} reconnects; "
-            f"{self._guide.left_out} closings did not count"
+            f"{self._guide.left_out} {'taps' if self._tapped else 'closings'} did not count"
         )
         lost = health.lost_samples - self._lost_before
         if lost:
@@ -93,7 +95,7 @@ class Terminal:
         self._say(
             f"next: {label.object}{shore}, specimen {label.specimen}, "
             f"{wanted - done} of {wanted} pinches to go"
-            + (": put it between the fingers and press Enter" if self._asks else "")
+            + (": put it in place and press Enter" if self._asks else "")
         )
         if self._asks and reader_gone():
             raise InputError(
@@ -129,8 +131,11 @@ class Terminal:
         waited = (health.samples - self._told_at) / guide.layout.rate
         noise = f"noise {guide.noise:.2f} x floor"
         if waited >= REMIND and not guide.paused:
-            advice = ": calibrate again, or quieten the hand" if guide.noise > NOISY else ""
-            self._say(f"waiting for the hand to close; {noise}{advice}")
+            event, place = "the hand to close", "hand"
+            if self._tapped:
+                event, place = "a tap", "surroundings"
+            advice = f": calibrate again, or quieten the {place}" if guide.noise > NOISY else ""
+            self._say(f"waiting for {event}; {noise}{advice}")
         if self._live:
             line = (
                 f"{health.samples / guide.layout.rate:.0f} s, {noise}, {health.lost_samples} lost"

@@ -81,6 +81,7 @@ def _ports() -> Iterator[str]:
 
 
 def _device(name: str, condition: str) -> Iterator[str]:
+    from firstcontact.cli.sensor_words import is_tapped
     from firstcontact.device import ports
     from firstcontact.device.link_news import clock_line
     from firstcontact.device.opening import open_source, source_kind
@@ -92,7 +93,8 @@ def _device(name: str, condition: str) -> Iterator[str]:
         descriptor, layout = source.descriptor, source.descriptor.layout
         yield _line("device", name)
         for field in ("firmware", "sensor", "hand", "source"):
-            yield _line(field, getattr(descriptor, field) or "not known")
+            if field != "hand" or descriptor.hand or not is_tapped(layout):
+                yield _line(field, getattr(descriptor, field) or "not known")
         yield _line("rate", f"{layout.rate:g} Hz, {layout.smoothing}")
         names = ", ".join(layout.column_names)
         if descriptor.delay:

@@ -256,12 +256,14 @@ class Live:
 
     def _measured(self, source: Source) -> Calibration | None:
         """The noise floor, as it was recorded or as it is now."""
+        from firstcontact.cli.sensor_words import rest_request
         from firstcontact.device.noise_floor import measure_noise
 
         recorded = getattr(source, "calibration", None)
         if recorded is not None or source_kind(self.device).recorded:
             return recorded  # a recording has its own, or each of its closings is an epoch
-        _say(f"measuring the noise floor, {REST:g} s: keep the hand open and still")
+        request = rest_request(source.descriptor.layout)
+        _say(f"measuring the noise floor, {REST:g} s: {request}")
         return measure_noise(source, REST, PATIENCE)
 
     @contextmanager

@@ -118,6 +118,7 @@ class Record:
     def _record(self, session: str, items: tuple[Item, ...], stop: Stop) -> bool:
         """One session; whether it is complete."""
         from firstcontact.cli.guided import Terminal
+        from firstcontact.cli.sensor_words import rest_request
         from firstcontact.collect.guide import Guide
         from firstcontact.collect.session import header_of, run_session, with_noise
         from firstcontact.collect.sessions import so_far
@@ -139,7 +140,7 @@ class Record:
                 return True
             if calibration is None or len(calibration.piezo) < len(layout.vibration_fingers):
                 print(
-                    f"measuring the noise floor, {REST:g} s of rest: keep the hand still",
+                    f"measuring the noise floor, {REST:g} s of rest: {rest_request(layout)}",
                     flush=True,
                 )
                 calibration = with_noise(calibration, measure_noise(source, REST, PATIENCE))

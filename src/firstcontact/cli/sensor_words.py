@@ -1,4 +1,4 @@
-"""What was measured of a vibration sensor at rest, in words and in its own unit."""
+"""Words about vibration sensors: requests for rest, and measurements in their own unit."""
 
 from __future__ import annotations
 
@@ -10,17 +10,29 @@ def sensor_of(layout: Layout, measured: VibrationCalibration) -> Channel | None:
     return next((c for c in layout.vibration if c.finger is measured.finger), None)
 
 
+def is_tapped(layout: Layout) -> bool:
+    """Return True if the sensors belong to no finger: they are tapped, and no hand closes."""
+    return all(finger is None for finger in layout.vibration_fingers)
+
+
+def rest_request(layout: Layout) -> str:
+    """Return what the user has to do while the noise floor is measured."""
+    return "touch nothing" if is_tapped(layout) else "keep the hand open and still, motor off"
+
+
 def rest_words(measured: VibrationCalibration, channel: Channel | None) -> str:
     """Its noise and its offset."""
     if channel is None or channel.unit == "V":
         noise, offset = 1e3 * measured.noise, 1e3 * measured.offset
         return f"noise {noise:.2f} mV RMS, offset {offset:+.2f} mV"
-    return (
-        f"noise {measured.noise:.3g} {channel.unit} RMS, offset {measured.offset:+.3g} "
-        f"{channel.unit}"
-    )
+    unit = _unit(channel)
+    return f"noise {measured.noise:.3g} {unit} RMS, offset {measured.offset:+.3g} {unit}"
 
 
 def tap_words(tap: float, channel: Channel | None) -> str:
     """The peak of a tap."""
-    return f"tap {tap:.3f} {'V' if channel is None else channel.unit}"
+    return f"tap {tap:.3f} {'V' if channel is None else _unit(channel)}"
+
+
+def _unit(channel: Channel) -> str:
+    return "of full scale" if channel.unit == "full scale" else channel.unit

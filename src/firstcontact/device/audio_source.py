@@ -9,6 +9,7 @@ import time
 from collections import deque
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import replace
 from queue import Empty, SimpleQueue
 from typing import Any, NamedTuple
 
@@ -100,11 +101,14 @@ class AudioSource(ThreadedSource):
                 f"{self.name} cannot be opened ({error}): close what else uses it, or see "
                 "`firstcontact ports`"
             ) from error
-        settings = FileSettings(
-            VibrationSensor.MICROPHONE, self._rate, "full scale", 1.0, "real", None
-        )
+        settings = FileSettings(VibrationSensor.PIEZO, self._rate, "full scale", 1.0, "real", None)
+        layout = make_layout(settings, self._channels, scale=1.0)
+        if self._channels == 1:  # a disc by itself: of no finger
+            (channel,) = layout.channels
+            channel = replace(channel, name=VibrationSensor.PIEZO.value, finger=None)
+            layout = replace(layout, channels=(channel,))
         return Descriptor(
-            make_layout(settings, self._channels, scale=1.0),
+            layout,
             firmware=f"PortAudio, from {self._input_rate:g} Hz",
             sensor=f"sound input {device['name']}",
             source="real",

@@ -120,19 +120,22 @@ class RestMeter:
         faults = self._faults(self._parts)
         for column, finger in enumerate(self._fingers):
             flat, strip, force, loud = (fault[:, column].mean() for fault in faults)
-            name, sensor = finger_name(finger), self._layout.vibration[column].sensor
+            sensor = self._layout.vibration[column].sensor
+            name = finger_name(finger)
+            what = f"the {sensor}" if finger is None else f"the {name}'s {sensor}"
             # The plainest fault first: one closed strip explains a loud piezo, too.
             if flat > 0.5:
-                said.append(
-                    f"the {name}'s {sensor} does not move at all: check its plug and buffer"
-                )
+                said.append(f"{what} does not move at all: check its plug and buffer")
             elif max(strip, force) > 0 and max(strip, force) >= loud:
-                what = "strip is closed" if strip >= force else "force is above its unloaded level"
-                said.append(f"the {name}'s {what}: take away what it touches")
+                fault = "strip is closed" if strip >= force else "force is above its unloaded level"
+                said.append(f"the {name}'s {fault}: take away what it touches")
             elif loud > 0:
-                said.append(
-                    f"the {name}'s {sensor} does not rest: stop the motor and keep the hand still"
+                remedy = (
+                    "touch nothing, and quieten the surroundings"
+                    if finger is None
+                    else "stop the motor and keep the hand still"
                 )
+                said.append(f"{what} does not rest: {remedy}")
         return said or ["too few samples came: check the connection"]
 
     def _part(self, x: NDArray[np.float64]) -> _Part:

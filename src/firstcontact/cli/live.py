@@ -149,6 +149,7 @@ class Live:
                 calibration,
                 anytime=loaded.anytime,
                 delay=source.descriptor.delay,
+                real_time=self.speed == 1.0,
             )
             with self._driven(source) as grasping:
                 actors = () if grasping is None else (grasping,)
@@ -170,7 +171,7 @@ class Live:
                     session.run(sinks, self.seconds, self.pinches, lambda: stop.requested, patient)
                 self._report(session, source, began, time.process_time() - used)
             if grasping is not None:
-                for line in grasp_lines(grasping, in_time=self.speed == 1.0):
+                for line in grasp_lines(grasping, real_time=self.speed == 1.0):
                     _say(line)
             if session.recording.failed:
                 raise InputError(session.recording.failed)
@@ -269,7 +270,7 @@ class Live:
     @contextmanager
     def _driven(self, source: Source) -> Iterator[Grasping | None]:
         """The hand with its policy, released on every way out; None where none is driven."""
-        from firstcontact.device.clock import DeviceClock
+        from firstcontact.device.clock import TransportDelay
         from firstcontact.grasp.hand import HandError
         from firstcontact.grasp.policies.registry import live_policy
         from firstcontact.grasp.registry import open_hand
@@ -281,10 +282,10 @@ class Live:
         policy = live_policy(self.policy)
         layout = source.descriptor.layout
         # Where samples come faster or slower than they were taken, there is no delay to be told.
-        clock = DeviceClock(layout.rate) if self.speed == 1.0 else None
+        transport = TransportDelay(layout.rate) if self.speed == 1.0 else None
         try:
             with open_hand(self.hand, self.hand_port, source=source) as hand:
-                yield Grasping(policy, hand, layout, clock=clock, slip=self._slip())
+                yield Grasping(policy, hand, layout, transport=transport, slip=self._slip())
         except HandError as error:
             raise InputError(f"--hand {self.hand}: {error}") from error
 

@@ -44,7 +44,7 @@ class GraspLoop:
 
     All times are seconds of one clock that only goes forward, that of the samples: sample
     number over rate, plus what was spent on the way and on computing. An estimate that reaches
-    the hand at the deadline itself is in time. After a miss the fallback holds for the rest of
+    the hand at the deadline itself meets it. After a miss the fallback holds for the rest of
     the closing.
 
     Parameters
@@ -139,7 +139,7 @@ class GraspLoop:
         Parameters
         ----------
         second
-            The second contact: what reached the hand after it was not in time.
+            The second contact: estimates that reached the hand after it do not count.
         """
         late = 0 if second is None else sum(t >= second.sample / self._rate for t in self._reached)
         self.counts.estimates -= late

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -94,6 +95,17 @@ def save_detector(
 def vouched(directory: Path) -> str:
     """What a model's card holds of the detector in a folder, so that no other is taken for it."""
     return digest((directory / CARD).read_bytes())
+
+
+def pretrained_detector() -> Detector:
+    """Load the detector that came with the package: it was trained on the twin alone.
+
+    Raises
+    ------
+    InputError
+        A package that is damaged.
+    """
+    return load_detector(Path(str(files("firstcontact.contact"))) / "pretrained")
 
 
 def load_detector(path: AnyPath) -> Detector:

@@ -9,7 +9,15 @@ from hypothesis import strategies as st
 from streams import cut, offline, run, told
 
 from firstcontact.contact import Detector, ThresholdDetector
-from firstcontact.core import Block, Dataset, Finger, InputError, fingertip_layout
+from firstcontact.core import (
+    Block,
+    Calibration,
+    Dataset,
+    Finger,
+    InputError,
+    VibrationCalibration,
+    fingertip_layout,
+)
 from firstcontact.live.events import Case, Estimated, PinchDone, Refused, Touched
 from firstcontact.live.models import ModelWithInterval
 from firstcontact.live.pipeline import Pipeline
@@ -243,3 +251,24 @@ def test_the_ledger_adds_up(
     assert figures["window_max"] == max(waits)
     # 74 samples and two of look-ahead after the contact's own.
     assert min(waits) == pytest.approx(75 / rate)
+
+
+def test_a_stream_without_noise_floors_is_warned_of_once(
+    detector: Detector, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Each epoch is one closing then: of a stream all closings but the first are missed."""
+    rng = np.random.default_rng(0)
+    noise = rng.normal(0, 60, (8 * 4936, LAYOUT.width)).astype(np.int16)
+    floors = Calibration(tuple(VibrationCalibration(f, 0.01) for f in Finger))
+    stream = [Block(noise, 0), Block(noise, len(noise)), Block(noise, 2 * len(noise))]
+    closings = [Block(noise, 0, epoch) for epoch in range(3)]
+    for calibration, blocks, warnings in (
+        (None, stream, 1),
+        (None, closings, 0),
+        (floors, stream, 0),
+    ):
+        caplog.clear()
+        run(Pipeline(LAYOUT, detector, calibration=calibration), blocks)
+        said = [r.getMessage() for r in caplog.records if r.levelname == "WARNING"]
+        assert len(said) == warnings
+        assert all("calibration" in text for text in said)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -31,6 +32,10 @@ AFTER = 0.2
 #: Where nothing is due, samples are worked on in lots of this length, s: each wakes a core that
 #: has grown cold, and a page draws no oftener.
 IDLE = 0.024
+#: Without noise floors an epoch is one closing: a longer one is a stream of several, s.
+LONGEST_EPOCH = 10.0
+
+_log = logging.getLogger(__name__)
 
 
 class Pipeline:
@@ -50,7 +55,7 @@ class Pipeline:
         each window is complete.
     calibration
         With the noise floors of the fingers; without, a closing begins with each
-        epoch.
+        epoch. A warning is logged where an epoch is longer than any closing, as a stream's is.
     clock
         Gives the host's time, s.
     anytime
@@ -128,6 +133,8 @@ class Pipeline:
         self._waiting: list[Block] = []
         self._waiting_samples = 0
         self._lot = self._idle  # samples that are worked on together
+        self._epoch_began: tuple[int, int] | None = None  # epoch and its first sample
+        self._has_warned = self._closings.has_floors
 
     def update(self, block: Block, host: float) -> Iterator[Event]:
         """Take the next block: what is found in it, in order, each as soon as it is known.
@@ -198,6 +205,7 @@ class Pipeline:
     def _work(self, host: float) -> Iterator[Event]:
         began = self._clock()
         (block,) = joined(self._waiting)
+        self._warn_of_long_epoch(block)
         self._waiting = []
         self._waiting_samples = 0
         for stage in self._closings.update(block):
@@ -213,6 +221,22 @@ class Pipeline:
         answer = None if self._pinch is None else self._pinch.due
         self._lot = min(n for n in (self._idle, self._closings.due, answer) if n is not None)
         self.ledger.worked(self._clock() - began, len(block.data))
+
+    def _warn_of_long_epoch(self, block: Block) -> None:
+        """Say once that only the first closing of an epoch can be found."""
+        if self._has_warned:
+            return
+        if self._epoch_began is None or self._epoch_began[0] != block.epoch:
+            self._epoch_began = block.epoch, block.first_sample
+        seconds = (block.end - self._epoch_began[1]) / self.layout.rate
+        if seconds > LONGEST_EPOCH:
+            self._has_warned = True
+            _log.warning(
+                "this stream has gone on for %.0f s and the pipeline has no calibration with noise "
+                "floors: it looks for one closing in each epoch and misses all others. Pass "
+                "calibration, such as that of firstcontact.device.noise_floor.measure_noise",
+                seconds,
+            )
 
     def _begin(self, stage: ClosingBegan) -> None:
         windows = WindowStream(self.layout, tuple(self._models))

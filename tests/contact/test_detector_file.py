@@ -205,7 +205,7 @@ def test_a_decision_that_is_not_finite_is_refused_and_not_taken_for_quiet(folder
 def test_the_shipped_detector_is_what_its_commands_make(tmp_path: Path) -> None:
     """As docs/how-to/adapt-to-your-rig.md says."""
     pytest.importorskip("numba")
-    numbers = "--pinches-per-block 60 --pinches-per-object 30 --seed 7".split()
+    numbers = ["--pinches-per-block", "60", "--pinches-per-object", "30", "--seed", "7"]
     twin, made = str(tmp_path / "twin"), str(tmp_path / "detector")
     assert main(["simulate", "--out", twin, "--condition", "everyday", *numbers]) == 0
     assert main(["train", twin, "--out", made, "--detector-only"]) == 0

@@ -194,6 +194,7 @@ class Live:
             raise InputError(f"--port is {self.port}: give one from 0 to 65535")
         if self.slip is not None:
             self._check_slip(self.slip)
+        POLICIES.find(self.policy)
         if self.hand is not None:
             self._check_hand(HANDS.find(self.hand))
         else:
@@ -201,7 +202,6 @@ class Live:
 
     def _check_no_hand(self) -> None:
         """Refuse what is said of a hand where none is driven."""
-        POLICIES.find(self.policy)
         for option, said in (
             ("--policy", self.policy != POLICIES.default),
             ("--hand-port", self.hand_port is not None),
@@ -290,7 +290,11 @@ class Live:
             raise InputError(f"--hand {self.hand}: {error}") from error
 
     def _slip(self) -> SlipDetector | None:
-        return None if self.slip is None else SLIP_DETECTORS.find(self.slip)()
+        if self.slip is None:
+            return None
+        kind = SLIP_DETECTORS.find(self.slip)
+        with SLIP_DETECTORS.calling(self.slip):
+            return kind()
 
     def _sinks(self, session: LiveSession, landmarks: dict[str, float]) -> list[Sink]:
         sinks: list[Sink] = [self._to_stdout(session.source)]
@@ -310,7 +314,9 @@ class Live:
         from firstcontact.live.json_lines import JsonLinesSink
         from firstcontact.live.text import TextSink
 
-        return JsonLinesSink(sys.stdout) if self.json else TextSink(sys.stdout, _shore_a(source))
+        if self.json:
+            return JsonLinesSink(sys.stdout)
+        return TextSink(sys.stdout, _shore_a(source, self.device))
 
     def _report(self, session: LiveSession, source: Source, began: int, cpu: float) -> None:
         from firstcontact.device.link_news import clock_line
@@ -347,11 +353,11 @@ class Live:
                 _say(f"{name}: {dropped} updates dropped, it was too slow")
 
 
-def _shore_a(source: Source) -> Callable[[str], float | None]:
+def _shore_a(source: Source, device: str) -> Callable[[str], float | None]:
     """Of an object by its name, where the source is a simulated hand or was one."""
     origin = source.descriptor.source
-    known = (k.shore_a for k in SOURCES.values() if k.shore_a is not None and k.origin == origin)
-    its = next(known, None)
+    kinds = [source_kind(device), *(SOURCES[name] for name in SOURCES.own)]
+    its = next((k.shore_a for k in kinds if k.shore_a is not None and k.origin == origin), None)
 
     def shore_a(name: str) -> float | None:
         if its is None:

@@ -131,7 +131,7 @@ def load_detector(path: AnyPath) -> Detector:
     if card.name not in DETECTORS:
         raise InputError(
             f"{file}: no detector is called {card.name!r} "
-            f"(there are {', '.join(DETECTORS)}): update firstcontact or train again"
+            f"(there are {', '.join(DETECTORS.names)}): update firstcontact or train again"
         )
     kind = DETECTORS[card.name]
     if card.sha256 is not None:

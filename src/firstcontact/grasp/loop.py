@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from firstcontact.core import Command, Contact
+from firstcontact.core import Command, Contact, InputError
 from firstcontact.grasp.policy import Policy, Stiffness
 
 
@@ -165,7 +165,14 @@ class GraspLoop:
         self._tell(self.policy.late())
 
     def _tell(self, command: Command | None) -> None:
-        if command is None or command == self._last:
+        if command is None:
+            return
+        if not isinstance(command, Command):
+            raise InputError(
+                f"policy {self.policy.name!r} returned {type(command).__name__}: let it return a "
+                "Command or None"
+            )
+        if command == self._last:
             return
         self._last = command
         self.counts.commands += 1

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from firstcontact.cli.main import main
 from firstcontact.core import InputError
 from firstcontact.device import Source, open_source
 from firstcontact.device.source import Arrival
@@ -53,7 +55,8 @@ def agree(arrivals: list[Arrival], tape: np.ndarray) -> int:
 
 
 def gaps(arrivals: list[Arrival]) -> int:
-    return sum(a.block.end != b.block.first_sample for a, b in pairwise(arrivals))
+    before = [0, *(a.block.end for a in arrivals)]
+    return sum(end != a.block.first_sample for end, a in zip(before, arrivals, strict=False))
 
 
 def test_what_comes_is_what_was_played_and_its_number_says_when(tmp_path: Path) -> None:
@@ -110,3 +113,32 @@ def test_what_is_not_there_is_refused_with_what_is(tmp_path: Path) -> None:
             assert usual.descriptor.sensor == "sound input disc"
         with pytest.raises(InputError, match="--speed is 2"):
             open_source("audio", speed=2.0)
+
+
+@contextmanager
+def without_a_pace(folder: Path) -> Iterator[str]:
+    """An input that gives whatever lies in memory, as fast as it is read."""
+    with heard_here(folder, hum(RATE)) as sound:
+        (folder / "asound.conf").write_text(
+            'pcm.fast { type null hint { show on description "no pace" } }\n'
+        )
+        sound._terminate()
+        sound._initialize()
+        yield "audio:fast"
+
+
+def test_an_input_that_keeps_no_pace_is_refused(tmp_path: Path) -> None:
+    with without_a_pace(tmp_path) as name, open_source(name) as source:
+        with pytest.raises(InputError, match="samples a second by this machine's clock"):
+            until(source, 1_000_000_000)
+        assert source.ended
+
+
+def test_what_an_input_without_a_pace_gives_is_not_recorded(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    with without_a_pace(tmp_path) as name:
+        assert main(["record", "--device", name, "--object", "x", "--out", str(out)]) == 2
+    assert "audio:fast" in capsys.readouterr().err
+    assert not list(tmp_path.rglob("*.mcap"))

@@ -11,6 +11,7 @@ import pytest
 from printing_board import PrintingBoard
 
 from firstcontact.core import InputError
+from firstcontact.device._number_lines import columns_of
 from firstcontact.device.csv_source import CsvSource, from_name
 from firstcontact.device.opening import SourceOptions, source_kind
 from firstcontact.device.source import Arrival
@@ -205,3 +206,64 @@ def test_what_a_person_types_says_port_baud_and_columns() -> None:
             from_name(f"csv:/dev/ttyUSB0@{baud}", SourceOptions())
     with pytest.raises(InputError, match="there is no such port"):
         CsvSource("/dev/ttyNONE").__enter__()
+
+
+def test_a_value_out_of_range_costs_only_itself(tmp_path: Path) -> None:
+    def line(number: int) -> bytes:
+        bad = number > 5000 and number % 1000 == 0
+        return b"%d,1e300,0\n" % number if bad else counted(number)
+
+    with PrintingBoard(tmp_path / "port", line) as board:
+        source = CsvSource(board.port, ("2",), measured=MEASURED)
+        with source:
+            arrivals = until(source, lambda _: source.health.unusable_samples > 1)
+    assert 2 <= source.health.lost_samples <= 4 * source.health.unusable_samples
+    assert max(float(np.abs(a.block.data).max()) for a in arrivals) < 1000
+
+
+def test_a_board_that_prints_nothing_usable_is_refused(tmp_path: Path) -> None:
+    with PrintingBoard(tmp_path / "port", lambda n: b"%d,1e300,0\n" % n) as board:
+        source = CsvSource(board.port, ("2",), measured=MEASURED)
+        with source, pytest.raises(InputError, match="no usable sample"):
+            source.read(10.0)
+    assert source.health.samples == 0
+    assert source.health.lost_samples > 4936
+
+
+def test_a_count_that_begins_to_run_back_is_reported_and_counted(tmp_path: Path) -> None:
+    def line(number: int) -> bytes:
+        return counted(number if number < 6000 else 12_000 - number)
+
+    with PrintingBoard(tmp_path / "port", line) as board:
+        source = CsvSource(board.port, ("2",), measured=MEASURED)
+        with source:
+            while board.printed < 6000 or source.health.connected:
+                source.read(0.05)
+            health = source.health
+    assert board.printed < 6000 + 3 * 4936
+    assert health.samples + health.lost_samples == pytest.approx(
+        board.printed, abs=4936 // 2 + 4000
+    )
+    assert health.lost_samples > 4000
+
+
+@pytest.mark.parametrize("line", [lambda n: b"%d,5,1\n" % -n, lambda n: b"1e300,%d,1\n" % n])
+def test_a_counter_that_does_not_count_up_is_refused(
+    line: Callable[[int], bytes], tmp_path: Path
+) -> None:
+    def headed(number: int) -> bytes:
+        return (b"count,piezo,x\n" if number % 100 == 0 else b"") + line(number)
+
+    with (
+        PrintingBoard(tmp_path / "port", headed) as board,
+        pytest.raises(InputError, match="column 'count' is called a counter"),
+    ):
+        CsvSource(board.port, ("piezo",), measured=MEASURED).__enter__()
+
+
+@pytest.mark.parametrize("word", ["9" * 5000, "0", "-1", "a", "\u0663"])
+def test_a_column_that_is_not_there_is_refused(word: str) -> None:
+    lines = [(float(n), 1.0, 2.0) for n in range(30)]
+    with pytest.raises(InputError, match="choose one of n, a 2, a 3"):
+        columns_of(lines, ("n", "a", "a"), (word,), "port")
+    assert columns_of(lines, ("n", "a", "a"), ("3", "a 2"), "port").names == ("a 3", "a 2")

@@ -30,3 +30,9 @@ def test_a_device_that_goes_is_told_at_once_while_losses_are_gathered() -> None:
     assert link.lines(Health(False, lost_samples=9), last=True) == [
         "link: 4 samples lost, 9 in all"
     ]
+
+
+def test_a_stream_that_is_no_longer_usable_is_not_called_gone() -> None:
+    for health in (Health(False, unusable_samples=9), Health(False, bad_frames=9)):
+        link = LinkNews(Health(True), clock=lambda: 0.0)
+        assert link.lines(health) == ["link: what comes is not usable; waiting for it"]

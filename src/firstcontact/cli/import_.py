@@ -18,9 +18,7 @@ class Import:
 
     path: Annotated[
         tyro.conf.Positional[Path],
-        tyro.conf.arg(
-            help=f"A folder or file that one of these reads: {', '.join(IMPORTERS.names)}."
-        ),
+        tyro.conf.arg(help=f"A folder or file that one of these reads: {', '.join(IMPORTERS)}."),
     ]
     """What to import."""
     out: Path

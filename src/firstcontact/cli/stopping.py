@@ -9,8 +9,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from firstcontact.core.foreign import by_signal
-
 #: Ctrl-C, the system, a terminal that is closed, Ctrl-\; not all systems have them all.
 NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")
 #: Who asks again after so long wants the finishing cut short, s.
@@ -55,7 +53,7 @@ class Stop:
             return
         else:
             self._at = now
-        raise by_signal(KeyboardInterrupt())
+        raise KeyboardInterrupt
 
 
 _installed: list[Stop] = []

@@ -17,7 +17,7 @@ from firstcontact.core import (
     finger_name,
 )
 from firstcontact.device import Source
-from firstcontact.device.noise_floor import SILENCE
+from firstcontact.device.noise_floor import next_arrivals
 
 #: A tap rises this far above the noise floor, and above this voltage, V.
 FACTOR = 10.0
@@ -92,10 +92,7 @@ def wait_for_tap(
     left = patience * layout.rate
     source.read(0)  # what was felt before anybody was asked
     while left > 0:
-        arrivals = source.read(SILENCE)
-        if not arrivals:
-            raise InputError(f"{source.name} sends no samples: check its connection")
-        for arrival in arrivals:
+        for arrival in next_arrivals(source):
             left -= len(arrival.block.data)
             peak = watch.update(arrival.block)
             if peak is not None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from firstcontact.core import ChannelKind, Finger, InputError
 from firstcontact.device import Source
-from firstcontact.device.noise_floor import SILENCE
+from firstcontact.device.noise_floor import next_arrivals
 
 
 def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
@@ -34,10 +34,7 @@ def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
     count = 0
     source.read(0)  # what came before the weight lay there
     while count < seconds * layout.rate:
-        arrivals = source.read(SILENCE)
-        if not arrivals:
-            raise InputError(f"{source.name} sends no samples: check its connection")
-        for arrival in arrivals:
+        for arrival in next_arrivals(source):
             volts = layout.physical(arrival.block.data, columns)
             total += volts.sum(axis=0)
             count += len(volts)

@@ -18,7 +18,6 @@ DETECTORS: Registry[type[Detector]] = Registry(
         "logistic": "firstcontact.contact.logistic:LogisticDetector",
     },
     default="logistic",
-    base="firstcontact.contact.detector:Detector",
 )
 
 
@@ -37,9 +36,7 @@ def make_detector(name: str, **options: Any) -> Detector:
     InputError
         When there is none of that name.
     """
-    kind = DETECTORS.find(name)
-    with DETECTORS.calling(name):
-        return kind(**options)
+    return DETECTORS.find(name)(**options)
 
 
 def unfitted() -> str:

@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from typing import Any, Literal, TypeVar
 
 from firstcontact.core.errors import InputError
-from firstcontact.core.foreign import ForeignCode
 from firstcontact.core.packed import packed, unpacked
 from firstcontact.core.parent import follow
 
@@ -177,7 +176,7 @@ def _apart(function: Callable[..., B], job: object, whole: Any) -> B:
 
     Workers of a cluster are not started by us, so threads are limited here.
     """
-    with _alone, one_thread(), ForeignCode():
+    with _alone, one_thread():
         return function(job, *(() if whole is None else unpacked(whole)))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from firstcontact.core import InputError
@@ -16,6 +17,8 @@ TIMES = ("t", "time", "ms", "us", "millis", "micros", "timestamp")
 LONGEST = 1000
 #: Lines that must agree on how many columns there are before one is believed.
 BELIEVED = 20
+#: Counts that go on by more than this from line to line are damaged, or another count.
+LEAP = 100_000.0
 #: Most columns.
 MOST = 64
 
@@ -119,6 +122,22 @@ def _words(line: bytes) -> tuple[str, ...]:
     return tuple(text.split())
 
 
+def place_of(word: str, names: Sequence[str]) -> int | None:
+    """Return the place of a column by its name, or by its position from 1 on; None without one."""
+    if word in names:
+        return names.index(word)
+    positions = [str(k + 1) for k in range(len(names))]
+    return positions.index(word) if word in positions else None
+
+
+def distinct_names(names: Sequence[str]) -> tuple[str, ...]:
+    """Return the names, each that is there twice with its position behind it."""
+    distinct = [f"{n} {k + 1}" if names.count(n) > 1 else n for k, n in enumerate(names)]
+    if len(set(distinct)) < len(distinct):
+        distinct = [str(k + 1) for k in range(len(names))]
+    return tuple(distinct)
+
+
 def columns_of(
     lines: list[tuple[float, ...]], header: tuple[str, ...], wanted: tuple[str, ...], port: str
 ) -> Columns:
@@ -148,21 +167,25 @@ def columns_of(
             f"{port}: its lines have from {min(widths)} to {max(widths)} numbers: have the board "
             "print as many in each, or set its baud rate (csv:PORT@BAUD)"
         )
-    names = header if len(header) == width else tuple(str(k + 1) for k in range(width))
-    counter = _counter(alike, names if names is header else ())
+    named = len(header) == width
+    names = distinct_names(header) if named else tuple(str(k + 1) for k in range(width))
+    counter = _counter(alike, names if named else ())
+    if counter is not None and not _counts(alike, counter):
+        raise InputError(
+            f"{port}: column {names[counter]!r} is called a counter and does not count up: give it "
+            "another name, or have the board count its samples in it"
+        )
     if wanted:
         places = []
         for name in wanted:
-            found = (
-                names.index(name) if name in names else int(name) - 1 if name.isdecimal() else -1
-            )
-            if not 0 <= found < width:
+            place = place_of(name, names)
+            if place is None:
                 raise InputError(f"{port} has no column {name!r}: choose one of {', '.join(names)}")
-            places.append(found)
+            places.append(place)
     else:
         told = {k for k, n in enumerate(names) if n.lower() in TIMES}
         places = [k for k in range(width) if k != counter and k not in told]
-    if not 1 <= len(places) <= 2:
+    if not 1 <= len(set(places)) == len(places) <= 2:
         raise InputError(
             f"{port} has {len(places)} columns of signals: name one or two of "
             f"{', '.join(names)}, as in csv:PORT#{names[-1]}"
@@ -180,3 +203,9 @@ def _counter(lines: list[tuple[float, ...]], names: tuple[str, ...]) -> int | No
         if steps and steps.count(1.0) > 0.8 * len(steps):
             return k
     return None
+
+
+def _counts(lines: list[tuple[float, ...]], place: int) -> bool:
+    """Return True if a column goes up by no more than a counter can from line to line."""
+    steps = [b[place] - a[place] for a, b in itertools.pairwise(lines)]
+    return sum(0 < step <= LEAP for step in steps) >= 0.8 * len(steps)

@@ -7,6 +7,8 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+#: Largest time stamp, s: three thousand years.
+LARGEST_STAMP = 1e11
 #: Chunks that the line is told from: some seconds.
 KEPT = 100
 #: Chunks before gaps are believed of stamps that jitter.
@@ -55,13 +57,15 @@ class StampedSamples:
         Parameters
         ----------
         stamps
-            Of each sample, by the sender's clock, s, shape (samples,), at least one.
+            Of each sample, by the sender's clock, s, shape (samples,), at least one. A sample with
+            an unusable stamp (:func:`usable_stamps`) follows the one before it.
 
         Returns
         -------
         ndarray
             Shape (samples,), rising.
         """
+        stamps = self._repaired(stamps)
         if self._zero is None:
             self._zero, self._last = float(stamps[0]), float(stamps[0]) - 1 / self._rate
         steps = np.diff(stamps, prepend=self._last) * self._rate - 1.0
@@ -89,6 +93,19 @@ class StampedSamples:
         self._centres.append((float(numbers.mean()), float(np.median(late))))
         return numbers
 
+    def _repaired(self, stamps: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The stamps, with unusable ones between or behind those beside them."""
+        good = usable_stamps(stamps)
+        if good.all():
+            return stamps
+        places = np.arange(len(stamps))
+        if not good.any():
+            return self._last + (places + 1) / self._rate
+        # Along the stated rate, so that stamps at the ends are no standstill.
+        late = np.interp(places, places[good], stamps[good] - places[good] / self._rate)
+        repaired: NDArray[np.float64] = late + places / self._rate
+        return repaired
+
     def _missing(self, stamps: NDArray[np.float64], numbers: NDArray[np.int64]) -> int:
         """Samples that a chunk is late by, beyond its jitter, by the line through those before."""
         assert self._zero is not None
@@ -104,3 +121,9 @@ class StampedSamples:
         here = float(np.median((stamps - self._zero) * self._rate - numbers))
         jump = here - float(slope * (numbers.mean() - places[0]) + offset)
         return round(jump) if jump > max(SIGMAS * sigma, SMALLEST) else 0
+
+
+def usable_stamps(stamps: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return True for each time stamp that is finite and in range; shape (samples,)."""
+    usable: NDArray[np.bool_] = np.abs(stamps) <= LARGEST_STAMP
+    return usable

@@ -19,18 +19,16 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError, VibrationSensor
 from firstcontact.core.extras import need
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.device._stream_checks import RateCheck
 from firstcontact.device.opening import SourceOptions
 from firstcontact.device.source import Descriptor
 from firstcontact.device.threaded import ThreadedSource
 from firstcontact.recording.checks import FileSettings, make_layout
-from firstcontact.signal import CausalResampler
 
 #: What the system may hold back, s, more is an overflow; blocks come in a quarter of it ...
 LATENCY = 0.016
 #: ... but where the number of blocks can be chosen (ALSA): as long ones, and more of them.
 BLOCKS = 32
-#: An input from which nothing comes for so long is gone, s: PortAudio does not tell.
-SILENCE = 1.0
 #: Where the next block is due is the median over so many.
 STEADY = 31
 #: Letting go of an input that hangs is waited for so long, s.
@@ -72,9 +70,11 @@ class AudioSource(ThreadedSource):
         super().__init__("audio" + (f":{wanted}" if wanted else ""))
         self._wanted_input, self._channels, self._rate = wanted, channels, rate
         self._heard: SimpleQueue[_Heard] = SimpleQueue()
+        # What follows belongs to PortAudio's thread.
+        self._pace = RateCheck(rate)
+        self._frames = 0
+        self._is_too_fast = False
         self._stream: Any = None
-        self._resampler: CausalResampler | None = None
-        self._input_rate = rate
 
     def _open(self) -> Descriptor:
         sound = portaudio()
@@ -83,8 +83,8 @@ class AudioSource(ThreadedSource):
             raise InputError(
                 f"{self.name} has {device['max_input_channels']} channel: leave /2 out"
             )
-        self._input_rate = float(device["default_samplerate"])
-        self._resampler = CausalResampler(self._input_rate, self._rate)
+        delay = self._resample(float(device["default_samplerate"]), self._rate)
+        self._pace = RateCheck(self._input_rate)
         try:
             self._stream = sound.InputStream(
                 device=device["index"],
@@ -113,32 +113,36 @@ class AudioSource(ThreadedSource):
             sensor=f"sound input {device['name']}",
             source="real",
             dtype="float32",
-            delay=self._resampler.delay,
+            delay=delay,
         )
 
     def _called(self, data: NDArray[np.float32], frames: int, times: Any, status: Any) -> None:
-        """PortAudio's own thread: only hand over."""
-        self._heard.put(
-            _Heard(
-                data.copy(), times.inputBufferAdcTime, time.monotonic(), bool(status.input_overflow)
-            )
-        )
+        """PortAudio's own thread: only hand over, unless the input keeps no pace."""
+        host = time.monotonic()
+        self._frames += frames
+        # An input without a pace gives more than any other thread can take. One that is too slow
+        # has lost samples, which are counted there.
+        differs = self._pace.add(self._frames, host)
+        if differs and self._pace.rate > self._input_rate:
+            self._is_too_fast = True
+            raise portaudio().CallbackAbort
+        taken, overflow = times.inputBufferAdcTime, bool(status.input_overflow)
+        self._heard.put(_Heard(data.copy(), taken, host, overflow))
 
     def _work(self) -> None:
-        assert self._resampler is not None
-        end, last = 0, time.monotonic()
-        overflows = 0
+        end = overflows = 0
         starts: deque[float] = deque(maxlen=STEADY)  # when sample 0 was taken, by each block
         while not self._closing.is_set():
+            if self._is_too_fast:
+                self._refuse_rate(self._pace.rate / self._input_rate, "this machine's")
             try:
                 heard = self._heard.get(timeout=0.05)
             except Empty:
-                if time.monotonic() - last > SILENCE:
+                if self._wait():  # PortAudio does not tell
                     raise InputError(
                         f"{self.name} gives no samples any more: plug it in and begin again"
                     ) from None
                 continue
-            last = heard.host
             if heard.overflow and starts:
                 due = float(np.median(starts)) + end / self._input_rate
                 lost = max(1, round((heard.taken - due) * self._input_rate))
@@ -147,9 +151,9 @@ class AudioSource(ThreadedSource):
                 share = self._rate / self._input_rate
                 self._note(overflow_samples=round(overflows * share))
             starts.append(heard.taken - end / self._input_rate)
-            out, first = self._resampler.update(heard.data, end)
+            numbers = np.arange(end, end + len(heard.data))
+            self._give(heard.data, numbers, 0, heard.host)
             end += len(heard.data)
-            self._put(out.astype(np.float32), first, 0, heard.host)
 
     def _shut(self) -> None:
         stream, self._stream = self._stream, None

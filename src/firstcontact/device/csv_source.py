@@ -11,12 +11,11 @@ import numpy as np
 
 from firstcontact.core import Channel, ChannelKind, Finger, InputError, Layout
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.device._number_lines import BELIEVED, Columns, LineReader, columns_of
+from firstcontact.device._number_lines import BELIEVED, LEAP, Columns, LineReader, columns_of
 from firstcontact.device._transport import FAULTS, LinkError, why_not
 from firstcontact.device.opening import SourceOptions
 from firstcontact.device.source import Descriptor
 from firstcontact.device.threaded import ThreadedSource
-from firstcontact.signal import CausalResampler
 
 #: Of boards with a UART, unless another is named; one with USB of its own takes any.
 BAUD = 115_200
@@ -30,12 +29,8 @@ ALIKE = 0.01
 LEAST_RATE = 500.0
 #: A counter that has wrapped has at least so many bits.
 WRAPS = (8, 16, 32)
-#: Counts that go on by more than this from line to line are damaged, or another count.
-LEAP = 100_000.0
 #: Waits between attempts to open a port that is gone, s.
 RETRY = 0.2
-#: A board that prints nothing for so long is gone, s.
-SILENCE = 1.0
 
 
 @dataclass(slots=True)
@@ -118,20 +113,18 @@ class CsvSource(ThreadedSource):
         self._serial: Any = None
         self._lines = LineReader()
         self._columns: Columns | None = None
-        self._input_rate = rate
-        self._resampler: CausalResampler | None = None
 
     def _open(self) -> Descriptor:
         self._serial = self._opened()
         try:
-            self._columns, self._input_rate = self._look()
+            self._columns, rate = self._look()
         except LinkError as gone:
             self._shut()
             raise InputError(f"{self.port} went away while it was opened: plug it in") from gone
         except BaseException:
             self._shut()
             raise
-        self._resampler = CausalResampler(self._input_rate, self._rate)
+        delay = self._resample(rate, self._rate)
         count = self._columns.counter
         told = (
             "losses not known: no column counts" if count is None else f"column {count + 1} counts"
@@ -144,11 +137,11 @@ class CsvSource(ThreadedSource):
         self._note(losses_known=count is not None)
         return Descriptor(
             Layout(signals, self._rate),
-            firmware=f"lines of numbers, {self._input_rate:.1f} Hz measured, {told}",
+            firmware=f"lines of numbers, {rate:.1f} Hz measured, {told}",
             sensor=f"columns {', '.join(self._columns.names)} of {self.port}",
             source="real",
             dtype="float32",
-            delay=self._resampler.delay,
+            delay=delay,
         )
 
     def _opened(self) -> Any:
@@ -204,7 +197,7 @@ class CsvSource(ThreadedSource):
 
     def _work(self) -> None:
         assert self._columns is not None
-        counter, epoch, damaged, last = _Counter(self._columns.counter), 0, 0, time.monotonic()
+        counter, epoch, damaged = _Counter(self._columns.counter), 0, 0
         self._lines.bad = 0
         while not self._closing.is_set():
             try:
@@ -213,10 +206,9 @@ class CsvSource(ThreadedSource):
                 found = self._back()
                 epoch, damaged = epoch + 1, 0
                 counter = _Counter(self._columns.counter)
-                self._resampler = CausalResampler(self._input_rate, self._rate)
             now = time.monotonic()
             run: list[tuple[float, ...]] = []
-            start = 0
+            numbers: list[int] = []
             for line in found:
                 if line is None or len(line) != self._columns.width:
                     damaged += 1
@@ -228,31 +220,27 @@ class CsvSource(ThreadedSource):
                     self._lines.bad += 1
                     continue
                 damaged = 0
-                if counter.restarted or (run and number != start + len(run)):
-                    self._give(run, start, epoch, now)
-                    run = []
                 if counter.restarted:
+                    self._give_lines(run, numbers, epoch, now)
+                    run, numbers = [], []
                     epoch += 1
                     counter.number = number = 0
-                    self._resampler = CausalResampler(self._input_rate, self._rate)
-                if not run:
-                    start = number
                 run.append(line)
-            self._give(run, start, epoch, now)
+                numbers.append(number)
+            self._give_lines(run, numbers, epoch, now)
             if found:
-                last = now
                 self._note(bad_frames=self._lines.bad)
-            elif now - last > SILENCE:
-                self._note(connected=False)
+            if damaged:
+                self._drop(counter.number + 1 + damaged, epoch)
+            elif not found:
+                self._wait()
 
-    def _give(self, run: list[tuple[float, ...]], start: int, epoch: int, now: float) -> None:
-        if not run:
-            return
-        assert self._resampler is not None
+    def _give_lines(
+        self, lines: list[tuple[float, ...]], numbers: list[int], epoch: int, now: float
+    ) -> None:
         assert self._columns is not None
-        data = np.array(run)[:, list(self._columns.signals)]
-        out, first = self._resampler.update(data, start)
-        self._put(out.astype(np.float32), first, epoch, now)
+        signals = np.array(lines).reshape(-1, self._columns.width)[:, list(self._columns.signals)]
+        self._give(signals, np.array(numbers, np.int64), epoch, now)
 
     def _back(self) -> list[tuple[float, ...] | None]:
         """Wait until the port is there again; nothing when closed before that."""

@@ -16,7 +16,8 @@ def link_news(before: Health, now: Health) -> list[str]:
     """A line each for a device that went, one that came back, and samples lost."""
     news = []
     if before.connected and not now.connected:
-        gone = "the device is gone; waiting for it"
+        comes = now.unusable_samples + now.bad_frames > before.unusable_samples + before.bad_frames
+        gone = f"{'what comes is not usable' if comes else 'the device is gone'}; waiting for it"
         news.append(f"link: {'that was all of the recording' if now.ended else gone}")
     if now.reconnects > before.reconnects:
         news.append(f"link: the device is back, epoch {now.epoch}")

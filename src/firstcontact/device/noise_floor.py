@@ -18,7 +18,7 @@ from firstcontact.core import (
     VibrationCalibration,
     finger_name,
 )
-from firstcontact.device.source import Source
+from firstcontact.device.source import Arrival, Source
 
 #: Rest is judged in parts of this length, s: whole periods of 50 and of 60 Hz.
 PART = 0.1
@@ -29,8 +29,9 @@ STEADY = 1.4
 #: Velostat that was let go creeps back through the last of it within a second.
 RISEN = 0.4
 LOADED = 1.0
-#: Longest wait for the first or the next samples, s.
-SILENCE = 5.0
+#: Longest wait for the next samples, s, as so many waits: a process that was stopped for longer
+#: did not listen.
+SILENCE, WAITS = 2.0, 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -172,6 +173,23 @@ class RestMeter:
         return np.asarray(~(flat | strip | force | loud).any(axis=1))
 
 
+def next_arrivals(source: Source) -> list[Arrival]:
+    """Read what comes next, at least one sample.
+
+    Raises
+    ------
+    InputError
+        No samples come for 2 s.
+    """
+    for _ in range(WAITS):
+        if arrivals := source.read(SILENCE / WAITS):
+            return arrivals
+    raise InputError(
+        f"{source.name} sends no samples: check its connection, or that the recording is long "
+        "enough"
+    )
+
+
 def measure_noise(
     source: Source,
     seconds: float = 2.0,
@@ -199,12 +217,6 @@ def measure_noise(
     meter = RestMeter(source.descriptor.layout, seconds)
     most = (seconds + patience) * source.descriptor.layout.rate
     while not meter.done and meter.samples < most:
-        arrivals = source.read(SILENCE)
-        if not arrivals:
-            raise InputError(
-                f"{source.name} sends no samples: check its connection, or that the recording "
-                "is long enough"
-            )
-        for arrival in arrivals:
+        for arrival in next_arrivals(source):
             meter.update(arrival.block)
     return meter.calibration()

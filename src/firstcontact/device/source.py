@@ -165,6 +165,8 @@ class Health:
         lies between two samples received, or before a ``stopped`` frame.
     overflow_samples
         Of these, the ones that the device says it dropped itself.
+    unusable_samples
+        Of the lost ones, those that were NaN, infinite or out of range.
     lost_frames
         Missing in the device's count of frames.
     bad_frames
@@ -191,6 +193,7 @@ class Health:
     samples: int = 0
     lost_samples: int = 0
     overflow_samples: int = 0
+    unusable_samples: int = 0
     lost_frames: int = 0
     bad_frames: int = 0
     doubled_frames: int = 0

@@ -6,12 +6,10 @@ import atexit
 import threading
 import time
 from collections.abc import Callable
-from functools import partial
 from math import inf
 from typing import Self
 
 from firstcontact.core import Command
-from firstcontact.core.foreign import in_a_line, is_interrupt
 from firstcontact.grasp._leaving import Leaving
 from firstcontact.grasp.hand import Hand, HandError
 from firstcontact.grasp.pacing import HandCounts, Pacer
@@ -55,7 +53,7 @@ class SafeHand(Hand):
         self._change = threading.Condition()
         self._thread: threading.Thread | None = None
         self._closed = False
-        self._failure: HandError | None = None
+        self._failure: Exception | None = None
         self._asked = False  # by a signal to release
         self._leaving = Leaving(self._let_go)
 
@@ -65,7 +63,7 @@ class SafeHand(Hand):
         return self._pacer.counts
 
     @property
-    def failure(self) -> HandError | None:
+    def failure(self) -> Exception | None:
         """Why the hand takes no commands any more; None while it does."""
         return self._failure
 
@@ -125,7 +123,8 @@ class SafeHand(Hand):
             if self._closed:
                 return
             self._closed = True
-            released = self._thread is None or self._release()
+            if self._thread is not None:
+                self._release()
             self._change.notify()
         atexit.unregister(self.close)
         try:
@@ -133,8 +132,6 @@ class SafeHand(Hand):
                 self._thread.join()
         finally:
             self._hand.close()
-        if not released:
-            raise HandError(f"the hand {self.name!r} was not released: {self._failure}")
 
     def __enter__(self) -> Self:
         if self._closed or self._thread is not None:
@@ -165,23 +162,9 @@ class SafeHand(Hand):
         if self._failure is not None:
             raise HandError(f"the hand {self.name!r} failed: {self._failure}") from self._failure
 
-    def _release(self) -> bool:
-        """Have the hand let go, and return True if it did."""
+    def _release(self) -> None:
         self._pacer.release()
-        return self._did(self._hand.release)
-
-    def _did(self, act: Callable[[], None]) -> bool:
-        """Have the hand act, and note what it raises: the watchdog must not end by that."""
-        try:
-            act()
-        except BaseException as error:
-            if is_interrupt(error):
-                raise
-            if not isinstance(error, HandError):
-                error = HandError(f"it raised {in_a_line(error)}")
-            self._failure = error
-            return False
-        return True
+        self._hand.release()
 
     def _act(self) -> None:
         """Do what is due."""
@@ -192,8 +175,12 @@ class SafeHand(Hand):
         if due is None:
             return
         if due.command is None:
-            self._did(self._hand.release)
-        elif not self._did(partial(self._hand.send, due.command)):
+            self._hand.release()
+            return
+        try:
+            self._hand.send(due.command)
+        except Exception as error:
+            self._failure = error
             self._release()
 
     def _watch(self) -> None:

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from firstcontact.core import InputError, finger_name
-from firstcontact.core.extras import install_command
+from firstcontact.core import finger_name
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.clock import DeviceClock
+from firstcontact.device.lsl_library import lsl_library
 from firstcontact.live import _event_json as event_json
 from firstcontact.live.events import (
     Armed,
@@ -51,14 +51,7 @@ class LslSink:
     every = 0.02
 
     def __init__(self, name: str = "firstcontact") -> None:
-        try:
-            import pylsl
-        # It raises RuntimeError where the library of C is not there.
-        except (ImportError, RuntimeError) as error:
-            raise InputError(
-                f"LSL needs pylsl and liblsl ({error}): {install_command('live')}"
-            ) from error
-        self._lsl: Any = pylsl
+        self._lsl: Any = lsl_library()
         self._name = name
         self._samples: Any = None
         self._events: Any = None

@@ -1,0 +1,236 @@
+"""LSL streams that state what is not so: values, rates, names, labels and stamps."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+import uuid
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.core import InputError
+from firstcontact.device.lsl_source import LslSource, from_name, vibration_of
+from firstcontact.device.opening import SourceOptions
+from firstcontact.device.source import Arrival
+
+pylsl = pytest.importorskip("pylsl")
+
+RATE = 4936.0
+
+
+@pytest.fixture(autouse=True)
+def _in_haste(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All streams are of this machine: a second one of a name is found at once."""
+    monkeypatch.setattr("firstcontact.device.lsl_source.ANOTHER", 0.1)
+
+
+#: Samples that one bad sample may cost: itself, and what a filter needs to begin again.
+COST = 3
+
+
+class Outlet:
+    """A stream of this process; what is sent is pushed by the test."""
+
+    def __init__(
+        self,
+        name: str = "",
+        rate: float = RATE,
+        labels: Sequence[str] = ("disc",),
+        sender: str = "",
+    ) -> None:
+        self.name = name or f"a test {uuid.uuid4().hex}"
+        self.rate, width = rate, len(labels)
+        info = pylsl.StreamInfo(
+            self.name, "Vibration", width, rate, pylsl.cf_double64, sender or self.name
+        )
+        channels = info.desc().append_child("channels")
+        for label in labels:
+            channels.append_child("channel").append_child_value("label", label)
+        self.outlet = pylsl.StreamOutlet(info)
+        self._width, self._heard = width, False
+
+    def push(self, values: np.ndarray, stamps: np.ndarray) -> None:
+        self._heard = self._heard or self.outlet.wait_for_consumers(5.0)
+        assert self._heard
+        rows = np.repeat(np.asarray(values, float)[:, None], self._width, axis=1)
+        self.outlet.push_chunk(rows.tolist(), stamps.tolist())
+
+    def past(self, samples: int, rate: float | None = None) -> np.ndarray:
+        """Stamps of so many samples, up to now."""
+        return pylsl.local_clock() + np.arange(-samples, 0) / (rate or self.rate)
+
+
+def until_refused(source: LslSource, send: Callable[[], None] = lambda: None) -> None:
+    began = time.monotonic()
+    while time.monotonic() - began < 8.0:
+        send()
+        source.read(0.01)
+
+
+def all_of(source: LslSource, samples: int) -> list[Arrival]:
+    """Read until so many samples were given or lost."""
+    arrivals: list[Arrival] = []
+    began = time.monotonic()
+    while source.health.samples + source.health.lost_samples < samples:
+        assert time.monotonic() - began < 10.0, source.health
+        arrivals += source.read(0.05)
+    return arrivals + source.read(0.0)
+
+
+@pytest.mark.parametrize("bad", [1e39, np.nan])
+def test_one_sample_that_is_none_costs_only_itself(bad: float) -> None:
+    outlet = Outlet()
+    values = np.sin(np.arange(4936) / 9)
+    values[2500] = bad
+    with LslSource(outlet.name) as source:
+        outlet.push(values, outlet.past(len(values)))
+        arrivals = all_of(source, len(values))
+    data = np.concatenate([a.block.data for a in arrivals])
+    assert np.abs(data).max() < 1.5
+    assert 1 <= source.health.lost_samples <= COST
+    assert len(data) + source.health.lost_samples == len(values)
+    assert source.health.unusable_samples == 1
+
+
+@pytest.mark.parametrize(("bad", "stamped"), [(1e39, False), (np.nan, False), (np.nan, True)])
+def test_a_stream_without_a_usable_sample_is_refused(bad: float, stamped: bool) -> None:
+    outlet = Outlet()
+    with LslSource(outlet.name) as source:
+        values = np.zeros(1000) if stamped else np.full(1000, bad)
+        stamps = np.full(1000, bad) if stamped else outlet.past(1000)
+        began = time.monotonic()
+        with pytest.raises(InputError, match="no usable sample"):
+            until_refused(source, lambda: outlet.push(values[:25], stamps[:25]))
+        assert time.monotonic() - began < 4.0
+        assert source.health.lost_samples > 100
+        assert source.ended
+
+
+@pytest.mark.parametrize("stated", [50_000.0, 2500.0])
+@pytest.mark.parametrize("honest", [True, False])
+def test_a_stated_rate_that_is_not_so_is_refused(stated: float, honest: bool) -> None:
+    outlet = Outlet(rate=stated)
+    true = 5000.0
+    with LslSource(outlet.name) as source:
+        began, zero, sent = time.monotonic(), pylsl.local_clock(), 0
+
+        def send() -> None:
+            nonlocal sent
+            numbers = np.arange(sent, int((pylsl.local_clock() - zero) * true))
+            sent += len(numbers)
+            if len(numbers):
+                # Stamps by the true rate, or by the stated one where a program makes them.
+                outlet.push(np.sin(numbers / 9), zero + numbers / (true if honest else stated))
+
+        with pytest.raises(InputError, match="rate is stated as"):
+            until_refused(source, send)
+        assert time.monotonic() - began < 3.0
+
+
+def test_a_rate_that_stamps_contradict_is_refused_however_late_they_come() -> None:
+    outlet = Outlet(rate=5000.0)
+    with LslSource(outlet.name) as source:
+        outlet.push(np.zeros(60_000), outlet.past(60_000, 5200.0))
+        with pytest.raises(InputError, match="sends 5200 samples a second by its own clock"):
+            until_refused(source)
+
+
+def test_two_streams_of_one_name_are_refused_with_a_way_to_choose() -> None:
+    one = Outlet(sender="left")
+    other = Outlet(one.name, sender="right")
+    with pytest.raises(InputError, match=f"lsl:{one.name}@left, lsl:{one.name}@right"):
+        LslSource(one.name).__enter__()
+    with LslSource(f"{one.name}@right") as source:
+        other.push(np.zeros(100), other.past(100))
+        assert all_of(source, 50)
+
+
+def test_a_name_is_no_query(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain = Outlet()
+    quoted = Outlet(f'it\'s "one" {uuid.uuid4().hex}')
+    with LslSource(quoted.name) as source:
+        assert source.descriptor.sensor.startswith(quoted.name)
+    monkeypatch.setattr("firstcontact.device.lsl_source.PATIENCE", 0.3)
+    for name in (f"{plain.name}' or name='x", f'{plain.name}" or name="x', "x' or '1'='1"):
+        with pytest.raises(InputError, match="no LSL stream is called"):
+            LslSource(name).__enter__()
+
+
+@pytest.mark.parametrize("name", ["lsl:a\nb", "lsl:a\x00b", "lsl:\udcff"])
+def test_a_name_that_no_stream_can_have_is_refused(name: str) -> None:
+    with pytest.raises(InputError, match="characters that no stream's name has"):
+        from_name(name, SourceOptions())
+
+
+@pytest.mark.parametrize("rate", [np.nan, np.inf])
+def test_a_rate_that_is_none_is_refused(rate: float) -> None:
+    outlet = Outlet(rate=rate)
+    with pytest.raises(InputError, match="rate"):
+        LslSource(outlet.name).__enter__()
+
+
+def test_two_equal_labels_get_their_positions() -> None:
+    outlet = Outlet(labels=("disc", "disc"))
+    with LslSource(outlet.name) as source:
+        assert source.descriptor.layout.column_names == ("disc 1", "disc 2")
+        assert not source.descriptor.layout.fault
+    for wanted in (("disc",), ("9" * 5000,), ("2", "2"), ("0",), ("-1",)):
+        with pytest.raises(InputError, match="disc 1, disc 2"):
+            vibration_of(outlet.outlet.get_info(), wanted, "lsl:x")
+
+
+@pytest.mark.parametrize(
+    ("bad", "at"),
+    [(np.nan, 0), (np.inf, 4935), (-np.inf, 1300), (1e300, 0), (1e9, 1300), (-1e9, 0), (3e4, 1300)],
+)
+def test_one_stamp_that_is_none_costs_its_sample(bad: float, at: int) -> None:
+    outlet = Outlet()
+    stamps = outlet.past(4936)
+    stamps[at] = bad if not np.isfinite(bad) or abs(bad) > 1e8 else stamps[at] + bad
+    values = np.arange(4936.0)
+    with LslSource(outlet.name) as source:
+        outlet.push(values, stamps)
+        arrivals = all_of(source, len(values))
+    data = np.concatenate([a.block.data[:, 0] for a in arrivals])
+    numbers = np.concatenate([np.arange(a.block.first_sample, a.block.end) for a in arrivals])
+    np.testing.assert_array_equal(data, numbers)
+    assert source.health.lost_samples == source.health.unusable_samples == 1
+    assert source.health.reconnects == 0
+
+
+def test_a_clock_that_was_set_begins_an_epoch() -> None:
+    outlet = Outlet()
+    with LslSource(outlet.name) as source:
+        stamps = outlet.past(4936)
+        outlet.push(np.zeros(2468), stamps[:2468])
+        all_of(source, 2468)
+        outlet.push(np.zeros(2468), stamps[2468:] + 7200.0)
+        all_of(source, 4936)
+    assert source.health.reconnects == 1
+    assert (source.health.samples, source.health.lost_samples) == (4936, 0)
+
+
+def test_the_library_says_nothing_of_itself(tmp_path: Path) -> None:
+    program = (
+        "from firstcontact.device.lsl_library import lsl_library\n"
+        "lsl_library().resolve_byprop('name', 'nobody', 1, 0.05)\n"
+    )
+    for settings, said in ((None, ""), ("[log]\nlevel = 1\n", "INFO")):
+        variables = {**os.environ, "HOME": str(tmp_path)}
+        if settings:
+            (tmp_path / "lsl.cfg").write_text(settings)
+            variables["LSLAPICFG"] = str(tmp_path / "lsl.cfg")
+        done = subprocess.run(
+            [sys.executable, "-c", program],
+            env=variables,
+            capture_output=True,
+            text=True,
+            cwd=tmp_path,
+        )
+        assert done.returncode == 0
+        assert (said in done.stderr) if said else done.stderr == ""

@@ -1,0 +1,117 @@
+"""What all sources with a thread of their own do with samples that cannot be used."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from firstcontact.core import Channel, ChannelKind, InputError, Layout
+from firstcontact.device.source import Arrival, Descriptor
+from firstcontact.device.threaded import ThreadedSource
+
+RATE, INPUT_RATE = 4936.0, 5000.0
+#: Samples that one bad sample may cost: itself, and what the filter needs to begin again.
+COST = 3
+
+
+class Scripted(ThreadedSource):
+    """Gives these samples as fast as it can, then nothing."""
+
+    def __init__(self, values: np.ndarray, epochs: np.ndarray | None = None) -> None:
+        super().__init__("scripted")
+        self.values = values
+        self.epochs = np.zeros(len(values), int) if epochs is None else epochs
+        self.done = threading.Event()
+
+    def _open(self) -> Descriptor:
+        delay = self._resample(INPUT_RATE, RATE)
+        disc = Channel("disc", ChannelKind.VIBRATION, None, "V")
+        return Descriptor(Layout((disc,), RATE), dtype="float32", delay=delay)
+
+    def _work(self) -> None:
+        for epoch in np.unique(self.epochs):
+            values = self.values[self.epochs == epoch, None]
+            for start in range(0, len(values), 25):
+                part = values[start : start + 25]
+                numbers = np.arange(start, start + len(part))
+                self._give(part, numbers, int(epoch), time.monotonic())
+        self.done.set()
+        while not self._closing.wait(0.005):
+            self._wait()
+
+    def _shut(self) -> None:
+        pass
+
+
+def given(source: Scripted) -> list[Arrival]:
+    with source:
+        assert source.done.wait(5.0)
+        return source.read(0.0)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e39, 1e300, -1e12])
+def test_one_bad_sample_costs_itself_and_what_the_filter_needs(bad: float) -> None:
+    values = np.sin(np.arange(5000) / 9)
+    values[2500] = bad
+    source = Scripted(values)
+    arrivals = given(source)
+    data = np.concatenate([a.block.data for a in arrivals])
+    end = arrivals[-1].block.end
+    assert np.abs(data).max() < 1.5
+    assert 1 <= end - len(data) == source.health.lost_samples <= COST
+    assert source.health.unusable_samples == 1
+
+
+def test_every_sample_is_counted_while_none_comes() -> None:
+    values = np.sin(np.arange(5000) / 9)
+    values[1000:] = np.nan
+    source = Scripted(values)
+    arrivals = given(source)
+    health = source.health
+    assert health.samples == sum(len(a.block.data) for a in arrivals)
+    assert health.samples + health.lost_samples == pytest.approx(RATE, abs=1)
+    assert health.unusable_samples == pytest.approx(4000 * RATE / INPUT_RATE, abs=1)
+
+
+def test_losses_at_the_end_of_an_epoch_and_at_the_start_of_the_next_stay_counted() -> None:
+    values = np.sin(np.arange(5000) / 9)
+    values[2000:3500] = 1e39
+    source = Scripted(values, np.repeat([0, 1], 2500))
+    given(source)
+    health = source.health
+    assert health.reconnects == 1
+    assert health.samples + health.lost_samples == pytest.approx(RATE, abs=2)
+
+
+def test_a_stream_that_was_never_usable_is_refused() -> None:
+    source = Scripted(np.zeros(0))
+
+    def work() -> None:
+        end = 0
+        while not source._closing.wait(0.005):
+            end += 25
+            source._give(np.full((25, 1), np.nan), np.arange(end - 25, end), 0, time.monotonic())
+
+    source._work = work  # type: ignore[method-assign]
+    began = time.monotonic()
+    with source, pytest.raises(InputError, match="no usable sample"):
+        source.read(10.0)
+    assert time.monotonic() - began < 5.0
+    assert source.health.samples == 0
+    assert source.health.lost_samples > 1000
+
+
+def test_silence_shows_in_a_second_and_a_stopped_process_is_none() -> None:
+    source = Scripted(np.zeros(500))
+    with source:
+        assert source.done.wait(5.0)
+        assert source.health.connected
+        time.sleep(0.3)
+        assert source.health.connected
+        began = time.monotonic()
+        while source.health.connected:
+            assert time.monotonic() - began < 5.0
+            time.sleep(0.01)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 from safetensors.numpy import load_file, save
 
 from firstcontact.anytime import InContextModel, Rig
+from firstcontact.anytime.compact import compacted
 from firstcontact.anytime.in_context import ANY
 from firstcontact.anytime.model_file import (
     CARD,
@@ -22,7 +24,9 @@ from firstcontact.anytime.model_file import (
     read_anytime_card,
     save_anytime,
 )
-from firstcontact.core import InputError
+from firstcontact.cli.main import main
+from firstcontact.core import Dataset, InputError
+from firstcontact.recording import Header, write_dataset
 from ringing import ringing
 from saved import edit, vouch
 
@@ -156,7 +160,22 @@ ATTACKS = {
     "a layer transposed": _changed("body3.weight", np.transpose),
     "a scale of nothing": _changed("inputs.sd", lambda a: 0 * a),
     "nothing at all": lambda a: {},
+    "scalars of another rank": _changed("rig.-1.scalars", lambda a: a[:, None].repeat(2, 1)),
+    "usual of another rank": _changed("rig.-1.usual", lambda a: a[:, None].repeat(2, 1)),
+    "factors of another rank": _changed("factors", lambda a: a[None]),
+    "a finger that Python alone reads": lambda a: {**a, "rig.1_0.scalars": np.zeros(3)},
+    "a speed below nothing": _changed("rig.-1.scalars", lambda a: a - [0, 0, 1]),
+    "level of nearly nothing": _changed("rig.-1.scalars", lambda a: a * [1e-30, 1, 1]),
+    "weights that overflow": _changed("body2.weight", lambda a: a * np.float32(1e38)),
+    "weights that overflow together": lambda a: {
+        n: x * np.float32(1e12 if n.endswith(".weight") else 1) for n, x in a.items()
+    },
+    "a scale that overflows": _changed("inputs.sd", lambda a: a * np.float32(1e-38)),
+    "half numbers": _changed("factors", lambda a: a.astype(np.float16) * np.float16(np.inf)),
+    "bytes": _changed("factors", lambda a: a.astype(np.uint8)),
 }
+#: Those that name no array, since many are at fault.
+UNNAMED = ("no rig for any finger", "nothing at all")
 
 
 @pytest.mark.parametrize("attack", ATTACKS)
@@ -166,6 +185,53 @@ def test_arrays_that_do_not_fit(folder: Path, attack: str) -> None:
         load_anytime(folder)
     assert WEIGHTS in str(caught.value)
     assert "\n" not in str(caught.value)
+    if attack not in UNNAMED:
+        arrays = load_file(folder / WEIGHTS)
+        layers = {name.rpartition(".")[0] for name in (*arrays, *MODEL.to_arrays())}
+        assert any(name in str(caught.value) for name in (*layers, "factors"))
+
+
+COMPACT = {
+    "a thin layer less": _without("thin.query1.out.bias"),
+    "rest of another rank": _changed("thin.body1.rest", np.ravel),
+    "scale of another rank": _changed("thin.body2.into.scale", lambda a: a[:, None]),
+    "weights of another rank": _changed("thin.body2.into.weight", np.ravel),
+    "scales that overflow": _changed("thin.body3.out.scale", lambda a: a * np.float32(1e36)),
+    "half a weight": _changed("thin.query2.out.weight", lambda a: a + np.float32(0.5)),
+}
+
+
+@pytest.mark.parametrize("attack", COMPACT)
+def test_arrays_of_a_compact_network_that_do_not_fit(tmp_path: Path, attack: str) -> None:
+    folder = save_anytime(compacted(MODEL, KNOWN, 4), tmp_path / "model", {})
+    load_anytime(folder)
+    vouch(folder, save(COMPACT[attack](load_file(folder / WEIGHTS))), CARD, WEIGHTS)
+    with pytest.raises(InputError, match=r"thin|body|query") as caught:
+        load_anytime(folder)
+    assert WEIGHTS in str(caught.value)
+
+
+def test_weights_that_overflow_end_every_command_with_one_sentence(
+    folder: Path, tmp_path: Path, shore: Dataset, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arrays = ATTACKS["weights that overflow"](load_file(folder / WEIGHTS))
+    vouch(folder, save(arrays), CARD, WEIGHTS)
+    header = Header(shore.layout, "synthetic", str(shore.pinches[0].data.dtype))
+    recording = write_dataset(shore, tmp_path, header)[0]
+    live = ["live", "--device", str(recording), "--speed", "inf", "--model", str(folder)]
+    for command in (["evaluate", str(folder), str(recording)], live):
+        assert main(command) == 2
+        said = capsys.readouterr().err.splitlines()
+        assert len(said) == 1
+        assert WEIGHTS in said[0]
+        assert "body2" in said[0]
+
+
+def test_a_prediction_that_is_no_number_is_never_silent() -> None:
+    signals = KNOWN.signals.copy()
+    signals[3] = np.nan
+    with pytest.raises(InputError, match="contact 3"), np.errstate(invalid="ignore"):
+        MODEL.answers(replace(KNOWN, signals=signals))
 
 
 def test_a_file_that_is_too_large_or_no_file_is_not_read(folder: Path) -> None:

@@ -178,9 +178,11 @@ def overflowing(model: CompactModel, name: str) -> CompactModel:
     thin = network.thin[name]
     scale = np.full_like(thin.into.scale, 3e38)
     layers = {**network.thin, name: replace(thin, into=replace(thin.into, scale=scale))}
-    return CompactModel(
-        CompactNetwork(network, layers), model.familiar, model.factors, model.level, model.rigs
-    )
+    with pytest.raises(InputError, match="overflow"):
+        CompactNetwork(network, layers)
+    huge = CompactNetwork(network, network.thin)
+    huge.thin = layers
+    return CompactModel(huge, model.familiar, model.factors, model.level, model.rigs)
 
 
 def test_the_host_refuses_what_the_hand_would(tmp_path: Path) -> None:

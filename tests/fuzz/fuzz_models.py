@@ -19,8 +19,9 @@ def damaged(rng: Random, model: Path, folder: Path) -> None:
     """A copy of a model folder that was changed in one or two places."""
     shutil.copytree(model, folder)
     files = sorted(file.name for file in model.iterdir())
+    learned = [name for name in files if name.startswith(("card", "model", "anytime"))]
     for _ in range(rng.choice((1, 1, 2))):
-        file = folder / rng.choice((*files, "card.json", "model.safetensors"))
+        file = folder / rng.choice((*files, *learned))
         kind = rng.random()
         if not file.is_file() or kind < 0.05:
             _elsewhere(rng, file, folder / rng.choice(files))
@@ -85,6 +86,9 @@ def _weights(rng: Random, raw: bytes) -> bytes:
 
 
 def _array(rng: Random, old: Any) -> Any:
+    if rng.random() < 0.2:  # what overflows only when it is multiplied
+        with np.errstate(all="ignore"):
+            return (old * 10.0 ** rng.randint(-45, 38)).astype(old.dtype)
     new = mutate.array(rng, old)
     if new.dtype.kind in "fiub":
         return np.ascontiguousarray(new) if new.ndim else new

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
+import shutil
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -46,6 +47,8 @@ class Seeds:
         Files; of the first, ``samples`` has all rows by epoch and number.
     models
         Folders with a model and its detector.
+    anytime
+        Folders with an any-time model and a detector, of each kind.
     imports
         What ``import`` takes: a folder of WAV files, NPZ, HDF5 and CSV.
     arrays
@@ -59,6 +62,7 @@ class Seeds:
     recordings: list[Path] = field(default_factory=list)
     samples: dict[tuple[int, int], bytes] = field(default_factory=dict)
     models: list[Path] = field(default_factory=list)
+    anytime: list[Path] = field(default_factory=list)
     wav: Path = Path()
     arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
     csv: list[list[str]] = field(default_factory=list)
@@ -73,6 +77,7 @@ def make_seeds(folder: Path) -> Seeds:
     write_calibration(_calibration(), seeds.calibration)
     _recordings(folder, seeds)
     _models(folder, seeds)
+    _anytime(folder, seeds)
     _wav(seeds.wav)
     _arrays(seeds)
     seeds.tables["plan"] = [
@@ -194,6 +199,37 @@ def _models(folder: Path, seeds: Seeds) -> None:
                 os._exit(main(arguments))
         assert os.waitpid(process, 0)[1] == 0, arguments
         seeds.models.append(out)
+
+
+def _anytime(folder: Path, seeds: Seeds) -> None:
+    """Write models that know a rig of numbers drawn at random, beside a detector."""
+    from firstcontact.anytime import Rig, Touches
+    from firstcontact.anytime.compact import FEWEST, compacted
+    from firstcontact.anytime.in_context import ANY
+    from firstcontact.anytime.model_file import pretrained, save_anytime
+    from firstcontact.anytime.rig import GENERAL, STAGES, TOKEN
+    from firstcontact.anytime.touches import BEFORE, LONGEST, lengths
+    from firstcontact.core.layout import FINGERTIP_RATE
+
+    rng = np.random.default_rng(3)
+    tokens, general = rng.standard_normal((len(STAGES), 3, TOKEN)), rng.standard_normal(GENERAL)
+    rig = Rig(0.4, 1.0, None, float("nan"), tokens, general)
+    model = pretrained().told_of({ANY: rig, 0: rig})
+    samples = round(BEFORE * FINGERTIP_RATE) + round(LONGEST * FINGERTIP_RATE)
+    touches = Touches(
+        rng.standard_normal((FEWEST, samples)).astype(np.float32),
+        np.full(FEWEST, lengths(FINGERTIP_RATE)[1], np.intp),
+        np.zeros(FEWEST, np.intp),
+        np.full(FEWEST, np.nan),
+        np.full(FEWEST, np.nan),
+        FINGERTIP_RATE,
+    )
+    for name, its in (("in_context", model), ("compact", compacted(model, touches, 4))):
+        out = folder / name
+        out.mkdir()
+        for file in seeds.models[0].glob("detector.*"):
+            shutil.copy(file, out)
+        seeds.anytime.append(save_anytime(its, out, {"pinches": 3, "levels": [10.0, 60.0]}))
 
 
 def _wav(folder: Path) -> None:

@@ -118,8 +118,16 @@ def _use(rng: Random, seeds: Seeds, folder: Path, path: Path, case: Case) -> Non
 
 
 def _model(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
+    _use_model(rng, rng.choice(seeds.models), seeds, folder, case)
+
+
+def _anytime(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
+    _use_model(rng, rng.choice(seeds.anytime), seeds, folder, case)
+
+
+def _use_model(rng: Random, original: Path, seeds: Seeds, folder: Path, case: Case) -> None:
     model = folder / "model"
-    fuzz_models.damaged(rng, rng.choice(seeds.models), model)
+    fuzz_models.damaged(rng, original, model)
     recording = str(rng.choice(seeds.recordings))
     if rng.random() < 0.6:
         words = ["evaluate", str(model), recording]
@@ -253,6 +261,7 @@ Maker = Callable[[Random, Seeds, Path, Case], None]
 WAYS: dict[str, tuple[int, Maker]] = {
     "recording": (42, _recording),
     "model": (20, _model),
+    "anytime": (10, _anytime),
     "import": (20, _import),
     "text": (6, _text),
     "path": (4, _path),

@@ -22,6 +22,7 @@ from firstcontact.anytime.network import Context, Matrix, Network
 from firstcontact.anytime.rig import GENERAL, stage_of
 from firstcontact.anytime.touches import Touches, lengths
 from firstcontact.core import InputError
+from firstcontact.core.weights import take_array
 
 #: Layers that are made thin; the others have few weights or are gone once a rig is known.
 THIN = ("query1", "query2", "body1", "body2", "body3")
@@ -65,6 +66,12 @@ class Rounded:
         found: Matrix = sums * (self.scale * (most / np.float32(32767))) + self.bias
         return found
 
+    def most(self, most: float) -> float:
+        """Return the largest output for inputs of at most this magnitude."""
+        sums = np.maximum(np.abs(self.whole.astype(np.float64)).sum(axis=1), 1.0)
+        scale, bias = (np.abs(x.astype(np.float64)) for x in (self.scale, self.bias))
+        return float((sums * scale * most + bias).max(initial=0.0))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Thin:
@@ -98,8 +105,8 @@ class CompactNetwork(Network):
     """
 
     def __init__(self, base: Network, layers: Mapping[str, Thin]) -> None:
-        super().__init__(base.to_arrays())
         self.thin = dict(layers)
+        super().__init__(base.to_arrays())
         self._hidden = len(self._layers["query1"][1])
         self._rest = self._layers["mean"][0].shape[0]
 
@@ -132,25 +139,24 @@ class CompactNetwork(Network):
         """The inverse of :meth:`to_arrays`; InputError where arrays do not fit together."""
         made = cls(Network(arrays), {})
         made.thin = {name: made._thin_layer(name, arrays) for name in THIN}
+        made.check_reach()
         return made
 
     def _thin_layer(self, name: str, arrays: Mapping[str, NDArray[Any]]) -> Thin:
         weight, bias = self._layers[name]
         which = moving(name, weight.shape[1], self._hidden, self._rest)
-        into, out = (_rounded(arrays, f"thin.{name}.{part}") for part in ("into", "out"))
-        rest = arrays[f"thin.{name}.rest"]
-        directions = len(into.bias)
-        shapes: list[tuple[NDArray[Any], tuple[int, ...]]] = [
-            (into.whole, (directions, int(which.sum()))),
-            (out.whole, (len(bias), directions)),
-            (into.scale, (directions,)),
-            (out.scale, (len(bias),)),
-            (out.bias, (len(bias),)),
-            (rest, (directions, int((~which).sum()))),
-        ]
-        if any(array.shape != shape for array, shape in shapes):
-            raise InputError("the arrays of the compact network do not fit together")
+        into = _rounded(arrays, f"thin.{name}.into", None, int(which.sum()))
+        out = _rounded(arrays, f"thin.{name}.out", len(bias), len(into.bias))
+        rest = take_array(arrays, f"thin.{name}.rest", len(into.bias), int((~which).sum()))
         return Thin(into, out, rest.astype(np.float32))
+
+    def _most(self, name: str, most: float) -> float:
+        thin = self.thin.get(name)
+        if thin is None:
+            return super()._most(name, most)
+        rest = np.abs(thin.rest.astype(np.float64)).sum(axis=1).max(initial=0.0) * most
+        along = thin.into.most(most) + float(rest)
+        return max(along, thin.out.most(along))
 
     @property
     def answer(self) -> tuple[Matrix, Matrix]:
@@ -169,15 +175,17 @@ class CompactNetwork(Network):
         return self._scales[name]
 
 
-def _rounded(arrays: Mapping[str, NDArray[Any]], at: str) -> Rounded:
-    weight, scale, bias = (arrays[f"{at}.{part}"] for part in ("weight", "scale", "bias"))
-    sums = np.abs(weight).sum(axis=-1)
+def _rounded(
+    arrays: Mapping[str, NDArray[Any]], at: str, outputs: int | None, inputs: int
+) -> Rounded:
+    weight = take_array(arrays, f"{at}.weight", outputs, inputs)
+    scale, bias = (take_array(arrays, f"{at}.{part}", len(weight)) for part in ("scale", "bias"))
     if (
         (weight != np.rint(weight)).any()
         or (np.abs(weight) > 32_767).any()
-        or (sums > 65_535).any()
+        or (np.abs(weight).sum(axis=1) > 65_535).any()
     ):
-        raise InputError("the weights of the compact network are no integers of 16 bits")
+        raise InputError(f"the array {at}.weight holds what is no integer of 16 bits")
     return Rounded(weight.astype(np.int16), scale.astype(np.float32), bias.astype(np.float32))
 
 

@@ -22,11 +22,15 @@ from firstcontact.anytime.strange import Familiar, shape_traits
 from firstcontact.anytime.touches import Touches, Values, lengths
 from firstcontact.core import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.numbers import parse_int
 from firstcontact.core.rate import same_rate
+from firstcontact.core.weights import take_array
 from firstcontact.stiffness.interval import SHORE_A
 
 #: Number of the rig that stands for any finger.
 ANY = -1
+#: Lowest and highest level of a rig, V.
+LOUD = 1e-9, 1e9
 
 
 class InContextModel(AnytimeModel):
@@ -136,6 +140,12 @@ class InContextModel(AnytimeModel):
             found = shape_traits(shape, its.signals[:, : its.before])
             has_level = rig.tokens.shape[1] > 0
             strange[which] = self._familiar.strange(found, stages[which], has_level)
+        wrong = np.flatnonzero(~np.isfinite(values + spreads))
+        if len(wrong):
+            raise InputError(
+                f"the model predicts no finite number for contact {wrong[0]}: leave the contact "
+                "out, or make the model again"
+            )
         half = self.half_widths(spreads, touches.valid, touches.rate)
         values = np.clip(values, *SHORE_A)
         low, high = (np.clip(values + way * half, *SHORE_A) for way in (-1, 1))
@@ -184,18 +194,10 @@ class InContextModel(AnytimeModel):
         InputError
             Arrays that are missing or do not fit together.
         """
-        fingers = {int(name.split(".")[1]) for name in arrays if name.startswith("rig.")}
-        try:
-            rigs = {f: _rig(arrays, f"rig.{f}.") for f in fingers} or {ANY: Rig.unknown()}
-            return cls(
-                cls.network_of(arrays),
-                Familiar.from_arrays(arrays),
-                arrays["factors"],
-                level,
-                rigs,
-            )
-        except KeyError as error:
-            raise InputError(f"the array {error} is missing") from None
+        fingers = {_finger(name) for name in arrays if name.startswith("rig.")}
+        rigs = {f: _rig(arrays, f"rig.{f}.") for f in fingers} or {ANY: Rig.unknown()}
+        factors = take_array(arrays, "factors", len(STAGES)).astype(np.float64)
+        return cls(cls.network_of(arrays), Familiar.from_arrays(arrays), factors, level, rigs)
 
 
 def mean_and_spread(mixture: NDArray[np.float64]) -> tuple[Values, Values]:
@@ -219,16 +221,21 @@ def _rig_arrays(rig: Rig) -> Arrays:
     return arrays
 
 
+def _finger(name: str) -> int:
+    try:
+        return parse_int(name.split(".")[1])
+    except ValueError:
+        raise InputError(f"the array {name} names no finger") from None
+
+
 def _rig(arrays: Mapping[str, NDArray[Any]], at: str) -> Rig:
-    level, sign, speed = (float(x) for x in arrays[at + "scalars"])
-    tokens, general = arrays[at + "tokens"], arrays[at + "general"]
+    level, sign, speed = take_array(arrays, at + "scalars", 3).astype(np.float64).tolist()
+    if not LOUD[0] <= level <= LOUD[1] or sign not in (1.0, -1.0) or speed < 0:
+        raise InputError(f"the array {at}scalars holds no level, sign and speed of a rig")
+    tokens = take_array(arrays, at + "tokens", len(STAGES), None, TOKEN).astype(np.float64)
+    general = take_array(arrays, at + "general", GENERAL).astype(np.float64)
     pitch = None
     if at + "reference" in arrays:
-        reference = arrays[at + "reference"]
-        if reference.shape != (POINTS,):
-            raise InputError("the reference spectrum of a rig has another length")
-        pitch = MotorPitch(reference, float(arrays[at + "usual"][0]))
-    fits = tokens.ndim == 3 and tokens.shape[::2] == (len(STAGES), TOKEN)
-    if not fits or general.shape != (GENERAL,) or not level > 0 or sign not in (1.0, -1.0):
-        raise InputError("the arrays of a rig do not fit together")
-    return Rig(level, sign, pitch, speed or float("nan"), tokens.astype(np.float64), general)
+        reference = take_array(arrays, at + "reference", POINTS).astype(np.float64)
+        pitch = MotorPitch(reference, float(take_array(arrays, at + "usual", 1)[0]))
+    return Rig(level, sign, pitch, speed or float("nan"), tokens, general)

@@ -155,7 +155,7 @@ def load_anytime(directory: Path) -> InContextModel:
     arrays = read_weights(directory / WEIGHTS, card.sha256, CARD)
     try:
         return kinds[card.kind].from_arrays(arrays, card.level)
-    except (InputError, ValueError, IndexError) as error:
+    except InputError as error:
         raise InputError(
             f"{directory / WEIGHTS}: {error}: make it again with `firstcontact adapt`"
         ) from None

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from firstcontact.anytime.inputs import INPUTS
 from firstcontact.anytime.rig import GENERAL, TOKEN
 from firstcontact.core import InputError
+from firstcontact.core.weights import LARGEST, take_array
 
 Arrays = Mapping[str, NDArray[Any]]
 Matrix = NDArray[np.float32]
@@ -63,20 +64,19 @@ class Network:
     """
 
     def __init__(self, arrays: Arrays) -> None:
-        try:
-            self._layers = {
-                name: (_matrix(arrays[f"{name}.weight"], 2), _matrix(arrays[f"{name}.bias"], 1))
-                for name in LAYERS
-            }
-            self._scales = {
-                name: (_matrix(arrays[f"{name}.mean"], 1), _matrix(arrays[f"{name}.sd"], 1))
-                for name in ("inputs", "token", "general")
-            }
-        except KeyError as error:
-            raise InputError(f"the array {error} of the network is missing") from None
-        self._check()
+        self._layers: dict[str, tuple[Matrix, Matrix]] = {}
+        for name in LAYERS:
+            weight = take_array(arrays, f"{name}.weight", None, None)
+            bias = take_array(arrays, f"{name}.bias", len(weight))
+            self._layers[name] = _single(weight), _single(bias)
+        self._scales: dict[str, tuple[Matrix, Matrix]] = {}
+        for name, size in (("inputs", INPUTS), ("token", TOKEN), ("general", GENERAL)):
+            mean, sd = (take_array(arrays, f"{name}.{part}", size) for part in ("mean", "sd"))
+            self._scales[name] = _single(mean), _single(sd)
+        self._check_sizes()
+        self.check_reach()
 
-    def _check(self) -> None:
+    def _check_sizes(self) -> None:
         wide = {name: weight.shape for name, (weight, _) in self._layers.items()}
         hidden, context = wide["query1"][0], wide["mean"][0]
         chain = {
@@ -92,18 +92,54 @@ class Network:
             "body3": wide["body2"][0],
             "answer": wide["body3"][0],
         }
-        sizes = {"inputs": INPUTS, "token": TOKEN, "general": GENERAL}
-        if (
-            any(wide[name][1] != taken for name, taken in chain.items())
-            or any(len(bias) != len(weight) for weight, bias in self._layers.values())
-            or wide["answer"][0] != 3 * COMPONENTS
-            or wide["key"][0] != wide["query2"][0]
-            or wide["key"][0] % HEADS
-            or wide["value"][0] % HEADS
-            or any(self._scales[n][k].shape != (s,) for n, s in sizes.items() for k in (0, 1))
-            or any((sd <= 0).any() for _, sd in self._scales.values())
-        ):
-            raise InputError("the arrays of the network do not fit together")
+        for name, inputs in chain.items():
+            outputs: int = wide["query2" if name == "key" else name][0]
+            outputs = 3 * COMPONENTS if name == "answer" else outputs
+            fits = outputs % (HEADS if name in ("key", "value") else 1) == 0 < outputs
+            if wide[name] != (outputs, inputs) or not fits:
+                raise InputError(
+                    f"the array {name}.weight has the shape {wide[name]}, which does not fit to "
+                    f"its {inputs} inputs, {HEADS} heads and the layers behind it"
+                )
+
+    def check_reach(self) -> None:
+        """Refuse weights with which a number on the way to a prediction could overflow.
+
+        Inputs are cut off, so that each layer has a largest output whatever is touched.
+
+        Raises
+        ------
+        InputError
+            Names the layer whose outputs may overflow, or the scale.
+        """
+        for name, (_, sd) in self._scales.items():
+            if not sd.min() >= 1 / LARGEST:
+                raise InputError(f"the array {name}.sd has values below {1 / LARGEST:g}")
+        reach: dict[str, float] = {}
+
+        def layer(name: str, most: float) -> float:
+            reach[name] = self._most(name, most)
+            return reach[name]
+
+        with np.errstate(over="ignore", invalid="ignore"):
+            token = layer("token2", layer("token1", FARTHEST))
+            hidden = layer("query1", FARTHEST)
+            found = [FARTHEST, hidden, *(layer(name, token) for name in ("mean", "value"))]
+            fit = layer("query2", hidden) * layer("key", token) * len(self._layers["key"][1])
+            body = layer("body3", layer("body2", layer("body1", max(found))))
+            layer("answer", body)
+        reach["query2"] = max(reach["query2"], fit)
+        for name, most in reach.items():
+            if not most < LARGEST:
+                raise InputError(
+                    f"the outputs of the layer {name} may overflow: its weights, or those of the "
+                    "layers before it, are too large"
+                )
+
+    def _most(self, name: str, most: float) -> float:
+        """Return the largest output of a layer for inputs of at most this magnitude."""
+        weight, bias = (np.abs(x.astype(np.float64)) for x in self._layers[name])
+        return float((weight.sum(axis=1) * most + bias).max())
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """The inverse of the constructor."""
@@ -205,7 +241,5 @@ SPREAD = (-4.0, 2.0)
 MEAN_SCALE = 0.6
 
 
-def _matrix(array: NDArray[Any], dimensions: int) -> Matrix:
-    if array.ndim != dimensions or not np.isfinite(array).all():
-        raise InputError("an array of the network does not fit, or holds what is no number")
+def _single(array: NDArray[np.floating]) -> Matrix:
     return np.ascontiguousarray(array, dtype=np.float32)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from firstcontact.anytime._features import NAMES, Shape
 from firstcontact.anytime.rig import STAGES
 from firstcontact.core import InputError
+from firstcontact.core.weights import take_array
 
 #: Numbers that are looked at: features, the noise before the contact, and how long it is flat.
 TRAITS = len(NAMES) + 2
@@ -133,11 +134,12 @@ class Familiar:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Familiar:
-        """The inverse of :meth:`to_arrays`."""
-        return cls(*(arrays[f"familiar.{n}"].astype(np.float64) for n in _NAMES))
-
-
-_NAMES = ("mean", "whitening", "limit")
+        """Return the inverse of :meth:`to_arrays`; InputError where arrays do not fit."""
+        whole = (len(STAGES), TRAITS)
+        mean = take_array(arrays, "familiar.mean", *whole)
+        whitening = take_array(arrays, "familiar.whitening", *whole, TRAITS)
+        limit = take_array(arrays, "familiar.limit", len(STAGES))
+        return cls(*(a.astype(np.float64) for a in (mean, whitening, limit)))
 
 
 def _distance(away: NDArray[np.float64], whitening: NDArray[np.float64]) -> NDArray[np.float64]:

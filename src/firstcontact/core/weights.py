@@ -30,6 +30,8 @@ DETECTOR_CARD = "detector.json"
 #: specimens; an SVM of 100,000 support vectors has 30 MB.
 LONGEST_CARD = 1 << 24
 LONGEST_WEIGHTS = 1 << 28
+#: Largest number of an array whose products are taken; float32 ends at 3.4e38.
+LARGEST = 1e30
 #: A digest as :func:`digest` gives it.
 Sha256 = Annotated[str, msgspec.Meta(pattern="^[0-9a-f]{64}$")]
 #: A sampling rate, Hz.
@@ -213,3 +215,39 @@ def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
         if not np.issubdtype(array.dtype, np.floating) or not np.isfinite(array).all():
             raise InputError(f"{path}: the array {name} holds values that are not finite numbers")
     return arrays
+
+
+def take_array(
+    arrays: Mapping[str, NDArray[Any]], name: str, *shape: int | None
+) -> NDArray[np.floating]:
+    """Return an array of a file of weights, checked against its declared shape.
+
+    Parameters
+    ----------
+    arrays
+        Those of the file.
+    name
+        Which one.
+    shape
+        Its shape; None stands for any length.
+
+    Raises
+    ------
+    InputError
+        Names an array that is missing, has another shape, or holds anything but numbers up to
+        ``LARGEST``.
+    """
+    if name not in arrays:
+        raise InputError(f"the array {name} is missing")
+    array = arrays[name]
+    if len(array.shape) != len(shape) or any(
+        wanted not in (None, size) for size, wanted in zip(array.shape, shape, strict=True)
+    ):
+        wanted = ", ".join("any" if size is None else str(size) for size in shape)
+        raise InputError(f"the array {name} has the shape {array.shape} and must have ({wanted})")
+    if (
+        not np.issubdtype(array.dtype, np.floating)
+        or not (np.abs(array.astype(np.float64)) <= LARGEST).all()
+    ):
+        raise InputError(f"the array {name} holds what is no number up to {LARGEST:g}")
+    return array

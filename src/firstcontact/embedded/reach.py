@@ -15,9 +15,10 @@ from firstcontact.anytime.compact import CompactNetwork, Rounded
 from firstcontact.anytime.network import FARTHEST
 from firstcontact.anytime.rig import STAGES
 from firstcontact.core import InputError
+from firstcontact.core.weights import LARGEST
 
-#: No number may pass this; float32 ends at 3.4e38.
-MOST = 1e30
+#: No number may pass this.
+MOST = LARGEST
 
 
 def check_reach(model: InContextModel, network: CompactNetwork) -> None:

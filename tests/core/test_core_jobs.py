@@ -6,6 +6,8 @@ import os
 import signal
 import subprocess
 import sys
+import time
+import warnings
 from pathlib import Path
 
 import joblib
@@ -76,6 +78,26 @@ def test_the_backend_of_a_configuration_is_where_jobs_go() -> None:
     """As its users expect of anything that is built on joblib."""
     with joblib.parallel_config("threading"), parallel(2) as runner:
         assert set(runner.map(_pid, range(4))) == {os.getpid()}
+
+
+def test_a_worker_that_needs_more_memory_or_has_to_wait_is_not_replaced() -> None:
+    """Its replacement, and the warning about it, came in the middle of a study's progress bar."""
+    with warnings.catch_warnings(record=True) as said, parallel(2) as runner:
+        warnings.simplefilter("always")
+        first = set(runner.map(_pid, range(4)))
+        assert set(runner.map(_keep, range(6))) <= first
+        # Pauses between steps of a study take minutes, which no test waits for.
+        assert runner._parallel._backend._workers._timeout > 86_400  # type: ignore[attr-defined]
+    assert [str(w.message) for w in said] == []
+
+
+def _keep(_: int) -> int:
+    """Keep 400 MB, and last until loky looks at the memory again: no oftener than each second."""
+    import builtins
+
+    vars(builtins).setdefault("_kept_by_a_job", np.ones(50_000_000))
+    time.sleep(1.05)
+    return os.getpid()
 
 
 def _pid(_: int) -> int:

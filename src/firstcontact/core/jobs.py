@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import threading
@@ -21,6 +22,10 @@ Tick = Callable[[int, int], object]
 
 #: Heeded by libraries when they are loaded; those that are there already can be told.
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
+#: Workers wait so long for the next job, s: they end with the runner, however long it works on
+#: something else meanwhile. Less than the 24 days that a timeout of the system can hold.
+IDLE = 7 * 86_400
 
 #: More processes than this no machine is meant to run.
 MOST_WORKERS = 512
@@ -157,12 +162,21 @@ def _processes() -> Any:
     import joblib
 
     return joblib.parallel_config(
-        "loky", inner_max_num_threads=1, initializer=_begin, initargs=(os.getpid(),)
+        "loky",
+        inner_max_num_threads=1,
+        idle_worker_timeout=IDLE,
+        initializer=_begin,
+        initargs=(os.getpid(),),
     )
 
 
 def _begin(parent: int) -> None:
     """What a worker does first."""
+    from joblib.externals.loky import process_executor
+
+    # Loky takes 300 MB more than after the first job for a leak, and replaces the worker in the
+    # middle of its jobs. Here that is a library that a later job loads, or what jobs share.
+    process_executor._MAX_MEMORY_LEAK_SIZE = math.inf
     # Signals of the terminal reach the whole process group; the parent alone decides, ...
     for name in ("SIGINT", "SIGHUP", "SIGQUIT"):
         if hasattr(signal, name):

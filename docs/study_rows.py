@@ -134,8 +134,12 @@ def detection(found: Sequence[SubjectResults]) -> Rows:
         *contact("three_sigma", "3σ", "90.6 %", accepted),
         *contact("svm", "SVM", "100 %", accepted),
         Row(f"{start} to a complete 15 ms window, median", answer(lambda a: a.median), "ms"),
-        Row("– before the second contact", answer(lambda a: a.before_second), "share"),
-        Row("– at any time", of(lambda r: r.anytime, lambda a: a.before_second), "share"),
+        Row("– samples before the second contact", answer(lambda a: a.before_second), "share"),
+        Row(
+            "– samples before it, at any time",
+            of(lambda r: r.anytime, lambda a: a.before_second),
+            "share",
+        ),
     ]
 
 
@@ -182,7 +186,7 @@ SPEED = [
 #: What the README shows: no intervals, which stand beside the same numbers in the results.
 HEADLINE: Rows = [
     Row(
-        "answers before the second contact",
+        "samples for an estimate before the second contact; computing and cable left out",
         of(lambda r: r.anytime, lambda a: a.before_second),
         "share",
     ),

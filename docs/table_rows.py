@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from firstcontact.core.percent import percent
 from firstcontact.learning.scores import Bounded
 from firstcontact.report._tables import Cell, Table
-from firstcontact.report.comparison import percent
 from firstcontact.report.results.study import SubjectResults
 
 ABSENT = "–"

@@ -20,10 +20,10 @@ from study_rows import HEADLINE, IMPACTS, MATERIALS, OFFSETS, SPEED, STIFFNESS, 
 from table_rows import ABSENT, columns_of, lined, table
 
 from firstcontact.core.by_name import to_tree
+from firstcontact.core.percent import percent
 from firstcontact.grasp_study import chapters as grasp_chapters
 from firstcontact.grasp_study import sentences as grasp_sentences
 from firstcontact.grasp_study.results import GraspResults
-from firstcontact.report.comparison import percent
 from firstcontact.report.markdown import TABLES, markdown
 from firstcontact.report.results.file import read_results
 from firstcontact.report.results.real import RealSet

@@ -120,7 +120,7 @@ def test_a_share_is_not_rounded_up_to_all(tmp_path: Path) -> None:
     study = {"contact": {"svm": {"window_accuracy": 0.99964}}}
     write(tmp_path / "study.json", study)
     made = numbers.tables(tmp_path)["study"]
-    assert "| contact, SVM: windows right | 100 % | 99.964 % |" in made
+    assert "| contact, SVM: windows right | 100 % | 99.96 % |" in made
 
 
 def test_filling_twice_changes_nothing(tmp_path: Path) -> None:

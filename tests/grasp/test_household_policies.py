@@ -69,7 +69,7 @@ def test_an_estimate_that_comes_after_the_second_contact_corrects_the_force() ->
 
 
 @pytest.mark.parametrize("kind", [ByStiffness, StiffnessReflex])
-def test_an_estimate_in_time_is_no_miss_however_late_the_second_finger_comes(
+def test_an_estimate_by_the_deadline_is_no_miss_however_late_the_second_finger_comes(
     kind: type[ByStiffness],
 ) -> None:
     sent: list[Command] = []

@@ -34,7 +34,7 @@ def touch(loop: GraspLoop, sample: int = 100) -> None:
 
 
 @given(st.integers(1, 60))
-def test_an_estimate_is_in_time_up_to_the_deadline_and_not_after(ms: int) -> None:
+def test_an_estimate_meets_the_deadline_up_to_it_and_not_after(ms: int) -> None:
     loop, sent = looped("first_contact", deadline=0.025)
     touch(loop)
     loop.estimated(SURE, (100 + ms) / RATE)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from firstcontact.report.comparison import compare, percent
+from firstcontact.report.comparison import compare
 from firstcontact.report.results.study import SubjectResults
 from partial import results
 
@@ -116,11 +116,7 @@ def test_what_is_not_there_has_no_row() -> None:
     assert compare([results(data={})], ["A"], True) == []
 
 
-def test_percentages_are_not_rounded_up_to_all() -> None:
-    assert percent(1.0) == "100.0 %"
-    assert percent(0.99996) == "99.996 %"
-    assert percent(0.9999999) == "99.999 %"
-    assert percent(0.972) == "97.2 %"
+def test_the_end_of_an_interval_is_not_rounded_up_to_all() -> None:
     scores = {"accuracy": 0.99, "n": 9, "intervals": {"accuracy": [0.9, 0.9997]}}
     rows = compare([results(blocks={"svm": {"by_session": scores}})], ["A"], True)
-    assert rows[0].here == ["99.0 % [90.0, 99.970]"]
+    assert rows[0].here == ["99.0 % [90.0, 99.97]"]

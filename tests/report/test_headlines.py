@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.report._headlines import headlines
 from firstcontact.report.findings import Findings
@@ -35,11 +37,28 @@ def test_what_was_accepted_is_said() -> None:
 def test_preempted_calls_and_the_load_are_said() -> None:
     timed = {
         "p99": 90.0, "speedup": 4.0, "reference": "PyTorch", "preempted": 7, "calls": 1000,
-        "load": 8.2, "cores": 2,
+        "load": 2.2, "cores": 2,
     }  # fmt: skip
     (headline,) = headlines([Findings("a", results(inference_us={"svm": timed}))])
     assert headline.lines[0].value == "90 µs"
-    assert "(load 8.2 on 2 cores); 7 of 1,000 calls were preempted and are apart" in headline.foot
+    assert "(load 2.2 on 2 cores); 7 of 1,000 calls were preempted and are apart" in headline.foot
+
+
+@pytest.mark.parametrize(
+    ("busy", "why"),
+    [
+        ({"preempted": 5181, "calls": 100_000}, "5,181 of 100,000 calls were preempted: 5.2 %"),
+        ({"load": 8.2}, "load 8.2 on 2 cores; at most 4 may be"),
+    ],
+)
+def test_a_busy_machine_has_no_headline_of_its_time(busy: dict[str, float], why: str) -> None:
+    timed = {"p99": 90.0, "preempted": 0, "calls": 1000, "load": 1.0, "cores": 2} | busy
+    (headline,) = headlines([Findings("a", results(inference_us={"svm": timed}))])
+    (line,) = headline.lines
+    assert line.value == "–"
+    assert why in line.note
+    assert "90" not in line.note + headline.foot
+    assert "--out" in headline.foot
 
 
 def test_the_answer_is_said_to_be_the_twins() -> None:
@@ -47,7 +66,8 @@ def test_the_answer_is_said_to_be_the_twins() -> None:
     (headline,) = headlines([Findings("paper-rig", found)])
     assert headline.lines[0].value == "40.0 %"
     assert "twin" in headline.foot
-    assert "without the estimate's own arithmetic" in headline.foot
+    assert "samples" in headline.title.lower()
+    assert "computing and transport left out" in headline.foot
     assert headlines([Findings("recordings", results(answer_ms={"n": 0, "of": 3}))]) == []
 
 

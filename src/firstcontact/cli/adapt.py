@@ -13,6 +13,7 @@ from firstcontact.cli.train_folder import check_replaceable, replaced
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.core.counted import counted
 from firstcontact.core.errors import InputError
+from firstcontact.core.percent import percent
 from firstcontact.core.rate import same_rate
 
 if TYPE_CHECKING:
@@ -162,7 +163,7 @@ def adapted(
         *lines,
         f"fingers as one or each by itself, on pinches held out: {compared} Shore A (always "
         f"answering the mean: {made.mean_rmse:.2f}); kept: {made.way}",
-        f"{100 * base.level:.0f} % intervals held at least {100 * made.check.coverage:.1f} % of "
+        f"{100 * base.level:.0f} % intervals held at least {percent(made.check.coverage)} of "
         f"{counted(made.check.n, 'pinch')} held out, at each time: {widened}",
     ]
 

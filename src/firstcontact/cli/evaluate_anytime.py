@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from firstcontact.cli.train import aligned_by_truth, at_rate
 from firstcontact.core.counted import counted
 from firstcontact.core.errors import InputError
+from firstcontact.core.percent import percent
 from firstcontact.core.rate import same_rate
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ def _table(scores: AnytimeScores, level: float) -> list[str]:
         f"{'after contact':>13}  {'rmse':>6}  {f'in {100 * level:g} %':>8}  {'width':>6}  strange"
     )
     return [head] + [
-        f"{ms + ' ms':>13}  {scores.rmse[ms]:>6.2f}  {100 * scores.coverage[ms]:>6.1f} %  "
-        f"{scores.width[ms]:>6.1f}  {100 * scores.strange[ms]:>5.1f} %"
+        f"{ms + ' ms':>13}  {scores.rmse[ms]:>6.2f}  {percent(scores.coverage[ms]):>8}  "
+        f"{scores.width[ms]:>6.1f}  {percent(scores.strange[ms]):>7}"
         for ms in scores.rmse
     ]

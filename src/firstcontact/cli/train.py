@@ -16,6 +16,7 @@ from firstcontact.contact.registry import DETECTORS
 from firstcontact.core.counted import counted
 from firstcontact.core.errors import InputError
 from firstcontact.core.extras import need_for
+from firstcontact.core.percent import percent
 from firstcontact.core.rate import same_rate
 from firstcontact.stiffness.registry import ESTIMATORS
 
@@ -306,14 +307,14 @@ def in_words(scores: TaskScores, target: str) -> str:
         if (value := getattr(scores, name, None)) is not None
     ]
     if (accuracy := getattr(scores, "accuracy", None)) is not None:
-        numbers.insert(0, f"accuracy {100 * accuracy:.1f} %")
+        numbers.insert(0, f"accuracy {percent(accuracy)}")
     return f"{', '.join(numbers)}, {counted(scores.n, 'pinch')}"
 
 
 def coverage_in_words(found: Mapping[str, float], level: float) -> str:
     """How often an interval held the truth, on one line."""
     return (
-        f"interval at level {level:g} held {100 * found['coverage']:.1f} % of {found['n']} "
+        f"interval at level {level:g} held {percent(found['coverage'])} of {found['n']} "
         f"pinches, mean width {found['mean_width']:.1f}"
     )
 

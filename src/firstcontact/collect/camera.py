@@ -13,6 +13,7 @@ from scipy.optimize import least_squares
 
 from firstcontact.core import Finger, InputError
 from firstcontact.core.numbers import parse_float, parse_int
+from firstcontact.core.percent import percent
 from firstcontact.recording import Recording
 from firstcontact.recording.table import read_rows
 
@@ -187,7 +188,7 @@ def in_words(agreement: Agreement) -> Sequence[str]:
     frame = 1e3 / agreement.fps
     said = [
         f"contacts    {len(agreement.residuals)} in both lists",
-        f"agreement   {100 * agreement.within:.1f} % within one frame of {frame:.2f} ms; median "
+        f"agreement   {percent(agreement.within)} within one frame of {frame:.2f} ms; median "
         f"{1e3 * agreement.median:.2f} ms, largest {1e3 * agreement.largest:.2f} ms",
         f"clocks      camera - device {agreement.offset:+.4f} s at sample 0, drift "
         f"{1e6 * agreement.drift:+.1f} ppm (standard error {1e6 * agreement.drift_error:.1f} ppm)",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from firstcontact.core.percent import percent as any_percent
 from firstcontact.grasp.policies.registry import POLICIES
 from firstcontact.grasp_study.results import CEILING, Between
 
@@ -21,8 +22,8 @@ def title_of(name: str) -> str:
 
 
 def percent(share: float) -> str:
-    """A share as it is read."""
-    return f"{100 * share:.0f} %"
+    """Return a share as a whole percentage."""
+    return any_percent(share, 0)
 
 
 def ends(found: Between, sign: bool = False) -> str:

@@ -136,7 +136,7 @@ def closings_table(found: Household) -> Table:
             "Damaged",
             "Steady",
             "Time to a steady grasp",
-            "Estimate in time",
+            "Estimate by the deadline",
             "As the table",
         ),
         rows,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from firstcontact.core.percent import percent
+
 #: Names in the ledger, and what they say.
 _LINES = {
     "decide": "from a contact until it was noticed (device clock)",
@@ -51,7 +53,7 @@ def ledger_lines(
         f"{figures['overruns']:.0f} took longer to work on than they last"
     )
     if samples > 0:
-        yield f"processor time {100 * cpu / samples:.1f} % of one core"
+        yield f"processor time {percent(cpu / samples)} of one core"
 
 
 def _times(figures: Mapping[str, float]) -> Iterator[str]:

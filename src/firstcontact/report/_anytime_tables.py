@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from firstcontact.core.counted import counted
+from firstcontact.core.percent import percent
 from firstcontact.learning.scores import AnytimeScores, Ends
 from firstcontact.report import names
 from firstcontact.report._tables import Cell, Row, Table, shown_number
-from firstcontact.report.comparison import percent
 from firstcontact.report.results.anytime import (
     TITLES,
     Generalised,
@@ -50,8 +50,9 @@ def anytime_table(results: SubjectResults) -> Table | None:
     caption = f"{TITLES['in_context']}: by the time after contact."
     if found.before_second is not None:
         caption += (
-            f" An answer before the second contact in {percent(found.before_second)} of "
-            f"{found.with_second:,} pinches."
+            f" The samples for an answer lie before the second contact in "
+            f"{percent(found.before_second)} of {found.with_second:,} pinches; computing and "
+            "transport are left out."
         )
     caption += (
         f" The rig is known by its blocks ({found.way}); "

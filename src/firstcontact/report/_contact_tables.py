@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from firstcontact.contact.closing_start import told
+from firstcontact.core.percent import percent
 from firstcontact.learning.detection import DetectionScores
 from firstcontact.report import names
 from firstcontact.report._tables import Cell, Row, Table
 from firstcontact.report.accepted import Accepted
-from firstcontact.report.comparison import percent
 from firstcontact.report.results.contact import DetectionFolds
 from firstcontact.report.results.study import SubjectResults
 
@@ -124,10 +124,16 @@ def answer_table(results: SubjectResults) -> Table | None:
         "the look-ahead of the filters counted. A pinch whose first trigger is missed, early or on "
         "the wrong finger has no answer"
     )
-    caption += " and counts as not answered before the second contact." if both else "."
+    if both:
+        caption += (
+            " and counts as not answered. Samples before the second contact leave out computing "
+            "and transport."
+        )
+    else:
+        caption += "."
     if results.twin:
         caption += " Twin results."
-    head = ["", "Median", "p95", *(["Before second contact"] if both else []), "Answers"]
+    head = ["", "Median", "p95", *(["Samples before second contact"] if both else []), "Answers"]
     return Table(caption, head, rows)
 
 

@@ -7,18 +7,22 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from firstcontact.contact.registry import DETECTORS
+from firstcontact.core.percent import percent
 from firstcontact.learning.detection import DetectionScores
 from firstcontact.learning.scores import Scores
 from firstcontact.report import _published as published
 from firstcontact.report import names
 from firstcontact.report.accepted import Accepted
-from firstcontact.report.comparison import percent
 from firstcontact.report.findings import Findings
 from firstcontact.report.results.stiffness import InferenceTimes
 from firstcontact.report.results.study import SubjectResults
 from firstcontact.stiffness.registry import ESTIMATORS
 
 R = TypeVar("R")
+#: Largest share of preempted calls, and largest load for each core, with which times count. The
+#: study's own workers make a load of one for each core in the minute before.
+MOST_PREEMPTED = 0.01
+MOST_LOAD = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,10 +127,10 @@ def _answer_headline(shown: Sequence[Findings]) -> Headline:
             lambda a: "" if a.median is None else f"median {a.median:.1f} ms after the first",
         )
     return Headline(
-        "Answers before the second contact",
+        "Samples for an answer before the second contact",
         lines,
-        "of pinches with a known second contact; waits and look-aheads counted, "
-        "without the estimate's own arithmetic" + (", twin" if twin else ""),
+        "of pinches with a known second contact; waits and look-aheads counted, computing and "
+        "transport left out, which live counts" + (", twin" if twin else ""),
     )
 
 
@@ -211,8 +215,12 @@ def _material_headline(shown: Sequence[Findings]) -> Headline:
 
 
 def _time_headline(shown: Sequence[Findings]) -> Headline:
+    title = "One estimate takes (p99)"
+    if busy := _busy(shown):
+        remedy = "To measure again, run the study with another --out and nothing else beside it"
+        return Headline(title, [Line("Machine too busy", "–", busy)], remedy)
     return Headline(
-        "One estimate takes (p99)",
+        title,
         _by_model(
             shown, lambda r: r.inference_us or {}, lambda time: f"{time.p99:.0f} µs", _quicker
         ),
@@ -226,13 +234,32 @@ def _quicker(time: InferenceTimes) -> str:
     return f"{time.speedup:.1f} × quicker than {time.reference}"
 
 
+def _times(shown: Sequence[Findings]) -> tuple[list[InferenceTimes], int, int]:
+    """Times of all models, their preempted calls, and all their calls."""
+    times = [time for f in shown for time in (f.results.inference_us or {}).values()]
+    return times, sum(time.preempted for time in times), sum(time.calls for time in times)
+
+
+def _busy(shown: Sequence[Findings]) -> str:
+    """Return why the times are not this machine's own, "" where they are."""
+    times, preempted, calls = _times(shown)
+    if preempted > MOST_PREEMPTED * calls:
+        return (
+            f"{preempted:,} of {calls:,} calls were preempted: {percent(preempted / calls)}, and "
+            f"at most {percent(MOST_PREEMPTED, 0)} may be"
+        )
+    busiest = max(times, key=lambda time: time.load / time.cores, default=None)
+    if busiest is not None and busiest.load > MOST_LOAD * busiest.cores:
+        most = MOST_LOAD * busiest.cores
+        return f"load {busiest.load:.1f} on {busiest.cores} cores; at most {most:g} may be"
+    return ""
+
+
 def _apart(shown: Sequence[Findings]) -> str:
     """Calls that another process interrupted, and how busy the machine was."""
-    times = [time for f in shown for time in (f.results.inference_us or {}).values()]
+    times, preempted, calls = _times(shown)
     if not times:
         return ""
     busy = max(time.load for time in times)
-    preempted = sum(time.preempted for time in times)
-    calls = sum(time.calls for time in times)
     apart = f"; {preempted:,} of {calls:,} calls were preempted and are apart" if preempted else ""
     return f" (load {busy:.1f} on {times[0].cores} cores){apart}"

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from firstcontact.core.counted import counted
+from firstcontact.core.percent import percent
 from firstcontact.report import names
 from firstcontact.report._tables import Cell, Row, Table
-from firstcontact.report.comparison import percent
 from firstcontact.report.results.real import Reading, RealSet
 from firstcontact.report.results.study import SubjectResults
 

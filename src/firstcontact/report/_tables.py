@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from itertools import chain
 
 from firstcontact.core.counted import counted
+from firstcontact.core.percent import percent
 from firstcontact.learning.scores import Scores, bounded
 from firstcontact.report import names
 from firstcontact.report._texts import source
-from firstcontact.report.comparison import percent
 from firstcontact.report.results.data import DataSummary
 from firstcontact.report.results.stiffness import (
     InferenceTimes,

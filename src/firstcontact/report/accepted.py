@@ -1,4 +1,4 @@
-"""What was accepted as right in time, in words: it depends on how late a label may be."""
+"""Words for the accepted distance of a contact: it depends on how late a label may be."""
 
 from __future__ import annotations
 

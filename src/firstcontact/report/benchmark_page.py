@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from firstcontact.core.counted import counted
+from firstcontact.core.percent import percent
 from firstcontact.learning.scores import AnytimeScores
 from firstcontact.report._anytime_tables import objects_off_blocks, others_off_blocks, title_of
 from firstcontact.report._tables import Cell, Row, Table, shown_number
@@ -31,7 +32,7 @@ def by_time(found: Mapping[str, AnytimeScores]) -> Table:
         cells = [
             Cell(
                 shown_number(scores.rmse[ms], 1),
-                f"{100 * scores.coverage[ms]:.0f} % in ±{scores.width[ms] / 2:.1f}",
+                f"{percent(scores.coverage[ms], 0)} in ±{scores.width[ms] / 2:.1f}",
             )
             for ms in times
         ]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import TypeVar
 
+from firstcontact.core.percent import percent
 from firstcontact.learning.detection import DetectionScores
 from firstcontact.learning.scores import bounded
 from firstcontact.report import _published as published
@@ -16,13 +17,6 @@ from firstcontact.report.results.stiffness import BlockScores, ObjectScores, Spl
 from firstcontact.report.results.study import SubjectResults
 
 R = TypeVar("R")
-
-
-def percent(share: float) -> str:
-    """A share as a percentage; never rounded up to 100."""
-    if share < 0.9995 or share >= 1:
-        return f"{100 * share:.1f} %"
-    return f"{min(100 * share, 99.999):.3f} %"
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +101,7 @@ def _offset(found: Sequence[SubjectResults], twin: bool) -> list[Compared]:
         Compared(
             "Second contact inside the 15 ms window",
             "–",
-            _each(offsets, lambda its: its.share_below_15, lambda share: f"{100 * share:.0f} %"),
+            _each(offsets, lambda its: its.share_below_15, lambda share: percent(share, 0)),
             "The paper gives mean and SD only.",
         ),
     ]
@@ -222,11 +216,11 @@ def _answer(found: Sequence[SubjectResults]) -> list[Compared]:
             "estimate's arithmetic.",
         ),
         Compared(
-            "Answered before the second contact",
+            "Samples for an answer before the second contact",
             "–",
             _each(answers, lambda its: its.before_second),
             "Of all pinches with a known second contact; missed, early and wrong-finger triggers "
-            "count as not answered.",
+            "count as not answered. Computing and transport are left out.",
         ),
         Compared(
             "– at any time",

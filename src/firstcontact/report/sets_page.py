@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from firstcontact.contact.registry import DETECTORS
+from firstcontact.core.percent import percent
 from firstcontact.learning.detection import Delays
 from firstcontact.report._tables import Cell, Row, Table, shown_number
-from firstcontact.report.comparison import percent
 from firstcontact.report.page import duration
 from firstcontact.report.results.sets import SetResults, SetsResults
 from firstcontact.report.template import filled

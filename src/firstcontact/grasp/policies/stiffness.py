@@ -82,7 +82,7 @@ class ByStiffness(FinalForce):
         return self.final if self._both else self.slow
 
     def late(self) -> Command | None:
-        """What was not told in time is not known: stay slow, or press as one who knows nothing."""
+        """Stay slow, or press as without any estimate: none came by the deadline."""
         if self._both:
             return self.final
         return Command(min(self.slow.speed, self.grip.gentle.speed), self.slow.force)

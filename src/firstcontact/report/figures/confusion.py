@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from firstcontact.core.palette import INK
+from firstcontact.core.percent import percent
 from firstcontact.report import names
 from firstcontact.report.figures.style import canvas, uri
 from firstcontact.report.findings import Figure
@@ -24,7 +25,7 @@ def confusion_figure(model: str, split: str, scores: SplitScores, unit: str = "S
                 ax.text(
                     column,
                     row,
-                    f"{100 * value:.1f} %" if value < 1 else "100 %",
+                    percent(value) if value < 1 else "100 %",
                     ha="center",
                     va="center",
                     fontsize=8.5,

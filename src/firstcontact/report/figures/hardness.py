@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from firstcontact.core.palette import BLUE, GREY, INK, RED
+from firstcontact.core.percent import percent
 from firstcontact.learning.scores import ClassificationScores
 from firstcontact.learning.training import LabelledWindows, Values
 from firstcontact.recording.figure_text import shown
@@ -73,7 +74,7 @@ def materials_figure(
             ax.text(
                 2,
                 row,
-                f"{100 * scores.accuracy:.0f} %",
+                percent(scores.accuracy, 0),
                 va="center",
                 color="white",
                 fontweight="bold",
@@ -83,7 +84,7 @@ def materials_figure(
         ax.text(
             100 * chance + 1,
             1.62,
-            f"chance {100 * chance:.0f} %",
+            f"chance {percent(chance, 0)}",
             color=RED,
             fontsize=8.5,
             va="top",

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.palette import BLUE, GREY, INK, RED
+from firstcontact.core.percent import percent
 from firstcontact.learning.training import DURATION
 from firstcontact.report import _published as published
 from firstcontact.report.figures.style import canvas, uri
@@ -57,7 +58,7 @@ def offset_figure(offsets: NDArray[np.float64]) -> Figure:
     return Figure(
         "offsets",
         "Time between the two contacts",
-        f"{len(offsets):,} pinches. In {100 * share:.0f} % of them (pale bars) the second contact "
+        f"{len(offsets):,} pinches. In {percent(share, 0)} of them (pale bars) the second contact "
         "falls inside the 15 ms window that stiffness is read from.",
         image,
     )

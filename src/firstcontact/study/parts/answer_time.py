@@ -25,8 +25,8 @@ def answer_time(subject: Subject, settings: StudySettings) -> PartResult:
     contact has been decided, whichever is later; the resampler's look-ahead is
     added. The arithmetic of the estimate is not in it, nor is transport. A
     pinch has an answer where the first trigger is the right finger's, not early
-    and followed by a whole window. Pinches without one count as not answered
-    before the second contact.
+    and followed by a whole window. Pinches without one count as not answered. So
+    ``before_second`` is of samples, and not the "in time" of live output.
     """
     known = [i for i, p in enumerate(subject.dataset.pinches) if p.first is not None]
     if known and not subject.found:
@@ -83,13 +83,13 @@ def waits(
 
 
 def before_second(answers: Sequence[tuple[Pinch, float | None]]) -> tuple[float | None, int | None]:
-    """Share of pinches with an answer before the second contact, and of how many.
+    """Return the share of pinches with samples for an answer before the second contact.
 
-    None where no pinch has a second contact.
+    The second number is of how many pinches. None where no pinch has a second contact.
     """
     both = [(p.offset, seconds) for p, seconds in answers if p.offset is not None]
-    in_time = sum(seconds is not None and seconds < offset for offset, seconds in both)
-    return (in_time / len(both), len(both)) if both else (None, None)
+    early = sum(seconds is not None and seconds < offset for offset, seconds in both)
+    return (early / len(both), len(both)) if both else (None, None)
 
 
 def _at(subject: Subject, duration: float, early: float) -> Answers:
@@ -99,12 +99,12 @@ def _at(subject: Subject, duration: float, early: float) -> Answers:
     answers = list(waits(dataset, asked, lambda p, c: answered(p, c, duration), early))
     after = [1e3 * seconds for _, seconds in answers if seconds is not None]
     delays = quantiles(np.array(after)) if after else None
-    in_time, with_second = before_second(answers)
+    share, with_second = before_second(answers)
     return Answers(
         n=len(after),
         of=len(answers),
         median=delays.median if delays else None,
         p95=delays.p95 if delays else None,
-        before_second=in_time,
+        before_second=share,
         with_second=with_second,
     )

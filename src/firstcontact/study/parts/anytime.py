@@ -61,14 +61,14 @@ def anytime(subject: Subject, settings: StudySettings) -> PartResult:
     else:
         return _none("neither unseen objects nor sessions that could be held out")
     asked = ~learn if len(objects) else learn
-    in_time, of = _before_second(subject, settings.early)
+    share, of = _before_second(subject, settings.early)
     found = AnytimeResults(
         **asdict(scores),
         asked="objects" if len(objects) else "blocks",
         level=model.level,
         way=adapted.way,
         too_short=int((asked & ~long_enough).sum()),
-        before_second=in_time,
+        before_second=share,
         with_second=of,
         fixed=_fixed(subject, objects, settings.seed),
         blocks=blocks if len(objects) else None,
@@ -130,7 +130,7 @@ def _fixed(subject: Subject, asked: LabelledTouches, seed: int) -> FixedWindow |
 
 
 def _before_second(subject: Subject, early: float) -> tuple[float | None, int | None]:
-    """Share of pinches with an answer before the second contact, and of how many.
+    """Return the share of pinches with samples for an answer before the second contact.
 
     The first answer comes when the contact has been decided and the shortest length is there,
     whichever is later.

@@ -1,0 +1,23 @@
+"""Shares as percentages, for tables, pages and the terminal."""
+
+from __future__ import annotations
+
+#: Decimals at most, where fewer would round a share up to all.
+MOST_DECIMALS = 2
+
+
+def percent(share: float, decimals: int = 1) -> str:
+    """Return a share as a percentage that is never rounded up to 100.
+
+    Parameters
+    ----------
+    share
+        1 is all.
+    decimals
+        How many are shown. A share a little below 1 gets up to two, and is cut off there.
+    """
+    for places in range(decimals, MOST_DECIMALS + 1):
+        shown = f"{100 * share:.{places}f}"
+        if share >= 1 or float(shown) < 100:
+            return f"{shown} %"
+    return "99.99 %"

@@ -182,12 +182,12 @@ class Assembler:
             self._account(*read_stopped(frame.payload))
             out.stopped = True
 
-    def _tell(self, told: Told, out: Assembled) -> None:
-        """Add what the device has found, if it can be of its samples."""
+    def _tell(self, answer: Told, out: Assembled) -> None:
+        """Add a contact or an estimate of the device, if its samples can exist."""
         assert self.descriptor is not None
-        newest = self._next if self._next is not None and self._goes_on else told.known
-        check_place(told, newest, round(FARTHEST * self.descriptor.layout.rate))
-        out.told.append(told)
+        newest = self._next if self._next is not None and self._goes_on else answer.known
+        check_place(answer, newest, round(FARTHEST * self.descriptor.layout.rate))
+        out.told.append(answer)
 
     def _ahead(self, counter: int) -> int:
         """How far a frame is ahead of the one that should come; negative if it is late."""

@@ -68,7 +68,7 @@ class _Link:
         return None
 
     def stop(self) -> None:
-        """Have the device send no samples."""
+        """Stop the samples."""
         if self.ask(FrameType.STOP, b"", FrameType.STOPPED) is None:
             raise InputError(f"{self.port}: the device does not stop")
 
@@ -86,35 +86,37 @@ class _Link:
             raise InputError(f"{self.port}: {error}: start again") from error
 
     def send(self, data: bytes, form: int, sizes: int) -> int:
-        """Send a model, piece by piece; the state in which that leaves the device."""
-        told = _BEGIN.pack(form, sizes, len(data), zlib.crc32(data))
-        _, there = self._model(FrameType.MODEL_BEGIN, told, 0, len(data))
-        most = there  # that were there at any time: a device that goes back makes no progress
+        """Send a model in pieces. Return the state of the device."""
+        head = _BEGIN.pack(form, sizes, len(data), zlib.crc32(data))
+        _, received = self._model(FrameType.MODEL_BEGIN, head, 0, len(data))
+        most = received  # a device that goes back makes no progress
         pieces, again = 2 * (len(data) // CHUNK + MOST_AGAIN), 0
-        while there < len(data):
-            chunk = _OFFSET.pack(there) + data[there : there + CHUNK]
-            _, there = self._model(FrameType.MODEL_CHUNK, chunk, there, len(data))
+        while received < len(data):
+            chunk = _OFFSET.pack(received) + data[received : received + CHUNK]
+            _, received = self._model(FrameType.MODEL_CHUNK, chunk, received, len(data))
             pieces -= 1
-            again = 0 if there > most else again + 1
-            most = max(most, there)
+            again = 0 if received > most else again + 1
+            most = max(most, received)
             if again == MOST_AGAIN or not pieces:
                 raise InputError(
                     f"{self.port}: the device asks for the same pieces of the model again and "
-                    f"again ({most} of {len(data)} bytes are there): check its cable and start "
+                    f"again (it has {most} of {len(data)} bytes): check its cable and start "
                     "again; it has its old model"
                 )
-        state, _ = self._model(FrameType.MODEL_END, b"", there, len(data))
+        state, _ = self._model(FrameType.MODEL_END, b"", received, len(data))
         return state
 
-    def _model(self, kind: FrameType, payload: bytes, there: int, length: int) -> tuple[int, int]:
-        """State and bytes that are there, as the device says."""
+    def _model(
+        self, kind: FrameType, payload: bytes, received: int, length: int
+    ) -> tuple[int, int]:
+        """Send a frame. Return the state of the device and the bytes of the model that it has."""
         frame = self.ask(kind, payload, FrameType.MODEL_STATE)
         if frame is None:
             # One that answers to other frames does not know this one.
             if kind == FrameType.MODEL_BEGIN and self.hello():
                 raise InputError(f"{self.port}: {_TAKES_NONE}")
             raise InputError(
-                f"{self.port}: the device fell silent after {there} of {length} bytes of the "
+                f"{self.port}: the device fell silent after {received} of {length} bytes of the "
                 "model: check its cable, reset it and start again"
             )
         answer = frame.payload

@@ -184,24 +184,24 @@ def read_estimate(payload: bytes, epoch: int) -> ToldEstimate:
     )
 
 
-def check_place(told: Told, newest: int, farthest: int) -> None:
+def check_place(answer: Told, newest: int, farthest: int) -> None:
     """Raise FrameError where a contact or an estimate cannot be of a device's samples.
 
     Parameters
     ----------
-    told
-        With sample numbers of 64 bits.
+    answer
+        Contact or estimate with sample numbers of 64 bits.
     newest
         Number of the sample that comes next.
     farthest
-        Most samples between that and what is told of.
+        Largest distance from it, samples.
     """
-    contact = told.sample if isinstance(told, ToldContact) else told.contact
-    if not max(0, told.known - farthest) <= contact <= told.known:
+    contact = answer.sample if isinstance(answer, ToldContact) else answer.contact
+    if not max(0, answer.known - farthest) <= contact <= answer.known:
         raise FrameError("a contact is not in the samples before it was known")
-    if abs(told.known - newest) > farthest:
+    if abs(answer.known - newest) > farthest:
         raise FrameError("a contact is known far from the samples that come")
-    if isinstance(told, ToldEstimate) and told.samples > told.known - contact + 1:
+    if isinstance(answer, ToldEstimate) and answer.samples > answer.known - contact + 1:
         raise FrameError("an estimate is from samples after it was made")
 
 

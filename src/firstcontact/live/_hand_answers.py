@@ -89,7 +89,7 @@ class HandAnswers:
                 self._done.remove(own)
             lost = own is None and self._in_gap(place)
             events.append(self._pinch(first, its, own, lost))
-        # What no first contact came before belongs to no pinch.
+        # Answers without a first contact belong to no pinch.
         self._told = [(at, t) for at, t in self._told if at > due]
         for own in [d for d in self._done if _found(d) <= due]:
             self._done.remove(own)

@@ -97,7 +97,7 @@ class LiveSession:
         self._number = 0
         self._from: tuple[int, int] | None = None
         self._arrivals: list[Arrival] = []
-        self._left: bool | None = None  # whether the device was there when we closed the source
+        self._was_connected: bool | None = None  # when the session closed the source
         self._events: list[Event] = []
         self._pinched = Pinched()
         answers = source.descriptor.answers
@@ -304,8 +304,8 @@ class LiveSession:
         return found
 
     def _close_source(self) -> None:
-        """Close the source; what it has received and still gives is for recorder and sinks."""
-        self._left = self.source.health.connected
+        """Close the source and keep the samples that it received for the recorder and the sinks."""
+        self._was_connected = self.source.health.connected
         self._arrivals += remaining(self.source)
 
     def _tell(self) -> None:
@@ -326,8 +326,8 @@ class LiveSession:
         if done:
             self._figures = self.pipeline.ledger.summary()
         health = self.source.health
-        if self._left is not None:  # a device that we closed has not gone away
-            health = replace(health, connected=self._left)
+        if self._was_connected is not None:  # a source that the session closed did not go away
+            health = replace(health, connected=self._was_connected)
         self.fanout.put(
             Update(
                 arrivals,

@@ -1,0 +1,263 @@
+"""Measure which signals the any-time model calls out of range, and write the table of it.
+
+    python docs/write_out_of_range.py                 the table, from docs/results
+    python docs/write_out_of_range.py --measure       both, on simulated rigs and made-up signals
+    python docs/write_out_of_range.py --measure --data FOLDER  and on real strikes and impacts
+
+Speech is spoken by ``espeak-ng`` where that is installed. Rows that cannot be measured are
+missing. Nothing of the model was chosen on these rigs and seeds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import re
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from table_rows import lined
+
+from firstcontact.anytime import InContextModel, Rig, Touches
+from firstcontact.anytime.in_context import ANY
+from firstcontact.anytime.model_file import pretrained
+from firstcontact.anytime.touches import BEFORE, LONGEST, cut_touch
+from firstcontact.contact.finder import find_onsets
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.signal import resample, samples_in
+
+RESULTS = Path(__file__).parent / "results" / "out_of_range.json"
+PAGE = Path(__file__).parent / "how-to" / "adapt-to-your-rig.md"
+TABLE = re.compile(
+    r"(?P<open><!-- out_of_range -->\n).*?(?P<close><!-- /out_of_range -->)", re.DOTALL
+)
+#: Times after the contact, ms.
+TIMES = (3, 5, 15)
+#: Signals of a made-up kind, rigs of a simulated kind, and the seed of all.
+SIGNALS, RIGS, SEED = 400, 30, 97
+#: Number of the first rig: no other program of ours draws these.
+FIRST_RIG = 9_000_000
+WORDS = (
+    "Take the paper cup. Put it down gently, but do not drop it. Touch a block, an apple, a tennis "
+    "ball and a soft orange. Stop before the door closes. Keep your fingers open until I count to "
+    "ten: one, two, three, four, five, six, seven, eight, nine, ten."
+)
+Signal = NDArray[np.float64]
+_BEFORE, _AFTER = samples_in(BEFORE, FINGERTIP_RATE), samples_in(LONGEST, FINGERTIP_RATE)
+_TIME = np.arange(_AFTER) / FINGERTIP_RATE
+
+
+def sine(frequency: float, least: float, most: float) -> Callable[[np.random.Generator], Signal]:
+    """Sines of about a frequency, Hz, that decay in ``least`` to ``most`` seconds."""
+
+    def made(rng: np.random.Generator) -> Signal:
+        turns = 2 * np.pi * frequency * np.exp(0.05 * rng.standard_normal()) * _TIME
+        phase = rng.uniform(0, 2 * np.pi) if np.isinf(least) else np.pi * rng.integers(0, 2)
+        decay = np.exp(rng.uniform(np.log(least), np.log(most))) if np.isfinite(most) else np.inf
+        return np.sin(turns + phase) * np.exp(-_TIME / decay)
+
+    return made
+
+
+def noise(rng: np.random.Generator) -> Signal:
+    """White noise."""
+    return rng.standard_normal(_AFTER) / 3
+
+
+MADE_UP = {
+    **{f"sine of {f} Hz": sine(f, np.inf, np.inf) for f in (60, 150, 300, 600, 1200, 2000)},
+    **{
+        f"sine of {f} Hz, damped in 3 to 30 ms": sine(f, 0.003, 0.03)
+        for f in (100, 200, 400, 800, 1600)
+    },
+    "noise that begins": noise,
+    "step": lambda rng: np.full(_AFTER, 1.0),
+    "click of 0.3 ms": lambda rng: np.exp(-_TIME / 3e-4) * rng.choice([-1.0, 1.0]),
+}
+
+
+def made_up(make: Callable[[np.random.Generator], Signal]) -> Touches:
+    """Signals of a kind that begin in noise of 0.2 to 5 % of their peak."""
+    rng = np.random.default_rng([SEED, 1])
+    quiet = np.exp(rng.uniform(np.log(0.002), np.log(0.05), (SIGNALS, 1)))
+    signals = quiet * rng.standard_normal((SIGNALS, _BEFORE + _AFTER))
+    signals[:, _BEFORE:] += [make(rng) for _ in range(SIGNALS)]
+    return touches_of(list(signals))
+
+
+def touches_of(signals: list[Signal]) -> Touches:
+    """Contacts with all their samples."""
+    n = len(signals)
+    whole = np.full(n, _AFTER, np.intp)
+    array = np.array(signals, np.float32).reshape(n, _BEFORE + _AFTER)
+    return Touches.untold(array, whole, np.full(n, -1, np.intp), FINGERTIP_RATE)
+
+
+def cut_at(sound: Signal, rate: float, onsets: list[float] | None, most: int = 10**6) -> Touches:
+    """Contacts in a sound; where no onsets (s) are known they are found, at most so many."""
+    x = resample(sound[:, None], rate, FINGERTIP_RATE)[:, 0]
+    places = [round(s * FINGERTIP_RATE) for s in onsets or ()]
+    if onsets is None:
+        places = [o.sample for o in find_onsets(x[:, None], FINGERTIP_RATE)][:most]
+    cut = [cut_touch(x[: place + _AFTER], place, FINGERTIP_RATE) for place in places]
+    ends = [place + _AFTER <= len(x) for place in places]
+    return touches_of([c for c, whole in zip(cut, ends, strict=True) if whole and c is not None])
+
+
+def read_wav(file: Path) -> tuple[int, Signal]:
+    """Rate and first channel of 16-bit sound, as shares of full scale."""
+    from scipy.io import wavfile
+
+    rate, data = wavfile.read(file)
+    return rate, (data if data.ndim == 1 else data[:, 0]) / 32768.0
+
+
+def strikes(folder: Path) -> Iterator[Touches]:
+    """Labelled strikes on piezo discs, by file."""
+    by_file: dict[str, list[int]] = {}
+    with (folder / "hits.csv").open(encoding="utf-8") as stream:
+        for row in csv.DictReader(stream):
+            by_file.setdefault(row["file"], []).append(int(row["onset_sample"]))
+    for file, onsets in by_file.items():
+        rate, sound = read_wav(folder / "wav" / file)
+        yield cut_at(sound, rate, [onset / rate for onset in onsets])
+
+
+def impacts(folder: Path) -> Iterator[Touches]:
+    """The first onset of each recorded impact."""
+    for file in sorted((folder / "wav").glob("*.wav")):
+        rate, sound = read_wav(file)
+        yield cut_at(sound, rate, None, 1)
+
+
+def speech() -> Iterator[Touches]:
+    """Onsets in spoken words, in four voices."""
+    for voice in ("en-gb", "en-us", "de", "fr"):
+        with TemporaryDirectory() as folder:
+            file = Path(folder) / "spoken.wav"
+            subprocess.run(["espeak-ng", "-v", voice, "-w", file, WORDS], check=True)
+            rate, sound = read_wav(file)
+        rng = np.random.default_rng([SEED, 2])
+        sound = np.concatenate([np.zeros(rate // 5), sound])
+        yield cut_at(sound + 1e-3 * rng.standard_normal(len(sound)), rate, None)
+
+
+def joined(parts: Iterator[Touches]) -> Touches:
+    """Contacts of several sounds as one set."""
+    return touches_of([signal for part in parts for signal in part.signals])
+
+
+def shares(model: InContextModel, touches: Touches) -> NDArray[np.float64]:
+    """How many are out of range at each time."""
+    longest = [samples_in(1e-3 * ms, touches.rate) for ms in TIMES]
+    return np.array([model.answers(touches.until(n)).strange.sum() for n in longest], float)
+
+
+def simulated(family: str, rigs: int) -> list[tuple[Rig, Touches]]:
+    """Random rigs as their block pinches show them, and touches of blocks and objects."""
+    from firstcontact.pretraining._batches import cut
+    from firstcontact.pretraining._examples import MARGIN, placing, rig_examples, volts
+    from firstcontact.twin.rig_families import FAMILIES
+
+    made = []
+    for number in range(rigs):
+        examples = rig_examples(FIRST_RIG + number, SEED, FAMILIES.get(family))
+        level, sign = examples.scale[0, 0]
+        tokens = examples.tokens[0, 0, :, : examples.levels[0, 0]]
+        rig = Rig(level, sign, None, np.nan, tokens, examples.general[0, 0])
+        signals = volts(examples.signals)
+        late = placing(np.random.default_rng([SEED, number]), len(signals))
+        before = signals[:, MARGIN : MARGIN + _BEFORE]
+        whole = np.concatenate([before, cut(signals, late)], axis=1)
+        made.append((rig, touches_of(list(whole))))
+    return made
+
+
+def measured(data: Path | None) -> dict[str, Any]:
+    """All rows: number of signals, and share out of range at each time with and without a rig."""
+    from firstcontact.twin.rig_families import FAMILIES
+
+    unknown = pretrained()
+    rows: dict[str, Any] = {}
+
+    def add(group: str, name: str, n: int, known: Signal, none: Signal) -> None:
+        row = {"n": n, "rig": (known / n).tolist(), "no_rig": (none / n).tolist()}
+        rows.setdefault(group, {})[name] = row
+        print(group, name, row)
+
+    families = {"": "random rigs, as trained on"} | {k: f.title for k, f in FAMILIES.items()}
+    rigs = []
+    for family, title in families.items():
+        made = simulated(family, RIGS if not family else RIGS // 3)
+        rigs = rigs or [rig for rig, _ in made]
+        known = sum(shares(unknown.told_of({ANY: rig}), touches) for rig, touches in made)
+        none = sum(shares(unknown, touches) for _, touches in made)
+        add("touches", title, sum(len(touches) for _, touches in made), known, none)
+    kinds: dict[str, Touches] = {}
+    if data is not None:
+        kinds["strikes on drum pads (real)"] = joined(strikes(data / "piezo_strikes"))
+        kinds["marble on household surfaces (real)"] = joined(impacts(data / "impact_hardness"))
+    if shutil.which("espeak-ng"):
+        kinds["speech (synthetic)"] = joined(speech())
+    kinds |= {name: made_up(make) for name, make in MADE_UP.items()}
+    for name, touches in kinds.items():
+        known = np.zeros(len(TIMES))
+        rng = np.random.default_rng([SEED, 3])
+        place = rng.integers(0, len(rigs), len(touches))
+        peak = np.abs(touches.after).max(axis=1)
+        for number, rig in enumerate(rigs):
+            which = np.flatnonzero(place == number)
+            if len(which):
+                # As loud as the rig's own touches, within a factor of three.
+                loud = rig.level * np.exp(rng.uniform(-np.log(3), np.log(3), len(which)))
+                some = touches.take(which)
+                gain = (loud / peak[which])[:, None].astype(np.float32)
+                scaled = replace(some, signals=gain * some.signals)
+                known += shares(unknown.told_of({ANY: rig}), scaled)
+        add("others", name, len(touches), known, shares(unknown, touches))
+    return rows
+
+
+def table(rows: dict[str, Any]) -> str:
+    """Markdown of the rows."""
+    head = ["", "n", *(f"{ms} ms" for ms in TIMES), *(f"no rig, {ms} ms" for ms in TIMES)]
+    lines = [head, ["---"] * len(head)]
+    for group, title in (
+        ("touches", "**Touches of simulated rigs** (false)"),
+        ("others", "**Other signals** (found)"),
+    ):
+        lines.append([title, *[""] * (len(head) - 1)])
+        for name, row in rows[group].items():
+            cells = [f"{100 * share:.1f} %" for share in (*row["rig"], *row["no_rig"])]
+            lines.append([name, str(row["n"]), *cells])
+    return lined(lines)
+
+
+def filled(text: str) -> str:
+    """The page with its table in place."""
+    made = table(json.loads(RESULTS.read_text(encoding="utf-8")))
+    return TABLE.sub(lambda m: f"{m['open']}\n{made}\n{m['close']}", text)
+
+
+def main() -> None:
+    """Measure where that was asked for, and write the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--measure", action="store_true", help="measure before the table is made")
+    parser.add_argument("--data", type=Path, help="folder of piezo_strikes and impact_hardness")
+    options = parser.parse_args()
+    if options.measure:
+        rows = measured(options.data)
+        RESULTS.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    PAGE.write_text(filled(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,34 @@
+"""The table of signals out of range is that of its results, and these are remade by the script."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import write_out_of_range as script
+
+from firstcontact.anytime.model_file import pretrained
+
+
+def test_its_table_is_that_of_the_results() -> None:
+    text = script.PAGE.read_text(encoding="utf-8")
+    assert script.TABLE.search(text)
+    assert text == script.filled(text), "run python docs/write_out_of_range.py"
+
+
+@pytest.mark.parametrize("name", ["sine of 300 Hz", "noise that begins", "step"])
+def test_a_row_comes_out_as_it_stands_there(name: str) -> None:
+    row = json.loads(script.RESULTS.read_text(encoding="utf-8"))["others"][name]
+    touches = script.made_up(script.MADE_UP[name])
+    assert len(touches) == row["n"]
+    found = script.shares(pretrained(), touches) / len(touches)
+    np.testing.assert_allclose(found, row["no_rig"], atol=0.01)
+
+
+def test_touches_are_rarely_out_of_range_and_most_other_signals_are() -> None:
+    rows = json.loads(script.RESULTS.read_text(encoding="utf-8"))
+    for known in ("rig", "no_rig"):
+        assert max(rows["touches"]["random rigs, as trained on"][known]) < 0.03
+        others = [np.mean(row[known]) for row in rows["others"].values()]
+        assert np.median(others) > 0.95

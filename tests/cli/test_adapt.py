@@ -19,9 +19,12 @@ from firstcontact.anytime.model_file import (
     pretrained,
     read_anytime_card,
 )
+from firstcontact.cli.live_models import shipped_model
+from firstcontact.contact import detect
 from firstcontact.contact.detector_file import load_detector
 from firstcontact.core import Dataset
 from firstcontact.recording import Header, load_dataset, write_dataset
+from firstcontact.testing.closings import closings
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -76,7 +79,16 @@ def test_without_recordings_no_rig_is_known(tmp_path: Path, capsys: Any) -> None
     assert run("adapt", "--out", out) == 0
     assert "unknown rig" in capsys.readouterr().out
     assert read_anytime_card(out).pinches == 0
-    assert not load_detector(out).learns
+    # Trained on the twin: the threshold of three sigmas fires early on most closings.
+    detector, others = load_detector(out), closings(40, seed=1)
+    placed = [next(iter(detect(detector, pinch)), None) for pinch in others.pinches]
+    near = [
+        contact is not None and abs(contact.sample - pinch.truth[0].sample) <= 15
+        for contact, pinch in zip(placed, others.pinches, strict=True)
+    ]
+    assert np.mean(near) >= 0.95
+    assert run("adapt", "--detector", "three_sigma", "--out", out) == 0
+    assert load_detector(out).name == "three_sigma"
 
 
 def test_another_rate_is_resampled(blocks: Path, tmp_path: Path, capsys: Any) -> None:
@@ -174,3 +186,11 @@ def test_a_training_is_not_torn_apart(blocks: Path, tmp_path: Path, capsys: Any)
     assert run("adapt", blocks, "--out", rig) == 0
     assert run("adapt", "--out", rig) == 0  # its own is replaced
     assert read_anytime_card(rig).pinches == 0
+
+
+def test_live_without_a_model_finds_contacts_with_the_shipped_detector(tmp_path: Path) -> None:
+    assert run("adapt", "--out", tmp_path / "any") == 0
+    shipped, written = shipped_model(None).detector, load_detector(tmp_path / "any")
+    assert shipped is not None
+    for name, array in written.to_arrays().items():
+        np.testing.assert_array_equal(shipped.to_arrays()[name], array)

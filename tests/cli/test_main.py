@@ -115,7 +115,8 @@ def test_the_overview_imports_next_to_nothing() -> None:
     assert not ours - {
         "firstcontact.cli", "firstcontact.cli.main", "firstcontact.cli.output",
         "firstcontact.cli.stopping", "firstcontact.cli.verbs", "firstcontact.core",
-        "firstcontact.core.errors", "firstcontact.core.lazy", "firstcontact.core.plain",
+        "firstcontact.core.errors", "firstcontact.core.foreign", "firstcontact.core.lazy",
+        "firstcontact.core.plain",
     }  # fmt: skip
 
 

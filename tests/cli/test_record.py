@@ -297,6 +297,16 @@ def test_speed_is_for_a_simulated_hand_alone(tmp_path, capsys):
     assert "--speed is for a simulated hand" in capsys.readouterr().err
 
 
+def test_recordings_of_another_program_in_the_folder_are_named(tmp_path, capsys):
+    arguments = ["record", "--device", str(tmp_path / "no-port"), "--object=a", f"--out={tmp_path}"]
+    (tmp_path / "session-1.mcap").touch()
+    assert main(arguments) == 2
+    assert capsys.readouterr().out == ""
+    (tmp_path / "blocks-01.mcap").touch()
+    assert main(arguments) == 2
+    assert capsys.readouterr().out.startswith(f"note: {tmp_path} holds 1 recording that ")
+
+
 def test_a_session_that_is_not_utf_8_is_refused(tmp_path, calibration, capsys):
     out = tmp_path / "out"
     command = ["record", "--device=twin", *options(out, calibration, 1), "--session=a\udcff"]

@@ -13,8 +13,15 @@ import pytest
 from numpy.typing import NDArray
 from safetensors.numpy import load_file, save
 
+from firstcontact.cli.main import main
 from firstcontact.contact import DETECTORS, Detector, SvmDetector, ThresholdDetector, detect
-from firstcontact.contact.detector_file import CARD, WEIGHTS, load_detector, save_detector
+from firstcontact.contact.detector_file import (
+    CARD,
+    WEIGHTS,
+    load_detector,
+    pretrained_detector,
+    save_detector,
+)
 from firstcontact.contact.stream import WindowDetector
 from firstcontact.core import InputError
 from firstcontact.testing.closings import closings
@@ -192,3 +199,17 @@ def test_a_decision_that_is_not_finite_is_refused_and_not_taken_for_quiet(folder
         vouch(folder, save(arrays | {name: np.full_like(arrays[name], 1e308)}), CARD, WEIGHTS)
         with pytest.raises(InputError, match="decision is not a finite number"):
             detect(load_detector(folder), FRESH[0])
+
+
+@pytest.mark.slow
+def test_the_shipped_detector_is_what_its_commands_make(tmp_path: Path) -> None:
+    """As docs/how-to/adapt-to-your-rig.md says."""
+    pytest.importorskip("numba")
+    numbers = ["--pinches-per-block", "60", "--pinches-per-object", "30", "--seed", "7"]
+    twin, made = str(tmp_path / "twin"), str(tmp_path / "detector")
+    assert main(["simulate", "--out", twin, "--condition", "everyday", *numbers]) == 0
+    assert main(["train", twin, "--out", made, "--detector-only"]) == 0
+    again, shipped = (d.to_arrays() for d in (load_detector(made), pretrained_detector()))
+    assert again.keys() == shipped.keys()
+    for name, array in again.items():
+        np.testing.assert_allclose(array, shipped[name], rtol=1e-6)

@@ -39,6 +39,10 @@ class PrintingBoard:
     def printed(self) -> int:
         return self._number
 
+    @property
+    def ends(self) -> bool:
+        return self._done.is_set()
+
     def _plug(self) -> None:
         self._end, other = os.openpty()
         tty.setraw(other)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import select
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -42,6 +43,7 @@ class ScriptedDevice:
     ) -> None:
         self.script = Script()
         self._make = responder
+        self.resting = False
         self._room = room
         self._changed = threading.Condition()
         self._terminal = PseudoTerminal(path)
@@ -83,14 +85,19 @@ class ScriptedDevice:
             self._responder.sample(numbered(self._responder.next_sample, count))
 
     @contextmanager
-    def sending(self, count: int = 25) -> Iterator[None]:
-        """Take so many samples every few milliseconds until the end of the block."""
+    def sending(self, rate: float = 12_500.0) -> Iterator[None]:
+        """Take so many samples a second until the end of the block, but none while resting."""
         over = threading.Event()
 
         def go_on() -> None:
+            begin = time.monotonic() - self.next_sample / rate
             while not over.wait(2e-3):
-                self.pass_by(count)
-                os.write(self._poke, b".")
+                due = int((time.monotonic() - begin) * rate) - self.next_sample
+                if self.resting:
+                    begin += due / rate
+                elif due > 0:
+                    self.pass_by(due)
+                    os.write(self._poke, b".")
 
         thread = threading.Thread(target=go_on, daemon=True)
         thread.start()
@@ -99,6 +106,11 @@ class ScriptedDevice:
         finally:
             over.set()
             thread.join()
+
+    def hold(self, seconds: float) -> None:
+        """Stand still: the samples of that time come at once."""
+        with self._changed:
+            time.sleep(seconds)
 
     @property
     def responder(self) -> Responder:

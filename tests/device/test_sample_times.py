@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Block
-from firstcontact.device.clock import SLEW, DeviceClock
+from firstcontact.device.clock import SLEW, DeviceClock, TransportDelay
 
 RATE = 4936.0
 
@@ -87,3 +87,17 @@ def test_a_gap_shows_in_the_stamps() -> None:
     before = stamps(clock, 0, 100, 99 / RATE)
     after = stamps(clock, 600, 100, 699 / RATE)
     assert abs(after[0] - before[-1] - 501 / RATE) < 1e-9
+
+
+@given(st.lists(st.floats(0.0, 0.3), min_size=1, max_size=40), st.integers(1, 200))
+def test_transport_is_what_a_block_needs_beyond_the_least_delayed(
+    delays: list[float], n: int
+) -> None:
+    transport, host = TransportDelay(RATE), 0.0
+    least = np.inf
+    for k, delay in enumerate(delays):
+        taken = 20.0 + (n * (k + 1) - 1) / RATE
+        host = max(host, taken + delay)
+        transport.add(Block(np.zeros((n, 16), np.int16), n * k), host)
+        least = min(least, host - taken)
+        assert abs(transport.of(n * (k + 1) - 1, host) - (host - taken - least)) < 1e-9

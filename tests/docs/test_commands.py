@@ -4,7 +4,7 @@ The rule. Commands stand in ``sh`` fences; a page's fences run one after the oth
 one folder that has nothing but ``examples/`` in it, and stop at the first failure. A comment
 on the line before a fence says when:
 
-- none: with the normal tests;
+- none: with the normal tests; those of the tutorials one page after the other in one folder;
 - ``<!-- slow -->``: with ``make test-slow``;
 - ``<!-- data -->``: with the normal tests where the real impacts are (``FIRSTCONTACT_DATA``);
 - ``<!-- disc -->``: by ``test_two_euro_disc.py``, where a sound input is;
@@ -16,6 +16,7 @@ Python in ``python`` fences runs too, each fence by itself.
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -62,6 +63,7 @@ ELSEWHERE = {
     "make quick": ".ci/run",
     "make test-slow": "by hand before a release",
     "make fuzz": "by hand: tests/fuzz runs some hundred inputs",
+    "make soak": "by hand: tests/soak runs two minutes with the slow tests",
     "make bench": "by hand: it makes the numbers of docs/reference/benchmarks.md",
     "make install": "each other target runs its recipe",
     "make format": "by hand",
@@ -108,9 +110,9 @@ def pages_with(*marks: str) -> list[Path]:
     ]
 
 
-def run(page: Path, folder: Path, marks: set[str]) -> None:
-    """Run a page's commands that have one of these marks."""
-    shutil.copytree(ROOT / "examples", folder / "examples")
+def run(page: Path, folder: Path, marks: set[str]) -> str:
+    """Run a page's commands that have one of these marks; return what they printed."""
+    shutil.copytree(ROOT / "examples", folder / "examples", dirs_exist_ok=True)
     scripts = str(Path(sys.executable).parent)
     environment = {**os.environ, "PATH": scripts + os.pathsep + os.environ["PATH"]}
     environment["MPLBACKEND"] = "Agg"
@@ -121,9 +123,30 @@ def run(page: Path, folder: Path, marks: set[str]) -> None:
         ["bash", "-c", script], cwd=folder, env=environment, capture_output=True, text=True
     )
     assert done.returncode == 0, f"{name(page)}\n{script}\n{done.stdout}\n{done.stderr}"
+    return done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("page", pages_with(""), ids=name)
+TUTORIALS = [page for page in pages_with("") if page.parent.name == "tutorial"]
+
+
+@pytest.mark.timeout(900)  # a hand in real time among them
+def test_tutorials_run_in_a_row_in_one_folder(tmp_path: Path) -> None:
+    assert len(TUTORIALS) == 4
+    for page in TUTORIALS:
+        said = run(page, tmp_path, {""})
+        # None ends in advice to record more, or finds the files of another.
+        assert not re.search("too few|did not make|replaced", said), f"{name(page)}\n{said}"
+
+
+def test_no_two_tutorials_write_to_the_same_place() -> None:
+    written: dict[str, Path] = {}
+    for page in sorted({f.page for f in ALL if f.page.parent.name == "tutorial"}):
+        text = "".join(f.body for f in fences(page) if f.language == "sh")
+        for place in re.findall(r"(?:--out|>) +(\S+)", text):
+            assert written.setdefault(place, page) == page, place
+
+
+@pytest.mark.parametrize("page", [p for p in pages_with("") if p not in TUTORIALS], ids=name)
 def test_commands_run(page: Path, tmp_path: Path) -> None:
     run(page, tmp_path, {""})
 

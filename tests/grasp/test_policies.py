@@ -40,7 +40,7 @@ def test_live_has_all_that_need_no_truth() -> None:
     assert set(POLICIES) - set(live_policies()) == {"weight"}
     for name in live_policies():
         assert live_policy(name).name == name
-    with pytest.raises(InputError, match="no policy is called 'weight': choose one of none"):
+    with pytest.raises(InputError, match=r"'weight'.*: choose one of none"):
         live_policy("weight")
 
 

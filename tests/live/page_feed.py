@@ -10,7 +10,7 @@ from firstcontact.anytime.told_shape import in_words, radius_of
 from firstcontact.core import Block, ChannelKind, Contact, Finger, InputError, fingertip_layout
 from firstcontact.device import Arrival, Descriptor, Health
 from firstcontact.device.recorder import RecorderStatus
-from firstcontact.live.events import Armed, Case, Estimated, Event, PinchDone, Refused, Touched
+from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Refused, Touched
 from firstcontact.live.hand_requests import Ask
 from firstcontact.live.sink import Update
 from firstcontact.recording import Marker
@@ -69,7 +69,6 @@ class Feed:
             Contact(finger.other, first + offset, first + offset + 9),
         )
         complete = first + 77
-        in_time = complete < self.contacts[1].decided
         self.estimate = Estimated(
             contact=self.contacts[0],
             value=self.shore,
@@ -79,8 +78,7 @@ class Feed:
             duration=0.015,
             complete=complete,
             epoch=self.epoch,
-            case=Case.IN_TIME if in_time else Case.TOO_LATE,
-            used=in_time,
+            used=complete < self.contacts[1].decided,
             host=0.0,
             compute=0.00021,
         )
@@ -89,7 +87,7 @@ class Feed:
         self.done = PinchDone(
             self.pinches + 1, self.armed, end, self.epoch, self.contacts, (),
             () if self.refused else (self.estimate,),
-            () if self.refused else (self.estimate.case,),
+            RATE,
             "the signal was at its limit" if self.refused else "",
         )  # fmt: skip
 

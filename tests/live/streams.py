@@ -63,7 +63,7 @@ def _running(e: Running) -> tuple[object, ...]:
 
 
 def _estimate(e: Estimated) -> tuple[object, ...]:
-    return (e.contact, e.value, e.low, e.high, e.duration, e.complete, e.epoch, e.case, e.used)
+    return (e.contact, e.value, e.low, e.high, e.duration, e.complete, e.epoch, e.used)
 
 
 def run(pipeline: Pipeline, blocks: list[Block]) -> list[Event]:

@@ -12,7 +12,7 @@ from told_events import ANSWER, ESTIMATE, FIRST, SECOND
 
 from firstcontact.contact import Detector
 from firstcontact.core import Block, Command, Dataset, fingertip_layout
-from firstcontact.device.clock import DeviceClock
+from firstcontact.device.clock import TransportDelay
 from firstcontact.grasp.grip import Grip
 from firstcontact.grasp.policies.registry import live_policies, live_policy
 from firstcontact.grasp.printing import PrintHand
@@ -148,7 +148,7 @@ def test_the_end_says_what_was_told(
     said = "\n".join(grasp_lines(grasping))
     for number in (counts.commands, counts.closings, counts.estimates, counts.misses):
         assert str(number) in said
-    assert "in time" not in "\n".join(grasp_lines(grasping, in_time=False))
+    assert "time limit" not in "\n".join(grasp_lines(grasping, real_time=False))
     assert np.isfinite([c.force for c in hand.told if isinstance(c, Command)]).all()
 
 
@@ -181,8 +181,10 @@ def test_samples_that_came_late_make_an_estimate_late(
     """Against those that came soonest: what is the same for all of them cannot be known."""
     counts = []
     for late in (0.0, 0.040):
-        grasping = Grasping(live_policy("first_contact"), hand, LAYOUT, clock=DeviceClock(RATE))
-        pipeline = Pipeline(LAYOUT, detector, models[-1:], clock=still)
+        delay = TransportDelay(RATE)
+        grasping = Grasping(live_policy("first_contact"), hand, LAYOUT, transport=delay)
+        came = 0.0
+        pipeline = Pipeline(LAYOUT, detector, models[-1:], clock=lambda: came)  # noqa: B023
         with hand:
             for pinch in fresh.pinches[:1]:
                 for i in range(0, len(pinch.data), FRAME):
@@ -191,7 +193,7 @@ def test_samples_that_came_late_make_an_estimate_late(
                     stalls = any(c.sample <= block.end for c in pinch.truth)
                     came = 100.0 + block.end / RATE + 0.003 + (late if stalls else 0.0)
                     grasping.arrived(block, came)
-                    for event in pipeline.update(block, 0.0):
+                    for event in pipeline.update(block, came):
                         grasping.happened(event)
                     grasping.came(block)
         counts.append(grasping.loop.counts)

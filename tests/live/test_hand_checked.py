@@ -18,7 +18,7 @@ from firstcontact.live.sink import Update
 from firstcontact.live.text import TextSink
 
 RATE = 4936.0
-DONE = PinchDone(1, 400, 1600, 0, (FIRST, SECOND), (), (), answers=(ANSWER,), out=1)
+DONE = PinchDone(1, 400, 1600, 0, (FIRST, SECOND), (), (), RATE, answers=(ANSWER,))
 TOLD: tuple[Told, ...] = (
     *told_events.TOLD,
     ToldEstimate(Finger.THUMB, 510, 74, 583, 99.0, 90.0, 100.0, False, False, 441e-6, 0),
@@ -62,7 +62,7 @@ def test_the_same_answers_are_said_to_be_the_same() -> None:
 def test_a_second_contact_that_is_placed_before_the_first_is_its_pinchs() -> None:
     # Its onset may be found further back than the first one's, which was known earlier.
     second = ToldContact(Finger.INDEX, 500, 590, False, 0)
-    own = replace(DONE, contacts=(FIRST, replace(SECOND, sample=500)), answers=(), out=0)
+    own = replace(DONE, contacts=(FIRST, replace(SECOND, sample=500)), answers=())
     (pinch,) = pinches((TOLD[0], second), (own,))
     assert pinch.second == second
     assert pinch.check is not None

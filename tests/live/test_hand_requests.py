@@ -80,7 +80,7 @@ def test_a_closing_is_begun_by_who_asks_and_held_until_it_is_opened() -> None:
     assert isinstance(hand.told[-1], Command)
     assert hand.told[-1] != approach
     told = list(hand.told)
-    done = PinchDone(1, 15, 600, 0, (FIRST, SECOND), (), ())
+    done = PinchDone(1, 15, 600, 0, (FIRST, SECOND), (), (), LAYOUT.rate)
     session.block(done)
     session.block(Armed(700, 0), Touched(FIRST, True, 0, 0.0))
     assert hand.told == told, "it holds what it has"
@@ -244,7 +244,7 @@ def test_a_slip_of_what_is_held_is_told_until_the_hand_opens() -> None:
         session.block(Armed(5, 0), Touched(FIRST, True, 0, 0.0), Touched(SECOND, False, 0, 0.0))
         assert session.grasping.slips == 0, "a closing is loud"
         before = hand.told[-1]
-        session.block(PinchDone(1, 5, 600, 0, (FIRST, SECOND), (), ()))
+        session.block(PinchDone(1, 5, 600, 0, (FIRST, SECOND), (), (), LAYOUT.rate))
         session.block()
         after = hand.told[-1]
         assert isinstance(before, Command)

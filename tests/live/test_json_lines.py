@@ -16,7 +16,7 @@ from told_events import DESCRIPTOR, ESTIMATE, EVENTS, everything
 
 from firstcontact.device import Health
 from firstcontact.live._fanout import Fanout
-from firstcontact.live.events import Case
+from firstcontact.live.events import PinchDone
 from firstcontact.live.json_lines import JsonLinesSink
 from firstcontact.live.sink import Sink, Update
 
@@ -86,11 +86,11 @@ def test_lines_say_what_happened_in_order() -> None:
     assert (hand["told"], hand["by"]) == ("close", "keyboard")
     assert (running["value"], running["samples"], running["out_of_range"]) == (30.5, 59, False)
     assert (standing["answer"]["value"], standing["withdrawn"]) == (30.5, 1)
-    assert (pinch["standing"]["value"], pinch["standing_case"]) == (30.5, "in_time")
-    assert (pinch["answers"], pinch["answers_in_time"]) == (1, 1)
+    assert (pinch["standing"]["value"], pinch["answers"]) == (30.5, 1)
+    assert (pinch["available"]["value"], pinch["case"]) == (30.5, "in_time")
     assert (same["pinches"], same["value"], same["number"]) == (2, 30.5, 1)
     assert failed == {"type": "failed", "of": "page", "reason": "OSError: no"}
-    assert (head["format"], head["format_version"]) == ("firstcontact-live", 1)
+    assert (head["format"], head["format_version"]) == ("firstcontact-live", 2)
     assert head["hand"] == "linke Händ"
     assert head["rate_hz"] == DESCRIPTOR.layout.rate
     assert head["channels"][0] == {
@@ -107,16 +107,16 @@ def test_lines_say_what_happened_in_order() -> None:
     assert (touched["first"], touched["host_s"]) == (True, 1000.1)
     assert (estimated["low"], estimated["value"], estimated["high"]) == (25.0, 29.25, 33.5)
     assert (estimated["level"], estimated["window_s"]) == (0.9, 0.015)
-    assert (estimated["case"], estimated["used"]) == ("in_time", True)
+    assert estimated["used"] is True
     assert refused["reason"] == "the window is not whole"
     assert pinch["strips"][1] == {"finger": "index", "sample": 578}
     assert pinch["estimates"][0]["compute_s"] == 0.0002
 
 
 def test_late_is_told() -> None:
-    late = replace(ESTIMATE, case=Case.TOO_LATE, used=False)
-    line = written(Update(events=(late,)))[-1]
-    assert (line["case"], line["used"]) == ("too_late", False)
+    (done,) = (event for event in EVENTS if isinstance(event, PinchDone))
+    line = written(Update(events=(replace(done, answers=()),)))[-1]
+    assert (line["case"], line["available"]) == ("too_late", None)
 
 
 def test_the_link_is_told_only_when_it_changes() -> None:

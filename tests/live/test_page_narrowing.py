@@ -32,7 +32,7 @@ ANSWERS = tuple(
     for ms in range(2, 16)
 )
 SETTLED = Settled(FIRST, ANSWERS[-2], 1, SECOND.decided, 0)
-DONE = PinchDone(1, 400, 1600, 0, (FIRST, SECOND), (), (), (), "", ANSWERS[:-1], 12)
+DONE = PinchDone(1, 400, 1600, 0, (FIRST, SECOND), (), (), 4936.0, "", ANSWERS[:-1])
 SAME = SameObject(1, 30.5, 22.0, 39.0, 0.9, 3, end=1600, epoch=0)
 
 
@@ -48,11 +48,11 @@ def shown(*events: Event) -> dict[str, Any]:
 def test_answers_come_one_by_one_and_end_where_they_stand() -> None:
     going = shown(TOUCHED, *ANSWERS[:5])["now"]
     assert [round(a["ms"]) for a in going["answers"]] == [2, 3, 4, 5, 6]
-    assert going["settled"] is False
+    assert going["judged"] is False
     now = shown(TOUCHED, *ANSWERS, Touched(SECOND, False, 0, 0.0), SETTLED, DONE, SAME)["now"]
     assert [round(a["ms"]) for a in now["answers"]] == list(range(2, 15))
-    assert now["estimate"]["low"] == round(ANSWERS[-2].low, 2)
-    assert (now["settled"], now["case"], now["second"]) == (True, "IN_TIME", 14.18)
+    assert now["estimate"]["low"] == round(ANSWERS[-2].low, 2)  # of 14 ms, there after 14.1
+    assert (now["judged"], now["case"], now["second"]) == (True, "IN_TIME", 14.182)
     assert now["same"] == {"value": 30.5, "low": 22.0, "high": 39.0, "pinches": 3, "told": True}
 
 
@@ -63,15 +63,14 @@ def test_a_model_of_a_window_stands_beside_it() -> None:
 
 
 def test_the_table_holds_what_stands() -> None:
-    odd = replace(ANSWERS[-2], strange=True)
-    rows = shown(
-        DONE, replace(DONE, out=0), replace(DONE, answers=(odd,)), replace(DONE, answers=(), out=0)
-    )["pinches"]
+    odd, late = replace(ANSWERS[-2], strange=True), replace(ANSWERS[-2], compute=0.05)
+    each = ((late,), (odd,), ())
+    rows = shown(DONE, *(replace(DONE, answers=its) for its in each))["pinches"]
     assert [row["case"] for row in rows] == [
         Case.IN_TIME.name,
         Case.TOO_LATE.name,
         Case.IN_TIME.name,
-        None,
+        Case.NONE.name,
     ]
     assert [row["strange"] for row in rows] == [False, False, True, False]
     assert rows[0]["estimate"]["value"] == ANSWER.value

@@ -16,7 +16,7 @@ from firstcontact.live.sink import Update
 from page_browser import browsing, needs_browser, text, until
 
 TOUCHED = Touched(FIRST, first=True, epoch=0, host=0.0)
-DONE = PinchDone(1, 400, 1600, 0, (FIRST, SECOND), (), (), (), "", (ANSWER,), 1)
+DONE = PinchDone(1, 400, 1600, 0, (FIRST, SECOND), (), (), 4936.0, "", (ANSWER,))
 (HAND,) = (event for event in EVENTS if isinstance(event, HandPinch))
 
 

@@ -9,16 +9,16 @@ from page_feed import Feed
 
 from firstcontact.core import Label
 from firstcontact.device.twin_words import lost_text
-from firstcontact.live.events import Case, Estimated, PinchDone
+from firstcontact.live.events import PinchDone
 from firstcontact.live.page._pinches import Pinches, timing
 from firstcontact.recording import Marker, PinchMark
 
 
 def test_time_is_taken_apart_without_rest() -> None:
-    estimate = Feed().estimate
+    estimate = replace(Feed().estimate, transport=0.004)
     parts = timing(estimate, 4936.0)
     assert parts["window"] == 15.0
-    total = parts["window"] + parts["wait"] + parts["compute"]
+    total = parts["window"] + parts["wait"] + parts["transport"] + parts["compute"]
     assert parts["total"] == pytest.approx(total, abs=0.002)
     early = replace(estimate, complete=estimate.contact.sample + 40)
     assert timing(early, 4936.0)["wait"] == 0.0
@@ -64,17 +64,16 @@ def test_a_pinch_has_what_the_twin_says_became_of_it_whenever_that_comes() -> No
     assert [row["object"] for row in pinches.tree()] == ["", "", ""]
 
 
-def test_the_used_estimate_is_the_one_in_the_table() -> None:
+def test_the_last_estimate_in_time_is_the_one_in_the_table() -> None:
     done = pinch(Feed())
-    first = done.estimates[0]
-    assert isinstance(first, Estimated)
-    later = replace(first, value=99.0, used=False)
-    cases = (Case.IN_TIME, Case.TOO_LATE)
+    first = replace(done.estimates[0], complete=done.contacts[0].sample + 15)
+    later = replace(first, value=99.0, complete=done.contacts[1].sample)
     pinches = Pinches(4936.0)
-    pinches.done(replace(done, estimates=(replace(first, used=True), later), cases=cases))
-    pinches.done(replace(done, estimates=(replace(first, used=False), later), cases=cases))
+    pinches.done(replace(done, estimates=(first, later)))
+    pinches.done(replace(done, estimates=(later,)))
     pinches.done(replace(done, estimates=(), contacts=(), refused="a gap"))
     rows = pinches.tree()
     assert rows[0]["estimate"]["value"] == round(first.value, 2)
-    assert rows[1]["estimate"]["value"] == 99.0
+    assert rows[0]["later"]["value"] == 99.0
+    assert (rows[1]["estimate"], rows[1]["later"]["value"]) == (None, 99.0)
     assert (rows[2]["estimate"], rows[2]["finger"], rows[2]["refused"]) == (None, None, "a gap")

@@ -321,9 +321,9 @@ def test_an_event_that_raises_is_a_fault_and_the_rest_goes_on(page: PageSink) ->
     feed = Feed()
     update, done = update_with(feed, PinchDone)
     with view(page) as viewer:
-        page.take(exchanged(update, done, replace(done, cases=())))
+        page.take(exchanged(update, done, replace(done, rate=0.0)))
         got = told(viewer, lambda s: "faults" in s and "health" in s)
-        assert got["faults"][0].startswith("pinchdone cannot be shown: IndexError")
+        assert got["faults"][0].startswith("pinchdone cannot be shown: ZeroDivisionError")
         page.take(replace(feed.update(), failed={"json": "OSError: no space"}))
         got = told(viewer, lambda s: len(s.get("faults", ())) == 2)
         assert got["faults"][1] == "json has failed: OSError: no space"

@@ -115,9 +115,10 @@ def test_in_hindsight_all_delays_count(
     for done in run(slow, frames_of(fresh)):
         if isinstance(done, PinchDone) and done.answers and len(done.contacts) > 1:
             out = [e.contact.sample + e.after(RATE) * RATE for e in done.answers]
-            assert done.out == sum(sample < done.contacts[1].sample for sample in out)
-            cases.add(done.standing_case)
-    assert cases <= set(Case)
+            early = [sample < done.contacts[1].sample for sample in out]
+            assert [done.case_of(e) is Case.IN_TIME for e in done.answers] == early
+            assert done.case is (Case.IN_TIME if any(early) else Case.TOO_LATE)
+            cases.add(done.case)
     assert cases
 
 
@@ -134,7 +135,7 @@ def test_what_stands_without_a_second_contact_is_the_longest(
     (done,) = [e for e in events if isinstance(e, PinchDone)]
     assert len(done.contacts) == 1
     assert [e.samples for e in done.answers] == list(moments(RATE))
-    assert done.standing_case is Case.IN_TIME
+    assert (done.case, done.available) == (Case.IN_TIME, done.standing)
     (settled,) = [e for e in events if isinstance(e, Settled)]
     assert settled.answer == done.standing
 
@@ -205,9 +206,8 @@ def test_the_ledger_counts_pinches_answered_in_time(
     asked = pipeline(detector, anytime, clock=lambda: 0.0)
     pinches = [e for e in run(asked, frames_of(fresh)) if isinstance(e, PinchDone)]
     figures = asked.ledger.summary()
-    assert figures["asked"] == len(pinches)
-    assert figures["early"] == sum(d.out > 0 for d in pinches)
-    assert figures["standing"] == sum(d.standing_case is Case.IN_TIME for d in pinches)
+    assert figures["pinches"] == len(pinches)
+    assert figures["in_time"] == sum(d.case is Case.IN_TIME for d in pinches)
     assert figures["signal_max"] == max(d.standing.duration for d in pinches if d.standing)
 
 

@@ -18,7 +18,7 @@ ANSWERS = [replace(ANSWER, value=v, half_width=h) for v, h in ((30.0, 8.0), (34.
 
 def pinch(n: int, **answer: object) -> PinchDone:
     its = replace(ANSWERS[n % 3], **answer)  # type: ignore[arg-type]
-    return PinchDone(n, 1000 * n, 1000 * n + 900, 0, (FIRST,), (), (), (), "", (its,), 1)
+    return PinchDone(n, 1000 * n, 1000 * n + 900, 0, (FIRST,), (), (), 4936.0, "", (its,))
 
 
 def test_pinches_of_one_object_are_combined() -> None:

@@ -25,7 +25,7 @@ MICROPHONE = Channel(
 LAYOUT = Layout((MICROPHONE,), 4936.0)
 CONTACT = Contact(None, 100, 110)
 TOUCHED = Touched(CONTACT, True, 0, 0.0)
-DONE = PinchDone(0, 0, 400, 0, (CONTACT,), (), ())
+DONE = PinchDone(0, 0, 400, 0, (CONTACT,), (), (), LAYOUT.rate)
 
 
 def test_in_json_and_in_words() -> None:
@@ -40,7 +40,7 @@ def test_in_json_and_in_words() -> None:
     (channel,) = descriptor["channels"]
     assert channel == {"name": "microphone", "kind": "microphone", "finger": None, "unit": "Pa"}
     assert touched["finger"] is None
-    assert pinch_line(DONE, LAYOUT.rate) == "pinch 0: sensor first"
+    assert pinch_line(DONE) == "pinch 0: sensor first"
 
 
 def test_nothing_is_said_of_a_second_contact_that_cannot_come() -> None:
@@ -54,11 +54,11 @@ def test_nothing_is_said_of_a_second_contact_that_cannot_come() -> None:
     assert line.startswith("pinch 1: sensor first, 30.5 Shore A (22 to 39) from 12 ms at ")
     ledger = Ledger(LAYOUT.rate)
     ledger.tell(ANSWER)
-    ledger.close(done, anytime=True)
+    ledger.close(done)
     said = [line, *ledger_lines(ledger.summary(), 1.0, 0.1, alone=True)]
-    assert "1 of 1 pinches had an answer" in said
+    assert "1 of 1 pinches had an estimate" in said
     assert not any("second" in words for words in said)
-    assert any("second finger" in words for words in ledger_lines(ledger.summary(), 1.0, 0.1))
+    assert any("second contact" in words for words in ledger_lines(ledger.summary(), 1.0, 0.1))
 
 
 def test_on_the_page() -> None:

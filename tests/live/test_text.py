@@ -34,8 +34,8 @@ def test_pinches_losses_and_failures_are_a_line_each() -> None:
     assert lost == "link: 7 samples lost, 7 in all"
     assert failed == "page: failed (OSError: no)"
     assert pinch.startswith(
-        "pinch 1: thumb first, 30.5 Shore A (22 to 39) from 12 ms at 12.1 ms, before the second "
-        "contact, model of 15 ms: 29.2 Shore A (25 to 34) at "
+        "pinch 1: thumb first, 30.5 Shore A (22 to 39) from 12 ms at 12.1 ms, in time, model of "
+        "15 ms: 29.2 Shore A (25 to 34) at 15.6 ms, too late, second after 14.2 ms"
     )
     assert same == "the same object, 2 pinches: 30.5 Shore A (22 to 39)"
     assert hand == "hand told to close, by keyboard"
@@ -50,25 +50,17 @@ def test_what_the_twin_drops_or_breaks_is_told() -> None:
     assert stream.getvalue() == "the hand has broken it\n"
 
 
-def test_a_device_that_answers_alone_has_no_estimates_to_count() -> None:
-    figures = {"asked": 3, "early": 2, "standing": 1, "used": 0, "estimates": 0, "late": 0}
-    said = [*ledger_lines({**figures, "overruns": 0, "blocks": 9}, 1.0, 0.1)]
-    assert not any("could be used" in line for line in said)
-    said = [*ledger_lines({**figures, "overruns": 0, "blocks": 9, "estimates": 1}, 1.0, 0.1)]
-    assert any("0 of 1 estimates could be used" in line for line in said)
-
-
 def test_at_another_speed_no_times_are_told_and_nothing_is_late() -> None:
-    figures = {"asked": 3, "early": 2, "standing": 1, "used": 1, "estimates": 2, "late": 1}
+    figures = {"pinches": 3, "in_time": 1, "too_late": 1, "none": 1, "unheard": 0, "estimates": 2}
     figures |= {f"total_{key}": 0.016 for key in ("p50", "p99", "max")}
     figures |= {"overruns": 0, "blocks": 9}
     real = "\n".join(ledger_lines(figures, 1.0, 0.1))
     assert "16.000" in real
-    assert "2 of 3 pinches had an answer before the second finger touched" in real
-    assert "1 of 2 estimates could be used" in real
+    assert "3 pinches: 1 with an estimate in time, 1 too late, 1 without an estimate" in real
     faster = [*ledger_lines(figures, 1.0, 0.1, speed=4.0)]
-    assert faster[0].startswith("times are left out: at --speed 4 ")
-    assert not any(w in line for line in faster for w in ("16.000", "late", "second finger"))
+    assert faster[0].startswith("times are left out, and what was in time: at --speed 4 ")
+    assert "2 of 3 pinches had an estimate" in faster
+    assert not any(w in line for line in faster for w in ("16.000", "late", "second contact"))
 
 
 def named(*markers: Marker, marks: tuple[PinchMark, ...] = (), later: bool = False) -> list[str]:

@@ -9,7 +9,6 @@ from firstcontact.device import Arrival, Descriptor, Health
 from firstcontact.device.told import ToldContact, ToldEstimate
 from firstcontact.live.events import (
     Armed,
-    Case,
     Estimated,
     Event,
     FromHand,
@@ -39,7 +38,6 @@ ESTIMATE = Estimated(
     duration=0.015,
     complete=586,
     epoch=0,
-    case=Case.IN_TIME,
     used=True,
     host=1000.125,
     compute=0.0002,
@@ -78,9 +76,8 @@ EVENTS: tuple[Event, ...] = (
         contacts=(FIRST, SECOND),
         strips=((Finger.THUMB, 509), (Finger.INDEX, 578)),
         estimates=(ESTIMATE,),
-        cases=(ESTIMATE.case,),
+        rate=DESCRIPTOR.layout.rate,
         answers=(ANSWER,),
-        out=1,
     ),
     SameObject(1, 30.5, 22.0, 39.0, 0.9, 2, end=1600, epoch=0),
     HandAsked(Ask.CLOSE, "keyboard", 390, 0),

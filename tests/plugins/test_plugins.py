@@ -52,22 +52,19 @@ def recording(study: Path) -> Path:
 @pytest.mark.parametrize(
     ("verb", "words"),
     [
-        ("live", ["halfway", "diary", "tape:PATH"]),
-        ("record", ["--device"]),
-        ("info", ["tape:PATH"]),
+        ("live", ["halfway", "diary", "tape:", "broken"]),
+        ("record", ["tape:"]),
+        ("info", ["tape:"]),
         ("import", ["toy"]),
         ("export", ["toy"]),
     ],
 )
-def test_help_lists_what_is_there_and_names_what_is_not(
-    verb: str, words: list[str], environment: dict[str, str]
-) -> None:
+def test_help_lists_them_unseen(verb: str, words: list[str], environment: dict[str, str]) -> None:
     done = firstcontact(environment, verb, "--help")
     assert done.returncode == 0, done.stderr
     for word in words:
         assert word in done.stdout
-    assert "plug-in broken (firstcontact." in done.stderr
-    assert "libtoy is missing" in done.stderr
+    assert done.stderr == ""
 
 
 def test_a_policy_is_closed_with_judged_and_drawn(study: Path) -> None:

@@ -42,7 +42,7 @@ class Adapt:
     """Folder for the model and its detector; those that are in it are replaced whole."""
     detector: Annotated[str | None, one_of(DETECTORS)] = None
     """What finds contacts; left out: the usual one where it can learn from these pinches, else one
-    that learns nothing."""
+    that learns nothing; without recordings the one that was trained on the twin."""
     seed: int = 0
     """Of the folds in which the ways to know the rig are compared."""
 
@@ -61,18 +61,21 @@ class Adapt:
     def _made(self, making: Path) -> list[str]:
         """Make model and detector in a folder; what to say when it is in its place."""
         from firstcontact.anytime.model_file import pretrained, save_anytime
-        from firstcontact.contact import make_detector, unfitted
-        from firstcontact.contact.detector_file import save_detector
+        from firstcontact.contact import make_detector
+        from firstcontact.contact.detector_file import pretrained_detector, save_detector
 
         if not 0 <= self.seed < 1 << 32:
             raise InputError("--seed must lie between 0 and 4294967295")
         base = pretrained()
         if self.data is None:
-            if self.detector is not None and DETECTORS.find(self.detector).learns:
-                raise InputError(f"--detector {self.detector} learns: name recordings, too")
-            save_detector(make_detector(self.detector or unfitted()), making)
+            detector = pretrained_detector()
+            if self.detector is not None and self.detector != detector.name:
+                if DETECTORS.find(self.detector).learns:
+                    raise InputError(f"--detector {self.detector} learns: name recordings, too")
+                detector = make_detector(self.detector)
+            save_detector(detector, making)
             save_anytime(base, making, {})
-            return [f"any-time model of an unknown rig: {self.out}"]
+            return [f"any-time model of an unknown rig and detector {detector.name}: {self.out}"]
         from firstcontact.cli.train import at_rate
         from firstcontact.learning.alignment import fit_detector
         from firstcontact.recording import load_dataset

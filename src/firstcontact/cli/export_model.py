@@ -48,7 +48,7 @@ class ExportModel:
             raise InputError("--budget-us must lie between 0 and 1000000")
         trained = load_trained(self.model)
         trained = small_enough(trained, self._pinches(), self.budget_us, exporter.parts)
-        with replacing_folder(self.out) as making:
+        with replacing_folder(self.out) as making, MODEL_EXPORTERS.calling(self.to):
             lines = exporter.write(trained, making)
         for line in lines:
             print(line)

@@ -18,7 +18,9 @@ class Import:
 
     path: Annotated[
         tyro.conf.Positional[Path],
-        tyro.conf.arg(help=f"A folder or file that one of these reads: {', '.join(IMPORTERS)}."),
+        tyro.conf.arg(
+            help=f"A folder or file that one of these reads: {', '.join(IMPORTERS.names)}."
+        ),
     ]
     """What to import."""
     out: Path

@@ -149,6 +149,7 @@ class Live:
                 calibration,
                 anytime=loaded.anytime,
                 delay=source.descriptor.delay,
+                real_time=self.speed == 1.0,
             )
             with self._driven(source) as grasping:
                 actors = () if grasping is None else (grasping,)
@@ -170,7 +171,7 @@ class Live:
                     session.run(sinks, self.seconds, self.pinches, lambda: stop.requested, patient)
                 self._report(session, source, began, time.process_time() - used)
             if grasping is not None:
-                for line in grasp_lines(grasping, in_time=self.speed == 1.0):
+                for line in grasp_lines(grasping, real_time=self.speed == 1.0):
                     _say(line)
             if session.recording.failed:
                 raise InputError(session.recording.failed)
@@ -193,6 +194,7 @@ class Live:
             raise InputError(f"--port is {self.port}: give one from 0 to 65535")
         if self.slip is not None:
             self._check_slip(self.slip)
+        POLICIES.find(self.policy)
         if self.hand is not None:
             self._check_hand(HANDS.find(self.hand))
         else:
@@ -200,7 +202,6 @@ class Live:
 
     def _check_no_hand(self) -> None:
         """Refuse what is said of a hand where none is driven."""
-        POLICIES.find(self.policy)
         for option, said in (
             ("--policy", self.policy != POLICIES.default),
             ("--hand-port", self.hand_port is not None),
@@ -269,7 +270,7 @@ class Live:
     @contextmanager
     def _driven(self, source: Source) -> Iterator[Grasping | None]:
         """The hand with its policy, released on every way out; None where none is driven."""
-        from firstcontact.device.clock import DeviceClock
+        from firstcontact.device.clock import TransportDelay
         from firstcontact.grasp.hand import HandError
         from firstcontact.grasp.policies.registry import live_policy
         from firstcontact.grasp.registry import open_hand
@@ -281,15 +282,19 @@ class Live:
         policy = live_policy(self.policy)
         layout = source.descriptor.layout
         # Where samples come faster or slower than they were taken, there is no delay to be told.
-        clock = DeviceClock(layout.rate) if self.speed == 1.0 else None
+        transport = TransportDelay(layout.rate) if self.speed == 1.0 else None
         try:
             with open_hand(self.hand, self.hand_port, source=source) as hand:
-                yield Grasping(policy, hand, layout, clock=clock, slip=self._slip())
+                yield Grasping(policy, hand, layout, transport=transport, slip=self._slip())
         except HandError as error:
             raise InputError(f"--hand {self.hand}: {error}") from error
 
     def _slip(self) -> SlipDetector | None:
-        return None if self.slip is None else SLIP_DETECTORS.find(self.slip)()
+        if self.slip is None:
+            return None
+        kind = SLIP_DETECTORS.find(self.slip)
+        with SLIP_DETECTORS.calling(self.slip):
+            return kind()
 
     def _sinks(self, session: LiveSession, landmarks: dict[str, float]) -> list[Sink]:
         sinks: list[Sink] = [self._to_stdout(session.source)]
@@ -309,7 +314,9 @@ class Live:
         from firstcontact.live.json_lines import JsonLinesSink
         from firstcontact.live.text import TextSink
 
-        return JsonLinesSink(sys.stdout) if self.json else TextSink(sys.stdout, _shore_a(source))
+        if self.json:
+            return JsonLinesSink(sys.stdout)
+        return TextSink(sys.stdout, _shore_a(source, self.device))
 
     def _report(self, session: LiveSession, source: Source, began: int, cpu: float) -> None:
         from firstcontact.device.link_news import clock_line
@@ -351,11 +358,11 @@ class Live:
                 _say(f"{name}: {dropped} updates dropped, it was too slow")
 
 
-def _shore_a(source: Source) -> Callable[[str], float | None]:
+def _shore_a(source: Source, device: str) -> Callable[[str], float | None]:
     """Of an object by its name, where the source is a simulated hand or was one."""
     origin = source.descriptor.source
-    known = (k.shore_a for k in SOURCES.values() if k.shore_a is not None and k.origin == origin)
-    its = next(known, None)
+    kinds = [source_kind(device), *(SOURCES[name] for name in SOURCES.own)]
+    its = next((k.shore_a for k in kinds if k.shore_a is not None and k.origin == origin), None)
 
     def shore_a(name: str) -> float | None:
         if its is None:

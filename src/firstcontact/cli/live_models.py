@@ -72,9 +72,9 @@ def told_noise(answers: Answering | None) -> Calibration | None:
 def shipped_model(detector: Path | None) -> Answerers:
     """What came with the package."""
     from firstcontact.anytime.model_file import pretrained
-    from firstcontact.contact.detector_file import load_detector
+    from firstcontact.contact.detector_file import load_detector, pretrained_detector
 
-    found = None if detector is None else load_detector(detector)
+    found = pretrained_detector() if detector is None else load_detector(detector)
     return Answerers(found, [], pretrained(), {})
 
 

@@ -13,6 +13,7 @@ from firstcontact.cli.output import Output, outputs
 from firstcontact.cli.stopping import Stop, stopping
 from firstcontact.cli.verbs import VERBS, configuration, overview
 from firstcontact.core.errors import InputError
+from firstcontact.core.foreign import ForeignCode, culprit, in_a_line, is_interrupt
 from firstcontact.core.plain import one_line
 
 #: Exit codes; a signal's is 128 and its number.
@@ -46,18 +47,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
+    verb = None
     try:
         verb = _parsed(arguments)
         if verb is not None:
             from firstcontact.cli.logs import logged
 
-            with logged(verbose):
+            with logged(verbose), ForeignCode():
                 verb.run()
     except InputError as error:
         return _failed(INPUT, str(error))
     except KeyboardInterrupt as interrupt:  # which may say what is left unfinished
         return _failed(stop.code, str(interrupt) or "interrupted")
-    except Exception as error:
+    except BaseException as error:
+        if verb is None and isinstance(error, SystemExit):  # the help was printed
+            raise
+        if culprit(error) and is_interrupt(error):  # which a plug-in made into something else
+            return _failed(stop.code, "interrupted")
+        if not isinstance(error, Exception):  # no verb ends so: the command is not done
+            what = f"other code ended the command ({in_a_line(error)})"
+            return _failed(INPUT, f"{what}: remove packages that add plug-ins to firstcontact")
         # A path that cannot be read or written is the user's to mend, wherever it shows up.
         if isinstance(error, OSError) and error.errno in FULL:
             where = "" if error.filename is None else f"{error.filename}: "

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from firstcontact.cli.choices import devices
+from firstcontact.core.counted import counted
 from firstcontact.core.errors import InputError
 from firstcontact.device.opening import open_source, source_kind
 
@@ -71,6 +72,14 @@ class Record:
             raise InputError(
                 f"{self.out} cannot be made ({error.strerror}): choose another --out"
             ) from error
+        others = [p for p in self.out.glob("*.mcap") if not p.name.startswith("session-")]
+        if others:
+            print(
+                f"note: {self.out} holds {counted(len(others), 'recording')} that `record` did not "
+                "make, and `train` learns from all of a folder: choose another --out to keep "
+                "them apart",
+                flush=True,
+            )
         with stopping() as stop:
             for name in names:
                 if not self._record(name, items, stop):

@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from firstcontact.core.foreign import by_signal
+
 #: Ctrl-C, the system, a terminal that is closed, Ctrl-\; not all systems have them all.
 NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")
 #: Who asks again after so long wants the finishing cut short, s.
@@ -53,7 +55,7 @@ class Stop:
             return
         else:
             self._at = now
-        raise KeyboardInterrupt
+        raise by_signal(KeyboardInterrupt())
 
 
 _installed: list[Stop] = []

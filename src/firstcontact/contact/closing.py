@@ -84,6 +84,11 @@ class Closings:
         self._latched = 0
 
     @property
+    def has_floors(self) -> bool:
+        """Whether the noise floors are known; without them each epoch is one closing."""
+        return self._gate.has_floors
+
+    @property
     def open(self) -> bool:
         """Whether a closing is going on."""
         return self._open

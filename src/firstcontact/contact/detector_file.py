@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -96,6 +97,17 @@ def vouched(directory: Path) -> str:
     return digest((directory / CARD).read_bytes())
 
 
+def pretrained_detector() -> Detector:
+    """Load the detector that came with the package: it was trained on the twin alone.
+
+    Raises
+    ------
+    InputError
+        A package that is damaged.
+    """
+    return load_detector(Path(str(files("firstcontact.contact"))) / "pretrained")
+
+
 def load_detector(path: AnyPath) -> Detector:
     """Read a detector. Nothing in its files is executed.
 
@@ -119,7 +131,7 @@ def load_detector(path: AnyPath) -> Detector:
     if card.name not in DETECTORS:
         raise InputError(
             f"{file}: no detector is called {card.name!r} "
-            f"(there are {', '.join(DETECTORS)}): update firstcontact or train again"
+            f"(there are {', '.join(DETECTORS.names)}): update firstcontact or train again"
         )
     kind = DETECTORS[card.name]
     if card.sha256 is not None:

@@ -103,6 +103,11 @@ class ClosingGate:
         return self._open
 
     @property
+    def has_floors(self) -> bool:
+        """Whether it knows the noise floors; without them each epoch is one closing."""
+        return self._limit is not None
+
+    @property
     def resting(self) -> bool:
         """Whether what it heard last is a hand at rest."""
         return self._started and self._limit is not None and self._state is _State.REST

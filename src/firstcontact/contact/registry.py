@@ -18,6 +18,7 @@ DETECTORS: Registry[type[Detector]] = Registry(
         "logistic": "firstcontact.contact.logistic:LogisticDetector",
     },
     default="logistic",
+    base="firstcontact.contact.detector:Detector",
 )
 
 
@@ -36,7 +37,9 @@ def make_detector(name: str, **options: Any) -> Detector:
     InputError
         When there is none of that name.
     """
-    return DETECTORS.find(name)(**options)
+    kind = DETECTORS.find(name)
+    with DETECTORS.calling(name):
+        return kind(**options)
 
 
 def unfitted() -> str:

@@ -13,4 +13,5 @@ SLIP_DETECTORS: Registry[type[SlipDetector]] = Registry(
     "firstcontact.slip_detectors",
     {"power": "firstcontact.contact.slip:PowerSlipDetector"},
     default="power",
+    base="firstcontact.contact.slip:SlipDetector",
 )

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from typing import Any, Literal, TypeVar
 
 from firstcontact.core.errors import InputError
+from firstcontact.core.foreign import ForeignCode
 from firstcontact.core.packed import packed, unpacked
 from firstcontact.core.parent import follow
 
@@ -190,7 +191,7 @@ def _apart(function: Callable[..., B], job: object, whole: Any) -> B:
 
     Workers of a cluster are not started by us, so threads are limited here.
     """
-    with _alone, one_thread():
+    with _alone, one_thread(), ForeignCode():
         return function(job, *(() if whole is None else unpacked(whole)))
 
 

@@ -94,6 +94,38 @@ class ClockFit:
             self.rate = max(float(np.polyfit(times, samples, 1)[0]), 0.0)
 
 
+class TransportDelay:
+    """Delay of samples on their way to the host, beyond that of the least delayed blocks.
+
+    A block cannot arrive before its last sample was taken. So the least delayed block of the last
+    ten seconds counts as not delayed. The shortest way through the cable is not known and is not
+    in the delay.
+
+    Parameters
+    ----------
+    rate
+        Nominal rate of the samples, Hz.
+    """
+
+    def __init__(self, rate: float) -> None:
+        self._rate = rate
+        self._epoch: int | None = None
+        self._arrived = _LeastDelayed(rate, MEMORY)
+        self._least = 0.0
+
+    def add(self, block: Block, host: float) -> None:
+        """Take the next block, which arrived at a time of the host's clock, s."""
+        if block.epoch != self._epoch:
+            self._epoch = block.epoch
+            self._arrived = _LeastDelayed(self._rate, MEMORY)
+        self._arrived.add(block.end - 1, host)
+        self._least = self._arrived.delay(host - MEMORY)
+
+    def of(self, sample: int, host: float) -> float:
+        """Return the delay, s, of a sample that was there at a time of the host's clock."""
+        return max(host - sample / self._rate - self._least, 0.0)
+
+
 class DeviceClock:
     """Times of samples, from their numbers and from when blocks arrived.
 

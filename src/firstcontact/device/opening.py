@@ -149,30 +149,52 @@ _OURS = (
 )
 #: What no other kind takes is of the default.
 SOURCES: Registry[SourceKind] = Registry(
-    "source", "firstcontact.sources", {kind.name: kind for kind in _OURS}
+    "source",
+    "firstcontact.sources",
+    {kind.name: kind for kind in _OURS},
+    base="firstcontact.device.opening:SourceKind",
+    instances=True,
 )
 
 
 def source_kind(device: str) -> SourceKind:
     """The kind of a device.
 
+    Plug-ins are imported only where the device begins with their name and a colon, or where no
+    kind of this package takes it and it is no port that is there.
+
     Raises
     ------
     InputError
         It is of a plug-in that cannot be loaded.
     """
-    others = [kind for name, kind in SOURCES.items() if name != SOURCES.default]
-    named = device.partition(":")[0]
-    if named in SOURCES.failed:
+    named, colon, _ = device.partition(":")
+    if colon and named in (*SOURCES.names, *SOURCES.failed) and SOURCES.find(named).takes is None:
         return SOURCES.find(named)
-    # A name and a colon say it without a doubt.
-    others.sort(key=lambda kind: kind.takes is not None)
-    return next((k for k in others if k.accepts(device)), SOURCES[SOURCES.default])
+    own = [SOURCES[name] for name in SOURCES.own if name != SOURCES.default]
+    kind = next((kind for kind in own if kind.accepts(device)), None)
+    if kind is None and not Path(device).is_char_device():
+        kind = _of_plugin(device)
+    return kind or SOURCES[SOURCES.default]
+
+
+def _of_plugin(device: str) -> SourceKind | None:
+    for name in SOURCES:
+        if name not in SOURCES.own:
+            with SOURCES.calling(name):
+                if SOURCES[name].accepts(device):
+                    return SOURCES[name]
+    return None
 
 
 def found_devices() -> list[tuple[str, str]]:
     """What there is to open of kinds that can be looked for: as a person types it, what it is."""
-    return [device for kind in SOURCES.values() if kind.found for device in kind.found()]
+    devices: list[tuple[str, str]] = []
+    for name, kind in SOURCES.items():
+        if kind.found is not None:
+            with SOURCES.calling(name):
+                devices += kind.found()
+    return devices
 
 
 def open_source(
@@ -199,4 +221,9 @@ def open_source(
         needs something that is missing.
     """
     _log.info("opening %s", device)
-    return source_kind(device).make(device, SourceOptions(speed, condition, seed, objects))
+    kind = source_kind(device)
+    with SOURCES.calling(kind.name):
+        source = kind.make(device, SourceOptions(speed, condition, seed, objects))
+        if not hasattr(source, "__enter__"):
+            raise TypeError(f"{type(source).__name__} is no source")
+    return source

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Block, InputError
+from firstcontact.core.foreign import in_a_line
 from firstcontact.device._inbox import Inbox
 from firstcontact.device._stream_checks import LARGEST_SAMPLE, RateCheck, usable_samples
 from firstcontact.device.clock import ClockFit
@@ -310,13 +311,14 @@ class ThreadedSource(ABC):
             self._work()
         except InputError as known:
             error = known
-        except Exception as unknown:
+        except BaseException as unknown:
             # Whoever reads must not wait for a thread that is no more.
             _log.exception("%s: reading it failed", self.name)
-            error = InputError(f"{self.name}: reading it failed ({unknown!r}): open it again")
+            why = in_a_line(unknown)
+            error = InputError(f"{self.name}: reading it failed ({why}): open it again")
         try:
             self._shut()
-        except Exception:
+        except BaseException:
             _log.exception("%s: shutting it failed", self.name)
         with self._inbox.changed:
             self._inbox.end(error)

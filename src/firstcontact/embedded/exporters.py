@@ -53,4 +53,6 @@ MODEL_EXPORTERS: Registry[ModelExporter] = Registry(
         "onnx": "firstcontact.embedded.onnx_graph:ONNX",
         "hand": "firstcontact.embedded.hand_model:HAND",
     },
+    base="firstcontact.embedded.exporters:ModelExporter",
+    instances=True,
 )

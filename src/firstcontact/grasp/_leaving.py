@@ -9,6 +9,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from firstcontact.core.foreign import by_signal
+
 #: Signals that end a process without a word, unless somebody takes them.
 ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 #: Who asks again after so long asks a program that went on after the first time, s.
@@ -89,5 +91,5 @@ class Leaving:
             self._at = now
             self._let_go()
             if number == signal.SIGINT:
-                raise KeyboardInterrupt
-            raise SystemExit(128 + number)
+                raise by_signal(KeyboardInterrupt())
+            raise by_signal(SystemExit(128 + number))

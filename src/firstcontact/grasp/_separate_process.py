@@ -14,6 +14,7 @@ from importlib import import_module
 
 from firstcontact.core.command import Command
 from firstcontact.core.errors import InputError
+from firstcontact.core.foreign import in_a_line
 from firstcontact.grasp.hand import Hand, HandError
 
 #: From the end of the orders to that of the process, s at most: the Ability Hand opens in 2.
@@ -61,6 +62,8 @@ class Orders:
                     self._hand.release()
         except HandError as error:
             return f"failed {error}"
+        except Exception as error:
+            return f"failed it raised {in_a_line(error)}"
         return "done"
 
 
@@ -84,14 +87,16 @@ def main() -> None:
     out = os.dup(1)
     os.dup2(2, 1)
     module, name, silence, *port = sys.argv[1:]
-    hand: Hand = getattr(import_module(module), name)(port[0] if port else None)
     try:
+        hand: Hand = getattr(import_module(module), name)(port[0] if port else None)
         with hand:
             say(out, "ready")
             Orders(hand, float(silence), out).serve()
             _end_within(ENDED)
     except (InputError, HandError) as error:
         say(out, f"refused {error}")
+    except Exception as error:
+        say(out, f"refused the hand {name} raised {in_a_line(error)}")
 
 
 def _end_within(seconds: float) -> None:

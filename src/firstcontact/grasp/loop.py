@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from firstcontact.core import Command, Contact
+from firstcontact.core import Command, Contact, InputError
 from firstcontact.grasp.policy import Policy, Stiffness
 
 
@@ -44,7 +44,7 @@ class GraspLoop:
 
     All times are seconds of one clock that only goes forward, that of the samples: sample
     number over rate, plus what was spent on the way and on computing. An estimate that reaches
-    the hand at the deadline itself is in time. After a miss the fallback holds for the rest of
+    the hand at the deadline itself meets it. After a miss the fallback holds for the rest of
     the closing.
 
     Parameters
@@ -139,7 +139,7 @@ class GraspLoop:
         Parameters
         ----------
         second
-            The second contact: what reached the hand after it was not in time.
+            The second contact: estimates that reached the hand after it do not count.
         """
         late = 0 if second is None else sum(t >= second.sample / self._rate for t in self._reached)
         self.counts.estimates -= late
@@ -165,7 +165,14 @@ class GraspLoop:
         self._tell(self.policy.late())
 
     def _tell(self, command: Command | None) -> None:
-        if command is None or command == self._last:
+        if command is None:
+            return
+        if not isinstance(command, Command):
+            raise InputError(
+                f"policy {self.policy.name!r} returned {type(command).__name__}: let it return a "
+                "Command or None"
+            )
+        if command == self._last:
             return
         self._last = command
         self.counts.commands += 1

@@ -19,6 +19,7 @@ HANDS: Registry[type[Hand]] = Registry(
         "twin": "firstcontact.live.twin_hand:TwinHand",
         "ability": "firstcontact.grasp.ability:AbilityHand",
     },
+    base="firstcontact.grasp.hand:Hand",
 )
 
 
@@ -40,11 +41,14 @@ def make_hand(kind: type[Hand], port: str | None = None, source: object = None) 
         It needs something that is missing.
     """
     made: Callable[[Any], Hand] = kind
-    if kind.of_source is not None:
-        if source is None:
-            raise InputError(f"the hand {kind.name!r} needs its source: open it, and pass it on")
-        return made(source)
-    return SeparateHand(kind, port) if kind.separate else made(port)
+    with HANDS.calling(kind.name):
+        if kind.of_source is not None:
+            if source is None:
+                raise InputError(
+                    f"the hand {kind.name!r} needs its source: open it, and pass it on"
+                )
+            return made(source)
+        return SeparateHand(kind, port) if kind.separate else made(port)
 
 
 def open_hand(

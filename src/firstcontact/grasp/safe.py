@@ -6,10 +6,12 @@ import atexit
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from math import inf
 from typing import Self
 
 from firstcontact.core import Command
+from firstcontact.core.foreign import in_a_line, is_interrupt
 from firstcontact.grasp._leaving import Leaving
 from firstcontact.grasp.hand import Hand, HandError
 from firstcontact.grasp.pacing import HandCounts, Pacer
@@ -53,7 +55,7 @@ class SafeHand(Hand):
         self._change = threading.Condition()
         self._thread: threading.Thread | None = None
         self._closed = False
-        self._failure: Exception | None = None
+        self._failure: HandError | None = None
         self._asked = False  # by a signal to release
         self._leaving = Leaving(self._let_go)
 
@@ -63,7 +65,7 @@ class SafeHand(Hand):
         return self._pacer.counts
 
     @property
-    def failure(self) -> Exception | None:
+    def failure(self) -> HandError | None:
         """Why the hand takes no commands any more; None while it does."""
         return self._failure
 
@@ -123,8 +125,7 @@ class SafeHand(Hand):
             if self._closed:
                 return
             self._closed = True
-            if self._thread is not None:
-                self._release()
+            released = self._thread is None or self._release()
             self._change.notify()
         atexit.unregister(self.close)
         try:
@@ -132,6 +133,8 @@ class SafeHand(Hand):
                 self._thread.join()
         finally:
             self._hand.close()
+        if not released:
+            raise HandError(f"the hand {self.name!r} was not released: {self._failure}")
 
     def __enter__(self) -> Self:
         if self._closed or self._thread is not None:
@@ -162,9 +165,23 @@ class SafeHand(Hand):
         if self._failure is not None:
             raise HandError(f"the hand {self.name!r} failed: {self._failure}") from self._failure
 
-    def _release(self) -> None:
+    def _release(self) -> bool:
+        """Have the hand let go, and return True if it did."""
         self._pacer.release()
-        self._hand.release()
+        return self._did(self._hand.release)
+
+    def _did(self, act: Callable[[], None]) -> bool:
+        """Have the hand act, and note what it raises: the watchdog must not end by that."""
+        try:
+            act()
+        except BaseException as error:
+            if is_interrupt(error):
+                raise
+            if not isinstance(error, HandError):
+                error = HandError(f"it raised {in_a_line(error)}")
+            self._failure = error
+            return False
+        return True
 
     def _act(self) -> None:
         """Do what is due."""
@@ -175,12 +192,8 @@ class SafeHand(Hand):
         if due is None:
             return
         if due.command is None:
-            self._hand.release()
-            return
-        try:
-            self._hand.send(due.command)
-        except Exception as error:
-            self._failure = error
+            self._did(self._hand.release)
+        elif not self._did(partial(self._hand.send, due.command)):
             self._release()
 
     def _watch(self) -> None:

@@ -174,12 +174,17 @@ class Fit:
 
 def train(fit: Fit) -> Model:
     """Train the model of a fit."""
-    from firstcontact.stiffness.registry import make_estimator
+    from firstcontact.stiffness.model import Model
+    from firstcontact.stiffness.registry import ESTIMATORS, make_estimator
 
     estimator = make_estimator(fit.model, fit.task, fit.learn.rate, **fit.options)
     sessions = fit.learn.sessions
     groups = sessions if (sessions != "").all() else None
-    return estimator.fit(fit.learn.X, fit.learn.y, groups, seed=fit.seed)
+    with ESTIMATORS.calling(fit.model):
+        model = estimator.fit(fit.learn.X, fit.learn.y, groups, seed=fit.seed)
+        if not isinstance(model, Model):
+            raise TypeError(f"{type(model).__name__} is no model, and fit returned it")
+    return model
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ import numpy as np
 from firstcontact.core import Block, ChannelKind, Contact, Finger, Layout
 from firstcontact.core.pinch import first_closed
 from firstcontact.live._running import RunningAnswers
-from firstcontact.live.events import Answer, Case, Estimated
+from firstcontact.live.events import Estimated
 from firstcontact.signal.windowing import WindowStream
 
 
@@ -48,12 +48,6 @@ class OpenClosing:
         """So many more samples complete a window or an answer; None where none has begun."""
         running = None if self.running is None else self.running.due
         return min((n for n in (self.windows.due, running) if n is not None), default=None)
-
-    def hindsight(self, told: Answer, rate: float) -> Case:
-        """Whether it was out before the second contact happened; ``rate`` in Hz."""
-        out = told.contact.sample + told.after(rate) * rate
-        late = any(c.sample <= out for c in self.contacts[1:])
-        return Case.TOO_LATE if late else Case.IN_TIME
 
 
 class Strips:

@@ -31,7 +31,7 @@ from firstcontact.recording import Marker
 
 FORMAT = "firstcontact-live"
 #: Raised whenever a field changes its meaning or goes.
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 
 
 def text(tree: Mapping[str, Any]) -> str:
@@ -111,12 +111,11 @@ def of_event(event: Event) -> dict[str, Any]:
                 "contacts": [_contact(c) for c in event.contacts],
                 "strips": [{"finger": _finger(f), "sample": s} for f, s in event.strips],
                 "estimates": [_estimate(e) for e in event.estimates],
-                "cases": [case.name.lower() for case in event.cases],
                 "refused": event.refused,
                 "standing": None if event.standing is None else _running(event.standing),
-                "standing_case": _case(event.standing_case),
                 "answers": len(event.answers),
-                "answers_in_time": event.out,
+                "available": None if event.available is None else _of_model(event.available),
+                "case": _case(event.case),
             }
         case HandAsked():
             return _hand(event)
@@ -230,6 +229,10 @@ def _case(case: Case | None) -> str | None:
     return None if case is None else case.name.lower()
 
 
+def _of_model(event: Running | Estimated) -> dict[str, Any]:
+    return _running(event) if isinstance(event, Running) else _estimate(event)
+
+
 def _running(event: Running) -> dict[str, Any]:
     return _answer(
         event,
@@ -246,7 +249,7 @@ def _estimate(event: Estimated) -> dict[str, Any]:
     return _answer(
         event,
         {"window_s": event.duration},
-        {"case": event.case.name.lower(), "used": event.used},
+        {"used": event.used},
     )
 
 
@@ -267,4 +270,5 @@ def _answer(
         "host_s": event.host,
         "compute_s": event.compute,
         "waited_s": event.waited,
+        "transport_s": event.transport,
     }

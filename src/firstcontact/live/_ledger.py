@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
@@ -30,15 +30,18 @@ class Entry:
         filter's look-ahead included.
     wait
         Device: how long that sample waited for the rest of its block, and in the source's filter.
+    transport
+        Host: how much later that block came than the least delayed ones.
     compute
         Host: from having that block to the estimate.
     total
-        From the contact to the estimate, without the way through the cable.
+        From the contact until the estimate was available.
     """
 
     decide: float
     window: float
     wait: float
+    transport: float
     compute: float
     total: float
 
@@ -58,15 +61,12 @@ class Ledger:
         self.rate = rate
         self.delay = delay
         self.entries: deque[Entry] = deque(maxlen=KEPT)
-        #: Estimates so far; of these, used ones; of these, too late in hindsight.
+        #: Estimates of fixed windows so far.
         self.estimates = 0
-        self.used = 0
-        self.late = 0
-        #: Pinches with answers of an any-time model asked for; of these, those with an answer that
-        #: was out before the second contact happened, and those whose standing answer was.
-        self.asked = 0
-        self.early = 0
-        self.standing = 0
+        #: Pinches so far, each under its one verdict.
+        self.cases: Counter[Case | None] = Counter()
+        #: Pinches in time because no second contact was heard.
+        self.unheard = 0
         self._first: deque[float] = deque(maxlen=KEPT)
         self._answer: deque[float] = deque(maxlen=KEPT)
         self._used: deque[float] = deque(maxlen=KEPT)
@@ -92,6 +92,7 @@ class Ledger:
                 (contact.decided - contact.sample) / self.rate,
                 (estimate.complete - contact.sample) / self.rate,
                 estimate.waited,
+                estimate.transport,
                 estimate.compute,
                 estimate.after(self.rate),
             )
@@ -102,28 +103,30 @@ class Ledger:
         if isinstance(event, Running):
             self._answer.append(event.compute)
 
-    def close(self, done: PinchDone, anytime: bool = False) -> None:
-        """Note how a pinch ended; ``anytime`` says whether an any-time model was asked."""
-        self.asked += anytime
-        self.early += done.out > 0
-        self.standing += done.standing_case is Case.IN_TIME
+    def close(self, done: PinchDone) -> None:
+        """Note how a pinch ended."""
+        self.cases[done.case] += 1
+        self.unheard += done.case is Case.IN_TIME and done.second is None
         if done.standing is not None:
             self._first.append(done.answers[0].after(self.rate))
             self._used.append(done.standing.duration)
-        for estimate, case in zip(done.estimates, done.cases, strict=True):
-            self.used += estimate.used
-            self.late += estimate.used and case is Case.TOO_LATE
 
     def summary(self) -> Mapping[str, float]:
         """Figures so far: counts, and p50, p99 and max of each time, s.
 
         ``first`` is from the contact to the first answer of an any-time model, ``answer`` from
         having a block to its answers, ``signal`` the length of the signal in standing answers.
+        ``in_time``, ``too_late``, ``none`` and ``unjudged`` add up to ``pinches``; ``unheard`` are
+        those in time because no second contact was heard.
         """
         figures = {
             "estimates": float(self.estimates),
-            "used": float(self.used),
-            "late": float(self.late),
+            "pinches": float(self.cases.total()),
+            "in_time": float(self.cases[Case.IN_TIME]),
+            "too_late": float(self.cases[Case.TOO_LATE]),
+            "none": float(self.cases[Case.NONE]),
+            "unjudged": float(self.cases[None]),
+            "unheard": float(self.unheard),
             "overruns": float(self.overruns),
             "blocks": float(self.blocks),
             "busy": self.busy,
@@ -132,11 +135,8 @@ class Ledger:
             figures["delay"] = self.delay
         if self.entries:
             entries = list(self.entries)
-            for name in ("decide", "window", "wait", "compute", "total"):
+            for name in ("decide", "window", "wait", "transport", "compute", "total"):
                 figures |= _spread(name, [getattr(e, name) for e in entries])
-        if self.asked:
-            figures |= {"asked": float(self.asked), "early": float(self.early)}
-            figures["standing"] = float(self.standing)
         if self._first:
             figures |= _spread("first", self._first)
             figures |= _spread("answer", self._answer)

@@ -68,7 +68,7 @@ class RunningAnswers:
         return None if self._second is not None else self._stream.due
 
     def update(
-        self, block: Block, contacts: Sequence[Contact], host: float
+        self, block: Block, contacts: Sequence[Contact], host: float, transport: float = 0.0
     ) -> list[tuple[int, Event]]:
         """Take the next samples.
 
@@ -80,6 +80,8 @@ class RunningAnswers:
             Those that are known by its end.
         host
             When its last byte had been read, s.
+        transport
+            How much later that was than for the least delayed blocks, s.
 
         Returns
         -------
@@ -93,7 +95,7 @@ class RunningAnswers:
         if not self._stream.ended and self._second is None and not self.refused:
             touches = self._stream.update(block, new)
             if touches is not None and self._first is not None:
-                found += self._ask(touches, self._first, second, block, host)
+                found += self._ask(touches, self._first, second, block, host, transport)
             self._refuse(self._stream.refused)
         if second is not None and self._first is not None:
             self._second = second
@@ -104,7 +106,13 @@ class RunningAnswers:
         return found
 
     def _ask(
-        self, touches: Touches, first: Contact, second: Contact | None, block: Block, host: float
+        self,
+        touches: Touches,
+        first: Contact,
+        second: Contact | None,
+        block: Block,
+        host: float,
+        transport: float,
     ) -> list[tuple[int, Event]]:
         """Answers about these moments, but for those that the second contact forbids."""
         known = np.maximum(first.sample + touches.valid - 1, first.decided)
@@ -143,6 +151,7 @@ class RunningAnswers:
                 host=now,
                 compute=now - host,
                 waited=(block.end - 1 - int(known[i])) / self._rate + self._delay,
+                transport=transport,
             )
             for i in range(len(touches))
         ]

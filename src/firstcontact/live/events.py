@@ -12,10 +12,11 @@ from firstcontact.recording import PinchMark
 
 
 class Case(StrEnum):
-    """Whether an estimate came in time to be acted upon."""
+    """Availability of an estimate at the second contact, as :func:`is_in_time` decides it."""
 
-    IN_TIME = "before the second contact"
-    TOO_LATE = "after the second contact"
+    IN_TIME = "in time"
+    TOO_LATE = "too late"
+    NONE = "no estimate"
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +67,9 @@ class Answer:
         From having the block that completed it to the answer, s.
     waited
         How long that sample waited for the rest of its block, by the device's clock, s.
+    transport
+        How much later that block reached the host than the least delayed of the last ten
+        seconds, s. The shortest way through the cable is not known and is not in it.
     """
 
     contact: Contact
@@ -79,10 +83,37 @@ class Answer:
     host: float
     compute: float
     waited: float = 0.0
+    transport: float = 0.0
 
     def after(self, rate: float) -> float:
-        """From the contact to the answer, s, without the way through the cable; rate in Hz."""
-        return (self.complete - self.contact.sample) / rate + self.waited + self.compute
+        """Return the time from the contact until the answer was available, s; rate in Hz.
+
+        Signal, waiting, transport and computing are in it: it is the difference of two instants
+        on the host's clock, on which the least delayed blocks place each sample.
+        """
+        signal = (self.complete - self.contact.sample) / rate
+        return signal + self.waited + self.transport + self.compute
+
+
+def is_in_time(answer: Answer, second: Contact | None, rate: float) -> bool:
+    """Return True if an estimate was available before the second contact.
+
+    This is what "in time" means in all live output. Both instants count from the first contact on
+    the host's clock: the estimate's with waiting, transport and computing, the second contact's as
+    its sample was taken. Without a second contact nothing can be too late.
+
+    Parameters
+    ----------
+    answer
+        The estimate.
+    second
+        The second contact of its pinch; None where none was heard.
+    rate
+        Of the samples, Hz.
+    """
+    if second is None:
+        return True
+    return answer.after(rate) < (second.sample - answer.contact.sample) / rate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,14 +122,11 @@ class Estimated(Answer):
 
     Parameters
     ----------
-    case
-        Whether the second finger was known to touch by then, told by the samples
-        up to ``complete``. In hindsight see :attr:`PinchDone.cases`.
     used
-        Whether it may be acted upon: it came in time, as far as was known.
+        Whether a hand may act upon it: no second contact was known by sample ``complete``. A
+        contact is known a little after it happens, so this says less than "in time" does.
     """
 
-    case: Case
     used: bool
 
 
@@ -225,16 +253,15 @@ class PinchDone:
         As the strips say, where there are strips: sample of each finger.
     estimates
         In the order of their windows.
-    cases
-        Of each estimate, in hindsight: whether it was out, its waiting and computation
-        included, before the second contact happened. A contact is decided a little
-        after it happens; an estimate between the two was acted upon too late.
+    rate
+        Of the samples, Hz.
     refused
         Why there is none, or "".
     answers
         Of the any-time model, from samples before the second contact.
-    out
-        How many of these were out, in hindsight, before the second contact happened.
+    real_time
+        Whether samples came as fast as they were taken. Where not, nothing is known of what
+        would have been in time.
     """
 
     number: int
@@ -244,10 +271,10 @@ class PinchDone:
     contacts: tuple[Contact, ...]
     strips: tuple[tuple[Finger, int], ...]
     estimates: tuple[Estimated, ...]
-    cases: tuple[Case, ...] = ()
+    rate: float
     refused: str = ""
     answers: tuple[Running, ...] = ()
-    out: int = 0
+    real_time: bool = True
 
     def holds(self, epoch: int, sample: int) -> bool:
         """Whether a sample is one of it."""
@@ -263,11 +290,52 @@ class PinchDone:
         return self.answers[-1] if self.answers else None
 
     @property
-    def standing_case(self) -> Case | None:
-        """Of the standing answer, in hindsight; None without one."""
-        if not self.answers:
+    def second(self) -> Contact | None:
+        """The second contact; None where none was heard."""
+        return self.contacts[1] if len(self.contacts) > 1 else None
+
+    @property
+    def offset(self) -> float | None:
+        """From the first to the second contact, s; None where none was heard."""
+        second = self.second
+        return None if second is None else (second.sample - self.contacts[0].sample) / self.rate
+
+    @property
+    def _ordered(self) -> tuple[Running | Estimated, ...]:
+        """All estimates; those of the any-time model come last, as they are preferred."""
+        return (*self.estimates, *self.answers)
+
+    @property
+    def final(self) -> Running | Estimated | None:
+        """The last estimate, however late it was; None without one."""
+        return self._ordered[-1] if self._ordered else None
+
+    @property
+    def available(self) -> Running | Estimated | None:
+        """The last estimate that was available before the second contact.
+
+        One of the any-time model, or else of a fixed window. None where none was in time, and
+        where that is not known.
+        """
+        if not self.real_time:
             return None
-        return Case.IN_TIME if self.out == len(self.answers) else Case.TOO_LATE
+        early = [e for e in self._ordered if self.case_of(e) is Case.IN_TIME]
+        return early[-1] if early else None
+
+    @property
+    def case(self) -> Case | None:
+        """The pinch's one verdict; None where there is an estimate but the time means nothing."""
+        if self.final is None:
+            return Case.NONE
+        if not self.real_time:
+            return None
+        return Case.TOO_LATE if self.available is None else Case.IN_TIME
+
+    def case_of(self, answer: Answer) -> Case | None:
+        """Verdict on one estimate of the pinch; None where the time means nothing."""
+        if not self.real_time:
+            return None
+        return Case.IN_TIME if is_in_time(answer, self.second, self.rate) else Case.TOO_LATE
 
 
 @dataclass(frozen=True, slots=True)

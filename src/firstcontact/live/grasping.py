@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from firstcontact.contact.slip import SlipDetector
 from firstcontact.core import Block, Command, Layout
-from firstcontact.device.clock import DeviceClock
+from firstcontact.device.clock import TransportDelay
 from firstcontact.grasp.hand import Begins, Hand
 from firstcontact.grasp.loop import GraspLoop
 from firstcontact.grasp.policy import Policy, Stiffness
@@ -57,8 +57,8 @@ class Grasping:
     slip
         Tells the policy of slips, in closings that are ours, from their end on until the hand
         opens; None where nothing does.
-    clock
-        Follows the device's clock where samples come as fast as they are taken; None where not.
+    transport
+        Follows the samples' delay where they come as fast as they are taken; None where not.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class Grasping:
         hand: Hand,
         layout: Layout,
         deadline: float | None = None,
-        clock: DeviceClock | None = None,
+        transport: TransportDelay | None = None,
         slip: SlipDetector | None = None,
     ) -> None:
         self.hand = hand
@@ -79,7 +79,7 @@ class Grasping:
         self.last: Command | None = None
         self._taxels = Taxels(layout)
         self._rate = layout.rate
-        self._clock = clock
+        self._transport = transport
         self._slip = slip
         #: Slips that the policy was told of.
         self.slips = 0
@@ -93,9 +93,9 @@ class Grasping:
 
     def arrived(self, block: Block, host: float) -> None:
         """Samples came at a time of the host's clock; what is found in them is told next."""
-        if self._clock is not None:
-            self._clock.stamps(block, host)
-            self._late = max(host - self._clock.at(block.end - 1, block.epoch), 0.0)
+        if self._transport is not None:
+            self._transport.add(block, host)
+            self._late = self._transport.of(block.end - 1, host)
 
     def happened(self, event: Event) -> None:
         """Let the policy answer to an event."""
@@ -111,7 +111,7 @@ class Grasping:
             case Estimated() if self._running:
                 pass  # what stands of the any-time model was told, or will be
             case Estimated() if event.used:
-                now = event.contact.sample / self._rate + event.after(self._rate) + self._late
+                now = event.contact.sample / self._rate + event.after(self._rate)
                 self.loop.estimated(
                     Stiffness(event.value, event.low, event.high, event.duration), now
                 )
@@ -214,7 +214,8 @@ class Grasping:
             self.loop.counts.unused += 1
             return
         later = (event.complete - answer.complete) / self._rate
-        now = answer.contact.sample / self._rate + answer.after(self._rate) + later + self._late
+        now = answer.contact.sample / self._rate + answer.after(self._rate) + later
+        now += self._late - answer.transport  # it is told with this block, not with its own
         told = Stiffness(answer.value, answer.low, answer.high, answer.duration, standing=True)
         self.loop.estimated(told, now)
 
@@ -227,10 +228,11 @@ class Grasping:
             self._hold()
 
 
-def grasp_lines(grasping: Grasping, *, in_time: bool = True) -> list[str]:
+def grasp_lines(grasping: Grasping, *, real_time: bool = True) -> list[str]:
     """What the hand was told, for the end of a run.
 
-    ``in_time`` has it say what was, which tells nothing of samples faster than real time.
+    Without ``real_time`` it leaves out what met the time limit: that means nothing where samples
+    come faster than they were taken.
     """
     counts = grasping.loop.counts
     lines = [
@@ -238,12 +240,12 @@ def grasp_lines(grasping: Grasping, *, in_time: bool = True) -> list[str]:
         f"{counts.commands} commands in {counts.closings} closings, "
         f"{counts.contacts} of these with a contact"
     ]
-    if in_time:
+    if real_time:
         lines.append(
-            f"{counts.estimates} estimates reached the hand in time; {counts.misses} contacts had "
-            f"none within the policy's time limit; {counts.overtaken} estimates reached the hand "
-            f"after the second finger had touched; {counts.unused} came too late to be used, or "
-            "were out of range"
+            f"{counts.estimates} estimates reached the hand within the policy's time limit and "
+            f"before the second contact; {counts.overtaken} within the limit, but after the second "
+            f"contact; {counts.misses} contacts had none within the limit; {counts.unused} "
+            "estimates were not used: past the limit, or out of range"
         )
     if grasping.slips:
         lines.append(f"{grasping.slips} slips heard, or said to go on")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -13,10 +14,11 @@ from firstcontact.contact.closing import ClosingBegan, ClosingEnded, Closings, C
 from firstcontact.contact.detector import Detector
 from firstcontact.core import Block, Calibration, InputError, Layout, joined
 from firstcontact.core.rate import same_rate
+from firstcontact.device.clock import TransportDelay
 from firstcontact.live._closing import OpenClosing, Strips
 from firstcontact.live._ledger import Ledger
 from firstcontact.live._running import RunningAnswers
-from firstcontact.live.events import Armed, Case, Estimated, Event, PinchDone, Refused, Touched
+from firstcontact.live.events import Armed, Estimated, Event, PinchDone, Refused, Touched
 from firstcontact.live.models import ModelWithInterval
 from firstcontact.signal import samples_in
 from firstcontact.signal.windowing import ContactWindow, WindowStream
@@ -30,6 +32,10 @@ AFTER = 0.2
 #: Where nothing is due, samples are worked on in lots of this length, s: each wakes a core that
 #: has grown cold, and a page draws no oftener.
 IDLE = 0.024
+#: Without noise floors an epoch is one closing: a longer one is a stream of several, s.
+LONGEST_EPOCH = 10.0
+
+_log = logging.getLogger(__name__)
 
 
 class Pipeline:
@@ -49,13 +55,16 @@ class Pipeline:
         each window is complete.
     calibration
         With the noise floors of the fingers; without, a closing begins with each
-        epoch.
+        epoch. A warning is logged where an epoch is longer than any closing, as a stream's is.
     clock
         Gives the host's time, s.
     anytime
         A model that answers each millisecond until the second contact; None without.
     delay
         Of the source's own filter, s: counted in all that is said to come after a contact.
+    real_time
+        Whether samples come as fast as they were taken. Where not, no estimate is said to be in
+        time or too late.
 
     Attributes
     ----------
@@ -83,6 +92,7 @@ class Pipeline:
         clock: Callable[[], float] = time.monotonic,
         anytime: InContextModel | None = None,
         delay: float = 0.0,
+        real_time: bool = True,
     ) -> None:
         if anytime is not None and not same_rate(layout.rate, anytime.rate):
             raise InputError(
@@ -103,6 +113,7 @@ class Pipeline:
         self.detector = detector.name
         self.ledger = Ledger(layout.rate, delay)
         self._delay = delay
+        self._transport = TransportDelay(layout.rate) if real_time else None
         self.radius = math.nan
         self._models = {a.model.spec.duration: a for a in models}
         if len(self._models) < len(models):
@@ -122,6 +133,8 @@ class Pipeline:
         self._waiting: list[Block] = []
         self._waiting_samples = 0
         self._lot = self._idle  # samples that are worked on together
+        self._epoch_began: tuple[int, int] | None = None  # epoch and its first sample
+        self._has_warned = self._closings.has_floors
 
     def update(self, block: Block, host: float) -> Iterator[Event]:
         """Take the next block: what is found in it, in order, each as soon as it is known.
@@ -138,6 +151,8 @@ class Pipeline:
         waiting = self._waiting
         if waiting and (waiting[-1].end, waiting[-1].epoch) != (block.first_sample, block.epoch):
             yield from self._work(host)
+        if self._transport is not None:
+            self._transport.add(block, host)
         self._waiting.append(block)
         self._waiting_samples += len(block.data)
         if self._waiting_samples >= self._lot:
@@ -190,6 +205,7 @@ class Pipeline:
     def _work(self, host: float) -> Iterator[Event]:
         began = self._clock()
         (block,) = joined(self._waiting)
+        self._warn_of_long_epoch(block)
         self._waiting = []
         self._waiting_samples = 0
         for stage in self._closings.update(block):
@@ -206,6 +222,22 @@ class Pipeline:
         self._lot = min(n for n in (self._idle, self._closings.due, answer) if n is not None)
         self.ledger.worked(self._clock() - began, len(block.data))
 
+    def _warn_of_long_epoch(self, block: Block) -> None:
+        """Say once that only the first closing of an epoch can be found."""
+        if self._has_warned:
+            return
+        if self._epoch_began is None or self._epoch_began[0] != block.epoch:
+            self._epoch_began = block.epoch, block.first_sample
+        seconds = (block.end - self._epoch_began[1]) / self.layout.rate
+        if seconds > LONGEST_EPOCH:
+            self._has_warned = True
+            _log.warning(
+                "this stream has gone on for %.0f s and the pipeline has no calibration with noise "
+                "floors: it looks for one closing in each epoch and misses all others. Pass "
+                "calibration, such as that of firstcontact.device.noise_floor.measure_noise",
+                seconds,
+            )
+
     def _begin(self, stage: ClosingBegan) -> None:
         windows = WindowStream(self.layout, tuple(self._models))
         self._pinch = OpenClosing(
@@ -217,6 +249,8 @@ class Pipeline:
         pinch = self._pinch
         if pinch is None:
             return []
+        last = went.block.end - 1
+        transport = 0.0 if self._transport is None else self._transport.of(last, host)
         # By the sample that each became known with: the order is the same for all blocks.
         events: list[tuple[int, Event]] = []
         told = []
@@ -231,7 +265,7 @@ class Pipeline:
             events.append((contact.decided, Touched(contact, first, pinch.epoch, self._clock())))
         self._strips.watch(went.block, pinch.end if pinch.contacts else None)
         if pinch.running is not None:
-            for known, event in pinch.running.update(went.block, pinch.contacts, host):
+            for known, event in pinch.running.update(went.block, pinch.contacts, host, transport):
                 self.ledger.tell(event)
                 events.append((known, event))
         if pinch.asked > 0:
@@ -239,8 +273,9 @@ class Pipeline:
             for window in pinch.windows.update(went.block, told):
                 # A short window can be whole before its contact is decided.
                 known = max(window.complete, window.contact.decided)
-                waited = (went.block.end - 1 - known) / self.layout.rate + self._delay
-                events.append((known, self._estimate(pinch, window, known, host, waited)))
+                waited = (last - known) / self.layout.rate + self._delay
+                estimate = self._estimate(pinch, window, known, host, waited, transport)
+                events.append((known, estimate))
                 pinch.asked -= 1
             if pinch.windows.refused > refused:
                 pinch.asked -= pinch.windows.refused - refused
@@ -253,7 +288,13 @@ class Pipeline:
         return found
 
     def _estimate(
-        self, pinch: OpenClosing, window: ContactWindow, known: int, host: float, waited: float
+        self,
+        pinch: OpenClosing,
+        window: ContactWindow,
+        known: int,
+        host: float,
+        waited: float,
+        transport: float,
     ) -> Estimated | Refused:
         entry = self._models[window.duration]
         try:
@@ -263,8 +304,6 @@ class Pipeline:
             return self._refuse(pinch, str(error))
         if not (math.isfinite(value) and math.isfinite(low) and math.isfinite(high)):
             return self._refuse(pinch, "the model's answer is no finite number")
-        others = pinch.contacts[1:]
-        late = any(c.decided <= known for c in others)
         now = self._clock()
         estimate = Estimated(
             contact=window.contact,
@@ -275,11 +314,11 @@ class Pipeline:
             duration=entry.model.spec.duration,
             complete=known,
             epoch=pinch.epoch,
-            case=Case.TOO_LATE if late else Case.IN_TIME,
-            used=not late,
+            used=all(c.decided > known for c in pinch.contacts[1:]),
             host=now,
             compute=now - host,
             waited=waited,
+            transport=transport,
         )
         pinch.estimates.append(estimate)
         self.ledger.add(estimate)
@@ -294,7 +333,6 @@ class Pipeline:
         if pinch is None or not pinch.contacts:
             return []
         events: list[Event] = []
-        rate = self.layout.rate
         running = pinch.running
         answers = () if running is None else tuple(running.answers)
         settled = running is None or bool(answers) or bool(running.refused)
@@ -312,12 +350,12 @@ class Pipeline:
             contacts=tuple(pinch.contacts),
             strips=self._strips.closed,
             estimates=tuple(pinch.estimates),
-            cases=tuple(pinch.hindsight(e, rate) for e in pinch.estimates),
+            rate=self.layout.rate,
             refused=pinch.refused or self._unanswered(pinch),
             answers=answers,
-            out=sum(pinch.hindsight(e, rate) is Case.IN_TIME for e in answers),
+            real_time=self._transport is not None,
         )
-        self.ledger.close(done, running is not None)
+        self.ledger.close(done)
         events.append(done)
         return events
 

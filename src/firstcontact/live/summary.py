@@ -11,9 +11,10 @@ _LINES = {
     "decide": "from a contact until it was noticed (device clock)",
     "window": "from a contact to its window's last sample (device clock)",
     "wait": "that sample's wait for the rest of its block (device clock)",
+    "transport": "its block's delay beyond the least (this computer's clock)",
     "compute": "computing the estimate (this computer's clock)",
-    "total": "from a contact to the estimate, in all",
-    "first": "from a contact to the first answer",
+    "total": "from a contact until the estimate was available",
+    "first": "from a contact until the first answer was available",
     "answer": "computing answers (this computer's clock)",
     "signal": "length of the signal in the final answer",
 }
@@ -47,7 +48,11 @@ def ledger_lines(
         yield from _times(figures)
         yield from _in_time(figures, alone)
     else:
-        yield (f"times are left out: at --speed {speed:g} they say nothing of a hand in real time")
+        yield (
+            f"times are left out, and what was in time: at --speed {speed:g} they say nothing of a "
+            "hand in real time"
+        )
+        yield _answered(figures)
     yield (
         f"{samples:.1f} s of samples in {figures['blocks']:.0f} blocks, of which "
         f"{figures['overruns']:.0f} took longer to work on than they last"
@@ -67,24 +72,26 @@ def _times(figures: Mapping[str, float]) -> Iterator[str]:
         yield f"of each wait, {1e3 * figures['delay']:.3f} ms are the source's own filter"
 
 
+def _answered(figures: Mapping[str, float]) -> str:
+    answered = figures["pinches"] - figures["none"]
+    return f"{answered:.0f} of {figures['pinches']:.0f} pinches had an estimate"
+
+
 def _in_time(figures: Mapping[str, float], alone: bool) -> Iterator[str]:
-    """What came before the second contact, where there can be one."""
-    if "asked" in figures:
-        answered = f"{figures['early']:.0f} of {figures['asked']:.0f} pinches had an answer"
-        if not alone:
-            answered += (
-                " before the second finger touched, the time for computing it included; "
-                f"{figures['standing']:.0f} had their final answer by then"
-            )
-        yield answered
-    if not figures["estimates"] and "asked" in figures:
-        return
-    used = f"{figures['used']:.0f} of {figures['estimates']:.0f} estimates could be used"
+    """Count each pinch once; a single sensor hears no second contact."""
     if alone:
-        yield used
+        yield _answered(figures)
         return
     yield (
-        f"models of a fixed window: {used}, because they came before the second finger's touch "
-        f"was noticed; {figures['late']:.0f} of these came after the touch itself, which is "
-        "noticed a little later: too late"
+        f"{figures['pinches']:.0f} pinches: {figures['in_time']:.0f} with an estimate in time, "
+        f"{figures['too_late']:.0f} too late, {figures['none']:.0f} without an estimate"
+    )
+    unheard = (
+        f"; in {figures['unheard']:.0f} of these pinches no second contact was heard"
+        if figures["unheard"]
+        else ""
+    )
+    yield (
+        "in time: available before the second contact, with waiting, transport and computing "
+        f"counted{unheard}"
     )

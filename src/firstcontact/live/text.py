@@ -12,7 +12,6 @@ from firstcontact.device.twin_words import lost_object
 from firstcontact.live._lines import write_now
 from firstcontact.live._spoken import Objects
 from firstcontact.live.events import (
-    Case,
     Estimated,
     HandAsked,
     HandCheck,
@@ -74,7 +73,7 @@ class TextSink:
         for event in update.events:
             if isinstance(event, PinchDone):
                 what = self._objects.of(event)
-                line = pinch_line(event, self._rate, self._alone)
+                line = pinch_line(event, self._alone)
                 self._say(f"{line}, {what}" if what else line)
             elif isinstance(event, HandAsked):
                 self._say(f"hand told to {event.ask}, by {event.by}")
@@ -94,43 +93,35 @@ class TextSink:
         write_now(self._stream, f"{line}\n")
 
 
-def pinch_line(done: PinchDone, rate: float, alone: bool = False) -> str:
-    """A pinch on one line; ``rate`` in Hz, ``alone`` where no second contact can come."""
-    first = done.contacts[0]
-    parts = [f"pinch {done.number}: {finger_name(first.finger)} first"]
-    if done.standing is not None and done.standing_case is not None:
-        stands = standing_words(done.standing, rate)
-        parts.append(stands if alone else f"{stands}, {in_time_words(done)}")
-    told = zip(done.estimates, done.cases, strict=True)
-    of = "model of {:.0f} ms: " if done.standing is not None else ""
-    parts += [
-        of.format(1e3 * e.duration) + estimate_words(e, None if alone else case, rate)
-        for e, case in told
-    ]
+def pinch_line(done: PinchDone, alone: bool = False) -> str:
+    """A pinch on one line; ``alone`` where no second contact can come.
+
+    First the estimate that was available before the second contact, then all others.
+    """
+    judged = not alone and done.case is not None
+    shown = done.available if judged else done.final
+    parts = [f"pinch {done.number}: {finger_name(done.contacts[0].finger)} first"]
+    if judged and shown is None and done.final is not None:
+        parts.append("no estimate in time")
+    for e in dict.fromkeys((shown, done.final, *done.estimates)):
+        if e is not None:
+            of = isinstance(e, Estimated) and done.answers
+            model = f"model of {1e3 * e.duration:.0f} ms: " if of else ""
+            case = f", {done.case_of(e)}" if judged else ""
+            parts.append(f"{model}{estimate_words(e, done.rate)}{case}")
     if done.refused:
         parts.append(f"no estimate: {done.refused}")
-    if len(done.contacts) > 1:
-        offset = 1e3 * (done.contacts[1].sample - first.sample) / rate
-        parts.append(f"second after {offset:.1f} ms")
+    if done.offset is not None:
+        parts.append(f"second after {1e3 * done.offset:.1f} ms")
     return ", ".join(parts)
 
 
-def standing_words(e: Running, rate: float) -> str:
-    """The answer that stands; ``rate`` in Hz."""
-    odd = ", out of range" if e.strange else ""
-    return (
-        f"{e.value:.1f} Shore A ({e.low:.0f} to {e.high:.0f}) from {1e3 * e.duration:.0f} ms at "
-        f"{1e3 * e.after(rate):.1f} ms{odd}"
-    )
-
-
-def in_time_words(done: PinchDone) -> str:
-    """Whether answers came before the second contact, and how many where not all did."""
-    if not done.out:
-        return Case.TOO_LATE
-    if done.out < len(done.answers):
-        return f"{done.out} of {len(done.answers)} answers {Case.IN_TIME}"
-    return Case.IN_TIME
+def estimate_words(e: Running | Estimated, rate: float) -> str:
+    """An estimate, and how long after the contact it was available; ``rate`` in Hz."""
+    bounds = f" ({e.low:.0f} to {e.high:.0f})" if e.level else ""
+    signal = f" from {1e3 * e.duration:.0f} ms" if isinstance(e, Running) else ""
+    odd = ", out of range" if isinstance(e, Running) and e.strange else ""
+    return f"{e.value:.1f} Shore A{bounds}{signal} at {1e3 * e.after(rate):.1f} ms{odd}"
 
 
 def hand_line(event: HandPinch, rate: float) -> str:
@@ -170,10 +161,3 @@ def same_line(event: SameObject) -> str:
         f"the same object, {event.pinches} pinches: {event.value:.1f} Shore A "
         f"({event.low:.0f} to {event.high:.0f})"
     )
-
-
-def estimate_words(e: Estimated, case: Case | None, rate: float) -> str:
-    """An estimate in a few words, with the case it was in hindsight if any; ``rate`` in Hz."""
-    bounds = f" ({e.low:.0f} to {e.high:.0f})" if e.level else ""
-    when = "" if case is None else f", {case}"
-    return f"{e.value:.1f} Shore A{bounds} at {1e3 * e.after(rate):.1f} ms{when}"

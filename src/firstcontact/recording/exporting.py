@@ -13,7 +13,7 @@ import numpy as np
 
 from firstcontact.core import Dataset, Finger, InputError, Pinch
 from firstcontact.core.files import AnyPath, creating
-from firstcontact.recording.formats import Exporter
+from firstcontact.recording.formats import EXPORTERS, Exporter
 
 
 def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
@@ -26,7 +26,7 @@ def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
     """
     out = Path(out)
     try:
-        with creating(out) as temporary:
+        with creating(out) as temporary, EXPORTERS.calling(to.name):
             to.write(dataset, temporary)
     except OSError as error:
         if isinstance(error, FileExistsError) and os.path.lexists(out):

@@ -108,6 +108,8 @@ IMPORTERS: Registry[Importer] = Registry(
         "mat": f"{_HERE}.mat:MAT",
         "xdf": f"{_HERE}.xdf:XDF",
     },
+    base=f"{_HERE}.formats:Importer",
+    instances=True,
 )
 
 EXPORTERS: Registry[Exporter] = Registry(
@@ -119,4 +121,6 @@ EXPORTERS: Registry[Exporter] = Registry(
         "hdf5": f"{_HERE}.export_hdf5:HDF5",
         "mcap-plot": f"{_HERE}.export_mcap_plot:MCAP_PLOT",
     },
+    base=f"{_HERE}.formats:Exporter",
+    instances=True,
 )

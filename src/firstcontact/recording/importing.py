@@ -77,7 +77,11 @@ def import_path(
         for name, value in {"sensor": sensor, **tables}.items()
         if getattr(importer, f"asks_{name}")
     }
-    dataset = _from(importer.read(path, rate, **given), path, source)
+    with IMPORTERS.calling(importer.name):
+        dataset = importer.read(path, rate, **given)
+        if not isinstance(dataset, Dataset):
+            raise TypeError(f"{type(dataset).__name__} is no dataset")
+    dataset = _from(dataset, path, source)
     first = dataset.pinches[0]
     name = path.name.encode("utf-8", "replace").decode()
     notes = "\n".join((f"imported from {name}", *dataset.notes))
@@ -121,6 +125,15 @@ def _unwritable(out: Path, error: OSError) -> InputError:
     return InputError(f"{out} cannot be written ({error.strerror}): check the folder and its disk")
 
 
+def _accepting(path: Path, given: Sequence[str]) -> Importer | None:
+    """Return the first importer that takes a path; later plug-ins are not imported."""
+    for name in IMPORTERS:
+        with IMPORTERS.calling(name):
+            if IMPORTERS[name].accepts(path, given):
+                return IMPORTERS[name]
+    return None
+
+
 def find_importer(path: Path, rate: float | None = None, given: Sequence[str] = ()) -> Importer:
     """The first that takes it; what a folder lacks is said by the first that takes folders.
 
@@ -140,8 +153,8 @@ def find_importer(path: Path, rate: float | None = None, given: Sequence[str] = 
     """
     if not path.exists():
         raise InputError(f"{path} does not exist: check the path")
-    every = list(IMPORTERS.values())
-    found = next((i for i in every if i.accepts(path, given)), None)
+    found = _accepting(path, given)
+    every = list(IMPORTERS.values()) if found is None else []
     for name in given if found is None else []:
         able = [i for i in every if getattr(i, f"asks_{name}")]
         if not any(i.accepts(path, [name]) for i in able):

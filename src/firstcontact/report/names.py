@@ -44,7 +44,7 @@ def _look(registry: Registry[Any], name: str) -> Look:
 
 def estimators(found: Container[str], baselines: bool = False) -> list[str]:
     """Names of those in some results, floors only if wanted, in the order of reports."""
-    return [n for n, e in ESTIMATORS.items() if n in found and (baselines or not e.baseline)]
+    return [n for n in ESTIMATORS.names if n in found and (baselines or not is_floor(n))]
 
 
 def is_floor(name: str) -> bool:
@@ -54,7 +54,7 @@ def is_floor(name: str) -> bool:
 
 def detectors(found: Container[str]) -> list[str]:
     """Names of those in some results, in the order of reports."""
-    return [name for name in DETECTORS if name in found]
+    return [name for name in DETECTORS.names if name in found]
 
 
 def learned(detector_name: str | None) -> bool:

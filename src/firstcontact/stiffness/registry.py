@@ -25,6 +25,7 @@ ESTIMATORS: Registry[type[Estimator]] = Registry(
         "log_spectrum": "firstcontact.stiffness.log_spectrum:LogSpectrum",
     },
     default="svm",
+    base="firstcontact.stiffness.estimator:Estimator",
 )
 
 
@@ -36,10 +37,13 @@ def model_kind(kind: str) -> type[Model]:
     InputError
         No estimator that is registered makes any.
     """
-    kinds = {entry.model.kind: entry.model for entry in ESTIMATORS.values()}
-    if kind not in kinds:
-        raise InputError(f"no model is of kind {kind!r} (there are {', '.join(kinds)})")
-    return kinds[kind]
+    # Those of this package come first: no plug-in is imported for them.
+    models = (entry.model for entry in ESTIMATORS.values())
+    found = next((model for model in models if model.kind == kind), None)
+    if found is None:
+        kinds = ", ".join(entry.model.kind for entry in ESTIMATORS.values())
+        raise InputError(f"no model is of kind {kind!r} (there are {kinds})")
+    return found
 
 
 def make_estimator(name: str, task: Task, rate: float, **options: Any) -> Estimator:
@@ -60,6 +64,7 @@ def make_estimator(name: str, task: Task, rate: float, **options: Any) -> Estima
         When there is none of that name, or it does not learn that.
     """
     entry = ESTIMATORS.find(name)
-    if task not in entry.tasks:
-        raise InputError(f"{name} does not learn {task}: choose {' or '.join(entry.tasks)}")
-    return entry(task, rate, **options)
+    with ESTIMATORS.calling(name):
+        if task not in entry.tasks:
+            raise InputError(f"{name} does not learn {task}: choose {' or '.join(entry.tasks)}")
+        return entry(task, rate, **options)

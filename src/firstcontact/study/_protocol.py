@@ -13,6 +13,7 @@ import numpy as np
 from firstcontact.core import Dataset, InputError
 from firstcontact.core.extras import absent
 from firstcontact.core.files import write_text
+from firstcontact.core.foreign import ForeignCode
 from firstcontact.core.jobs import Runner
 from firstcontact.report.findings import Findings, PartResult
 from firstcontact.report.results.file import write_results
@@ -188,7 +189,8 @@ def run(
 
 def _done(step: Step) -> PartResult:
     try:
-        return step.run()
+        with ForeignCode():
+            return step.run()
     except InputError as error:
         if step.vital:
             raise

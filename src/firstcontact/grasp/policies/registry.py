@@ -27,6 +27,7 @@ POLICIES: Registry[type[Policy]] = Registry(
         "weight": f"{_HERE}.weight:ByWeight",
     },
     default="first_contact",
+    base="firstcontact.grasp.policy:Policy",
 )
 
 
@@ -51,8 +52,12 @@ def make_policy(
 
 
 def live_policies() -> list[str]:
-    """Those that need no truth: what a real hand can be driven with."""
-    return [name for name, policy in POLICIES.items() if not policy.needs_truth]
+    """Return the names of policies that may drive a real hand: those that need no truth.
+
+    Plug-ins are among them unseen: they are imported when they are chosen.
+    """
+    own = POLICIES.own
+    return [name for name in POLICIES.names if name not in own or not POLICIES[name].needs_truth]
 
 
 def live_policy(name: str, grip: Grip | None = None) -> Policy:
@@ -63,7 +68,11 @@ def live_policy(name: str, grip: Grip | None = None) -> Policy:
     InputError
         There is none of that name.
     """
-    names = live_policies()
-    if name not in names and name not in POLICIES.failed:
-        raise InputError(f"no policy is called {name!r}: choose one of {', '.join(names)}")
-    return POLICIES.find(name)(grip or Grip())
+    kind = POLICIES.find(name)
+    if kind.needs_truth:
+        others = ", ".join(other for other in live_policies() if other != name)
+        raise InputError(
+            f"policy {name!r} needs to know the object beforehand: choose one of {others}"
+        )
+    with POLICIES.calling(name):
+        return kind(grip or Grip())

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from firstcontact.anytime.told_shape import in_words
-from firstcontact.live.events import Case, PinchDone, Running, SameObject, Settled
+from firstcontact.live.events import Estimated, PinchDone, Running, SameObject, Settled
 from firstcontact.live.page._closeup import finger_place
-from firstcontact.live.page._pinches import timing, value
+from firstcontact.live.page._pinches import shown_estimate, timing, value, verdict
 
 
 class Narrowing:
@@ -39,7 +39,7 @@ class Narrowing:
         match event:
             case Running():
                 self._answers.append(event)
-                return self._shown(event, {**now, "settled": False})
+                return self._shown(event, now)
             case Settled() if event.answer is None and "estimate" in now and not self.begun:
                 return now  # a model of a fixed window has an answer
             case Settled() if event.answer is None:
@@ -50,28 +50,31 @@ class Narrowing:
                 assert event.answer is not None
                 stands = event.answer.samples
                 self._answers = [e for e in self._answers if e.samples <= stands]
-                return self._shown(event.answer, {**now, "settled": True})
+                return self._shown(event.answer, now)
             case SameObject():
                 same = {"value": event.value, "low": event.low, "high": event.high}
                 rounded: dict[str, Any] = {k: round(v, 2) for k, v in same.items()}
                 return {**now, "same": {**rounded, "pinches": event.pinches, "told": event.told}}
 
     def done(self, done: PinchDone, now: dict[str, Any]) -> dict[str, Any]:
-        """In hindsight: whether an answer was out before the second contact happened."""
-        case = Case.IN_TIME if done.out else Case.TOO_LATE
-        return {**now, "case": case.name, "settled": True}
+        """What is shown once the pinch is judged: what was in time, or else what came last."""
+        shown = shown_estimate(done) or done.final
+        if shown is None or "estimate" not in now:
+            return now
+        if isinstance(shown, Running):
+            now = self._shown(shown, now)
+        else:
+            now = {**now, **estimate_tree(shown, self._rate)}
+        return {**now, **verdict(done), "judged": True}
 
     def _shown(self, answer: Running, now: dict[str, Any]) -> dict[str, Any]:
         return {
             **now,
-            "estimate": value(answer),
-            "finger": finger_place(answer.contact.finger),
-            "timing": timing(answer, self._rate),
+            **estimate_tree(answer, self._rate),
             "contact": answer.contact.sample,
             "strange": answer.strange,
             "told": in_words(answer.radius),
-            "used": True,
-            "case": Case.IN_TIME.name,
+            "heard": round(1e3 * answer.duration, 2),
             "answers": [
                 {
                     "ms": round(1e3 * e.duration, 2),
@@ -83,3 +86,14 @@ class Narrowing:
                 for e in self._answers
             ],
         }
+
+
+def estimate_tree(estimate: Running | Estimated, rate: float) -> dict[str, Any]:
+    """An estimate, where its time went, and what is not known of it before the pinch is over."""
+    return {
+        "estimate": value(estimate),
+        "finger": finger_place(estimate.contact.finger),
+        "timing": timing(estimate, rate),
+        "judged": False,
+        "later": None,
+    }

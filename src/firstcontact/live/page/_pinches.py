@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
 from typing import Any
 
 from firstcontact.device.twin_words import concerns_hand, lost_object
 from firstcontact.live._spoken import spoken
-from firstcontact.live.events import Case, Estimated, HandPinch, PinchDone, Running
+from firstcontact.live.events import Estimated, HandPinch, PinchDone, Running
 from firstcontact.live.page._closeup import finger_place
 from firstcontact.live.text import hand_line
 from firstcontact.recording import Marker, PinchMark
@@ -17,28 +16,20 @@ from firstcontact.recording import Marker, PinchMark
 ROWS = 12
 
 
-def chosen(estimates: Sequence[Estimated]) -> Estimated | None:
-    """The estimate that was used, or the last one where none was."""
-    for estimate in estimates:
-        if estimate.used:
-            return estimate
-    return estimates[-1] if estimates else None
-
-
 def timing(estimate: Estimated | Running, rate: float) -> dict[str, float]:
     """From contact to estimate in its parts, ms.
 
     The window and the wait for the end of the block that completed it are counted in
-    the device's samples, the computation by the host's clock.
+    the device's samples, the transport and the computation by the host's clock.
     """
     until = 1e3 * ((estimate.complete - estimate.contact.sample) / rate + estimate.waited)
     window = min(1e3 * estimate.duration, until)
-    compute = 1e3 * estimate.compute
     return {
         "window": round(window, 3),
         "wait": round(until - window, 3),
-        "compute": round(compute, 3),
-        "total": round(until + compute, 3),
+        "transport": round(1e3 * estimate.transport, 3),
+        "compute": round(1e3 * estimate.compute, 3),
+        "total": round(1e3 * estimate.after(rate), 3),
     }
 
 
@@ -54,9 +45,29 @@ def hand_timing(event: HandPinch, rate: float) -> dict[str, float] | None:
     }
 
 
-def hindsight(done: PinchDone, estimate: Estimated) -> Case:
-    """Whether it was out before the second contact happened."""
-    return done.cases[done.estimates.index(estimate)]
+def verdict(done: PinchDone) -> dict[str, Any]:
+    """Verdict on a pinch: its case, both times in ms, and an estimate that came too late to count.
+
+    Both times are rounded alike, so that what is in time also reads so.
+    """
+    shown, final = shown_estimate(done), done.final
+    later = None
+    if final is not None and final is not shown:
+        later = {**value(final), "ms": timing(final, done.rate)["total"]}
+    return {
+        "case": None if done.case is None else done.case.name,
+        "ms": None if shown is None else timing(shown, done.rate)["total"],
+        "offset": None if done.offset is None else round(1e3 * done.offset, 3),
+        "later": later,
+    }
+
+
+def shown_estimate(done: PinchDone) -> Running | Estimated | None:
+    """The estimate available at the second contact, or the last one where the time means nothing.
+
+    None where no estimate was in time.
+    """
+    return done.final if done.case is None else done.available
 
 
 def value(estimate: Estimated | Running) -> dict[str, float]:
@@ -103,26 +114,14 @@ class Pinches:
 
     def done(self, done: PinchDone) -> None:
         """A pinch is over: one more row."""
-        estimate = done.standing or chosen(done.estimates)
-        if isinstance(estimate, Running):
-            case: Case | None = Case.IN_TIME if done.out else Case.TOO_LATE
-        else:
-            case = None if estimate is None else hindsight(done, estimate)
+        estimate = shown_estimate(done)
         first = done.contacts[0] if done.contacts else None
-        second = done.contacts[1] if len(done.contacts) > 1 else None
-        offset = (
-            None
-            if first is None or second is None
-            else round(1e3 * (second.sample - first.sample) / self._rate, 2)
-        )
         row = {
             "number": done.number,
             "object": spoken(self._words, done, self._rows[-1][0] if self._rows else None),
             "finger": None if first is None else finger_place(first.finger),
             "estimate": None if estimate is None else value(estimate),
-            "ms": None if estimate is None else timing(estimate, self._rate)["total"],
-            "offset": offset,
-            "case": None if case is None else case.name,
+            **verdict(done),
             "strange": isinstance(estimate, Running) and estimate.strange,
             "refused": done.refused,
             "hand": "",

@@ -29,15 +29,8 @@ from firstcontact.live.events import (
 )
 from firstcontact.live.page._closeup import Closeup, finger_place
 from firstcontact.live.page._columns import SECONDS, Columns
-from firstcontact.live.page._narrowing import Narrowing
-from firstcontact.live.page._pinches import (
-    Pinches,
-    chosen,
-    hand_timing,
-    hindsight,
-    timing,
-    value,
-)
+from firstcontact.live.page._narrowing import Narrowing, estimate_tree
+from firstcontact.live.page._pinches import Pinches, hand_timing, value
 from firstcontact.live.sink import Controls, Update
 
 #: Mean time from the first to the second contact, as published, ms.
@@ -202,11 +195,7 @@ class State:
                 self._put("now", self._now)
             case Estimated():
                 self._now = {
-                    "estimate": value(event),
-                    "finger": finger_place(event.contact.finger),
-                    "timing": timing(event, self._layout.rate),
-                    "case": event.case.name,
-                    "used": event.used,
+                    **estimate_tree(event, self._layout.rate),
                     "second": self._now.get("second"),
                 }
                 self._put("now", self._now)
@@ -216,14 +205,9 @@ class State:
                 self._now = {"refused": event.reason, "finger": finger_place(event.contact.finger)}
                 self._put("now", self._now)
             case PinchDone():
-                shown = chosen(event.estimates)
-                if event.standing is not None:
-                    self._now = self._narrowing.done(event, self._now)
-                    self._put("now", self._now)
-                elif shown is not None and "estimate" in self._now:
-                    # In hindsight: the second contact may have happened, and be told later.
-                    self._now = {**self._now, "case": hindsight(event, shown).name}
-                    self._put("now", self._now)
+                # Only now: a second contact is told a little after it happens.
+                self._now = self._narrowing.done(event, self._now)
+                self._put("now", self._now)
                 self._pinches.done(event)
                 self._put("pinches", self._pinches.tree())
             case HandPinch():
@@ -259,7 +243,7 @@ class State:
             self._closeup.mark(contact)
             if self._first_contact is not None and self._first_contact.epoch == event.epoch:
                 after = contact.sample - self._first_contact.contact.sample
-                self._now = {**self._now, "second": round(1e3 * after / self._layout.rate, 2)}
+                self._now = {**self._now, "second": round(1e3 * after / self._layout.rate, 3)}
         self._put("now", self._now)
         self._put("closeup", self._closeup.tree())
 

@@ -8,6 +8,14 @@ const PAD = 10;
 const NAMES = 128;
 const BELOW = 28;
 
+// What a pinch says of its time once it is over: look and words.
+function judgement({ case: verdict, ms, offset, later }) {
+  const second = offset === null ? "no second finger heard" : `second finger after ${number(offset, 1)} ms`;
+  if (verdict === "IN_TIME") return ["good", `✓ in time: there after ${number(ms, 1)} ms, ${second}`];
+  if (verdict === "TOO_LATE") return ["late", `✕ none in time: this one after ${number(later.ms, 1)} ms, ${second}`];
+  return ["none", "In time? Not known: samples do not come in real time"];
+}
+
 export class Estimate {
   constructor() {
     this.svg = byId("scale");
@@ -33,7 +41,7 @@ export class Estimate {
     setText(byId("interval"), "");
     setText(byId("sure"), "");
     setText(byId("felt"), "Waiting for a contact.");
-    for (const id of ["verdict", "strange", "window-model"]) byId(id).hidden = true;
+    for (const id of ["verdict", "strange", "window-model", "later"]) byId(id).hidden = true;
     this.narrowing.clear();
     this.paint();
   }
@@ -57,16 +65,18 @@ export class Estimate {
     setText(byId("interval"), high > low ? `${number(low)} to ${number(high)}` : "no interval");
     // What it promises, and for what: other things lie outside far more often.
     setText(byId("sure"), level > 0 ? `${number(100 * level)} % on things like those learned` : "");
-    const heard = now.answers ? ` · ${number(now.answers.at(-1)?.ms ?? 0)} ms heard` : "";
+    const heard = now.heard ? ` · ${number(now.heard)} ms heard` : "";
     const told = now.told ? ` · told: ${now.told}` : "";
     setText(byId("felt"), `${FINGER_NAMES[now.finger]} first${heard}${told}`);
     byId("strange").hidden = !now.strange;
-    const early = now.case === "IN_TIME";
-    verdict.className = early ? "verdict good" : "verdict late";
-    const used = early && !now.used ? ", not used" : "";
-    setText(verdict, (early ? "✓ before the second contact" : "✕ after the second contact") + used);
-    // Until no better answer comes, nothing is said of how it went.
-    verdict.hidden = now.settled === false || this.alone;
+    // Until the pinch is over, nothing is said of how it went.
+    const [look, words] = now.judged ? judgement(now) : ["none", ""];
+    verdict.className = `verdict ${look}`;
+    setText(verdict, words);
+    verdict.hidden = !now.judged || this.alone;
+    const later = byId("later");
+    later.hidden = !(now.case === "IN_TIME" && now.later);
+    if (!later.hidden) setText(later, `Later, after ${number(now.later.ms, 1)} ms: ${number(now.later.value)} (${number(now.later.low)} to ${number(now.later.high)})`);
     const beside = byId("window-model");
     beside.hidden = !now.window;
     if (now.window) setText(beside, `Model of ${number(now.window_ms)} ms: ${number(now.window.value)} (${number(now.window.low)} to ${number(now.window.high)})`);
@@ -128,7 +138,7 @@ export class Estimate {
     }
     if (!this.estimate) return;
     // While it is drawn slower than it came, the scale shows what is drawn.
-    const { value, low, high } = (fan ? this.narrowing.shown : this.estimate) ?? this.estimate;
+    const { value, low, high } = (fan && this.narrowing.drawing ? this.narrowing.shown : this.estimate) ?? this.estimate;
     const [top, least] = [y(high), y(low)];
     draw(this.svg, "rect", { x: axis - 9, y: top, width: 18, height: Math.max(2, least - top), rx: 4, fill: "var(--band)" });
     draw(this.svg, "line", { x1: axis - 12, x2: axis + 12, y1: y(value), y2: y(value), stroke: "var(--accent)", "stroke-width": 5, "stroke-linecap": "round" });

@@ -11,8 +11,8 @@ const FACTS = [
   ["doubled_frames", "Frames doubled", true],
   ["reconnects", "Reconnects", true],
 ];
-const STAGES = { decide: "decision", window: "full window", total: "estimate", compute: "(computation)", first: "first answer", signal: "signal that stands", answer: "(answers)" };
-const COUNTS = { estimates: "Estimates", overruns: "Blocks that took too long" };
+const STAGES = { decide: "decision", window: "full window", total: "estimate", transport: "(transport)", compute: "(computation)", first: "first answer", signal: "signal that stands", answer: "(answers)" };
+const COUNTS = { pinches: "Pinches", in_time: "– in time", too_late: "– too late", none: "– without estimate", unjudged: "– time not known", overruns: "Blocks that took too long" };
 const STATISTICS = ["p50", "p99", "max"];
 
 function facts(root, list) {

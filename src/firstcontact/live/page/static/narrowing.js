@@ -31,13 +31,18 @@ export class Narrowing {
   step(contact) {
     if (contact !== this.contact) return;
     this.repaint();
-    if (this.until() < LONGEST) requestAnimationFrame(() => this.step(contact));
+    if (this.drawing) requestAnimationFrame(() => this.step(contact));
   }
 
   // So many ms after the contact are drawn by now.
   until() {
     if (this.still.matches || this.began === undefined) return LONGEST;
     return Math.min(LONGEST, ((performance.now() - this.began) / 1000 / SHOWN_IN) * LONGEST);
+  }
+
+  // Whether it is still drawn slower than it came.
+  get drawing() {
+    return this.until() < LONGEST;
   }
 
   // The last answer that is drawn; null before the first.

@@ -29,10 +29,12 @@ function row(pinch) {
     cell(tr, "", number(pinch.ms, 1));
   }
   cell(tr, "", pinch.offset === null ? "–" : number(pinch.offset, 1));
-  if (pinch.estimate && pinch.strange) cell(tr, "left strange", "! out of range");
-  else if (!pinch.estimate) cell(tr, "left refused", `none: ${pinch.refused || "no window"}`);
-  else if (pinch.case === "IN_TIME") cell(tr, "left good", "✓ before 2nd");
-  else cell(tr, "left late", "✕ after 2nd");
+  const late = pinch.later ? [make("small", "later", `later ${number(pinch.later.value)}, after ${number(pinch.later.ms, 1)} ms`)] : [];
+  if (pinch.case === "NONE") cell(tr, "left refused", `none: ${pinch.refused || "no window"}`);
+  else if (pinch.case === "TOO_LATE") cell(tr, "left late", "✕ none in time", ...late);
+  else if (pinch.strange) cell(tr, "left strange", pinch.case ? "✓ but out of range" : "! out of range", ...late);
+  else if (pinch.case === "IN_TIME") cell(tr, "left good", pinch.offset === null ? "✓ no 2nd heard" : "✓ in time", ...late);
+  else cell(tr, "left refused", "not in real time");
   return tr;
 }
 

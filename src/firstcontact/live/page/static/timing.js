@@ -3,7 +3,7 @@
 import { byId, draw, make, number, setText, size, textWidth, watch } from "./dom.js";
 import { upTo } from "./ticks.js";
 
-const PARTS = [["window", "Window"], ["wait", "Waiting"], ["compute", "Computation"]];
+const PARTS = [["window", "Window"], ["wait", "Waiting"], ["transport", "Transport"], ["compute", "Computation"]];
 
 export class Timing {
   constructor() {

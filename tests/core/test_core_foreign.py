@@ -1,0 +1,127 @@
+"""Foreign code may raise anything: it becomes an InputError that names it."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from firstcontact.cli.stopping import stopping
+from firstcontact.core import InputError, foreign
+from firstcontact.core.foreign import ForeignCode, culprit, in_a_line, remember
+
+
+class Odd(BaseException):
+    """Neither an Exception nor one of Python's own."""
+
+
+class MuteError(Exception):
+    """Cannot even say its message."""
+
+    def __str__(self) -> str:
+        raise SystemExit(0)
+
+
+RAISED = (
+    SystemExit(0), SystemExit("bye"), GeneratorExit(), KeyboardInterrupt(), StopIteration(), Odd(),
+    MuteError(), ValueError("no"), OSError("no path"),
+)  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def _as_a_command() -> Iterator[None]:
+    """Signals are taken as the command takes them."""
+    with stopping():
+        yield
+
+
+@pytest.fixture
+def stranger(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """A module of another package, which raises what it is given."""
+    monkeypatch.setattr(foreign, "_modules", {})
+    module = ModuleType("stranger.inside")
+    exec("def fail(error):\n    raise error\n\ndef call(act):\n    return act()\n", vars(module))
+    remember("stranger", "the plug-in 'x'")
+    return module
+
+
+@pytest.mark.parametrize("error", RAISED, ids=repr)
+def test_whatever_it_raises_is_an_error_of_the_input(error: BaseException) -> None:
+    with pytest.raises(InputError) as found, ForeignCode("the plug-in 'x'"):
+        raise error
+    assert "the plug-in 'x'" in str(found.value)
+    assert type(error).__name__ in str(found.value)
+    assert found.value.__cause__ is error
+    assert isinstance(pickle.loads(pickle.dumps(found.value)), InputError)
+
+
+@pytest.mark.parametrize("error", RAISED, ids=repr)
+def test_its_traceback_tells_whose_it_is(error: BaseException, stranger: ModuleType) -> None:
+    with pytest.raises(InputError, match="the plug-in 'x' raised"), ForeignCode():
+        stranger.fail(error)
+
+
+def test_what_it_caused_is_its_own_too(stranger: ModuleType) -> None:
+    def steps() -> Iterator[int]:
+        yield stranger.fail(StopIteration())
+
+    with pytest.raises(InputError, match="'x' raised RuntimeError"), ForeignCode():
+        next(steps())
+
+
+def test_faults_of_this_package_stay_what_they_are(stranger: ModuleType) -> None:
+    for error in (ValueError("ours"), SystemExit(3), Odd()):
+        with pytest.raises(type(error)), ForeignCode():
+            raise error
+        assert culprit(error) == ""
+
+
+def test_sentences_of_its_own_pass(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="mine"), ForeignCode("x"):
+        raise InputError("mine")
+    with pytest.raises(FileNotFoundError), ForeignCode("x"):
+        (tmp_path / "missing").read_text()
+
+
+@pytest.mark.parametrize("swallows", [False, True])
+def test_a_signal_passes(swallows: bool, stranger: ModuleType) -> None:
+    def interrupted() -> None:
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except BaseException:
+            if swallows:
+                sys.exit(0)
+            raise
+
+    kind = SystemExit if swallows else KeyboardInterrupt
+    with pytest.raises(kind), ForeignCode("the plug-in 'x'"):
+        stranger.call(interrupted)
+
+
+def test_the_import_path_and_the_working_folder_are_restored(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = list(sys.path)
+    with suppress(InputError), ForeignCode("x"):
+        sys.path.clear()
+        os.chdir("/")
+        raise Odd
+    assert (sys.path, Path.cwd()) == (path, tmp_path)
+    with ForeignCode("x"):
+        sys.path.insert(0, "mine")
+    assert sys.path == [*path, "mine"]
+    sys.path.remove("mine")
+
+
+def test_messages_are_one_line() -> None:
+    assert in_a_line(ValueError("a\n  b")) == "ValueError: a b"
+    assert in_a_line(SystemExit()) == "SystemExit"
+    assert in_a_line(MuteError()) == "MuteError"

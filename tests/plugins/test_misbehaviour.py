@@ -1,0 +1,389 @@
+"""Plug-ins that misbehave: code 2 and their name where they were chosen, no effect where not."""
+
+from __future__ import annotations
+
+import importlib
+import itertools
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from firstcontact.cli.main import main
+from firstcontact.cli.verbs import configuration
+from firstcontact.contact.registry import DETECTORS
+from firstcontact.contact.slip_detectors import SLIP_DETECTORS
+from firstcontact.core import Dataset
+from firstcontact.device.opening import SOURCES
+from firstcontact.embedded.exporters import MODEL_EXPORTERS
+from firstcontact.grasp.policies.registry import POLICIES
+from firstcontact.grasp.registry import HANDS
+from firstcontact.recording import EXPORTERS, IMPORTERS, Header, write_dataset
+from firstcontact.stiffness.registry import ESTIMATORS
+
+REGISTRIES = (
+    DETECTORS, ESTIMATORS, EXPORTERS, HANDS, IMPORTERS, MODEL_EXPORTERS, POLICIES, SLIP_DETECTORS,
+    SOURCES,
+)  # fmt: skip
+#: What foreign code may raise.
+RAISED = ("SystemExit(0)", "GeneratorExit()", "KeyboardInterrupt()", "Odd()", "ValueError('no')")
+ODD = "class Odd(BaseException): ...\n"
+#: Counts packages, whose modules stay imported.
+_numbers = itertools.count()
+
+#: Some of them, for slower tests.
+FEW = RAISED[::3]
+
+Install = Callable[..., str]
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
+    """Install a package with one entry point in each of some groups; return its module's name."""
+    site = tmp_path / "site"
+    site.mkdir()
+    monkeypatch.syspath_prepend(site)
+    for registry in REGISTRIES:
+        monkeypatch.setattr(registry, "_plugins", None)
+        monkeypatch.setattr(registry, "failed", {})
+        monkeypatch.setattr(registry, "_loaded", {})
+
+    def make(code: str, name: str = "bad", entry: str = "ENTRY", groups: str = "") -> str:
+        module = f"misbehaving_{next(_numbers)}"
+        (site / f"{module}.py").write_text(code, encoding="utf-8")
+        info = site / f"{module}-1.0.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: 1.0\n")
+        every = groups.split() or [registry.group for registry in REGISTRIES]
+        points = "".join(f"[{group}]\n{name} = {module}:{entry}\n" for group in every)
+        (info / "entry_points.txt").write_text(points)
+        importlib.invalidate_caches()
+        return module
+
+    yield make
+    for module in [name for name in sys.modules if name.startswith("misbehaving_")]:
+        del sys.modules[module]
+
+
+@pytest.fixture
+def pinches(tmp_path: Path, shore: Dataset) -> Path:
+    folder = tmp_path / "pinches"
+    folder.mkdir()
+    write_dataset(shore, folder, Header(shore.layout, "synthetic", "float32"))
+    return folder
+
+
+def run(*words: object) -> int:
+    return main([str(word) for word in words])
+
+
+def refused(capsys: pytest.CaptureFixture[str], raised: str, name: str = "bad") -> None:
+    """Expect a last line that names the plug-in and what it raised."""
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert last.startswith("firstcontact: ")
+    assert repr(name) in last
+    assert raised.partition("(")[0] in last
+    assert "report" not in last
+
+
+@pytest.mark.parametrize("raised", FEW)
+def test_one_that_was_not_chosen_has_no_effect(
+    raised: str, install: Install, pinches: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    module = install(f"{ODD}raise {raised}\n")
+    assert run("export", pinches, "--to", "hdf5", "--out", tmp_path / "a.h5") == 0
+    assert run("train", pinches, "--model", "peak", "--out", tmp_path / "m") == 0
+    assert run("import", tmp_path / "a.h5", "--out", tmp_path / "back") == 0
+    device = ("--device", next(pinches.glob("*.mcap")), "--speed", "inf")
+    assert run("live", *device, "--model", tmp_path / "m", "--hand", "print") == 0
+    assert (tmp_path / "m" / "card.json").is_file()
+    assert module not in sys.modules
+    assert "bad" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("raised", FEW)
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("export", "PINCHES", "--to", "bad", "--out", "OUT"),
+        ("train", "PINCHES", "--model", "bad", "--out", "OUT"),
+        ("train", "PINCHES", "--detector", "bad", "--out", "OUT"),
+        ("live", "--device", "twin", "--hand", "bad"),
+        ("live", "--device", "twin", "--hand", "print", "--policy", "bad"),
+        ("live", "--device", "bad:1"),
+    ],
+)
+def test_one_whose_import_fails_is_refused_where_it_was_chosen(
+    raised: str,
+    words: tuple[str, ...],
+    install: Install,
+    pinches: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    install(f"{ODD}raise {raised}\n")
+    places = {"PINCHES": pinches, "OUT": tmp_path / "out"}
+    assert run(*(places.get(word, word) for word in words)) == 2
+    refused(capsys, raised)
+    assert not (tmp_path / "out").exists()
+
+
+def test_help_lists_names_and_imports_nothing(
+    install: Install, capsys: pytest.CaptureFixture[str]
+) -> None:
+    module = install("raise SystemExit(0)\n", "slowly")
+    for verb in ("train", "adapt", "study", "grasp-study", "live", "export", "import"):
+        sys.modules.pop(configuration(verb).__module__, None)
+        with pytest.raises(SystemExit) as end:
+            run(verb, "--help")
+        assert not end.value.code
+        said = capsys.readouterr()
+        assert "slowly" in said.out
+        assert said.err == ""
+    assert run("export", "x", "--to", "y", "--out", "z") == 2
+    assert "slowly" in capsys.readouterr().err
+    assert module not in sys.modules
+
+
+WRONG = (
+    "from types import SimpleNamespace\nENTRY = SimpleNamespace(name='bad')\n",
+    "class ENTRY:\n    name = 'bad'\n",
+    "ENTRY = 5\n",
+    "class Strange(type):\n    name = property(lambda cls: exit(0))\n"
+    "class ENTRY(metaclass=Strange): ...\n",
+    "from firstcontact.grasp.policy import Policy\nclass ENTRY(Policy):\n    name = 'good'\n",
+)
+
+
+@pytest.mark.parametrize("code", WRONG)
+@pytest.mark.parametrize("registry", REGISTRIES, ids=lambda registry: registry.kind)
+def test_an_object_of_the_wrong_kind_is_refused(
+    code: str, registry: SimpleNamespace, install: Install
+) -> None:
+    install(code)
+    with pytest.raises(ValueError, match=r"the plug-in 'bad' .* cannot be loaded"):
+        registry.find("bad")
+    assert "bad" not in list(registry)
+
+
+def test_what_is_left_to_write_is_named(install: Install) -> None:
+    install(
+        "from firstcontact.stiffness import Estimator\n"
+        "class ENTRY(Estimator):\n    name = 'bad'\n    title = 'x'\n"
+    )
+    with pytest.raises(ValueError, match="it lacks fit, model"):
+        ESTIMATORS.find("bad")
+
+
+def test_the_import_path_and_the_folder_survive(install: Install, tmp_path: Path) -> None:
+    install(
+        "import os, sys\nfrom firstcontact.grasp.policy import Policy\n"
+        "sys.path.clear(); sys.path.append('more'); os.chdir('/')\n"
+        "class ENTRY(Policy):\n    name, title = 'bad', 'x'\n"
+    )
+    path, folder = list(sys.path), Path.cwd()
+    POLICIES.find("bad")
+    assert sys.path == [*path, "more"]
+    assert Path.cwd() == folder
+    sys.path.remove("more")
+
+
+EXPORTER = """
+from firstcontact.recording import Exporter
+def write(dataset, path):
+    path.write_text("half")
+    raise {raised}
+ENTRY = Exporter("bad", write)
+"""
+DETECTOR = """
+import numpy as np
+from firstcontact.contact.stream import WindowDetector
+class ENTRY(WindowDetector):
+    name = "bad"
+    def fires(self, windows):
+        raise {raised}
+"""
+ESTIMATOR = """
+from firstcontact.stiffness import Estimator
+from firstcontact.stiffness.baselines import TrainMean
+class ENTRY(TrainMean):
+    name = title = "bad"
+    def fit(self, X, y, groups=None, seed=0):
+        raise {raised}
+"""
+
+
+@pytest.mark.parametrize("raised", FEW)
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [
+        (EXPORTER, ("export", "PINCHES", "--to", "bad")),
+        (DETECTOR, ("train", "PINCHES", "--detector", "bad", "--contacts", "detected")),
+        (ESTIMATOR, ("train", "PINCHES", "--model", "bad")),
+    ],
+)
+def test_one_that_fails_at_work_leaves_nothing(
+    raised: str,
+    code: str,
+    words: tuple[str, ...],
+    install: Install,
+    pinches: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    install(ODD + code.format(raised=raised))
+    told = [pinches if word == "PINCHES" else word for word in words]
+    assert run(*told, "--out", tmp_path / "out") == 2
+    refused(capsys, raised)
+    assert not (tmp_path / "out").exists()
+
+
+IMPORTER = """
+from firstcontact.recording import Importer
+def read(path, rate):
+    return {returned}
+def stop():
+    raise {raised}
+class Late(Importer):
+    def accepts(self, path, given=()):
+        {accepting}
+ENTRY = Late("bad", "a .bad file", read, suffixes=(".bad",))
+"""
+
+
+@pytest.mark.parametrize("raised", FEW)
+@pytest.mark.parametrize(("returned", "accepting"), [("stop()", "return True"), ("1", "stop()")])
+def test_an_importer_that_fails_is_named(
+    raised: str,
+    returned: str,
+    accepting: str,
+    install: Install,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    install(ODD + IMPORTER.format(raised=raised, returned=returned, accepting=accepting))
+    (tmp_path / "a.bad").write_text("x")
+    assert run("import", tmp_path / "a.bad", "--out", tmp_path / "out") == 2
+    refused(capsys, raised)
+    assert not (tmp_path / "out").exists()
+
+
+SOURCE = """
+from firstcontact.device.opening import SourceKind
+from firstcontact.device.replay import ReplaySource
+from pathlib import Path
+class Tape(ReplaySource):
+    def {method}(self, *arguments):
+        raise {raised}
+ENTRY = SourceKind(
+    "bad", "bad:PATH", lambda device, options: Tape(Path(device[4:]), float("inf")), recorded=True
+)
+"""
+
+
+@pytest.mark.parametrize("raised", FEW)
+@pytest.mark.parametrize("method", ["__init__", "__enter__", "read"])
+def test_a_source_that_fails_is_named(
+    raised: str,
+    method: str,
+    install: Install,
+    pinches: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    install(ODD + SOURCE.format(raised=raised, method=method))
+    recording = next(pinches.glob("*.mcap"))
+    assert run("live", "--device", f"bad:{recording}", "--speed", "inf") == 2
+    refused(capsys, raised)
+
+
+HAND = """
+from math import inf
+from pathlib import Path
+from firstcontact.grasp.hand import Begins, Hand, HandLimits
+from firstcontact.grasp.policy import Policy
+class Both:
+    name = title = "bad"
+class Diary(Hand):
+    name, real, begins = "bad", False, Begins.OTHERS
+    limits = HandLimits(0.2, 10.0, 1e6, inf)
+    def __init__(self, port=None):
+        self.path = Path(port)
+    def say(self, word):
+        with self.path.open("a") as file:
+            print(word, file=file)
+        if word == {word!r}:
+            raise {raised}
+    def send(self, command):
+        self.say("send")
+    def release(self):
+        self.say("release")
+    def close(self):
+        self.say("close")
+    def __enter__(self):
+        self.say("enter")
+        return self
+class Wild(Policy):
+    name = title = "bad"
+    def begin(self):
+        if {word!r} == "begin":
+            raise {raised}
+        return {answer}
+"""
+COMMAND = "self.grip.gentle"
+
+
+@pytest.mark.parametrize("raised", FEW)
+@pytest.mark.parametrize("word", ["enter", "send", "release", "close", "begin"])
+def test_the_hand_is_released_whatever_it_or_its_policy_raises(
+    raised: str,
+    word: str,
+    install: Install,
+    pinches: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    code = ODD + HAND.format(word=word, raised=raised, answer=COMMAND)
+    install(code, entry="Diary", groups="firstcontact.hands")
+    install(code, entry="Wild", groups="firstcontact.policies")
+    device = ("--device", next(pinches.glob("*.mcap")), "--speed", "inf")
+    diary = tmp_path / "diary"
+    hand = ("--hand", "bad", "--hand-port", diary, "--policy", "bad")
+    assert run("live", *device, *hand) == 2
+    assert raised.partition("(")[0] in capsys.readouterr().err.splitlines()[-1]
+    words = diary.read_text().splitlines()
+    assert words[-1] == "close"
+    if word != "enter":
+        assert words[-2] == "release"
+
+
+def test_a_policy_that_returns_no_command_is_named(
+    install: Install, pinches: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code = HAND.format(word="", raised="", answer="'close'")
+    install(code, entry="Wild", groups="firstcontact.policies")
+    device = ("--device", next(pinches.glob("*.mcap")), "--speed", "inf")
+    assert run("live", *device, "--hand", "print", "--policy", "bad") == 2
+    refused(capsys, "str")
+
+
+INTERRUPTED = """
+import signal, sys
+from firstcontact.recording import Exporter
+def write(dataset, path):
+    try:
+        signal.raise_signal(signal.SIGINT)
+    except BaseException:
+        {caught}
+ENTRY = Exporter("bad", write)
+"""
+
+
+@pytest.mark.parametrize("caught", ["raise", "sys.exit(0)", "raise ValueError from None"])
+def test_a_real_interruption_stays_one(
+    caught: str, install: Install, pinches: Path, tmp_path: Path
+) -> None:
+    install(INTERRUPTED.format(caught=caught))
+    assert run("export", pinches, "--to", "bad", "--out", tmp_path / "out") == 130
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,73 @@
+"""Program that sends numbered samples by LSL, with faults on request.
+
+    python soak_lsl_sender.py NAME RATE MODULUS
+
+Reads requests from standard input, one a line: ``hold SECONDS`` (the samples come later, with their
+own stamps), ``lose COUNT`` (samples are not sent), ``nan COUNT`` and ``huge COUNT`` (samples hold
+NaN or 1e300), ``rest`` (no sample is made from now on) and ``end``. Says ``ready``, and the number
+of the last sample after ``rest``.
+"""
+
+import sys
+import threading
+import time
+from queue import SimpleQueue
+
+import numpy as np
+import pylsl
+
+name, rate, modulus = sys.argv[1], float(sys.argv[2]), int(sys.argv[3])
+info = pylsl.StreamInfo(name, "Vibration", 1, rate, pylsl.cf_double64, f"{name} of a soak")
+channel = info.desc().append_child("channels").append_child("channel")
+for key, text in (("label", "count"), ("unit", "V"), ("type", "piezo")):
+    channel.append_child_value(key, text)
+outlet = pylsl.StreamOutlet(info)
+requests: SimpleQueue[list[str]] = SimpleQueue()
+
+
+def listen() -> None:
+    for line in sys.stdin:
+        requests.put(line.split())
+    requests.put(["end"])
+
+
+threading.Thread(target=listen, daemon=True).start()
+print("ready", flush=True)
+while not outlet.wait_for_consumers(0.5):
+    if not requests.empty():
+        sys.exit()
+zero, sent, resting, until = pylsl.local_clock(), 0, False, 0.0
+faults = {"lose": 0, "nan": 0, "huge": 0}
+while True:
+    time.sleep(0.005)
+    now = pylsl.local_clock()
+    if not requests.empty():
+        what, *number = requests.get()
+        if what == "end":
+            break
+        if what == "hold":
+            until = now + float(number[0])
+        elif what == "rest":
+            resting = True
+            print(sent - 1, flush=True)
+        else:
+            faults[what] = int(number[0])
+    due = int((now - zero) * rate)
+    if resting or now < until or due == sent:
+        continue
+    numbers = np.arange(sent, due)
+    sent = due
+    values = (numbers % modulus).astype(np.float64)
+    kept = np.ones(len(numbers), bool)
+    # Never the last sample of a chunk: one that can be counted follows.
+    some = max(len(numbers) - 1, 0)
+    for fault, count in faults.items():
+        n = min(count, some)
+        faults[fault] -= n
+        some -= n
+        if fault == "lose":
+            kept[some : some + n] = False
+        else:
+            values[some : some + n] = np.nan if fault == "nan" else 1e300
+    stamps = zero + numbers / rate
+    outlet.push_chunk(values[kept, None].tolist(), stamps[kept].tolist())

@@ -133,7 +133,7 @@ def test_labels_that_do_not_match_the_files_are_refused(tmp_path, refused):
     (folder / "labels.csv").write_bytes(b"file\n\xff\xfe.wav\n")
     refused(folder, "labels.csv", "UTF-8")
     (folder / "labels.csv").unlink()
-    refused(folder, "labels.csv", "No such file")
+    refused(folder, "labels.csv", "--labels", "--events")
 
 
 def test_wav_files_that_cannot_be_used_are_refused(tmp_path, refused):
@@ -148,6 +148,8 @@ def test_wav_files_that_cannot_be_used_are_refused(tmp_path, refused):
         (RATE, np.zeros(LENGTH, np.int32), "int32"),
         (RATE, np.zeros((LENGTH, 2), np.int16), "2 channels"),
         (RATE, np.zeros((LENGTH, 3), np.int16), "3 channels"),
+        (RATE, np.zeros((LENGTH, 3), np.int16), "column channel"),
+        (RATE, np.zeros((LENGTH, 2), np.int16), "--events"),
     ):
         wavfile.write(file, rate, data)
         refused(folder, "1.wav", word)

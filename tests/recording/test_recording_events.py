@@ -88,6 +88,19 @@ def test_cuts_hold_their_contact_and_share_no_sample(onsets: list[int]) -> None:
     assert len(seen) == len(set(seen))
 
 
+def test_of_many_channels_one_is_named(
+    folder: Path, tmp_path: Path, refused: Callable[..., None]
+) -> None:
+    many = np.stack([np.arange(SAMPLES, dtype=np.int16) + k for k in range(4)], axis=1)
+    wavfile.write(folder / "many.wav", RATE, many)
+    refused(folder / "many.wav", None, "4 channels", "column channel", "--events")
+    refused(folder / "many.wav", table(folder, "onset_sample", "9000"), "column channel")
+    events = table(folder, "onset_sample,channel", "9000,3")
+    (pinch,) = import_events(folder / "many.wav", events=events).pinches
+    assert pinch.first is not None
+    assert pinch.data[pinch.first.sample - pinch.first_sample].tolist() == [9003]
+
+
 def test_of_files_with_more_channels_the_named_one_comes(folder: Path) -> None:
     events = table(
         folder,

@@ -25,7 +25,7 @@ _DAMAGE = (OSError, RuntimeError, ValueError, TypeError, OverflowError, MemoryEr
 
 
 def read_sound(file: Path) -> tuple[int, NDArray[Any]]:
-    """Rate in Hz and samples as they are in the file, shape (samples, 1 or 2).
+    """Return the rate in Hz and the samples as they are in the file, shape (samples, channels).
 
     Raises
     ------
@@ -53,10 +53,6 @@ def _read_flac(file: Path) -> tuple[int, NDArray[Any]]:
     if len(values) != declared:
         raise InputError(
             f"{file} says that it has {declared} samples and holds {len(values)}: copy it again"
-        )
-    if not 1 <= values.shape[1] <= 2:
-        raise InputError(
-            f"{file} has {values.shape[1]} channels: give one, or one for each of two fingers"
         )
     return rate, values
 

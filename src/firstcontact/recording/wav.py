@@ -71,6 +71,11 @@ def import_wav(
         in rate, type or channels.
     """
     table = labels or folder / LABELS
+    if labels is None and not table.exists():
+        raise InputError(
+            f"{folder} has no {LABELS}: add it, name a table of labels elsewhere with --labels, or "
+            "a table of the contacts in long files with --events"
+        )
     columns = read_columns(table)
     if "file" not in columns:
         raise InputError(f"{table} has no column file: name the WAV file of each row")
@@ -113,21 +118,27 @@ def sound_layout(
 
 
 def check_alike(files: Sequence[Path], sounds: Sequence[tuple[int, NDArray[Any]]]) -> None:
-    """Refuse files that differ in rate, type or channels, and a rate that no sensor has."""
+    """Refuse files that differ in rate, type or channels, and what no sensor has."""
     rate, first = sounds[0]
     for file, (other, data) in zip(files, sounds, strict=True):
+        if not 1 <= data.shape[1] <= 2:
+            raise InputError(
+                f"{file} has {data.shape[1]} channels, and sensors are one, or one for each of two "
+                "fingers: name one in the column channel of a table of contacts (--events)"
+            )
         if other != rate:
             raise InputError(f"{file} has {other} Hz and {files[0].name} {rate} Hz: import apart")
         if (data.dtype, data.shape[1]) != (first.dtype, first.shape[1]):
             raise InputError(
                 f"{file} has {counted(data.shape[1], 'channel')} of {data.dtype}, {files[0].name} "
-                f"has {first.shape[1]} of {first.dtype}: convert the one or import apart"
+                f"has {first.shape[1]} of {first.dtype}: convert the one, import apart, or name "
+                "one in the column channel of a table of contacts (--events)"
             )
     check_rate(f"{files[0]}: the sample rate", rate)
 
 
 def read_wav(file: Path) -> tuple[int, NDArray[Any]]:
-    """Rate in Hz and samples as they are in the file, shape (samples, 1 or 2).
+    """Return the rate in Hz and the samples as they are in the file, shape (samples, channels).
 
     Raises
     ------
@@ -152,10 +163,6 @@ def read_wav(file: Path) -> tuple[int, NDArray[Any]]:
         ) from error
     if values.ndim == 1:
         values = values[:, None]
-    if not 1 <= values.shape[1] <= 2:
-        raise InputError(
-            f"{file} has {values.shape[1]} channels: give one, or one for each of two fingers"
-        )
     if str(values.dtype) not in FULL_SCALE:
         raise InputError(f"{file} holds {values.dtype}: convert it to PCM WAV of at most 32 bits")
     if not len(values):

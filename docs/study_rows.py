@@ -153,9 +153,9 @@ def order(number: Callable[[HardnessOrder], Number]) -> Callable[[SubjectResults
     return of(lambda r: r.hardness_order, number)
 
 
-def left_out(model: str) -> Callable[[SubjectResults], Number]:
-    """Accuracy of the class of a material that was left out."""
-    return order(lambda h: bounded(h.classes_left_out().get(model), "accuracy"))
+def left_out(model: str, score: str = "accuracy") -> Callable[[SubjectResults], Number]:
+    """Score of the class of a material that was left out."""
+    return order(lambda h: bounded(h.classes_left_out().get(model), score))
 
 
 def pinches(results: SubjectResults) -> Number:
@@ -212,7 +212,7 @@ MATERIALS = [
     Row("Spearman, SVM, material left out", order(lambda h: h.rho_left_out), "shore"),
     Row("accuracy of the class, SVM, material left out", left_out("svm"), "share"),
     Row("– peak alone, material left out", left_out("peak"), "share"),
-    Row("– by chance", order(lambda h: h.chance), "share"),
+    Row("– best constant prediction", left_out("svm", "best_constant"), "share"),
     Row(
         "– SVM, random folds",
         order(lambda h: bounded((h.random_folds or {}).get("svm"), "accuracy")),

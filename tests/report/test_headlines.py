@@ -7,6 +7,8 @@ import pytest
 from firstcontact.contact.registry import DETECTORS
 from firstcontact.report._headlines import headlines
 from firstcontact.report.findings import Findings
+from firstcontact.report.results.sets import SetResults, SetsResults
+from firstcontact.report.sets_page import overview
 from partial import results
 
 
@@ -32,6 +34,36 @@ def test_what_was_accepted_is_said() -> None:
     assert "from 7 ms before its label" in headline.foot
     assert headline.lines[0].note.startswith("decided −4 to +3 ms from its label in 50.0 %")
     assert "median delay after its label" in headline.lines[0].note
+
+
+CONFUSION = [[20, 5], [10, 65]]
+
+
+def test_chance_is_that_of_the_best_constant_by_the_metric_of_the_headline() -> None:
+    classes = {"accuracy": 0.85, "n": 100, "classes": [0.0, 1.0], "confusion": CONFUSION}
+    order = {"leave_one_material_out": {"classification": {"svm": classes}}}
+    found = results(hardness_order=order)
+    *_, headline = headlines([Findings("a", found)])
+    assert headline.lines[0].value == "85.0 %"
+    assert headline.foot == "accuracy; the best constant prediction has 75.0 %"
+
+
+def test_a_material_never_learned_has_the_number_of_the_overview_of_sets() -> None:
+    balanced = {"3": 0.913, "5": 0.92, "15": 0.939}
+    short = {"material_held_out": balanced, "chance": 0.5}
+    classes = {"accuracy": 0.85, "n": 100, "classes": [0.0, 1.0], "confusion": CONFUSION}
+    order = {"leave_one_material_out": {"classification": {"svm": classes}}}
+    found = results(hardness_order=order, real={"pads": short})
+    *_, headline = headlines([Findings("a", found)])
+    one = SetResults(
+        n=5, sensor="", rate_hz=1.0, front_end="", pinches=5, materials=4,
+        class_held_out=balanced, chance=0.5,
+    )  # fmt: skip
+    sets = SetsResults(command="", seconds=0.0, versions={}, sets={"pads": one})
+    cell = overview(sets).rows[0].cells[-1]
+    assert headline.lines[0].value == cell.text == "91.3 % / 93.9 %"
+    assert headline.foot == "balanced accuracy; a constant prediction has 50.0 %"
+    assert "50.0 %" in cell.small
 
 
 def test_preempted_calls_and_the_load_are_said() -> None:

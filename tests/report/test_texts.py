@@ -95,7 +95,6 @@ def test_what_the_detector_learned_from_is_said_where_it_learned() -> None:
     order = {
         "score": "s",
         "spectral_centroid": {"n": 3},
-        "chance": 0.3,
         "leave_one_material_out": {"rank_regression": {"n": 3}},
     }
     for way, learned in (("svm", True), ("known", False), ("three_sigma", False)):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,9 +12,11 @@ from hypothesis import strategies as st
 
 from firstcontact.core import Dataset
 from firstcontact.core.jobs import Serial
+from firstcontact.report.findings import PartResult
 from firstcontact.report.results.study import NOTHING
 from firstcontact.study._subject import Subject
 from firstcontact.study.parts.hardness import hardness, spectral_centroid
+from firstcontact.study.parts.short_windows import short_windows
 from firstcontact.study.settings import StudySettings
 
 RATE = 4936.0
@@ -43,8 +48,26 @@ def test_rings_that_are_faster_when_harder_come_in_order(ranks: Dataset) -> None
     assert correlation.n == 6
     assert correlation.exact
     assert order.classes_left_out()["svm"].n == len(ranks)
-    assert order.chance == pytest.approx(1 / 3)
+    left_out = order.classes_left_out()
+    assert left_out
+    # Materials and pinches of the three classes are as many: any constant is right for a third.
+    assert all(s.best_constant == pytest.approx(1 / 3) for s in left_out.values())
     assert len(outcome.figures) == 2
+
+
+@pytest.mark.parametrize("part", [hardness, short_windows])
+def test_holds_without_a_known_contact_get_no_score(
+    ranks: Dataset, part: Callable[[Subject, StudySettings, Serial], PartResult]
+) -> None:
+    # A detector fires somewhere in each, but nothing says that something was touched there.
+    unknown = dataclasses.replace(
+        ranks, pinches=tuple(dataclasses.replace(p, truth=()) for p in ranks.pinches)
+    )
+    subject = Subject("recordings", unknown, found=tuple(p.first for p in ranks.pinches))
+    outcome = part(subject, StudySettings(), Serial())
+    assert outcome.results is NOTHING
+    assert not outcome.figures
+    assert "no pinch has a known first contact" in outcome.left_out[0]
 
 
 def test_too_few_materials_are_left_out_with_the_reason(ranks: Dataset) -> None:

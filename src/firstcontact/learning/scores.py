@@ -34,6 +34,11 @@ class ClassificationScores(Record, frozen=True, kw_only=True):
     confusion: list[list[int]]
     intervals: dict[str, Ends]
 
+    @property
+    def best_constant(self) -> float:
+        """Accuracy of the constant prediction that scores best on these pinches."""
+        return max(map(sum, self.confusion), default=0) / self.n
+
 
 #: Of whatever was asked of a model.
 TaskScores = RegressionScores | ClassificationScores

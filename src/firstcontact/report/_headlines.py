@@ -14,6 +14,7 @@ from firstcontact.report import _published as published
 from firstcontact.report import names
 from firstcontact.report.accepted import Accepted
 from firstcontact.report.findings import Findings
+from firstcontact.report.results.real import SHOWN_MS, RealSet
 from firstcontact.report.results.stiffness import InferenceTimes
 from firstcontact.report.results.study import SubjectResults
 from firstcontact.stiffness.registry import ESTIMATORS
@@ -197,7 +198,18 @@ def _order_headline(shown: Sequence[Findings]) -> Headline:
 
 
 def _material_headline(shown: Sequence[Findings]) -> Headline:
-    first = shown[0].results.hardness_order if shown else None
+    """The overview of all sets has the same number: balanced where there are short windows."""
+    short = _lines(shown, _short, _balanced, lambda s: f"after {' / '.join(_lengths(s))} ms")
+    if short:
+        chances = dict.fromkeys(percent(r.chance) for f in shown if (r := _short(f.results)))
+        return Headline(
+            "Class of a material never learned",
+            short,
+            f"balanced accuracy; a constant prediction has {' and '.join(chances)}",
+        )
+    orders = [order for f in shown if (order := f.results.hardness_order)]
+    scores = [s for o in orders if (s := o.classes_left_out().get(ESTIMATORS.default))]
+    floors = dict.fromkeys(percent(s.best_constant) for s in scores)
     return Headline(
         "Class of a material never learned",
         _lines(
@@ -210,8 +222,20 @@ def _material_headline(shown: Sequence[Findings]) -> Headline:
             lambda s: percent(s.accuracy),
             _accuracy_ends,
         ),
-        "" if first is None else f"accuracy; chance is {percent(first.chance)}",
+        f"accuracy; the best constant prediction has {' and '.join(floors)}",
     )
+
+
+def _short(results: SubjectResults) -> RealSet | None:
+    return next(iter((results.real or {}).values()), None)
+
+
+def _lengths(found: RealSet) -> list[str]:
+    return [ms for ms in SHOWN_MS if ms in found.material_held_out]
+
+
+def _balanced(found: RealSet) -> str:
+    return " / ".join(percent(found.material_held_out[ms]) for ms in _lengths(found))
 
 
 def _time_headline(shown: Sequence[Findings]) -> Headline:

@@ -29,7 +29,7 @@ def short_table(results: SubjectResults) -> Table | None:
         rows.append(Row([Cell(*way(reading)), *cells, Cell(f"{reading.n:,}")], number > 0))
     caption = (
         f"Class of hardness, {found.materials} materials, each left out: balanced accuracy "
-        f"(chance {percent(found.chance)}) by length of the window. {_order(found)}"
+        f"(a constant prediction: {percent(found.chance)}) by length of the window. {_order(found)}"
     )
     return Table(caption, ["", *(f"{ms} ms" for ms in lengths), "Pinches"], rows)
 

@@ -8,7 +8,7 @@ from itertools import chain
 
 from firstcontact.core.counted import counted
 from firstcontact.core.percent import percent
-from firstcontact.learning.scores import Scores, bounded
+from firstcontact.learning.scores import ClassificationScores, Scores, bounded
 from firstcontact.report import names
 from firstcontact.report._texts import source
 from firstcontact.report.results.data import DataSummary
@@ -247,14 +247,13 @@ def hardness_table(results: SubjectResults) -> Table | None:
                     ]
                 )
             )
-    chance = f"chance {percent(found.chance)}"
     for model, scores in found.classes_left_out().items():
         rows.append(
             Row(
                 [
                     Cell(f"Class, {names.estimator(model).title}", "material left out"),
                     _accuracy(scores),
-                    Cell(chance, counted(scores.n, "pinch")),
+                    Cell(_constant(scores), counted(scores.n, "pinch")),
                 ],
                 names.is_floor(model),
             )
@@ -268,7 +267,7 @@ def hardness_table(results: SubjectResults) -> Table | None:
                         "random folds: the same materials on both sides, so it says little",
                     ),
                     _accuracy(random),
-                    Cell(chance, counted(random.n, "pinch")),
+                    Cell(_constant(random), counted(random.n, "pinch")),
                 ],
                 True,
             )
@@ -280,6 +279,10 @@ def hardness_table(results: SubjectResults) -> Table | None:
             "material too."
         )
     return Table(caption, ["", "Here", "Beside"], rows)
+
+
+def _constant(scores: ClassificationScores) -> str:
+    return f"best constant prediction {percent(scores.best_constant)}"
 
 
 def _timed(found: Mapping[str, InferenceTimes]) -> list[tuple[str, InferenceTime]]:

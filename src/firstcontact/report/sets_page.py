@@ -9,6 +9,7 @@ from firstcontact.core.percent import percent
 from firstcontact.learning.detection import Delays
 from firstcontact.report._tables import Cell, Row, Table, shown_number
 from firstcontact.report.page import duration
+from firstcontact.report.results.real import SHOWN_MS
 from firstcontact.report.results.sets import SetResults, SetsResults
 from firstcontact.report.template import filled
 
@@ -19,8 +20,6 @@ _LEARNED = {
     "others": "the set's other specimens",
     "nothing": "learns nothing",
 }
-#: Lengths of which the class is shown, ms.
-_LENGTHS = ("3", "15")
 
 
 def tables(results: SetsResults) -> list[Table]:
@@ -42,7 +41,8 @@ def overview(results: SetsResults) -> Table:
         "from the set's other specimens where there are some. Early: contacts with a trigger more "
         "than 2 ms before the label. False alarms: on the set's noise. Delay: from the label to "
         "the decision, median; small: 95th percentile. Order: Spearman over materials of a score "
-        "that nothing was fitted to."
+        "that nothing was fitted to. Class: balanced accuracy of the hardness class, and that of a "
+        "constant prediction."
     )
     return Table(caption, head, rows)
 
@@ -152,9 +152,9 @@ def in_words(results: SetsResults) -> Iterator[str]:
 
 def _overview(its: SetResults) -> list[Cell]:
     held_out = its.class_held_out or {}
-    lengths = [ms for ms in _LENGTHS if ms in held_out]
+    lengths = [ms for ms in SHOWN_MS if ms in held_out]
     classes = " / ".join(percent(held_out[ms]) for ms in lengths)
-    chance = "" if its.chance is None else f", chance {percent(its.chance)}"
+    chance = "" if its.chance is None else f"; constant: {percent(its.chance)}"
     return [
         Cell(its.sensor),
         Cell(f"{its.rate_hz:g} Hz"),

@@ -45,6 +45,14 @@ class Subject:
         return tuple(p.first for p in self.dataset.pinches)
 
     @property
+    def has_known_contacts(self) -> bool:
+        """Whether the strips or labels know a first contact of any pinch.
+
+        Otherwise nothing says that what a detector fires at is a contact.
+        """
+        return any(contact is not None for contact in self.truth)
+
+    @property
     def starts(self) -> Contacts:
         """Where windows start: as in use where contacts were found, else at the truth."""
         return self.found or self.truth

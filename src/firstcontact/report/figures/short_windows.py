@@ -30,7 +30,7 @@ def accuracy_figure(found: RealSet) -> Figure:
                 label=_label(reading),
                 zorder=3 if first else 2,
             )
-        ax.axhline(100 * found.chance, color=RED, ls=":", lw=1.2, label="chance")
+        ax.axhline(100 * found.chance, color=RED, ls=":", lw=1.2, label="constant prediction")
         ax.set_xticks(lengths, [f"{ms:g}" for ms in lengths])
         ax.set(xlabel="Length of the window (ms)", ylabel="Balanced accuracy (%)", ylim=(0, 103))
         figure.legend(loc="outside lower center", ncols=1)

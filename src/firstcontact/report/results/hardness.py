@@ -32,14 +32,13 @@ class HardnessOrder(Record, frozen=True, kw_only=True):
     """Rank correlations over materials, and classes, as far as these pinches permit.
 
     ``n_pinches`` of ``pinches`` with a rank have a window; ``score`` says what orders materials
-    without training; ``chance`` is of guessing each class as often as it comes.
+    without training.
     """
 
     n_pinches: int
     pinches: int
     score: str
     spectral_centroid: RankCorrelation
-    chance: float
     by_material: dict[str, Material]
     leave_one_material_out: MaterialLeftOut | None = None
     random_folds: dict[str, ClassificationScores] | None = None

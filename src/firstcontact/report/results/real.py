@@ -5,6 +5,9 @@ from __future__ import annotations
 from firstcontact.core.by_name import Record
 from firstcontact.learning.scores import RankCorrelation
 
+#: Lengths of windows that headlines and overviews show, ms.
+SHOWN_MS = ("3", "15")
+
 
 class Reading(Record, frozen=True, kw_only=True):
     """One way to read the windows.
@@ -52,7 +55,7 @@ class RealSet(Record, frozen=True, kw_only=True):
     material_held_out
         Of the first reading.
     chance
-        Of a balanced accuracy.
+        Balanced accuracy of any constant prediction: all score the same.
     score
         That orders materials and that nothing was fitted to, in words.
     rho, p

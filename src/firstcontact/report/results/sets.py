@@ -88,7 +88,7 @@ class SetResults(Record, frozen=True, kw_only=True):
     class_held_out
         Balanced accuracy of the hardness class with the material held out, by length in ms.
     chance
-        Of the latter.
+        Balanced accuracy of any constant prediction: all score the same.
     """
 
     n: int

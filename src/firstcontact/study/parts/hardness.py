@@ -71,6 +71,8 @@ def spectral_centroid(X: np.ndarray[Any, np.dtype[np.float32]], rate: float) -> 
 
 def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Spearman over materials, and models with a whole material left out."""
+    if not subject.has_known_contacts:
+        return PartResult(left_out=["Hardness order: no pinch has a known first contact."])
     dataset = subject.dataset
     rank = dataset.hardness_rank
     known = np.isfinite(rank) & (dataset.objects != "")
@@ -107,7 +109,6 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
             if (place, model) in predicted
         }
 
-    chance = _chance(data)
     regression = None
     if ranked is not None:
         errors = regression_scores(data.y, ranked, data.objects, seed)
@@ -120,7 +121,6 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
         pinches=int(known.sum()),
         score=SCORE,
         spectral_centroid=correlation(lambda its: its.centroid_hz),
-        chance=chance,
         by_material=by_material,
         leave_one_material_out=held if regression or found else None,
         random_folds=mixed or None,
@@ -128,7 +128,7 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
     figures = [hardness_figure(data, centroid)]
     for model in names.estimators(mixed):
         if model in found:
-            figures.append(materials_figure(found[model], mixed[model], chance))
+            figures.append(materials_figure(found[model], mixed[model]))
     return PartResult(SubjectResults(hardness_order=order_found), figures, left_out)
 
 
@@ -174,12 +174,6 @@ def _classifiers() -> list[str]:
     """What is asked for the class, floors last: all that learns it quickly."""
     able = [n for n, e in ESTIMATORS.items() if Task.CLASSIFICATION in e.tasks and not e.slow]
     return sorted(able, key=names.is_floor)
-
-
-def _chance(data: LabelledWindows) -> float:
-    """Accuracy of guessing each class as often as it comes."""
-    share = np.unique(data.y, return_counts=True)[1] / len(data)
-    return float((share**2).sum())
 
 
 def _by_material(

@@ -43,6 +43,10 @@ class _Way:
 
 def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Classes of materials left out from short windows, and their order by a fixed score."""
+    if not subject.has_known_contacts:
+        return PartResult(
+            left_out=["Short windows of materials left out: no pinch has a known first contact."]
+        )
     ways = _ways(subject)
     full = {way: _windows(subject, way, DURATION) for way in ways}
     data = full[ways[0]]
@@ -88,7 +92,7 @@ def _ways(subject: Subject) -> list[_Way]:
     first, *others = moves or [ESTIMATORS.default]
     known = not subject.found
     ways = [_Way(first, False, known)]
-    if subject.found and any(contact is not None for contact in subject.truth):
+    if subject.found:
         ways.append(_Way(first, False, True))
     ways += [_Way(other, False, known) for other in others]
     return [*ways, _Way(first, True, known), _Way(ESTIMATORS.default, True, known)]

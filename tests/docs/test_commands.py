@@ -41,6 +41,14 @@ ELSEWHERE = {
     "firstcontact pretrain --out network --work pretraining": (
         "by hand: it makes the weights of the package; small: tests/cli/test_pretrain.py"
     ),
+    "firstcontact simulate --out twin --condition everyday --pinches-per-block 60 "
+    "--pinches-per-object 30 --seed 7": "by hand: the pinches of the package's detector",
+    "firstcontact train twin --out detector --detector-only": (
+        "by hand: it makes the detector of the package"
+    ),
+    'python docs/write_out_of_range.py --measure --data "$FIRSTCONTACT_DATA"': (
+        "by hand before a release: it makes the table of out-of-range signals"
+    ),
     "firstcontact export-model model --to hand --out hand --data pinches": (
         "tests/firmware/test_flash_model.py"
     ),

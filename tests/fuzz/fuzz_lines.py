@@ -35,7 +35,7 @@ def lines(rng: Random, _: Path) -> None:
 
 
 def stamps(rng: Random, _: Path) -> None:
-    """Stamps that jump, stand still or go back: numbers still rise by one at least."""
+    """Stamps that jump, stand still, go back or are none: numbers still rise by one at least."""
     counted, last, now = StampedSamples(1000.0), -1, rng.choice((0.0, 1e9, -5.0))
     for _ in range(rng.choice((3, 60, 150))):
         n = rng.choice((1, 2, 40))
@@ -43,6 +43,8 @@ def stamps(rng: Random, _: Path) -> None:
             now += rng.choice((-1.0, 0.5, 30.0, -1e4, 1e6))
         jitter = rng.choice((0.0, 1e-4, 5e-3))
         some = now + np.arange(n) / 1000.0 + [jitter * rng.gauss(0, 1) for _ in range(n)]
+        if rng.random() < 0.1:
+            some[rng.randrange(n)] = rng.choice((np.nan, np.inf, -np.inf, 1e300))
         now += n / 1000.0
         numbers = counted.numbers(some)
         assert numbers[0] > last, "a number twice"

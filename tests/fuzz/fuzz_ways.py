@@ -16,6 +16,7 @@ import fuzz_models
 import fuzz_mutate as mutate
 import fuzz_recordings
 import fuzz_strangers
+import fuzz_streams
 import fuzz_wire
 from fuzz_seeds import Seeds
 
@@ -255,6 +256,7 @@ def _stranger(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
 WIRE = (
     fuzz_wire.descriptor, fuzz_wire.frames, fuzz_wire.frames, fuzz_wire.requests,
     fuzz_wire.answers, fuzz_wire.flashing, fuzz_wire.page, fuzz_lines.lines, fuzz_lines.stamps,
+    fuzz_streams.board, fuzz_streams.lsl, fuzz_streams.sound,
 )  # fmt: skip
 Maker = Callable[[Random, Seeds, Path, Case], None]
 #: Name of a way in to how often it is tried, and what makes an input for it.

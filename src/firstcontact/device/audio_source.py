@@ -31,6 +31,8 @@ LATENCY = 0.016
 BLOCKS = 32
 #: Where the next block is due is the median over so many.
 STEADY = 31
+#: A gap is no longer than the time since the block before, and the blocks that waited: s.
+SLACK = 1.0
 #: Letting go of an input that hangs is waited for so long, s.
 FAREWELL = 2.0
 
@@ -130,7 +132,7 @@ class AudioSource(ThreadedSource):
         self._heard.put(_Heard(data.copy(), taken, host, overflow))
 
     def _work(self) -> None:
-        end = overflows = 0
+        end, overflows, last = 0, 0, time.monotonic()
         starts: deque[float] = deque(maxlen=STEADY)  # when sample 0 was taken, by each block
         while not self._closing.is_set():
             if self._is_too_fast:
@@ -145,12 +147,17 @@ class AudioSource(ThreadedSource):
                 continue
             if heard.overflow and starts:
                 due = float(np.median(starts)) + end / self._input_rate
-                lost = max(1, round((heard.taken - due) * self._input_rate))
+                gap = heard.taken - due
+                # An input that does not tell its time tells nothing about the gap.
+                passed = 0.0 <= gap <= heard.host - last + SLACK
+                lost = max(1, round(gap * self._input_rate)) if passed else 1
                 end += lost
                 overflows += lost
                 share = self._rate / self._input_rate
                 self._note(overflow_samples=round(overflows * share))
-            starts.append(heard.taken - end / self._input_rate)
+            last = heard.host
+            if np.isfinite(heard.taken):
+                starts.append(heard.taken - end / self._input_rate)
             numbers = np.arange(end, end + len(heard.data))
             self._give(heard.data, numbers, 0, heard.host)
             end += len(heard.data)

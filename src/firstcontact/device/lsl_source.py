@@ -290,7 +290,7 @@ def vibration_of(
     if not 1 <= len(set(places)) == len(places) <= 2:
         raise InputError(
             f"{name}: which one or two of its channels are the vibration is not known: name them, "
-            f"as in {name}#{labels[0]} (there are {', '.join(labels[:16])})"
+            f"as in {name}#{(*labels, '1')[0]} (there are {', '.join(labels[:16])})"
         )
     fingers = {finger_name(f): f for f in Finger}
     of_hand: list[Finger | None] = [fingers.get(told[k]["finger"]) for k in places]

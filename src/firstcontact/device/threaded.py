@@ -201,8 +201,7 @@ class ThreadedSource(ABC):
             self._unusable += int((~good).sum())
             share = self._output_rate / self._input_rate
             self._note(unusable_samples=round(self._unusable * share))
-        if not good[-1]:
-            self._drop(int(numbers[-1]) + 1, epoch)
+            self._drop(int(numbers[~good][-1]) + 1, epoch)
 
     def _drop(self, end: int, epoch: int) -> None:
         """Count the samples up to this number of the input as lost, until the next one is given.

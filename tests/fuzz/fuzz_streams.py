@@ -1,0 +1,214 @@
+"""Streams of live sources, damaged: samples, stamps, counters and what they state."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from pathlib import Path
+from queue import Empty
+from random import Random
+from types import SimpleNamespace
+from typing import Any
+
+import fuzz_mutate as mutate
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Channel, ChannelKind, Layout
+from firstcontact.device._number_lines import LineReader, columns_of
+from firstcontact.device._stream_checks import LARGEST_SAMPLE
+from firstcontact.device.audio_source import AudioSource, _Heard
+from firstcontact.device.csv_source import CsvSource
+from firstcontact.device.lsl_source import LslSource
+from firstcontact.device.source import Descriptor
+from firstcontact.device.threaded import ThreadedSource
+
+ODD = (np.nan, np.inf, -np.inf, 1e39, -1e300, 1e300, 2.0**31, 1e9, -1e9, 0.0)
+
+
+def _spoiled(rng: Random, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The same with odd values: none, some, a run or all of them."""
+    values = values.copy()
+    kind = rng.randrange(5)
+    begin = rng.randrange(len(values))
+    for k in range(len(values)):
+        if (kind == 1 and rng.random() < 0.1) or (kind == 2 and k >= begin) or kind == 3:
+            values[k] = rng.choice(ODD)
+    return values
+
+
+def _hold(source: ThreadedSource) -> None:
+    """What every source promises of what it gave."""
+    ends: dict[int, int] = {}
+    count = missing = 0
+    for arrival in source.read(0.0):
+        block = arrival.block
+        assert np.isfinite(block.data).all(), "a sample that is not finite"
+        assert np.abs(block.data).max() < 100 * LARGEST_SAMPLE, "a sample out of range"
+        assert block.first_sample >= ends.get(block.epoch, 0), "a sample twice"
+        missing += block.first_sample - ends.get(block.epoch, block.first_sample)
+        ends[block.epoch] = block.end
+        count += len(block.data)
+    health = source.health
+    assert health.samples == count, "samples that were not counted"
+    assert missing <= health.lost_samples < 1e12, "losses that were not counted"
+    if health.unusable_samples > 1:
+        assert health.lost_samples, "unusable samples that are no loss"
+
+
+def _worked(source: ThreadedSource) -> None:
+    try:
+        source._work()
+    finally:
+        _hold(source)
+
+
+class _Port:
+    """A port from which these bytes come."""
+
+    def __init__(self, source: CsvSource, data: bytes) -> None:
+        self._source, self._data = source, data
+
+    @property
+    def in_waiting(self) -> int:
+        return 200
+
+    def read(self, count: int) -> bytes:
+        if not self._data:
+            self._source._closing.set()
+        data, self._data = self._data[:count], self._data[count:]
+        return data
+
+    def close(self) -> None:
+        pass
+
+
+def board(rng: Random, _: Path) -> None:
+    """A board whose counter and signal are damaged in some lines, or in all that follow."""
+    name = rng.choice(("count", "a", "a", "n"))
+    numbers = np.arange(400.0) * rng.choice((1, 1, 1, -1, 0, 1e5))
+    numbers = _spoiled(rng, numbers + rng.choice((0, 250, 65_500, 1e18)))
+    signal = _spoiled(rng, np.sin(np.arange(400.0)))
+    rows = [f"{n:.12g},{x!r}" for n, x in zip(numbers.tolist(), signal.tolist(), strict=True)]
+    text = f"x\n{name},a\n" + "\n".join(rows) + "\n"
+    data = text.encode() if rng.random() < 0.7 else mutate.raw(rng, text.encode())
+    source = CsvSource("port", rng.choice(((), ("2",), ("a",), (mutate.text(rng),))))
+    lines = [line for line in source._lines.feed(data[: len(data) // 4]) if line]
+    if not lines:
+        return
+    source._columns = columns_of(lines, source._lines.header, source._named, "port")
+    source._lines = LineReader()
+    source._resample(5000.0, 4936.0)
+    disc = tuple(
+        Channel(f"c{k}", ChannelKind.VIBRATION, None, "V")
+        for k in range(len(source._columns.signals))
+    )
+    source._descriptor = Descriptor(Layout(disc, 4936.0), dtype="float32")
+    source._serial = _Port(source, data)
+    _worked(source)
+
+
+class _Node:
+    """A part of a stream's description."""
+
+    def __init__(self, labels: list[str]) -> None:
+        self._labels = labels
+
+    def child(self, _: str) -> _Node:
+        return self
+
+    def child_value(self, name: str) -> str:
+        return self._labels[0] if self._labels and name == "label" else ""
+
+    def next_sibling(self) -> _Node:
+        return _Node(self._labels[1:])
+
+
+class _Inlet:
+    """An inlet with these chunks."""
+
+    def __init__(self, source: LslSource, info: Any, chunks: list[Any]) -> None:
+        self._source, self._info, self._chunks = source, info, deque(chunks)
+
+    def info(self, _: float) -> Any:
+        return self._info
+
+    def open_stream(self, _: float) -> None:
+        pass
+
+    close_stream = open_stream
+
+    def time_correction(self, _: float) -> float:
+        return 0.0
+
+    def pull_chunk(self, **_: Any) -> Any:
+        if not self._chunks:
+            self._source._closing.set()
+            return [], []
+        return self._chunks.popleft()
+
+
+def lsl(rng: Random, _: Path) -> None:
+    """An LSL stream with odd labels, rates, values and stamps."""
+    labels = [
+        rng.choice(("disc", "1", mutate.text(rng))) for _ in range(rng.choice((0, 1, 1, 2, 2, 3)))
+    ]
+    rate = rng.choice((*[5000.0] * 20, 10_000.0, np.nan, np.inf, 0.0, -1.0, 1e300, 300.0))
+    wanted = rng.choice(((), (), ("disc",), ("1",), ("9" * 5000,), ("1", "1"), ("\u0663",)))
+    source = LslSource("fuzz", wanted)
+    info = SimpleNamespace(
+        nominal_srate=lambda: rate,
+        channel_format=lambda: 2,
+        channel_count=lambda: len(labels),
+        desc=lambda: _Node(labels),
+        name=lambda: mutate.text(rng),
+        type=lambda: mutate.text(rng),
+    )
+    now, chunks = 1000.0, []
+    for _ in range(rng.choice((1, 8, 30))):
+        n = rng.choice((1, 2, 40))
+        values = _spoiled(rng, np.sin(np.arange(float(n))))
+        stamps = now + np.arange(n) / 5000.0
+        stamps = _spoiled(rng, stamps) if rng.random() < 0.3 else stamps
+        now += n / 5000.0 + (rng.choice((0.0, 3e-4, 0.1, -0.1, 1e4)) if rng.random() < 0.1 else 0.0)
+        chunks.append((np.repeat(values[:, None], len(labels), axis=1), stamps.tolist()))
+    source._lsl = SimpleNamespace(
+        StreamInlet=lambda *_, **__: _Inlet(source, info, chunks),
+        local_clock=lambda: now,
+        cf_string=3,
+    )
+    source._descriptor = source._listen(info)
+    assert not source._descriptor.layout.fault, source._descriptor.layout.fault
+    _worked(source)
+
+
+class _Blocks:
+    """Blocks of a sound input, as its queue gives them."""
+
+    def __init__(self, source: AudioSource, blocks: list[_Heard]) -> None:
+        self._source, self._blocks = source, deque(blocks)
+
+    def get(self, timeout: float) -> _Heard:
+        if not self._blocks:
+            self._source._closing.set()
+            raise Empty
+        return self._blocks.popleft()
+
+
+def sound(rng: Random, _: Path) -> None:
+    """A sound input with odd samples, times and overflows."""
+    source = AudioSource()
+    source._resample(48_000.0, 4936.0)
+    layout = Layout((Channel("microphone", ChannelKind.VIBRATION, None, ""),), 4936.0)
+    source._descriptor = Descriptor(layout, dtype="float32")
+    now, blocks = time.monotonic(), []
+    for _ in range(rng.choice((1, 10, 40))):
+        n = rng.choice((0, 1, 16, 256))
+        values = _spoiled(rng, np.sin(np.arange(float(n)))) if n else np.zeros(0)
+        with np.errstate(over="ignore"):
+            data = values.astype(np.float32)[:, None]
+        taken = now if rng.random() < 0.8 else rng.choice((*ODD, now - 5.0, now + 5.0))
+        blocks.append(_Heard(data, taken, now, rng.random() < 0.1))
+        now += n / 48_000.0
+    source._heard = _Blocks(source, blocks)  # type: ignore[assignment]
+    _worked(source)

@@ -139,7 +139,8 @@ def test_the_rate_of_a_csv_can_be_given(tmp_path):
 def test_a_csv_may_hold_every_channel(tmp_path):
     names = ["piezo_thumb", *(f"force_{f}_{k}" for f in ("index", "thumb") for k in range(6))]
     names += ["strip_index", "strip_thumb"]
-    path = long_csv(tmp_path, **{n: [i] * 10 for i, n in enumerate(names)})
+    changes = {n: [i] * 10 for i, n in enumerate(names)}
+    path = long_csv(tmp_path, force_unit=["counts"] * 10, **changes)
     dataset = imported(path, tmp_path / "out")
     layout = dataset.layout
     assert [c.name for c in layout.channels] == ["piezo_index", *names]

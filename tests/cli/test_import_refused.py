@@ -31,6 +31,13 @@ BAD_ARRAYS: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"force": np.zeros((4, LENGTH, 12))}, ("force", "(4, 60, 12)")),
     ({"force": np.zeros((3, LENGTH, 2, 6))}, ("force", "4 pinches")),
     ({"force": np.full((4, LENGTH, 2, 6), nan)}, ("force", "NaN")),
+    ({"force": np.full((4, LENGTH, 2, 6), 300)}, ("force", "300 V", "force_unit counts")),
+    ({"force": np.full((4, LENGTH, 2, 6), -11.0)}, ("force", "11 V", "leave it out")),
+    (
+        {"force": np.full((4, LENGTH, 2, 6), 65535), "force_unit": np.array("counts")},
+        ("force", "65535 counts", "force_unit V"),
+    ),
+    ({"force_unit": np.array("N")}, ("force_unit", "'N'", "V, counts")),
     ({"sample_rate_hz": np.array(1999)}, ("sample_rate_hz", "1999")),
     ({"sample_rate_hz": np.array(1e12)}, ("sample_rate_hz",)),
     ({"sample_rate_hz": np.array(nan)}, ("sample_rate_hz", "nan")),
@@ -215,6 +222,10 @@ BAD_CSV: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"first_contact": [2] * 5 + [5] * 5}, ("first_contact", "outside")),
     ({"piezo_unit": ["furlong"] * 10}, ("piezo_unit", "furlong")),
     ({"force_index_0": [1] * 10}, ("force_index_1", "or none")),
+    (
+        {f"force_{f}_{k}": [0] * 9 + [200 * k] for f in ("index", "thumb") for k in range(6)},
+        ("force_index_1", "200 V", "force_unit counts"),
+    ),
     ({"pinch": list(range(10)), "first_contact": [0] * 10}, ("one sample",)),
 ]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -29,12 +30,14 @@ from firstcontact.core import (
     Contact,
     Dataset,
     Finger,
+    InputError,
     Label,
     Layout,
     Pinch,
     VibrationCalibration,
 )
 from firstcontact.core.layout import Channel, ChannelKind
+from firstcontact.recording.arrays import from_arrays
 from firstcontact.signal import resample_dataset, samples_in
 from firstcontact.testing.closings import closings as toy_closings
 
@@ -236,3 +239,35 @@ def test_it_is_said_how() -> None:
     labelled = replace(dataset.pinches[0], motor_start=0)
     ways = counted(closing_starts(replace(dataset, pinches=(*dataset.pinches, labelled))))
     assert told(ways).endswith(f"motor has settled (1), {words} (12)")
+
+
+@pytest.mark.parametrize("unit", [None, "V", "counts"])
+def test_forces_in_any_unit_hide_no_start_of_a_motor(unit: str | None) -> None:
+    """Imported: force in volts or in counts of a converter, as their unit says or not at all."""
+    dataset = rested(toy_closings(8), rest=(0.2, 0.2), electronics=0.0005)
+    piezo = np.array([p.vibration() for p in dataset.pinches])
+    counts = np.random.default_rng(0).integers(60, 70, (*piezo.shape[:2], 2, 6))
+    counts[:, -100:] += 300  # the grip
+    arrays = {"piezo": piezo, "sample_rate_hz": np.array(dataset.layout.rate)}
+    arrays |= {"piezo_unit": np.array("V")}
+    arrays["force"] = counts * (3.3 / 1024) if unit == "V" else counts
+    if unit is None:
+        with pytest.raises(InputError, match=r"force .* force_unit counts"):
+            from_arrays(Path("x.npz"), arrays)
+        return
+    imported = from_arrays(Path("x.npz"), {**arrays, "force_unit": np.array(unit)})
+    assert counted(closing_starts(imported)) == {How.REST: 8}
+    assert imported.pinches[0].force(Finger.INDEX)[0] == pytest.approx(0.2, abs=0.03)
+
+
+def test_a_force_without_a_unit_hides_no_start_of_a_motor() -> None:
+    """As recordings hold it that were imported before forces had a unit."""
+    dataset = rested(toy_closings(8), rest=(0.2, 0.2), electronics=0.0005)
+    count = Channel("force_index_0", ChannelKind.FORCE, Finger.INDEX, "", taxel=0)
+    layout = Layout((*dataset.layout.channels, count), dataset.layout.rate)
+    noise = np.random.default_rng(0).integers(60, 70, (8, 10_000, 1))
+    pinches = tuple(
+        replace(p, layout=layout, data=np.concatenate([p.data, noise[i, : len(p.data)]], axis=1))
+        for i, p in enumerate(dataset.pinches)
+    )
+    assert counted(closing_starts(Dataset(pinches, "synthetic"))) == {How.REST: 8}

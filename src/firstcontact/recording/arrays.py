@@ -5,9 +5,10 @@ samples, 2, 6), ``strip`` (pinches, samples, 2), and one value a pinch of
 ``first_contact``, ``second_contact``, ``motor_start`` (-1 not known), ``first_finger``,
 ``object``, ``shore_a`` or ``hardness_rank``, ``specimen``, ``session``,
 ``role``. Attributes (of the file or of ``piezo``; 0-d arrays in an NPZ):
-``sample_rate_hz``, ``piezo_unit``, optional ``smoothing_alpha``, ``source``. Another sensor
-has its name (``accelerometer``, ``microphone``, ``hydrophone``) in the place of piezo;
-vectors have the shape (pinches, samples, 1 or 2, axes), and ``axis`` says which stands for them.
+``sample_rate_hz``, ``piezo_unit``, optional ``force_unit``, ``smoothing_alpha``, ``source``.
+Another sensor has its name (``accelerometer``, ``microphone``, ``hydrophone``) in the
+place of piezo; vectors have the shape (pinches, samples, 1 or 2, axes), and ``axis`` says
+which stands for them.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS, label
 from firstcontact.recording._npz import read_npz
 from firstcontact.recording.checks import (
     SETTINGS,
+    check_force,
     check_samples,
     find_sensor,
     joined,
@@ -83,6 +85,8 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
     given = {name: _one(path, arrays, name) for name in SETTINGS if name in arrays}
     settings = read_settings(str(path), given, sensor)
     data = _signals(path, arrays, sensor)
+    if "force" in arrays:
+        check_force(f"{path}: force", arrays["force"], settings.force_unit)
     pinches = len(data)
     sensors, *axes = arrays[sensor].shape[2:]
     layout = make_layout(

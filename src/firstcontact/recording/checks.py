@@ -37,6 +37,7 @@ from firstcontact.recording.quoting import shown, text_of
 SETTINGS = (
     "sample_rate_hz",
     *(f"{sensor}_unit" for sensor in VibrationSensor),
+    "force_unit",
     "smoothing_alpha",
     "source",
     "axis",
@@ -53,6 +54,9 @@ UNITS = {
     "m/s2": (1.0, 0.0),
     "Pa": (1.0, 0.0),
 }
+#: Units of a force channel: volts per step. A taxel's voltage is none beyond this, V.
+FORCE_UNITS = {"V": 1.0, "counts": ADC_VOLTS / ADC_COUNTS}
+FORCE_MOST = 10.0
 
 
 def check_rate(where: str, rate: Any) -> float:
@@ -86,6 +90,7 @@ class FileSettings:
     smoothing_alpha: float
     source: str  # "unknown" where nothing says it
     axis: int | None  # of vectors, where it is said
+    force_unit: str = "V"
 
     @property
     def notes(self) -> list[str]:
@@ -147,6 +152,12 @@ def read_settings(
         raise InputError(
             f"{where}: {of_unit} is {shown(unit)} and must be one of {', '.join(UNITS)}"
         )
+    force_unit = text_of(given.get("force_unit", "V"))
+    if force_unit not in FORCE_UNITS:
+        raise InputError(
+            f"{where}: force_unit is {shown(force_unit)} and must be one of "
+            f"{', '.join(FORCE_UNITS)}: convert force to volts, or leave it out"
+        )
     alpha = text_of(given.get("smoothing_alpha", "1"))
     try:
         smoothing = parse_float(alpha)
@@ -161,7 +172,8 @@ def read_settings(
     if axis is not None and not (axis.isdecimal() and len(axis) < len("100")):
         raise InputError(f"{where}: axis is {shown(axis)} and must count from 0")
     source = check_source(where, given.get("source", "unknown"))
-    return FileSettings(sensor, rate, unit, smoothing, source, None if axis is None else int(axis))
+    which = None if axis is None else int(axis)
+    return FileSettings(sensor, rate, unit, smoothing, source, which, force_unit)
 
 
 def check_source(where: str, said: Any) -> str:
@@ -207,6 +219,32 @@ def check_samples(where: str, values: NDArray[Any]) -> NDArray[Any]:
             f"{where} is NaN, infinite or beyond {LARGEST:g} at index {at}: cut or repair the pinch"
         )
     return single
+
+
+def check_force(where: str, values: NDArray[Any], unit: str) -> None:
+    """Refuse forces that no taxel has in their unit: a wrong one hides the start of the motor.
+
+    Parameters
+    ----------
+    where
+        Named in messages: file and column.
+    values
+        As they are in the file.
+    unit
+        A key of ``FORCE_UNITS``.
+
+    Raises
+    ------
+    InputError
+        Values beyond ``FORCE_MOST``.
+    """
+    most = float(np.abs(values.astype(np.float64)).max(initial=0.0))
+    if most * FORCE_UNITS[unit] > FORCE_MOST:
+        others = "counts (10 bits over 3.3 V)" if unit == "V" else "V"
+        raise InputError(
+            f"{where} reaches {most:g} {unit}, and a taxel has at most {FORCE_MOST:g} V: say "
+            f"force_unit {others}, convert force to volts, or leave it out"
+        )
 
 
 def joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
@@ -276,8 +314,9 @@ def make_layout(
         for finger in ([None] if alone else list(Finger)[:sensors])
     ]
     if force:
+        volts = FORCE_UNITS[settings.force_unit]
         channels += [
-            Channel(f"force_{finger_name(f)}_{k}", ChannelKind.FORCE, f, "", taxel=k)
+            Channel(f"force_{finger_name(f)}_{k}", ChannelKind.FORCE, f, "V", volts, 0.0, taxel=k)
             for f in Finger
             for k in range(TAXELS)
         ]

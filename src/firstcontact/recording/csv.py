@@ -6,7 +6,7 @@ Columns: ``pinch`` (what it is called; its rows follow each other),
 ``force_thumb_5``, ``strip_index``, ``strip_thumb``; optional ``time_s``; per
 pinch the labels and contacts of :mod:`firstcontact.recording._labels`; one
 value for all rows of ``sample_rate_hz``, ``piezo_unit`` (V where it is not
-said), ``smoothing_alpha``, ``source`` and ``axis``.
+said), ``force_unit`` (likewise), ``smoothing_alpha``, ``source`` and ``axis``.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from firstcontact.core.numbers import parse_float, parse_int
 from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
 from firstcontact.recording.checks import (
     SETTINGS,
+    check_force,
     check_rate,
     check_samples,
     find_sensor,
@@ -80,6 +81,9 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
     given = {n: _constant(path, columns, n, [(0, len(data))])[0] for n in SETTINGS if n in columns}
     given["sample_rate_hz"] = str(_rate(path, columns, bounds, given.get("sample_rate_hz"), rate))
     settings = read_settings(str(path), {f"{sensor}_unit": "V", **given}, sensor)
+    for column, name in enumerate(names):
+        if name in FORCE:
+            check_force(f"{path}: {name}", data[:, column], settings.force_unit)
     labels = {
         name: _constant(path, columns, name, bounds)
         for name in (*LABEL_COLUMNS, *CONTACT_COLUMNS)

@@ -29,7 +29,7 @@ from firstcontact.recording.table import read_columns
 from firstcontact.recording.wav import LABELS
 
 _SUFFIX = ".mat"
-_TEXTS = ("source", *(f"{sensor}_unit" for sensor in VibrationSensor))
+_TEXTS = ("source", "force_unit", *(f"{sensor}_unit" for sensor in VibrationSensor))
 _ARRAYS = (*VibrationSensor, "force", "strip")
 _KNOWN = {"file", "source", "comment", *LABEL_COLUMNS, *CONTACT_COLUMNS}
 _NAMED = {*_ARRAYS, *SETTINGS, *LABEL_COLUMNS, *CONTACT_COLUMNS}

@@ -11,6 +11,7 @@ from pathlib import Path
 from random import Random
 
 import fuzz_imports
+import fuzz_label
 import fuzz_lines
 import fuzz_models
 import fuzz_mutate as mutate
@@ -257,6 +258,7 @@ WIRE = (
     fuzz_wire.descriptor, fuzz_wire.frames, fuzz_wire.frames, fuzz_wire.requests,
     fuzz_wire.answers, fuzz_wire.flashing, fuzz_wire.page, fuzz_lines.lines, fuzz_lines.stamps,
     fuzz_streams.board, fuzz_streams.lsl, fuzz_streams.sound,
+    fuzz_label.labels, fuzz_label.journal,
 )  # fmt: skip
 Maker = Callable[[Random, Seeds, Path, Case], None]
 #: Name of a way in to how often it is tried, and what makes an input for it.

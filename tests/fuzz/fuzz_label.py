@@ -1,0 +1,112 @@
+"""Damaged messages of the label page, and damaged journals of what was done there."""
+
+from __future__ import annotations
+
+import json
+from contextlib import closing, suppress
+from functools import cache
+from pathlib import Path
+from random import Random
+from tempfile import TemporaryDirectory
+
+import fuzz_mutate as mutate
+import numpy as np
+
+from firstcontact.core import Block, Channel, ChannelKind, InputError, Layout
+from firstcontact.labelling.result import By
+from firstcontact.labelling.session import Session
+from firstcontact.recording import Header, Recording, RecordingWriter, read_recording
+
+RATE = 4000.0
+#: Onsets of the recording that is labelled, s.
+ONSETS = (0.3, 0.5, 0.7, 0.9)
+BY = By("Ada", "2026-01-02", "the fuzzer")
+
+
+@cache
+def _recording() -> Recording:
+    """Return a recording of a few knocks, which is read once."""
+    rng = np.random.default_rng(3)
+    signal = 0.01 * rng.standard_normal(4800)
+    t = np.arange(200) / RATE
+    for at in ONSETS:
+        signal[round(at * RATE) :][:200] += np.exp(-t / 0.01) * np.sin(2 * np.pi * 400 * t)
+    layout = Layout((Channel("disc", ChannelKind.VIBRATION, None, "V"),), RATE)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "knocks.mcap"
+        with RecordingWriter(path, Header(layout, "real", dtype="float32")) as writer:
+            writer.write(Block(signal.astype(np.float32)[:, None], 0))
+        return read_recording(path)
+
+
+def _message(rng: Random) -> bytes:
+    """Return a message of the page, with a field damaged at times."""
+    tree: dict[str, object]
+    if rng.random() < 0.3:
+        tree = {
+            "ask": rng.choice(("signal", "signal", "signal", "finish")),
+            "number": 1, "recording": rng.choice((0, 0, 0, 1)), "stretch": rng.choice((0, 0, 0, 1)),
+            "sample": rng.choice((0, 1200, 4799, 4800, 2**40)),
+            "half": rng.choice((0.005, 0.02, 2.0, 0.0, 9.0)),
+        }  # fmt: skip
+    else:
+        tree = {
+            "do": rng.choice(("accept", "reject", "move", "add", "label", "undo")),
+            "number": rng.choice((0, 1, 2, 3, 4, 2**40)),
+            "sample": rng.choice((0, 1200, 4799, 4800)),
+            "object": rng.choice(("eraser", "", "é\x1b[2J", '"ask": 1')),
+            "shore_a": rng.choice((None, 0.0, 40.0, 100.0, 101.0)),
+        }
+    return mutate.tree(rng, tree) if rng.random() < 0.4 else json.dumps(tree).encode()
+
+
+def labels(rng: Random, folder: Path) -> None:
+    """A refused message changes nothing, and every answered action is there when it goes on."""
+    its = Session([_recording()], folder / "labelled", BY)
+    with closing(its):
+        for _ in range(rng.randrange(1, 30)):
+            before = its.now()
+            data = _message(rng)
+            message: str | bytes = data
+            if rng.random() < 0.5:
+                message = data.decode(errors="replace")
+            try:
+                answer = its.obey(message)
+            except InputError:
+                assert its.now() == before, "a refused message changed something"
+                continue
+            json.dumps(answer, allow_nan=False).encode()
+            if its.written:
+                return
+        done = its.now()
+    again = Session([_recording()], folder / "labelled", BY)
+    with closing(again):
+        assert again.now() == done, "an answered action is lost"
+
+
+def journal(rng: Random, folder: Path) -> None:
+    """A damaged journal is refused and stays as it is, or what is read begins the whole."""
+    its = Session([_recording()], folder / "labelled", BY)
+    with closing(its):
+        for _ in range(rng.randrange(1, 12)):
+            with suppress(InputError):
+                its.obey(json.dumps({"do": rng.choice(("accept", "reject")), "number": 1}))
+        done = list(its.marks.done)
+    path = folder / "labelled" / "labels.jsonl"
+    raw = path.read_bytes()
+    cut = rng.randrange(len(raw) + 1)
+    end = rng.randrange(cut, len(raw) + 1)
+    # Power cuts leave an end that is missing, zeros, or both.
+    kind = rng.randrange(4)
+    damaged = (raw[:cut], raw[:cut] + bytes(len(raw) - cut), bytes(len(raw)))[min(kind, 2)]
+    if kind == 3:
+        damaged = raw[:cut] + bytes(end - cut) + raw[end:]
+    path.write_bytes(damaged)
+    try:
+        again = Session([_recording()], folder / "labelled", BY, is_new_allowed=rng.random() < 0.5)
+    except InputError:
+        assert path.read_bytes() == damaged, "a refused journal is another one"
+        return
+    with closing(again):
+        assert damaged.strip(bytes(1)) or not damaged, "zeros are taken for a new journal"
+        assert again.marks.done == done[: len(again.marks.done)], "an action that was not done"

@@ -36,3 +36,9 @@ def test_what_plotters_take_has_names_too() -> None:
     reader = LineReader()
     assert reader.feed(b"x\nleft:1,right:2\n") == [(1.0, 2.0)]
     assert reader.header == ("left", "right")
+
+
+def test_numbers_that_only_python_reads_are_damage() -> None:
+    reader = LineReader()
+    assert reader.feed("x\n1,1_0\n１,2\n1,2\n".encode()) == [None, None, (1.0, 2.0)]
+    assert reader.bad == 2

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from firstcontact.core import InputError
+from firstcontact.core.numbers import parse_float
 
 #: Names of a column that counts the samples.
 COUNTERS = ("counter", "count", "sample", "n", "i", "index", "nr", "#")
@@ -85,7 +86,7 @@ class LineReader:
     def _numbers(self, line: bytes) -> tuple[float, ...] | None:
         words = _words(line)
         try:
-            values = tuple(float(w.rpartition(":")[2]) for w in words)
+            values = tuple(parse_float(w.rpartition(":")[2], finite=False) for w in words)
         except ValueError:
             self._name(line)
             self.bad += not self._is_header(words)

@@ -188,6 +188,8 @@ def test_faster_than_real_time_nothing_is_said_to_be_in_time(
     (row,) = shown(*found)["pinches"]
     assert row["case"] is None
     assert row["estimate"] is not None
+    assert row["ms"] is None
+    assert " at " not in pinch_line(done)
     said = "\n".join(ledger_lines(pipeline.ledger.summary(), 1.0, 0.1, speed=4.0))
     assert "what was in time" in said
     assert "too late" not in said

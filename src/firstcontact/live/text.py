@@ -108,7 +108,7 @@ def pinch_line(done: PinchDone, alone: bool = False) -> str:
             of = isinstance(e, Estimated) and done.answers
             model = f"model of {1e3 * e.duration:.0f} ms: " if of else ""
             case = f", {done.case_of(e)}" if judged else ""
-            parts.append(f"{model}{estimate_words(e, done.rate)}{case}")
+            parts.append(f"{model}{estimate_words(e, done.rate if done.real_time else None)}{case}")
     if done.refused:
         parts.append(f"no estimate: {done.refused}")
     if done.offset is not None:
@@ -116,12 +116,16 @@ def pinch_line(done: PinchDone, alone: bool = False) -> str:
     return ", ".join(parts)
 
 
-def estimate_words(e: Running | Estimated, rate: float) -> str:
-    """An estimate, and how long after the contact it was available; ``rate`` in Hz."""
+def estimate_words(e: Running | Estimated, rate: float | None) -> str:
+    """An estimate, and how long after the contact it was available.
+
+    ``rate`` is in Hz, and None where that time means nothing.
+    """
     bounds = f" ({e.low:.0f} to {e.high:.0f})" if e.level else ""
     signal = f" from {1e3 * e.duration:.0f} ms" if isinstance(e, Running) else ""
     odd = ", out of range" if isinstance(e, Running) and e.strange else ""
-    return f"{e.value:.1f} Shore A{bounds}{signal} at {1e3 * e.after(rate):.1f} ms{odd}"
+    at = "" if rate is None else f" at {1e3 * e.after(rate):.1f} ms"
+    return f"{e.value:.1f} Shore A{bounds}{signal}{at}{odd}"
 
 
 def hand_line(event: HandPinch, rate: float) -> str:

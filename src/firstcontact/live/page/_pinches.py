@@ -56,7 +56,7 @@ def verdict(done: PinchDone) -> dict[str, Any]:
         later = {**value(final), "ms": timing(final, done.rate)["total"]}
     return {
         "case": None if done.case is None else done.case.name,
-        "ms": None if shown is None else timing(shown, done.rate)["total"],
+        "ms": timing(shown, done.rate)["total"] if shown and done.real_time else None,
         "offset": None if done.offset is None else round(1e3 * done.offset, 3),
         "later": later,
     }

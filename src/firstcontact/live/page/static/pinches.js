@@ -26,7 +26,7 @@ function row(pinch) {
   } else {
     const { value, low, high } = pinch.estimate;
     cell(tr, "", make("b", "", number(value)), make("small", "", high > low ? `${number(low)}–${number(high)}` : ""));
-    cell(tr, "", number(pinch.ms, 1));
+    cell(tr, "", pinch.ms === null ? "–" : number(pinch.ms, 1));
   }
   cell(tr, "", pinch.offset === null ? "–" : number(pinch.offset, 1));
   const late = pinch.later ? [make("small", "later", `later ${number(pinch.later.value)}, after ${number(pinch.later.ms, 1)} ms`)] : [];

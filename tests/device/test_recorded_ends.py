@@ -71,7 +71,7 @@ class SlowActor:
         self._source = source
 
     def arrived(self, block: Block, host: float) -> None:
-        comes(self._source, ENOUGH)
+        comes(self._source, ENOUGH // 10)
 
     def happened(self, event: Event) -> None:
         """Do nothing."""

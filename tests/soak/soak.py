@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from soak_links import LINKS, Link
 
 from firstcontact.contact import ThresholdDetector
-from firstcontact.core.errors import InputError
+from firstcontact.core import Calibration, InputError, VibrationCalibration
 from firstcontact.device.source import Health
 from firstcontact.live.json_lines import JsonLinesSink
 from firstcontact.live.pipeline import Pipeline
@@ -63,7 +63,9 @@ def run_link(name: str, seconds: float, seed: int, folder: Path) -> dict[str, An
         over.set()
 
     with link.opened() as source, Path(os.devnull).open("w", encoding="utf-8") as nowhere:
-        pipeline = Pipeline(source.descriptor.layout, ThresholdDetector(10.0))
+        layout = source.descriptor.layout
+        noise = Calibration(tuple(VibrationCalibration(f, 1.0) for f in layout.vibration_fingers))
+        pipeline = Pipeline(layout, ThresholdDetector(10.0), (), noise)
         session = LiveSession(source, pipeline, (), folder)
         path = session.start_recording()
         injecting = threading.Thread(target=inject)

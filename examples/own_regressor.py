@@ -1,9 +1,12 @@
-"""A regressor of your own, in scikit-learn's form, beside ours on a small set of simulated rigs.
+"""Regressors of your own, in scikit-learn's form, beside ours on a small set of simulated rigs.
 
 python examples/own_regressor.py
 """
 
 import numpy as np
+from sklearn.linear_model import Ridge
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import FunctionTransformer, StandardScaler
 
 from firstcontact.core.jobs import Serial
 from firstcontact.study.benchmark import QUICK, benchmark
@@ -20,6 +23,14 @@ class Loudness:
     def predict(self, X):
         """Shore A, shape (n,)."""
         return np.polyval(self.line, np.log(X.std(axis=1)))
+
+
+#: A pipeline, named as own_regressor:pipeline: the logarithm of the spectrum, then a ridge.
+pipeline = make_pipeline(
+    FunctionTransformer(lambda X: np.log(np.abs(np.fft.rfft(X)) + 1e-6)),
+    StandardScaler(),
+    Ridge(10),
+)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,9 @@ from firstcontact.report.results.file import read_results
 
 MINE = """
 import numpy as np
+from sklearn.linear_model import Ridge
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import StandardScaler
 
 class Loud:
     def fit(self, X, y):
@@ -33,6 +36,17 @@ class Picky(Loud):
     def fit(self, X, y):
         raise RuntimeError("no data\\nis good enough")
 
+class Leaving(Loud):
+    def fit(self, X, y):
+        raise SystemExit(0)
+
+class OddError(BaseException): ...
+
+class Odd(Loud):
+    def predict(self, X):
+        raise OddError
+
+pipeline = make_pipeline(StandardScaler(), Ridge())
 number = 5
 """
 
@@ -42,6 +56,8 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "their_regressors.py").write_text(MINE, encoding="utf-8")
     (tmp_path / "their_slip.py").write_text("def fit(:\n", encoding="utf-8")
     (tmp_path / "their_driver.py").write_text("raise RuntimeError('no board')\n", encoding="utf-8")
+    (tmp_path / "their_exit.py").write_text("raise SystemExit(0)\n", encoding="utf-8")
+    (tmp_path / "their_break.py").write_text("raise KeyboardInterrupt\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.delitem(__import__("sys").modules, "their_regressors", raising=False)
     return tmp_path
@@ -52,19 +68,20 @@ def asked(name: str, *more: str) -> int:
     return run("benchmark", name, *words, *more)
 
 
-def test_a_class_lands_in_the_table_beside_ours(here: Path, capsys: Any) -> None:
-    assert asked("their_regressors:Loud") == 0
+def test_a_pipeline_lands_in_the_table_beside_ours(here: Path, capsys: Any) -> None:
+    name = "their_regressors:pipeline"
+    assert asked(name) == 0
     said = capsys.readouterr().out
-    assert "their_regressors:Loud" in said
+    assert name in said
     assert "In-context network" in said
     found = read_results(here / "b" / "results.json", BenchmarkResults)
     both = found.conditions["paper-rig"]
-    assert next(iter(both.generalise.estimators)) == found.contender == "their_regressors:Loud"
-    times = both.anytime["their_regressors:Loud"]
+    assert next(iter(both.generalise.estimators)) == found.contender == name
+    times = both.anytime[name]
     for scores in (times.rmse, times.coverage, times.width):
         assert list(scores) == ["2", "3", "5", "8", "15"]
     page = (here / "b" / "report.html").read_text(encoding="utf-8")
-    assert "their_regressors:Loud" in page
+    assert name in page
     assert page.count("data:image/svg") == 2
 
 
@@ -77,10 +94,14 @@ def test_a_class_lands_in_the_table_beside_ours(here: Path, capsys: Any) -> None
         (".relative:Loud", "cannot be imported"),
         ("their_slip:Loud", "SyntaxError"),
         ("their_driver:Loud", "no board"),
-        ("their_regressors:Picky", "Picky failed in fit (RuntimeError: no data is good enough)"),
+        ("their_regressors:Picky", "Picky raised RuntimeError: no data is good enough"),
+        ("their_regressors:Leaving", "fit of their_regressors:Leaving raised SystemExit: 0"),
+        ("their_regressors:Odd", "predict of their_regressors:Odd raised OddError"),
+        ("their_exit:Loud", "SystemExit: 0"),
+        ("their_break:Loud", "KeyboardInterrupt"),
         ("their_regressors:", "cannot be imported"),
-        ("their_regressors:Half", "no class with fit"),
-        ("their_regressors:number", "no class with fit"),
+        ("their_regressors:Half", "is no regressor"),
+        ("their_regressors:number", "is no regressor"),
         ("their_regressors:Broken", "one finite Shore A"),
         ("their_regressors", "their_regressors"),
     ],

@@ -7,14 +7,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sklearn.base import clone
 from sklearn.linear_model import Ridge
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import StandardScaler
 
 from firstcontact.anytime import Touches
 from firstcontact.core import InputError
 from firstcontact.learning.at_lengths import (
     AtLengths,
+    _fresh,
     fit_at_lengths,
-    from_class,
+    from_regressor,
     registered,
     windows,
 )
@@ -107,7 +111,7 @@ def test_a_class_of_anybody_gets_copies_of_two_dimensions() -> None:
             return np.full((len(X), 1), self.mean)
 
     before, truth = TOUCHES.signals.copy(), SHORE_A.copy()
-    answers = fit_at_lengths(from_class(Mine), TOUCHES, SHORE_A, SESSIONS).answers(TOUCHES)
+    answers = fit_at_lengths(from_regressor(Mine), TOUCHES, SHORE_A, SESSIONS).answers(TOUCHES)
     assert np.allclose(answers.values, SHORE_A.mean())
     assert np.array_equal(TOUCHES.signals, before)
     assert np.array_equal(SHORE_A, truth)
@@ -122,8 +126,40 @@ def test_a_class_with_a_seed_is_given_it() -> None:
             super().__init__(random_state=random_state)
             seeds.append(random_state)
 
-    fit_at_lengths(from_class(Seeded), TOUCHES, SHORE_A, SESSIONS, seed=5)
+    fit_at_lengths(from_regressor(Seeded), TOUCHES, SHORE_A, SESSIONS, seed=5)
     assert set(seeds) == {5}
+
+
+def test_a_pipeline_is_copied_for_every_training_and_given_the_seed() -> None:
+    made = make_pipeline(StandardScaler(), Ridge(random_state=None), memory=None)
+    fixed = make_pipeline(StandardScaler(), Ridge(random_state=3))
+    learn = from_regressor(made)
+    X = TOUCHES.after[:, :25, None].astype(np.float32)
+    asks = [learn(X, SHORE_A, None, TOUCHES.rate, seed) for seed in (5, 6)]
+    first, second = (ask.__closure__ for ask in asks)
+    assert first != second
+    assert not hasattr(made[-1], "coef_")
+    assert np.allclose(
+        asks[0](X), clone(made).fit(X[:, :, 0].astype(float), SHORE_A).predict(X[:, :, 0])
+    )
+    states = [_fresh(its, 5).get_params()["ridge__random_state"] for its in (made, fixed)]
+    assert states == [5, 3]
+
+
+def test_any_instance_with_fit_and_predict_will_do() -> None:
+    class Mean:
+        value = 0.0
+
+        def fit(self, X: Any, y: Any) -> None:
+            self.value = float(y.mean())
+
+        def predict(self, X: Any) -> Any:
+            return np.full(len(X), self.value)
+
+    given = Mean()
+    answers = fit_at_lengths(from_regressor(given), TOUCHES, SHORE_A, SESSIONS).answers(TOUCHES)
+    assert np.allclose(answers.values, SHORE_A.mean())
+    assert given.value == 0.0
 
 
 @pytest.mark.parametrize("answer", [np.nan, np.inf])
@@ -135,7 +171,7 @@ def test_answers_that_are_no_numbers_are_refused(answer: float) -> None:
             return np.full(len(X), answer)
 
     with pytest.raises(InputError, match="one finite Shore A"):
-        fit_at_lengths(from_class(Bad), TOUCHES, SHORE_A)
+        fit_at_lengths(from_regressor(Bad), TOUCHES, SHORE_A)
 
 
 def test_windows_are_the_signal_itself_unless_they_are_filtered() -> None:

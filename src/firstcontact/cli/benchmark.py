@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 import sys
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,8 +20,8 @@ class Benchmark:
     """Ask a regressor, the default one and the in-context network the same about simulated rigs."""
 
     regressor: tyro.conf.Positional[str]
-    """PACKAGE:CLASS with scikit-learn's fit(X, y) and predict(X), which is imported and so runs; or
-    the name of a registered estimator."""
+    """PACKAGE:NAME of a class, an instance or a pipeline with scikit-learn's fit(X, y) and
+    predict(X), which is imported and so runs; or the name of a registered estimator."""
     out: Path = Path("firstcontact-benchmark")
     """Folder for report.html and results.json; those of another benchmark are replaced."""
     condition: str | None = None
@@ -61,7 +62,8 @@ class Benchmark:
                 size = QUICK if self.quick else Size()
                 found = benchmark(self.regressor, names, size, self.seed, runner, print)
         finally:
-            sys.path.remove("")
+            with suppress(ValueError):
+                sys.path.remove("")
         command = shlex.join(["firstcontact", *sys.argv[1:]])
         results = BenchmarkResults(
             contender=self.regressor,

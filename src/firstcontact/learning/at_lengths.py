@@ -7,8 +7,8 @@ registered estimators, and anybody's regressor, stand beside what answers at any
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from firstcontact.anytime import Answers, Touches
 from firstcontact.anytime.touches import TIMES
 from firstcontact.core import InputError
+from firstcontact.core.foreign import ForeignCode, in_a_line, is_interrupt, remember
 from firstcontact.signal import SavitzkyGolay, samples_in
 from firstcontact.stiffness import Interval, Task, make_estimator, usable
 from firstcontact.stiffness.conformal import conformal_interval, least_answers
@@ -51,23 +52,33 @@ def registered(name: str, options: Mapping[str, Any] | None = None) -> Learn:
     return learn
 
 
-def from_class(regressor: Callable[..., Any]) -> Learn:
-    """A class in scikit-learn's form: ``fit(X, y)``, ``predict(X)``, X of shape (n, samples).
+def from_regressor(regressor: Any, name: str = "") -> Learn:
+    """Return a learner for a regressor in scikit-learn's form.
 
-    It is made anew for every training, without arguments, or with ``random_state`` where it
-    takes that.
+    It has ``fit(X, y)`` and ``predict(X)``, with X of shape (n, samples). Every training takes a
+    new one, whose random states are the seed of the training.
+
+    Parameters
+    ----------
+    regressor
+        A class, which is made without arguments, or with ``random_state`` where it takes that. Or
+        an instance, such as a pipeline, which is copied; only its free random states are set.
+    name
+        Name for messages; that of the class if empty.
     """
+    kind = regressor if isinstance(regressor, type) else type(regressor)
+    title = name or kind.__name__
 
     def learn(
         X: Windows, y: Values, groups: NDArray[np.str_] | None, rate: float, seed: int
     ) -> Ask:
-        with _of_theirs(regressor, "fit"):
-            model = regressor(**({"random_state": seed} if _takes_seed(regressor) else {}))
+        with ForeignCode(f"fit of {title}"):
+            model = _fresh(regressor, seed)
             fitted = model.fit(X[:, :, 0].astype(np.float64), y.copy())
         asked = model if fitted is None else fitted
 
         def ask(windows: Windows) -> Values:
-            with _of_theirs(regressor, "predict"):
+            with ForeignCode(f"predict of {title}"):
                 found = asked.predict(windows[:, :, 0].astype(np.float64))
                 return np.asarray(found, dtype=np.float64).reshape(-1)
 
@@ -76,8 +87,8 @@ def from_class(regressor: Callable[..., Any]) -> Learn:
     return learn
 
 
-def imported(name: str) -> Callable[..., Any]:
-    """The class that ``PACKAGE:CLASS`` names; importing it runs its package's own code.
+def imported(name: str) -> Any:
+    """The regressor that ``PACKAGE:NAME`` names; importing it runs its package's own code.
 
     Raises
     ------
@@ -86,32 +97,38 @@ def imported(name: str) -> Callable[..., Any]:
     """
     module, _, path = name.partition(":")
     try:
-        found: Any = import_module(module)
-        for part in path.split("."):
-            found = getattr(found, part)
-    except Exception as error:  # a package of anybody's may fail in any way
+        with ForeignCode(name):
+            remember(module, name)
+            found: Any = import_module(module)
+            for part in path.split("."):
+                found = getattr(found, part)
+            fits = all(callable(getattr(found, method, None)) for method in ("fit", "predict"))
+    except BaseException as error:
+        if is_interrupt(error):
+            raise
         raise InputError(
-            f"{name} cannot be imported ({_in_a_line(error)}): name it PACKAGE:CLASS, from a "
-            "folder or an environment that Python finds it in"
+            f"{name} cannot be imported ({in_a_line(error.__cause__ or error)}): name it "
+            "PACKAGE:NAME, from a folder or an environment that Python finds it in"
         ) from None
-    if not callable(found) or not all(hasattr(found, method) for method in ("fit", "predict")):
-        raise InputError(f"{name} is no class with fit(X, y) and predict(X): name one that is")
-    its: Callable[..., Any] = found
-    return its
+    if not fits:
+        raise InputError(
+            f"{name} is no regressor: name a class or an instance with fit(X, y) and predict(X)"
+        )
+    return found
 
 
-@contextmanager
-def _of_theirs(regressor: Callable[..., Any], method: str) -> Iterator[None]:
-    """Whatever goes wrong in a regressor of the user's own is for the user to mend."""
-    try:
-        yield
-    except Exception as error:
-        name = getattr(regressor, "__name__", str(regressor))
-        raise InputError(f"{name} failed in {method} ({_in_a_line(error)}): mend it") from error
+def _fresh(regressor: Any, seed: int) -> Any:
+    """Return an unfitted regressor of its own for one training."""
+    if isinstance(regressor, type):
+        return regressor(**({"random_state": seed} if _takes_seed(regressor) else {}))
+    if not hasattr(regressor, "get_params"):
+        return deepcopy(regressor)
+    from sklearn.base import clone
 
-
-def _in_a_line(error: Exception) -> str:
-    return " ".join(f"{type(error).__name__}: {error}".split())
+    model = clone(regressor)
+    states = [n for n in model.get_params() if n.rpartition("__")[2] == "random_state"]
+    free = [n for n in states if model.get_params()[n] is None]
+    return model.set_params(**dict.fromkeys(free, seed))
 
 
 def _takes_seed(regressor: Callable[..., Any]) -> bool:
@@ -200,7 +217,7 @@ def fit_at_lengths(
     Parameters
     ----------
     learn
-        :func:`registered` or :func:`from_class`.
+        :func:`registered` or :func:`from_regressor`.
     touches, shore_a
         To learn from, shape (n,).
     groups

@@ -16,7 +16,7 @@ from firstcontact.learning.adapting import adapt
 from firstcontact.learning.at_lengths import (
     AtLengths,
     fit_at_lengths,
-    from_class,
+    from_regressor,
     imported,
     registered,
 )
@@ -100,7 +100,7 @@ def at_lengths(entrant: Entrant, its: RigSet, learn: Index, seed: int) -> AtLeng
     """Models of several lengths of a registered estimator, or of a user's own regressor."""
     options = dict(entrant.options)
     own, name = options.pop("regressor", None), options.pop("estimator", None)
-    learner = registered(name, options) if own is None else from_class(imported(own))
+    learner = registered(name, options) if own is None else from_regressor(imported(own), own)
     touches, windows = its.touches.take(learn), its.windows
     groups = windows.sessions[learn]
     return fit_at_lengths(learner, touches, windows.y[learn], groups, seed=seed)

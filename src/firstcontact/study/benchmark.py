@@ -37,7 +37,7 @@ QUICK = Size((StudySettings().rig_seeds[0],), BRIEF)
 
 
 def contender(name: str) -> Entrant:
-    """Who is named: a registered estimator, or a class as ``PACKAGE:CLASS``.
+    """Who is named: a registered estimator, or a class or an instance as ``PACKAGE:NAME``.
 
     Raises
     ------

@@ -14,7 +14,6 @@ import pytest
 
 from firstcontact.cli import stopping as module
 from firstcontact.cli.stopping import Stop, stopping
-from firstcontact.recording import read_recording
 
 SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
 COMMAND = [sys.executable, "-m", "firstcontact.cli.main"]
@@ -96,7 +95,7 @@ def test_in_another_thread_there_is_nothing_to_take() -> None:
 
 
 @pytest.mark.parametrize("number", SIGNALS)
-def test_a_verb_that_writes_leaves_whole_files_only(number: signal.Signals, tmp_path: Path) -> None:
+def test_a_verb_that_writes_leaves_no_part(number: signal.Signals, tmp_path: Path) -> None:
     out = tmp_path / "set"
     with subprocess.Popen(
         [*COMMAND, "simulate", "--out", str(out), "--pinches-per-block", "500"],
@@ -111,7 +110,4 @@ def test_a_verb_that_writes_leaves_whole_files_only(number: signal.Signals, tmp_
         rest = process.stderr.read()
     assert process.returncode == 128 + number
     assert rest.splitlines()[-1] == b"firstcontact: interrupted"
-    for path in out.iterdir():
-        assert path.suffix == ".mcap"
-        assert not path.name.startswith(".")
-        read_recording(path)
+    assert list(tmp_path.iterdir()) == []

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 from scripted_device import ScriptedDevice, collect
 from serial_faults import samples, wait_for
@@ -97,9 +99,23 @@ def test_a_device_that_has_died_shows_as_not_connected_and_may_wake(
         device.script.hears = lambda data: b""
         wait_for(source, lambda: not source.health.connected)
         device.script.hears = lambda data: data
-        wait_for(source, lambda: source.health.connected)
         device.put(100)
         collect(source, lambda n: n == 100)
+        assert source.health.connected
+
+
+def test_a_device_that_answers_and_sends_no_samples_shows_as_not_connected_in_two_seconds(
+    device: ScriptedDevice,
+) -> None:
+    with SerialSource(device.port) as source:
+        device.put(100)
+        collect(source, lambda n: n == 100)
+        began = time.monotonic()
+        wait_for(source, lambda: not source.health.connected)
+        assert 1.0 < time.monotonic() - began < 3.0
+        device.put(100)
+        collect(source, lambda n: n == 100)
+        assert source.health.connected
 
 
 def test_a_start_that_is_lost_is_said_again(

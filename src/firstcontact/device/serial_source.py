@@ -30,7 +30,8 @@ _log = logging.getLogger(__name__)
 PATIENCE = 5.0
 #: How often it is looked whether a reader has taken what waits, s.
 LOOK = 2e-3
-#: A device that sends no samples for so long is asked whether it was reset, s ...
+#: A device that sends no samples for so long is asked whether it was reset, s. One that answers and
+#: sends no samples for as long again is not connected ...
 SILENCE = 1.0
 #: ... and again after so long without an answer.
 AGAIN = 0.5
@@ -84,6 +85,7 @@ class SerialSource:
         self._thread: threading.Thread | None = None
         self._closing = threading.Event()
         self._heard = 0.0  # when samples or an answer came last
+        self._sampled = 0.0  # when samples came last
         self._inbox = Inbox()
         # What follows is changed and looked at with its lock.
         self._markers: list[Marker] = []  # that wait for their sample
@@ -236,8 +238,8 @@ class SerialSource:
                         "(`firstcontact ports --ask`), and flash its firmware"
                     )
                 with self._inbox.changed:
-                    # No answer to the last question is as good as no device.
-                    self._connected &= asked < self._heard
+                    # No sample since the last question is as good as no device.
+                    self._connected &= asked < self._sampled
                 self._assembler.asked()
                 transport.send(FrameType.HELLO, bytes([VERSION]))
                 asked = now
@@ -300,8 +302,10 @@ class SerialSource:
                 self._inbox.put(Arrival(block, now, due, told=told))
             if out.blocks and out.blocks[-1].epoch == self._assembler.epoch:
                 self._clock.add(out.blocks[-1].end, now)
+            if out.blocks or self._assembler.epoch != epoch:
+                self._sampled, self._connected = now, True
             if out.blocks or out.greeted:
-                self._heard, self._connected = now, True
+                self._heard = now
                 if out.greeted:  # who entered waits for it
                     self._inbox.changed.notify_all()
                 self._inbox.wake()

@@ -17,15 +17,18 @@ from functools import partial
 
 import numpy as np
 
-from firstcontact.core.command import Command
-from firstcontact.twin._outcome import GraspOutcome
-from firstcontact.twin.conditions import PAPER_RIG
-from firstcontact.twin.draw import draw_pinch
-from firstcontact.twin.drive import Drive
-from firstcontact.twin.household import HOUSEHOLD, draw_household_specimen
-from firstcontact.twin.lift import Lift
-from firstcontact.twin.plant import GraspPlant
-from firstcontact.twin.run import QUICK
+from firstcontact.core import Command
+from firstcontact.twin import (
+    HOUSEHOLD,
+    PAPER_RIG,
+    QUICK,
+    Drive,
+    GraspOutcome,
+    GraspPlant,
+    Lift,
+    draw_household_specimen,
+    draw_pinch,
+)
 
 #: Samples of a block.
 BLOCK = 5

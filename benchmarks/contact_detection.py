@@ -14,9 +14,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from firstcontact.contact import SvmDetector, ThresholdDetector
-from firstcontact.contact.detector import Detector
-from firstcontact.contact.features import window_features
+from firstcontact.contact import Detector, SvmDetector, ThresholdDetector, window_features
 from firstcontact.core import Block, Contact, Dataset, Finger, Label, Pinch, fingertip_layout
 from firstcontact.signal import samples_in
 

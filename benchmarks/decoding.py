@@ -16,11 +16,11 @@ import zlib
 import numpy as np
 
 from firstcontact.core import Block, fingertip_layout
-from firstcontact.device import Descriptor
-from firstcontact.device.assembler import Assembler
-from firstcontact.device.decoder import Decoder
-from firstcontact.device.protocol import (
+from firstcontact.device import (
     FRAME_SAMPLES,
+    Assembler,
+    Decoder,
+    Descriptor,
     FrameType,
     descriptor_payload,
     encode,

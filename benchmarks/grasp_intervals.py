@@ -16,11 +16,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.physics import holding_force
-from firstcontact.grasp_study._front import SCALES, front, resampled, scale_at
-from firstcontact.grasp_study._household_numbers import less
-from firstcontact.grasp_study._table import Outcomes
-from firstcontact.twin.household import HOUSEHOLD
+from firstcontact.core import holding_force
+from firstcontact.twin import HOUSEHOLD
+from firstcontact_lab.grasping._front import SCALES, front, resampled, scale_at
+from firstcontact_lab.grasping._household_numbers import less
+from firstcontact_lab.grasping._table import Outcomes
 
 Values = NDArray[np.float64]
 Draws = tuple[Outcomes, Outcomes]

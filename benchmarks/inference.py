@@ -12,11 +12,10 @@ import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from firstcontact.models import Task, make_estimator, time_inference
 from firstcontact.recording import load_dataset
 from firstcontact.signal import contact_windows
-from firstcontact.stiffness import Task, make_estimator
-from firstcontact.stiffness.timing import time_inference
-from firstcontact.twin.simulate import simulate
+from firstcontact.twin import simulate
 
 
 def main() -> None:

@@ -26,12 +26,8 @@ from pathlib import Path
 
 import numpy as np
 
-from firstcontact.anytime import InContextModel, Touches
-from firstcontact.anytime.model_file import load_anytime
-from firstcontact.anytime.touches import BEFORE, LONGEST
 from firstcontact.cli.twin_model import twin_model
-from firstcontact.contact import Detector, detect
-from firstcontact.contact.detector_file import load_detector
+from firstcontact.contact import Detector, detect, load_detector
 from firstcontact.core import (
     Block,
     Calibration,
@@ -42,15 +38,21 @@ from firstcontact.core import (
     VibrationCalibration,
     fingertip_layout,
 )
-from firstcontact.live.events import PinchDone
-from firstcontact.live.models import ModelWithInterval
-from firstcontact.live.pipeline import Pipeline
+from firstcontact.models import (
+    BEFORE,
+    LONGEST,
+    InContextModel,
+    SvmModel,
+    Touches,
+    load_anytime,
+    load_interval,
+    load_window_model,
+    machine_of,
+    shape_and_level,
+)
 from firstcontact.signal import contact_windows, samples_in
-from firstcontact.stiffness import load_interval, load_model
-from firstcontact.stiffness.svm import machine_of
-from firstcontact.stiffness.svm_model import SvmModel, shape_and_level
-from firstcontact.twin.filter import DeviceFilter
-from firstcontact.twin.stream import TwinStream
+from firstcontact.streaming import ModelWithInterval, PinchDone, Pipeline
+from firstcontact.twin import DeviceFilter, TwinStream
 
 LAYOUT = fingertip_layout()
 #: Runs in real time: words, with the page, with somebody who looks at it.
@@ -172,7 +174,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as cache:
         os.environ["XDG_CACHE_HOME"] = cache
         folder = twin_model("paper-rig", 0)
-        detector, model = load_detector(folder), load_model(folder)
+        detector, model = load_detector(folder), load_window_model(folder)
         models = [ModelWithInterval(model, load_interval(Path(folder)))]
         anytime = load_anytime(folder)
         assert isinstance(model, SvmModel)

@@ -17,20 +17,18 @@ from pathlib import Path
 import numpy as np
 from distributed import LocalCluster
 
-from firstcontact.core import Dataset
-from firstcontact.core.cluster import on_cluster
-from firstcontact.core.jobs import Runner, parallel
-from firstcontact.learning.splits import by_session
-from firstcontact.learning.training import (
+from firstcontact.core import Dataset, Runner, on_cluster, parallel
+from firstcontact.models import (
     DURATION,
     LabelledWindows,
     Question,
+    Task,
+    by_session,
     held_out,
     labelled_windows,
 )
 from firstcontact.recording import load_dataset
-from firstcontact.stiffness import Task
-from firstcontact.twin.simulate import simulate
+from firstcontact.twin import simulate
 
 
 @contextmanager

@@ -14,18 +14,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from joblib import Parallel, delayed
 
-from firstcontact.contact.slip import PowerSlipDetector
-from firstcontact.core import Block, Command
-from firstcontact.core.layout import FINGERTIP_RATE, fingertip_layout
-from firstcontact.core.physics import holding_force
-from firstcontact.grasp.grip import Grip
-from firstcontact.twin.conditions import condition
-from firstcontact.twin.draw import draw_pinch
-from firstcontact.twin.drive import Drive
-from firstcontact.twin.household import HOUSEHOLD, draw_household_specimen
-from firstcontact.twin.lift import Lift
-from firstcontact.twin.plant import GraspPlant
-from firstcontact.twin.slip_sound import SlipParameters
+from firstcontact.contact import PowerSlipDetector
+from firstcontact.core import FINGERTIP_RATE, Block, Command, fingertip_layout, holding_force
+from firstcontact.grasp import Grip
+from firstcontact.twin import (
+    HOUSEHOLD,
+    Drive,
+    GraspPlant,
+    Lift,
+    SlipParameters,
+    condition,
+    draw_household_specimen,
+    draw_pinch,
+)
 
 SET_ON, HELD_OUT = 1, (2, 3, 4)
 COUPLINGS = (0.03, 0.1, 0.3, 1.0)

@@ -20,23 +20,31 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.core.pinch import Label
+from firstcontact.core import FINGERTIP_RATE, Label
 from firstcontact.recording import load_dataset
-from firstcontact.twin import pinch as pinch_module
-from firstcontact.twin import run as run_module
-from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition
-from firstcontact.twin.draw import PinchDraw, draw_pinch, draw_specimen
-from firstcontact.twin.mechanics import (
+from firstcontact.twin import (
+    BLOCKS,
     BUFFER,
+    BURN_IN,
+    EVERYDAY,
+    EVERYDAY_OBJECTS,
     FINGER_STATES,
+    PAPER_RIG,
     STATES,
+    SUBSTEPS,
+    Condition,
+    PinchDraw,
+    TwinObject,
     _derivative,
+    draw_pinch,
+    draw_specimen,
+    excerpt,
+    mechanics_of,
+    simulate,
+    simulate_pinch,
 )
-from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS, TwinObject
-from firstcontact.twin.pinch import BURN_IN, excerpt, mechanics_of, simulate_pinch
-from firstcontact.twin.run import SUBSTEPS
-from firstcontact.twin.simulate import simulate
+from firstcontact.twin import _pinch as pinch_module
+from firstcontact.twin import _run as run_module
 
 
 def drawn(kind: TwinObject, number: int, condition: Condition = PAPER_RIG) -> PinchDraw:

@@ -12,18 +12,22 @@ from pathlib import Path
 
 import numpy as np
 
-from firstcontact.anytime import touches_of
-from firstcontact.core import Dataset, Label
-from firstcontact.core.palette import BLUE, RED, SKY
-from firstcontact.report.figures.anytime import anytime_figure
-from firstcontact.report.figures.generalise import generalise_figure
-from firstcontact.report.figures.style import canvas, shades, uri
-from firstcontact.report.results.file import read_results
-from firstcontact.report.results.study import StudyResults
-from firstcontact.twin.conditions import EVERYDAY
-from firstcontact.twin.draw import draw_pinch
-from firstcontact.twin.objects import BLOCKS, TwinObject, object_named
-from firstcontact.twin.pinch import excerpt, simulate_pinch
+from firstcontact.core import BLUE, RED, SKY, Dataset, Label
+from firstcontact.models import touches_of
+from firstcontact.twin import (
+    BLOCKS,
+    EVERYDAY,
+    TwinObject,
+    draw_pinch,
+    excerpt,
+    object_named,
+    simulate_pinch,
+)
+from firstcontact_lab.report.figures.anytime import anytime_figure
+from firstcontact_lab.report.figures.generalise import generalise_figure
+from firstcontact_lab.report.figures.style import canvas, shades, uri
+from firstcontact_lab.report.results.file import read_results
+from firstcontact_lab.report.results.study import StudyResults
 
 ROOT = Path(__file__).parents[1]
 IMAGES = ROOT / "docs" / "images"

@@ -6,16 +6,14 @@ from collections.abc import Callable, Sequence
 
 from table_rows import Number, Row, Rows, of
 
-from firstcontact.learning.detection import DetectionScores
-from firstcontact.learning.scores import Bounded, bounded
-from firstcontact.report.accepted import Accepted
-from firstcontact.report.results.anytime import AnytimeResults
-from firstcontact.report.results.contact import AnswerTimes
-from firstcontact.report.results.data import Offsets
-from firstcontact.report.results.hardness import HardnessOrder
-from firstcontact.report.results.stiffness import InferenceTimes
-from firstcontact.report.results.study import FirstSubject, SubjectResults
-from firstcontact.stiffness.timing import InferenceTime
+from firstcontact.models import Bounded, DetectionScores, InferenceTime, bounded
+from firstcontact_lab.report.accepted import Accepted
+from firstcontact_lab.report.results.anytime import AnytimeResults
+from firstcontact_lab.report.results.contact import AnswerTimes
+from firstcontact_lab.report.results.data import Offsets
+from firstcontact_lab.report.results.hardness import HardnessOrder
+from firstcontact_lab.report.results.stiffness import InferenceTimes
+from firstcontact_lab.report.results.study import FirstSubject, SubjectResults
 
 
 def contact(key: str, name: str, published: str, accepted: Accepted) -> Rows:

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from firstcontact.core.percent import percent
-from firstcontact.learning.scores import Bounded
-from firstcontact.report._tables import Cell, Table
-from firstcontact.report.results.study import SubjectResults
+from firstcontact.core import percent
+from firstcontact.models import Bounded
+from firstcontact_lab.report._tables import Cell, Table
+from firstcontact_lab.report.results.study import SubjectResults
 
 ABSENT = "–"
 #: How a kind of value is shown, and what it is multiplied by; a share is shown by `percent`.

@@ -10,12 +10,12 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from firstcontact.core.registry import Registry
+from firstcontact.core import Registry
 
 PAGE = Path(__file__).parent / "reference" / "python.md"
 ROOMS = (
-    "core", "recording", "signal", "contact", "stiffness", "learning", "twin", "grasp", "device",
-    "testing",
+    "core", "recording", "signal", "contact", "models", "twin", "grasp", "device", "streaming",
+    "collect", "export", "testing",
 )  # fmt: skip
 HEAD = """\
 # From Python

@@ -10,7 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from firstcontact.cli.main import VERBS
+from firstcontact.cli.verbs import verb_places
 
 PAGE = Path(__file__).parent / "reference" / "cli.md"
 HEAD = """\
@@ -52,7 +52,7 @@ def told(*arguments: str) -> str:
 def page() -> str:
     """The page."""
     parts = [HEAD, f"```text\n{told()}\n```\n"]
-    parts += [f"## {verb}\n\n```text\n{told(verb)}\n```\n" for verb in VERBS]
+    parts += [f"## {verb}\n\n```text\n{told(verb)}\n```\n" for verb in verb_places()]
     return "\n".join(parts)
 
 

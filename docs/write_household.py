@@ -9,8 +9,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from firstcontact.twin.household import HOUSEHOLD, HOUSEHOLD_SOURCES
-from firstcontact.twin.household_object import QUANTITIES, Quantity
+from firstcontact.twin import HOUSEHOLD, HOUSEHOLD_SOURCES, QUANTITIES, Quantity
 
 PAGE = Path(__file__).parent / "reference/household.md"
 TABLE = re.compile(

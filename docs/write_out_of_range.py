@@ -26,12 +26,18 @@ import numpy as np
 from numpy.typing import NDArray
 from table_rows import lined
 
-from firstcontact.anytime import InContextModel, Rig, Touches
-from firstcontact.anytime.in_context import ANY
-from firstcontact.anytime.model_file import pretrained
-from firstcontact.anytime.touches import BEFORE, LONGEST, cut_touch
-from firstcontact.contact.finder import find_onsets
-from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.contact import find_onsets
+from firstcontact.core import FINGERTIP_RATE
+from firstcontact.models import (
+    ANY,
+    BEFORE,
+    LONGEST,
+    InContextModel,
+    Rig,
+    Touches,
+    cut_touch,
+    pretrained,
+)
 from firstcontact.signal import resample, samples_in
 
 RESULTS = Path(__file__).parent / "results" / "out_of_range.json"
@@ -163,9 +169,9 @@ def shares(model: InContextModel, touches: Touches) -> NDArray[np.float64]:
 
 def simulated(family: str, rigs: int) -> list[tuple[Rig, Touches]]:
     """Random rigs as their block pinches show them, and touches of blocks and objects."""
-    from firstcontact.pretraining._batches import cut
-    from firstcontact.pretraining._examples import MARGIN, placing, rig_examples, volts
-    from firstcontact.twin.rig_families import FAMILIES
+    from firstcontact.twin import FAMILIES
+    from firstcontact_lab.pretraining._batches import cut
+    from firstcontact_lab.pretraining._examples import MARGIN, placing, rig_examples, volts
 
     made = []
     for number in range(rigs):
@@ -183,7 +189,7 @@ def simulated(family: str, rigs: int) -> list[tuple[Rig, Touches]]:
 
 def measured(data: Path | None) -> dict[str, Any]:
     """All rows: number of signals, and share out of range at each time with and without a rig."""
-    from firstcontact.twin.rig_families import FAMILIES
+    from firstcontact.twin import FAMILIES
 
     unknown = pretrained()
     rows: dict[str, Any] = {}

@@ -19,18 +19,17 @@ from typing import Any
 from study_rows import HEADLINE, IMPACTS, MATERIALS, OFFSETS, SPEED, STIFFNESS, detection
 from table_rows import ABSENT, columns_of, lined, table
 
-from firstcontact.core.by_name import to_tree
-from firstcontact.core.percent import percent
-from firstcontact.grasp_study import chapters as grasp_chapters
-from firstcontact.grasp_study import sentences as grasp_sentences
-from firstcontact.grasp_study.results import GraspResults
-from firstcontact.report.markdown import TABLES, markdown
-from firstcontact.report.results.file import read_results
-from firstcontact.report.results.real import RealSet
-from firstcontact.report.results.sets import SetsResults
-from firstcontact.report.results.study import StudyResults
-from firstcontact.report.sets_page import noises, overview
-from firstcontact.stiffness.registry import ESTIMATORS
+from firstcontact.core import percent, to_tree
+from firstcontact.models import ESTIMATORS
+from firstcontact_lab.grasping import chapters as grasp_chapters
+from firstcontact_lab.grasping import sentences as grasp_sentences
+from firstcontact_lab.grasping.results import GraspResults
+from firstcontact_lab.report.markdown import TABLES, markdown
+from firstcontact_lab.report.results.file import read_results
+from firstcontact_lab.report.results.real import RealSet
+from firstcontact_lab.report.results.sets import SetsResults
+from firstcontact_lab.report.results.study import StudyResults
+from firstcontact_lab.report.sets_page import noises, overview
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results"

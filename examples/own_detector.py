@@ -10,11 +10,10 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from firstcontact.contact import Detector, ThresholdDetector, detect
-from firstcontact.contact.stream import WindowDetector
+from firstcontact.contact import Detector, ThresholdDetector, WindowDetector, detect
 from firstcontact.core import Dataset
 from firstcontact.recording import load_dataset
-from firstcontact.twin.simulate import simulate
+from firstcontact.twin import simulate
 
 
 class EnergyDetector(WindowDetector):

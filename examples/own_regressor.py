@@ -8,8 +8,8 @@ from sklearn.linear_model import Ridge
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer, StandardScaler
 
-from firstcontact.core.jobs import Serial
-from firstcontact.study.benchmark import QUICK, benchmark
+from firstcontact.core import Serial
+from firstcontact_lab.study.benchmark import QUICK, benchmark
 
 
 class Loudness:

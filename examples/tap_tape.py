@@ -14,13 +14,9 @@ from pathlib import Path
 import numpy as np
 from scipy.io import wavfile
 
-from firstcontact.core.layout import FINGERTIP_RATE, PIEZO_OFFSET_VOLTS
+from firstcontact.core import FINGERTIP_RATE, PIEZO_OFFSET_VOLTS
 from firstcontact.signal import resample
-from firstcontact.twin.conditions import condition
-from firstcontact.twin.draw import draw_pinch
-from firstcontact.twin.mechanics import BUFFER, INDENTATION
-from firstcontact.twin.objects import object_named
-from firstcontact.twin.pinch import mechanics_of
+from firstcontact.twin import BUFFER, INDENTATION, condition, draw_pinch, mechanics_of, object_named
 
 RATE = 48_000
 #: Rest before the first tap, and from tap to tap, s.

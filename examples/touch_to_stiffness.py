@@ -15,11 +15,10 @@ import numpy as np
 
 from firstcontact.contact import SvmDetector, detect
 from firstcontact.core import Contact, Dataset
+from firstcontact.models import Svm, Task
 from firstcontact.recording import load_dataset
 from firstcontact.signal import contact_windows
-from firstcontact.stiffness import Task
-from firstcontact.stiffness.svm import Svm
-from firstcontact.twin.simulate import simulate
+from firstcontact.twin import simulate
 
 DURATION = 0.015  # s after the contact
 

@@ -8,23 +8,23 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from firstcontact.anytime.compact import THIN
-from firstcontact.anytime.inputs import BESIDE
-from firstcontact.anytime.model_file import pretrained
-from firstcontact.anytime.motor_pitch import quiet_samples
-from firstcontact.anytime.network import HEADS
-from firstcontact.anytime.rig import LEVELS, STAGES
-from firstcontact.anytime.touch_stream import moments
-from firstcontact.anytime.touches import BEFORE
-from firstcontact.contact import DETECTORS, make_detector
-from firstcontact.contact.gate import STEP, STEPS
-from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS
-from firstcontact.embedded.budget import DIRECTIONS
-from firstcontact.embedded.kernel_sizes import detector_sizes
-from firstcontact.live.pipeline import AFTER
-from firstcontact.signal import samples_in
-from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD
-from firstcontact.testing.closings import closings
+from firstcontact.contact import DETECTORS, STEP, STEPS, make_detector
+from firstcontact.core import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS
+from firstcontact.export import DIRECTIONS, detector_sizes
+from firstcontact.models import (
+    BEFORE,
+    BESIDE,
+    HEADS,
+    LEVELS,
+    STAGES,
+    THIN,
+    moments,
+    pretrained,
+    quiet_samples,
+)
+from firstcontact.signal import BASELINE, BASELINE_GUARD, samples_in
+from firstcontact.streaming import AFTER
+from firstcontact.testing import closings
 
 FOLDER = Path(__file__).parent / "answers"
 PAGE = """\

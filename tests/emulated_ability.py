@@ -15,7 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Self
 
-from firstcontact.device.pseudo_terminal import PseudoTerminal
+from firstcontact.device import PseudoTerminal
 from firstcontact.grasp._ability_fingers import NEARLY_OPEN, SENSORS
 from firstcontact.grasp._ability_package import load
 

@@ -7,8 +7,9 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 import msgspec
 
-from firstcontact.core.by_name import ByName, Record, divided
-from firstcontact.report.results.study import SubjectResults
+from firstcontact.core import ByName, Record
+from firstcontact.core._records_json import divided
+from firstcontact_lab.report.results.study import SubjectResults
 
 
 def results(**fields: Any) -> SubjectResults:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.anytime import Touches
-from firstcontact.anytime.touches import BEFORE, lengths
-from firstcontact.anytime.touches import LONGEST as LAST
-from firstcontact.core.layout import FINGERTIP_RATE as RATE
+from firstcontact.core import FINGERTIP_RATE as RATE
+from firstcontact.models import BEFORE, Touches, lengths
+from firstcontact.models import LONGEST as LAST
 from firstcontact.signal import samples_in
 
 SHORTEST, LONGEST = lengths(RATE)

@@ -7,7 +7,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from firstcontact.stiffness.model_file import CARD, WEIGHTS
+from firstcontact.models import CARD
+from firstcontact.models._model_file import WEIGHTS
 
 
 def edit(folder: Path, card: str = CARD, **changes: Any) -> None:

@@ -4,8 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from firstcontact.core import Contact, Dataset, Finger, Label, Layout, Pinch, Role
-from firstcontact.core.layout import Channel, ChannelKind
+from firstcontact.core import (
+    Channel,
+    ChannelKind,
+    Contact,
+    Dataset,
+    Finger,
+    Label,
+    Layout,
+    Pinch,
+    Role,
+)
 
 RATE = 4936.0
 CONTACT = 500

@@ -1,6 +1,6 @@
 /* When a closing begins and ends: the motor has run for 39 ms with nothing held, and rests.
 
-   What firstcontact.contact.gate decides, sample by sample, on the same grid of 3 ms. */
+   What firstcontact.contact._gate decides, sample by sample, on the same grid of 3 ms. */
 #ifndef FC_GATE_H
 #define FC_GATE_H
 

@@ -1,6 +1,6 @@
 /* A model as bytes: the constants that the kernels interpret, read where they lie.
 
-   firstcontact.embedded.model_image writes it. The bytes are data and are never run; what does not
+   firstcontact.export._model_image writes it. The bytes are data and are never run; what does not
    fit the kernels that this firmware was built with is refused before any of it is used. */
 #ifndef FC_IMAGE_H
 #define FC_IMAGE_H

@@ -9,7 +9,7 @@ extern "C" {
 #endif
 
 /* Whether no number of it can pass 1e30: then none is infinite or no number at all, and what is
-   rounded to whole numbers fits into them. firstcontact.embedded.reach refuses the same. */
+   rounded to whole numbers fits into them. firstcontact.export._reach refuses the same. */
 bool fc_reach_is_bounded(const fc_anytime *m);
 
 #ifdef __cplusplus

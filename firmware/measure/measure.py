@@ -23,25 +23,36 @@ import parity
 import peers
 from numpy.typing import NDArray
 
-from firstcontact.anytime import Touches, touches_of
-from firstcontact.anytime.compact import CompactNetwork, deaf
-from firstcontact.anytime.in_context import InContextModel
-from firstcontact.anytime.model_file import pretrained
-from firstcontact.anytime.touch_stream import moments
-from firstcontact.contact import Detector, make_detector
-from firstcontact.contact.registry import DETECTORS
-from firstcontact.core import Dataset
-from firstcontact.core.files import replacing
-from firstcontact.core.jobs import Serial
-from firstcontact.embedded._c_anytime import listens
-from firstcontact.embedded.budget import USUAL_DIRECTIONS, compact_forms, forms, microseconds
-from firstcontact.embedded.trained import NamedModel, Trained
-from firstcontact.learning.adapting import adapt
-from firstcontact.learning.final_model import train_final_model
-from firstcontact.learning.training import labelled_windows
+from firstcontact.contact import DETECTORS, Detector, make_detector
+from firstcontact.core import Dataset, Serial, replacing
+from firstcontact.export import (
+    USUAL_DIRECTIONS,
+    NamedModel,
+    Trained,
+    compact_forms,
+    forms,
+    listens,
+    microseconds,
+)
+from firstcontact.models import (
+    ESTIMATORS,
+    CompactNetwork,
+    InContextModel,
+    Interval,
+    Task,
+    Touches,
+    WindowModel,
+    adapt_network,
+    deaf,
+    labelled_windows,
+    make_estimator,
+    moments,
+    pretrained,
+    touches_of,
+    train_final_model,
+)
 from firstcontact.recording import load_dataset
-from firstcontact.stiffness import ESTIMATORS, Interval, Model, Task, make_estimator
-from firstcontact.twin.simulate import simulate
+from firstcontact.twin import simulate
 
 WINDOW, LEVEL, SEED = 0.015, 0.9, 0
 SETS = (("paper-rig", 31), ("everyday", 32))
@@ -78,7 +89,7 @@ def windows(dataset: Dataset) -> Any:
     return labelled_windows(dataset, contacts, WINDOW, dataset.shore_a)
 
 
-def scored(model: Model, interval: Interval | None, data: Any, name: str) -> Numbers:
+def scored(model: WindowModel, interval: Interval | None, data: Any, name: str) -> Numbers:
     """Error (or share of wrong classes), interval's width and coverage."""
     values = model.predict(data.X)
     if model.spec.classes:
@@ -131,7 +142,7 @@ def of_windows(
     return {"models": rows, "peers": others}, usual
 
 
-def answer_of(name: str, model: Model) -> Numbers:
+def answer_of(name: str, model: WindowModel) -> Numbers:
     """Which estimator made it, and how many samples an answer takes."""
     spec = model.spec
     its = {"estimator": name, "task": spec.task.value}
@@ -166,7 +177,7 @@ def of_touches(sets: list[Dataset], out: Path, quick: bool) -> tuple[Numbers, In
     learn, held, objects = parts(sets[0])
     touches, which = _touches(learn)
     sessions = learn.sessions[which]
-    whole = adapt(pretrained(), touches, learn.shore_a[which], sessions, SEED).model
+    whole = adapt_network(pretrained(), touches, learn.shore_a[which], sessions, SEED).model
     everything = [_touches(dataset)[0] for dataset in sets]
     rows: Numbers = {
         "anytime_whole": _running(whole, held, objects),

@@ -11,13 +11,11 @@ import building
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.anytime import InContextModel, Touches
-from firstcontact.anytime.touch_stream import moments
-from firstcontact.contact import Detector, detect
-from firstcontact.contact.closing_start import closing_start
+from firstcontact.contact import Detector, closing_start, detect
 from firstcontact.core import Pinch
-from firstcontact.embedded import c_library
-from firstcontact.embedded.trained import NamedModel, Trained
+from firstcontact.export import NamedModel, Trained
+from firstcontact.export import _c_library as c_library
+from firstcontact.models import InContextModel, Touches, moments
 
 
 @dataclass(frozen=True)

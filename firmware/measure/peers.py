@@ -8,9 +8,8 @@ import building
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.embedded._c_text import c_array, literal
-from firstcontact.embedded.c_library import fixed_sources
-from firstcontact.stiffness.svm_model import LEVEL_WEIGHT, SvmModel, shape_and_level
+from firstcontact.export import c_array, fixed_sources, literal
+from firstcontact.models import LEVEL_WEIGHT, SvmModel, shape_and_level
 
 
 def plain(model: SvmModel, X: NDArray[np.float32], folder: Path, cmsis: Path | None) -> int:

@@ -10,21 +10,20 @@ import numpy as np
 import pytest
 from trainings import LAYOUT, recordings, resampled, run
 
-from firstcontact.anytime import Touches, touches_of
-from firstcontact.anytime.model_file import (
-    CARD,
-    WEIGHTS,
+from firstcontact.cli.live_models import shipped_model
+from firstcontact.contact import detect, load_detector
+from firstcontact.core import Dataset
+from firstcontact.models import (
+    Touches,
     has_anytime,
     load_anytime,
     pretrained,
     read_anytime_card,
+    touches_of,
 )
-from firstcontact.cli.live_models import shipped_model
-from firstcontact.contact import detect
-from firstcontact.contact.detector_file import load_detector
-from firstcontact.core import Dataset
+from firstcontact.models._anytime_file import CARD, WEIGHTS
 from firstcontact.recording import Header, load_dataset, write_dataset
-from firstcontact.testing.closings import closings
+from firstcontact.testing import closings
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -16,9 +16,9 @@ from trainings import recordings
 
 from dask_cluster import cluster
 from firstcontact.cli.main import main
-from firstcontact.cli.train import Train
-from firstcontact.core.cluster import on_cluster
-from firstcontact.twin.simulate import simulate
+from firstcontact.cli.verbs.train import Train
+from firstcontact.core import on_cluster
+from firstcontact.twin import simulate
 from processes import children, until
 
 #: What results say of the run and of times on this machine.

@@ -14,16 +14,16 @@ import pytest
 
 from firstcontact import __version__
 from firstcontact.cli import main as command
-from firstcontact.core.files import replacing
+from firstcontact.core import replacing
 
 #: Raises in the place of a verb, as no verb is known to do.
 PROGRAM = """
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-import firstcontact.cli.info as info
+import firstcontact.cli.verbs.info as info
 from firstcontact.cli.main import main
-from firstcontact.core.files import replacing
+from firstcontact.core._files import replacing
 
 @dataclass(frozen=True)
 class Info:
@@ -168,7 +168,7 @@ def test_whatever_it_is_nothing_is_left_half_written(
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.setattr(Raising, "error", error, raising=False)
     monkeypatch.setattr(Raising, "out", tmp_path / "out", raising=False)
-    monkeypatch.setattr("firstcontact.cli.study.Study", Raising)
+    monkeypatch.setattr("firstcontact_lab.verbs.study.Study", Raising)
     assert command.main(["study"]) == code
     (said,) = capsys.readouterr().err.splitlines()
     assert said.startswith("firstcontact: ")

@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 from trainings import recordings, run
 
-from firstcontact.contact import DETECTORS
-from firstcontact.contact.detector_file import load_detector
-from firstcontact.recording.dataset import find_recordings
+from firstcontact.contact import DETECTORS, load_detector
+from firstcontact.recording import find_recordings
 
 
 @pytest.fixture(scope="module")

@@ -11,9 +11,8 @@ import pytest
 
 from firstcontact.cli.main import main
 from firstcontact.core import Dataset, Label, Pinch, fingertip_layout
-from firstcontact.recording import Header, write_dataset
-from firstcontact.recording.dataset import pause_between
-from firstcontact.recording.formats import EXPORTERS
+from firstcontact.recording import EXPORTERS, Header, write_dataset
+from firstcontact.recording._dataset import pause_between
 
 FORMATS = list(EXPORTERS)
 LAYOUT = fingertip_layout()
@@ -72,8 +71,8 @@ def test_of_two_at_once_one_is_refused_and_nothing_is_mixed(tmp_path: Path, reco
 import sys
 from pathlib import Path
 from firstcontact.cli.main import main
-from firstcontact.cli import export
-from firstcontact.recording.formats import EXPORTERS, Exporter
+from firstcontact.cli.verbs import export
+from firstcontact.recording._formats import EXPORTERS, Exporter
 write = EXPORTERS["csv"].write
 def and_wait(dataset, path):
     write(dataset, path)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from firstcontact.cli.guided import REMIND, Terminal, entered
-from firstcontact.collect.guide import Guide, Judged
-from firstcontact.collect.plan import Item
+from firstcontact.collect import Guide, Item, Judged
 from firstcontact.core import (
     Block,
     Calibration,

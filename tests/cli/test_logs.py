@@ -12,7 +12,7 @@ from tqdm import tqdm
 from firstcontact.cli.logs import KEPT, kept, logged
 from firstcontact.cli.main import main
 from firstcontact.core import fingertip_layout
-from firstcontact.device.recorder import Recorder
+from firstcontact.device import Recorder
 from firstcontact.recording import Header
 
 LOG = logging.getLogger("firstcontact.somewhere")
@@ -72,5 +72,5 @@ def test_a_verb_says_what_it_does_where_that_is_wanted(
     for arguments in (["--verbose", "live", "--device", missing], ["live", "--device", missing]):
         assert main(arguments) == 2
     first, second, third = capsys.readouterr().err.splitlines()
-    assert f"firstcontact.device.opening: opening {missing}" in first
+    assert f"firstcontact.device._opening: opening {missing}" in first
     assert second == third

@@ -18,8 +18,7 @@ from hypothesis import strategies as st
 
 from firstcontact.cli.main import main
 from firstcontact.cli.output import Output, outputs
-from firstcontact.core import Block, Label, fingertip_layout
-from firstcontact.core.plain import LACKING, one_line, plain
+from firstcontact.core import LACKING, Block, Label, fingertip_layout, one_line, plain
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
 
 COMMAND = [sys.executable, "-m", "firstcontact.cli.main"]

@@ -16,11 +16,9 @@ import numpy as np
 import pytest
 
 from firstcontact.cli.main import main
-from firstcontact.core import Calibration, Finger, VibrationCalibration
-from firstcontact.core.calibration_file import write_calibration
+from firstcontact.core import Calibration, Finger, VibrationCalibration, write_calibration
 from firstcontact.device._twin_device import TwinDevice
-from firstcontact.recording import load_dataset, read_recording
-from firstcontact.recording.dataset import cut
+from firstcontact.recording import cut, load_dataset, read_recording
 from processes import children, gone, stop, until
 
 COMMAND = [sys.executable, "-m", "firstcontact.cli.main", "record", "--device", "twin"]

@@ -13,7 +13,7 @@ import pytest
 
 from firstcontact.cli.main import main
 from firstcontact.core import Block, fingertip_layout
-from firstcontact.device.serial_source import SerialSource
+from firstcontact.device import SerialSource
 from firstcontact.recording import Header, RecordingWriter
 
 COMMAND = [sys.executable, "-m", "firstcontact.cli.main", "replay"]

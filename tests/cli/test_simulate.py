@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from firstcontact.cli.main import main
-from firstcontact.twin import simulate
+from firstcontact.twin import _simulate as simulate
 from firstcontact.twin._plan import PlannedSession
 
 COMMAND = [sys.executable, "-m", "firstcontact.cli.main", "simulate", "--out"]

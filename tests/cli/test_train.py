@@ -11,14 +11,17 @@ import numpy as np
 import pytest
 from trainings import LAYOUT, card_of, recordings, resampled, run, touch
 
-from firstcontact.contact import DETECTORS, detect, make_detector
-from firstcontact.contact.detector_file import load_detector
-from firstcontact.core import Dataset, InputError, Label, Role
-from firstcontact.core.jobs import Serial
-from firstcontact.learning.alignment import fit_detector, found_as_live
+from firstcontact.contact import DETECTORS, detect, load_detector, make_detector
+from firstcontact.core import Dataset, InputError, Label, Role, Serial
+from firstcontact.models import (
+    fit_detector,
+    found_as_live,
+    load_interval,
+    load_window_model,
+    model_folders,
+)
+from firstcontact.models._folds import inner_folds
 from firstcontact.recording import Header, load_dataset, write_dataset
-from firstcontact.stiffness import load_interval, load_model, model_folders
-from firstcontact.stiffness.folds import inner_folds
 
 
 @pytest.fixture(scope="module")
@@ -169,7 +172,7 @@ def test_several_windows_make_a_model_each_beside_one_detector(
     assert run("train", data, "--model", "peak", "--window-ms", 8, 3, 7.5, "--out", out) == 0
     assert [f.name for f in model_folders(out)] == ["03ms", "07.5ms", "08ms"]
     for folder, samples in zip(model_folders(out), (15, 37, 39), strict=True):
-        assert load_model(folder).spec.samples == samples
+        assert load_window_model(folder).spec.samples == samples
         assert load_interval(folder) is not None
         assert load_detector(folder).name == DETECTORS.default
     assert sorted(p.name for p in out.iterdir() if p.is_file()) == [
@@ -238,7 +241,7 @@ def test_a_model_is_made_for_another_rate_and_says_so(
     assert card["rate_hz"] == 5200.0
     assert card["data"]["recorded_rate_hz"] == 4936.0
     assert any("Resampled from 4936 Hz to 5200 Hz" in note for note in card["data"]["notes"])
-    model = load_model(tmp_path / "m")
+    model = load_window_model(tmp_path / "m")
     model.spec.require_rate(5200.0)
     with pytest.raises(InputError, match="firstcontact train --rate 4936"):
         model.spec.require_rate(4936.0)

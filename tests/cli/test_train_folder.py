@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 from trainings import card_of, recordings, run
 
-from firstcontact.contact.detector_file import load_detector
+from firstcontact.contact import load_detector
 from firstcontact.core import InputError
-from firstcontact.stiffness import load_model, model_folders
+from firstcontact.models import load_window_model, model_folders
 
 #: Trains with files of at most so many bytes, which is a full disk for what is larger.
 FULL = """
@@ -75,7 +75,7 @@ def test_parts_of_two_trainings_are_no_model(
         shutil.copy(tmp_path / "n" / name, model / name)
     load_detector(model)  # by itself it is one
     with pytest.raises(InputError, match=r"detector\.json: is not the detector that"):
-        load_model(model)
+        load_window_model(model)
     capsys.readouterr()
     for contacts in ("truth", "detected"):
         assert run("evaluate", model, other, "--contacts", contacts) == 2
@@ -87,12 +87,12 @@ def test_the_detector_above_is_looked_at_too(data: Path, other: Path, tmp_path: 
     for name, pinches in (("m", data), ("n", other)):
         assert run("train", pinches, *windows, "--out", tmp_path / name) == 0
     for folder in model_folders(tmp_path / "m"):
-        load_model(folder)
+        load_window_model(folder)
     shutil.rmtree(tmp_path / "m" / "08ms")
     shutil.copytree(tmp_path / "n" / "08ms", tmp_path / "m" / "08ms")
-    load_model(tmp_path / "m" / "03ms")
+    load_window_model(tmp_path / "m" / "03ms")
     with pytest.raises(InputError, match="is not the detector that"):
-        load_model(tmp_path / "m" / "08ms")
+        load_window_model(tmp_path / "m" / "08ms")
 
 
 def test_a_model_from_before_takes_any_detector(model: Path) -> None:
@@ -101,7 +101,7 @@ def test_a_model_from_before_takes_any_detector(model: Path) -> None:
     (model / "card.json").write_text(json.dumps(card), encoding="utf-8")
     detector = json.loads((model / "detector.json").read_text(encoding="utf-8"))
     (model / "detector.json").write_text(json.dumps(detector), encoding="utf-8")
-    assert load_model(model).kind == "peak"
+    assert load_window_model(model).kind == "peak"
 
 
 @pytest.mark.parametrize("name", ["notes.txt", "pinches/a.mcap", "15ms/notes.txt", "card.json"])
@@ -125,7 +125,7 @@ def test_a_training_is_replaced_and_nothing_of_it_stays(
     after = content(model)
     assert after.keys() == before.keys()
     assert all(after[name] != before[name] for name in before)
-    load_model(model)
+    load_window_model(model)
     load_detector(model)
     assert [p.name for p in model.parent.iterdir()] == ["m"]
 

@@ -6,10 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from memory_source import LAYOUT, UNLOADED, MemorySource, arrivals
 
-from firstcontact.collect.force_fit import Weighing, fit_force, read_weights
-from firstcontact.collect.weigh import loaded_volts
-from firstcontact.core import Finger, InputError
-from firstcontact.core.calibration import DIVIDER_OHM
+from firstcontact.collect import Weighing, fit_force, loaded_volts, read_weights
+from firstcontact.core import DIVIDER_OHM, Finger, InputError
 
 NEWTONS = np.array([0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0])
 

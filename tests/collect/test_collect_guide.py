@@ -6,12 +6,8 @@ import numpy as np
 import pytest
 from memory_source import CALIBRATION, LAYOUT, RATE, Hand, MemorySource, arrivals, samples
 
-from firstcontact.collect.guide import Guide
-from firstcontact.collect.plan import Item
-from firstcontact.collect.session import header_of, run_session
-from firstcontact.collect.sessions import so_far
-from firstcontact.contact import detect
-from firstcontact.contact.threshold import ThresholdDetector
+from firstcontact.collect import Guide, Item, header_of, run_session, so_far
+from firstcontact.contact import ThresholdDetector, detect
 from firstcontact.core import Block, Finger, InputError, Layout
 from firstcontact.device import Arrival
 from firstcontact.recording import Marker, load_dataset, read_recording

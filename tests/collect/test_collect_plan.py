@@ -1,6 +1,6 @@
 import pytest
 
-from firstcontact.collect.plan import Item, read_plan
+from firstcontact.collect import Item, read_plan
 from firstcontact.core import InputError, Label, Role
 
 

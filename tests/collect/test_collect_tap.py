@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from memory_source import CALIBRATION, FLOOR, LAYOUT, RATE, MemorySource, arrivals
 
-from firstcontact.collect.tap import TapWatch, tap_warnings, wait_for_tap
+from firstcontact.collect import tap_warnings, wait_for_tap
+from firstcontact.collect._tap import TapWatch
 from firstcontact.core import Block, Calibration, Finger, InputError, VibrationCalibration
 
 

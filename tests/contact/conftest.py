@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from firstcontact.contact import DETECTORS, make_detector
-from firstcontact.testing.closings import closings
+from firstcontact.testing import closings
 
 
 @pytest.fixture(scope="session")

@@ -6,8 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firstcontact.contact.closing import ClosingBegan, Closings, ClosingSamples
-from firstcontact.contact.threshold import ThresholdDetector
+from firstcontact.contact import ClosingBegan, Closings, ClosingSamples, ThresholdDetector
 from firstcontact.core import Block, Calibration, Channel, ChannelKind, Contact, Layout
 from firstcontact.core import VibrationCalibration as Floor
 

@@ -12,21 +12,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rested import rested
 
-from firstcontact.contact import detect
-from firstcontact.contact.closing_start import (
-    ClosingStart,
-    How,
-    closing_start,
-    closing_starts,
-    closings,
-    counted,
-    settling,
-    told,
-)
-from firstcontact.contact.gate import ClosingGate, Turn
+from firstcontact.contact import closing_start, closing_starts, closings, counted, detect, told
+from firstcontact.contact._closing_start import ClosingStart, How, settling
+from firstcontact.contact._gate import ClosingGate, Turn
 from firstcontact.core import (
     Block,
     Calibration,
+    Channel,
+    ChannelKind,
     Contact,
     Dataset,
     Finger,
@@ -36,10 +29,9 @@ from firstcontact.core import (
     Pinch,
     VibrationCalibration,
 )
-from firstcontact.core.layout import Channel, ChannelKind
-from firstcontact.recording.arrays import from_arrays
+from firstcontact.recording import from_arrays
 from firstcontact.signal import resample_dataset, samples_in
-from firstcontact.testing.closings import closings as toy_closings
+from firstcontact.testing import closings as toy_closings
 
 DATA, CLOSINGS = hand_stream(3)
 STEP = samples_in(0.003, LAYOUT.rate)

@@ -14,17 +14,21 @@ from numpy.typing import NDArray
 from safetensors.numpy import load_file, save
 
 from firstcontact.cli.main import main
-from firstcontact.contact import DETECTORS, Detector, SvmDetector, ThresholdDetector, detect
-from firstcontact.contact.detector_file import (
+from firstcontact.contact import (
     CARD,
-    WEIGHTS,
+    DETECTORS,
+    Detector,
+    SvmDetector,
+    ThresholdDetector,
+    WindowDetector,
+    detect,
     load_detector,
     pretrained_detector,
     save_detector,
 )
-from firstcontact.contact.stream import WindowDetector
+from firstcontact.contact._detector_file import DETECTOR_WEIGHTS
 from firstcontact.core import InputError
-from firstcontact.testing.closings import closings
+from firstcontact.testing import closings
 from saved import edit, vouch
 
 FRESH = closings(8, seed=7).pinches
@@ -57,7 +61,7 @@ def test_the_card_can_be_read(folder: Path) -> None:
     assert card["rate_hz"] == 4936.0
     assert card["data"] == {"pinches": 3}
     assert "numpy" in card["versions"]
-    assert sorted(p.name for p in folder.iterdir()) == [CARD, WEIGHTS]
+    assert sorted(p.name for p in folder.iterdir()) == [CARD, DETECTOR_WEIGHTS]
 
 
 def test_one_that_learns_nothing_keeps_what_was_chosen(tmp_path: Path, svm: SvmDetector) -> None:
@@ -113,7 +117,7 @@ def test_one_that_has_learned_nothing_is_not_saved(tmp_path: Path) -> None:
     assert not (tmp_path / "m").exists()
 
 
-@pytest.mark.parametrize("name", [CARD, WEIGHTS])
+@pytest.mark.parametrize("name", [CARD, DETECTOR_WEIGHTS])
 def test_every_truncation_is_noticed(folder: Path, name: str) -> None:
     whole = (folder / name).read_bytes()
     for length in range(0, len(whole) - 2, max(1, len(whole) // 40)):
@@ -182,21 +186,23 @@ def _no_width(arrays: dict[str, Any]) -> dict[str, Any]:
     "change", [_without_threshold, _with_nan, _cut, _fewer_features, _no_scale, _no_width]
 )
 def test_arrays_that_do_not_fit(folder: Path, change: Callable[[Any], Any]) -> None:
-    vouch(folder, save(change(load_file(folder / WEIGHTS))), CARD, WEIGHTS)
-    with pytest.raises(InputError, match=WEIGHTS):
+    vouch(folder, save(change(load_file(folder / DETECTOR_WEIGHTS))), CARD, DETECTOR_WEIGHTS)
+    with pytest.raises(InputError, match=DETECTOR_WEIGHTS):
         load_detector(folder)
 
 
 def test_a_pickle_in_place_of_the_numbers_is_not_run(folder: Path) -> None:
-    vouch(folder, pickle.dumps({"weights": [1.0]}), CARD, WEIGHTS)
+    vouch(folder, pickle.dumps({"weights": [1.0]}), CARD, DETECTOR_WEIGHTS)
     with pytest.raises(InputError, match="not a safetensors file"):
         load_detector(folder)
 
 
 def test_a_decision_that_is_not_finite_is_refused_and_not_taken_for_quiet(folder: Path) -> None:
-    arrays = load_file(folder / WEIGHTS)
+    arrays = load_file(folder / DETECTOR_WEIGHTS)
     for name in ("weights", "support"):
-        vouch(folder, save(arrays | {name: np.full_like(arrays[name], 1e308)}), CARD, WEIGHTS)
+        vouch(
+            folder, save(arrays | {name: np.full_like(arrays[name], 1e308)}), CARD, DETECTOR_WEIGHTS
+        )
         with pytest.raises(InputError, match="decision is not a finite number"):
             detect(load_detector(folder), FRESH[0])
 

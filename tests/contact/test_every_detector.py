@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from firstcontact.contact import DETECTORS, Detector, detect, make_detector
-from firstcontact.contact.stream import WindowDetector
+from firstcontact.contact import DETECTORS, Detector, WindowDetector, detect, make_detector
 from firstcontact.core import Block, Dataset, Finger, InputError
 from firstcontact.signal import samples_in
-from firstcontact.testing import check_detector
-from firstcontact.testing.closings import LAYOUT, closing, closings
+from firstcontact.testing import check_detector, closings
+from firstcontact.testing._closings import LAYOUT, closing
 
 STEADY = samples_in(WindowDetector.steady, LAYOUT.rate)
 

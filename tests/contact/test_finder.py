@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.contact.finder import APART, find_onsets
+from firstcontact.contact import find_onsets
+from firstcontact.contact._finder import APART
 from firstcontact.signal import resample
 
 RATE = 8000.0

@@ -10,7 +10,7 @@ from hand_stream import CALIBRATION, FLOOR, LAYOUT, hand_stream, samples
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.contact.gate import ClosingGate, GateEvent, Turn
+from firstcontact.contact._gate import ClosingGate, GateEvent, Turn
 from firstcontact.core import Block, Calibration, Finger, VibrationCalibration
 
 DATA, CLOSINGS = hand_stream(6)

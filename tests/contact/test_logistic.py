@@ -9,11 +9,12 @@ import pytest
 from scipy.signal import lfilter
 
 from firstcontact.contact import detect, make_detector
+from firstcontact.contact._logistic import LogisticDetector
 from firstcontact.contact._logistic_training import LOOKS, add_clicks, best_threshold
 from firstcontact.contact._loudness import EACH, ORDER, left, loudness_features, prediction
-from firstcontact.contact.logistic import LogisticDetector
 from firstcontact.core import Dataset, InputError
-from firstcontact.testing.closings import LAYOUT, closing, closings
+from firstcontact.testing import closings
+from firstcontact.testing._closings import LAYOUT, closing
 
 
 def test_it_finds_contacts_and_soon(fitted):

@@ -10,10 +10,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.io import loadmat
 
-from firstcontact.contact.slip import AGAIN, PowerSlipDetector
-from firstcontact.contact.slip_detectors import SLIP_DETECTORS
-from firstcontact.core import Block, fingertip_layout
-from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS
+from firstcontact.contact import SLIP_DETECTORS, PowerSlipDetector
+from firstcontact.contact._slip import AGAIN
+from firstcontact.core import ADC_COUNTS, ADC_VOLTS, Block, fingertip_layout
 
 LAYOUT = fingertip_layout()
 RATE = LAYOUT.rate

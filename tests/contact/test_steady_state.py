@@ -8,15 +8,11 @@ import numpy as np
 import pytest
 from rested import rested
 
-from firstcontact.contact import SvmDetector, ThresholdDetector
-from firstcontact.contact.closing_start import closing_starts, counted
-from firstcontact.core import Dataset
-from firstcontact.core.by_name import to_tree
-from firstcontact.learning.detection import score_detector
+from firstcontact.contact import SvmDetector, ThresholdDetector, closing_starts, counted
+from firstcontact.core import Dataset, to_tree
+from firstcontact.models import score_detector
+from firstcontact.twin import condition, draw_pinch, simulate_pinch
 from firstcontact.twin._plan import plan_sessions
-from firstcontact.twin.conditions import condition
-from firstcontact.twin.draw import draw_pinch
-from firstcontact.twin.pinch import simulate_pinch
 
 #: Share of windows or pinches that may differ: one or two of those here.
 NEAR = 0.02

@@ -10,7 +10,8 @@ import pytest
 from firstcontact.contact import SvmDetector, detect, make_detector
 from firstcontact.contact._rbf import WIDTH, RbfMachine
 from firstcontact.core import Dataset, InputError, Pinch
-from firstcontact.testing.closings import LAYOUT, closing, closings
+from firstcontact.testing import closings
+from firstcontact.testing._closings import LAYOUT, closing
 
 
 def test_learns_to_tell_contacts_from_clicks(fitted):

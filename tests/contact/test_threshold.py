@@ -7,7 +7,7 @@ import pytest
 
 from firstcontact.contact import ThresholdDetector
 from firstcontact.core import Block
-from firstcontact.testing.closings import LAYOUT
+from firstcontact.testing._closings import LAYOUT
 
 STEADY, STEP = 197, 15
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.core.children import Child
+from firstcontact.core import Child
 from processes import PATIENCE, gone, stop
 
 #: Children that do not listen, each in a way of its own.
@@ -29,7 +29,7 @@ DEAF = {
 ECHO = "import sys\nfor line in sys.stdin: print('heard', line, end='', flush=True)"
 PARENT = """
 import sys, threading
-from firstcontact.core.children import Child
+from firstcontact.core._children import Child
 made = []
 # In a thread that ends: the child must not end with that.
 thread = threading.Thread(target=lambda: made.append(Child("child")))
@@ -120,7 +120,7 @@ def test_a_thread_that_ends_takes_no_child_with_it(module: Path) -> None:
 
 INTERRUPTED = """
 import signal, sys, threading
-from firstcontact.core import children
+from firstcontact.core import _children as children
 made = []
 keep = children.subprocess.Popen
 def slowly(*arguments, **options):
@@ -175,7 +175,7 @@ def test_one_that_wakes_is_not_killed_but_continued(module: Path) -> None:
 def test_where_the_system_does_not_tell_the_parent_is_looked_for(module: Path) -> None:
     module.write_text(
         "import os, signal, sys, time\n"
-        "from firstcontact.core import parent\n"
+        "from firstcontact.core import _die_with_parent as parent\n"
         "parent.LOOK = 0.01\n"
         "libc = __import__('ctypes').CDLL(None)\n"
         "libc.prctl(1, 0, 0, 0, 0)\n"  # what the kernel was asked for is taken back
@@ -194,7 +194,7 @@ def test_where_the_system_does_not_tell_the_parent_is_looked_for(module: Path) -
 
 def test_a_parent_that_is_gone_already_is_noticed() -> None:
     code = (
-        "import os, signal\nfrom firstcontact.core.parent import follow\n"
+        "import os, signal\nfrom firstcontact.core._die_with_parent import follow\n"
         "follow(os.getppid() + 1, signal.SIGKILL)\n"
     )
     done = subprocess.run([sys.executable, "-c", code])

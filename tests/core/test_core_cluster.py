@@ -14,10 +14,8 @@ from distributed import Client
 from numpy.typing import NDArray
 
 from dask_cluster import Cluster, cluster
-from firstcontact.core import InputError
-from firstcontact.core import cluster as module
-from firstcontact.core.cluster import on_cluster
-from firstcontact.core.jobs import Serial, parallel
+from firstcontact.core import InputError, Serial, on_cluster, parallel
+from firstcontact.core import _cluster as module
 from processes import gone
 
 

@@ -14,11 +14,10 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.core import InputError
-from firstcontact.core.extras import install_command, need_for
-from firstcontact.embedded.exporters import MODEL_EXPORTERS
-from firstcontact.recording.formats import EXPORTERS, IMPORTERS
-from firstcontact.stiffness.registry import ESTIMATORS
+from firstcontact.core import InputError, install_command, need_for
+from firstcontact.export import MODEL_EXPORTERS
+from firstcontact.models import ESTIMATORS
+from firstcontact.recording import EXPORTERS, IMPORTERS
 
 PROJECT = Path(__file__).parents[2] / "pyproject.toml"
 
@@ -71,7 +70,7 @@ def installed(site: Path, origin: str | None, extra: str) -> list[str]:
     if origin is not None:
         (record / "direct_url.json").write_text(json.dumps({"url": origin, "archive_info": {}}))
     (site / "firstcontact").symlink_to(PROJECT.parent / "src" / "firstcontact")
-    script = f"from firstcontact.core.extras import *; print(install_command({extra!r}))"
+    script = f"from firstcontact.core._extras import *; print(install_command({extra!r}))"
     done = subprocess.run(
         [sys.executable, "-c", script],
         env={**os.environ, "PYTHONPATH": str(site)},

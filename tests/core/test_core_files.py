@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.core.errors import InputError
-from firstcontact.core.files import (
+from firstcontact.core import (
+    InputError,
     files_below,
     open_regular,
     read_regular,

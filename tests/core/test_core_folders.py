@@ -10,14 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.core import InputError
-from firstcontact.core.folders import left_behind, replacing_folder
+from firstcontact.core import InputError, left_behind, replacing_folder
 
 #: Writes a folder and kills itself before, or after, its nth rename.
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from firstcontact.core.folders import replacing_folder
+from firstcontact.core._folders import replacing_folder
 
 out, at, before = Path(sys.argv[1]), int(sys.argv[2]), sys.argv[3] == "before"
 rename, count = Path.rename, 0

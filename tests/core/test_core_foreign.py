@@ -14,8 +14,8 @@ from types import ModuleType
 import pytest
 
 from firstcontact.cli.stopping import stopping
-from firstcontact.core import InputError, foreign
-from firstcontact.core.foreign import ForeignCode, culprit, in_a_line, remember
+from firstcontact.core import ForeignCode, InputError, culprit, in_a_line, remember
+from firstcontact.core import _foreign as foreign
 
 
 class Odd(BaseException):

@@ -16,7 +16,7 @@ import pytest
 import threadpoolctl
 from numpy.typing import NDArray
 
-from firstcontact.core.jobs import Serial, parallel
+from firstcontact.core import Serial, parallel
 from processes import children, command_line, gone, stop
 
 
@@ -126,7 +126,7 @@ def test_after_an_error_in_a_worker_another_map_works() -> None:
 
 PARENT = """
 import sys
-from firstcontact.core.jobs import parallel
+from firstcontact.core._jobs import parallel
 
 def job(number, folder):
     # The first two begin together, so in two workers; the others keep Python's lock, and would

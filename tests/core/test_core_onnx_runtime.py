@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.stiffness._efficientnet import EfficientNet
-from firstcontact.stiffness._network_export import export
+from firstcontact.models._efficientnet import EfficientNet
+from firstcontact.models._network_export import export
 
 ROOT = Path(__file__).parents[2]
 #: Variables that would place caches elsewhere, or switch telemetry off from outside.
@@ -19,7 +19,7 @@ ELSEWHERE = ("XDG_CACHE_HOME", "XDG_DATA_HOME", "XDG_CONFIG_HOME", "ORT_DISABLE_
 NETWORK = """
 import sys, numpy as np
 from pathlib import Path
-from firstcontact.stiffness._network import Network
+from firstcontact.models._network import Network
 
 network = Network(Path(sys.argv[1]).read_bytes(), 74, 1, 1)
 assert np.isfinite(network.run(np.ones((3, 1, 1, 74), dtype=np.float32))).all()
@@ -58,4 +58,4 @@ def test_only_one_place_imports_onnx_runtime() -> None:
             for line in path.read_text(encoding="utf-8").splitlines()
         )
     ]
-    assert importers == ["src/firstcontact/core/onnx_runtime.py"]
+    assert importers == ["src/firstcontact/core/_onnx_runtime.py"]

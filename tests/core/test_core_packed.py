@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firstcontact.core.packed import ALIGNMENT, packed, unpacked
+from firstcontact.core._shared_payload import ALIGNMENT, packed, unpacked
 
 
 def test_values_come_back_with_their_arrays_inside_the_one_array() -> None:

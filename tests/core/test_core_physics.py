@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from firstcontact.core.physics import POISSON, contact_modulus, gent_modulus, hertz_stiffness
+from firstcontact.core import contact_modulus, gent_modulus, hertz_stiffness
+from firstcontact.core._physics import POISSON
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.core import Contact, Dataset, Finger, Label, Pinch, Role, fingertip_layout
-from firstcontact.core.pinch import first_closed
-from firstcontact.core.records import read_record
+from firstcontact.core import (
+    Contact,
+    Dataset,
+    Finger,
+    Label,
+    Pinch,
+    Role,
+    fingertip_layout,
+    first_closed,
+    read_record,
+)
 
 
 def pinch(label: Label, *samples: int) -> Pinch:

@@ -6,9 +6,8 @@ from importlib.metadata import EntryPoint
 
 import pytest
 
-from firstcontact.core import InputError
-from firstcontact.core import registry as module
-from firstcontact.core.registry import Registry
+from firstcontact.core import InputError, Registry
+from firstcontact.core import _registry as module
 
 GROUP = "firstcontact.test"
 

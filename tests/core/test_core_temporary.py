@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.core.files import creating, replacing, write_text
-from firstcontact.core.temporary import is_temporary, sweep, temporary_beside
+from firstcontact.core import creating, is_temporary, replacing, temporary_beside, write_text
+from firstcontact.core._atomic import sweep
 
 # Begins to write a file, says so, and waits to be told to go on or to be killed.
 WRITER = """
 import sys
 from pathlib import Path
-from firstcontact.core.files import {how}
+from firstcontact.core._files import {how}
 with {how}(Path(sys.argv[1])) as temporary:
     temporary.write_text("from the child")
     print("begun", flush=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from firstcontact.core.counted import counted
+from firstcontact.core import counted
 
 
 @pytest.mark.parametrize(

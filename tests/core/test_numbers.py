@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from firstcontact.core.numbers import parse_float, parse_int
+from firstcontact.core import parse_float, parse_int
 
 
 @pytest.mark.parametrize(

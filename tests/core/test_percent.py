@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.core.percent import percent
+from firstcontact.core import percent
 
 
 @pytest.mark.parametrize(

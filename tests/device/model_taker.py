@@ -8,11 +8,9 @@ from dataclasses import replace
 
 from numbered import DESCRIPTOR
 
-from firstcontact.device import Descriptor
+from firstcontact.device import Answering, Descriptor, FrameType
+from firstcontact.device._flashing import KEPT
 from firstcontact.device._responder import Responder
-from firstcontact.device.flashing import KEPT
-from firstcontact.device.protocol import FrameType
-from firstcontact.device.told import Answering
 
 MODEL = "0123456789abcdef"
 TAKER = replace(DESCRIPTOR, answers=Answering(MODEL))

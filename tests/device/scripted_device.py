@@ -14,9 +14,8 @@ from typing import Self
 
 from numbered import DESCRIPTOR, check, numbered
 
-from firstcontact.device import Arrival, Descriptor, Source
+from firstcontact.device import Arrival, Descriptor, PseudoTerminal, Source
 from firstcontact.device._responder import Responder
-from firstcontact.device.pseudo_terminal import PseudoTerminal
 
 #: What takes longer will never come, s.
 DEAD = 60.0

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from firstcontact.device import Arrival
-from firstcontact.device.protocol import FrameType, decode, encode
-from firstcontact.device.serial_source import SerialSource
+from firstcontact.device import Arrival, FrameType, SerialSource, encode
+from firstcontact.device._protocol import decode
 
 
 def samples(arrivals: list[Arrival]) -> int:

@@ -13,17 +13,18 @@ from hypothesis import strategies as st
 from numbered import DESCRIPTOR, check, frames
 
 from firstcontact.core import Finger, InputError
-from firstcontact.device import protocol
-from firstcontact.device.assembler import Assembled, Assembler, Counts
-from firstcontact.device.decoder import Decoder
-from firstcontact.device.protocol import FrameType, encode
-from firstcontact.device.told import (
+from firstcontact.device import (
+    Assembler,
+    Decoder,
+    FrameType,
     Told,
     ToldContact,
     ToldEstimate,
-    contact_payload,
-    estimate_payload,
+    encode,
 )
+from firstcontact.device import _protocol as protocol
+from firstcontact.device._assembler import Assembled, Counts
+from firstcontact.device._device_predictions import contact_payload, estimate_payload
 
 LAST = 2**32 - 1
 

@@ -11,8 +11,7 @@ import pytest
 
 from firstcontact.cli.main import main
 from firstcontact.core import InputError
-from firstcontact.device import Source, open_source
-from firstcontact.device.source import Arrival
+from firstcontact.device import Arrival, Source, open_source
 from firstcontact.signal import CausalResampler, resample
 from sound import heard_here
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firstcontact.device.clock import ClockFit
+from firstcontact.device._clock import ClockFit
 
 RATE = 4936.0
 

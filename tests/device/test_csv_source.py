@@ -11,10 +11,9 @@ import pytest
 from printing_board import PrintingBoard
 
 from firstcontact.core import InputError
+from firstcontact.device import Arrival, SourceOptions, source_kind
+from firstcontact.device._csv_source import CsvSource, from_name
 from firstcontact.device._number_lines import columns_of
-from firstcontact.device.csv_source import CsvSource, from_name
-from firstcontact.device.opening import SourceOptions, source_kind
-from firstcontact.device.source import Arrival
 
 MEASURED = 0.6
 
@@ -166,7 +165,7 @@ def test_what_is_no_board_of_numbers_is_refused(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("firstcontact.device.csv_source.PATIENCE", 0.5)
+    monkeypatch.setattr("firstcontact.device._csv_source.PATIENCE", 0.5)
     with (
         PrintingBoard(tmp_path / "port", line) as board,
         pytest.raises(InputError, match=what),

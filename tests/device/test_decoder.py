@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numbered import frames
 
-from firstcontact.device.decoder import Decoder
-from firstcontact.device.protocol import LONGEST, Frame, FrameType, decode, encode
+from firstcontact.device import Decoder, FrameType, encode
+from firstcontact.device._protocol import LONGEST, Frame, decode
 
 #: The fault is made in the middle one.
 STREAM = frames(0, 25)

@@ -15,10 +15,15 @@ from lsl_outlet_of import sending
 from printing_board import PrintingBoard
 
 from firstcontact.core import Block, InputError, fingertip_layout
+from firstcontact.device import (
+    SOURCES,
+    Arrival,
+    ReplaySource,
+    SourceKind,
+    SourceOptions,
+    source_kind,
+)
 from firstcontact.device._twin_device import TwinDevice
-from firstcontact.device.opening import SOURCES, SourceKind, SourceOptions, source_kind
-from firstcontact.device.replay import ReplaySource
-from firstcontact.device.source import Arrival
 from firstcontact.recording import Header, RecordingWriter
 from firstcontact.testing import check_source
 from sound import heard_here
@@ -144,7 +149,7 @@ def test_a_name_and_a_colon_pick_a_kind_before_all_that_guess(
     greedy = SourceKind("greedy", "anything", RECORDING.make, takes=lambda device: True)
     kinds = {**SOURCES, "greedy": greedy, "tape": tape}
     monkeypatch.setattr(
-        "firstcontact.device.opening.SOURCES", type(SOURCES)("source", "none", kinds)
+        "firstcontact.device._opening.SOURCES", type(SOURCES)("source", "none", kinds)
     )
     assert source_kind("tape:a.mcap") is tape
     assert source_kind("a.mcap") is RECORDING

@@ -12,9 +12,9 @@ from model_taker import MODEL, TAKER, ModelTaker, Says
 from scripted_device import ScriptedDevice
 
 from firstcontact.core import InputError
-from firstcontact.device import flashing
-from firstcontact.device.flashing import CHUNK, MOST_AGAIN, flash_model
-from firstcontact.device.protocol import FrameType
+from firstcontact.device import FrameType, flash_model
+from firstcontact.device import _flashing as flashing
+from firstcontact.device._flashing import CHUNK, MOST_AGAIN
 
 DATA = bytes(range(256)) * 40
 

@@ -10,9 +10,8 @@ from numbered import DESCRIPTOR
 from scripted_device import DEAD, ScriptedDevice, collect
 
 from firstcontact.core import InputError
+from firstcontact.device import FrameType, SerialSource
 from firstcontact.device._transport import LinkError, SerialTransport
-from firstcontact.device.protocol import FrameType
-from firstcontact.device.serial_source import SerialSource
 
 
 def test_a_failure_between_two_reads_is_raised_before_the_end(device: ScriptedDevice) -> None:

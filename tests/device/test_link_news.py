@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from firstcontact.device import Health
-from firstcontact.device.link_news import GATHER, LinkNews
+from firstcontact.device import Health, LinkNews
+from firstcontact.device._link_news import GATHER
 
 
 def test_losses_that_follow_one_another_are_a_line_a_second_and_none_is_left_out() -> None:

@@ -14,9 +14,8 @@ import numpy as np
 import pytest
 
 from firstcontact.core import InputError
-from firstcontact.device.lsl_source import LslSource, from_name, vibration_of
-from firstcontact.device.opening import SourceOptions
-from firstcontact.device.source import Arrival
+from firstcontact.device import Arrival, SourceOptions
+from firstcontact.device._lsl_source import LslSource, from_name, vibration_of
 
 pylsl = pytest.importorskip("pylsl")
 
@@ -26,7 +25,7 @@ RATE = 4936.0
 @pytest.fixture(autouse=True)
 def _in_haste(monkeypatch: pytest.MonkeyPatch) -> None:
     """All streams are of this machine: a second one of a name is found at once."""
-    monkeypatch.setattr("firstcontact.device.lsl_source.ANOTHER", 0.1)
+    monkeypatch.setattr("firstcontact.device._lsl_source.ANOTHER", 0.1)
 
 
 #: Samples that one bad sample may cost: itself, and what a filter needs to begin again.
@@ -155,7 +154,7 @@ def test_a_name_is_no_query(monkeypatch: pytest.MonkeyPatch) -> None:
     quoted = Outlet(f'it\'s "one" {uuid.uuid4().hex}')
     with LslSource(quoted.name) as source:
         assert source.descriptor.sensor.startswith(quoted.name)
-    monkeypatch.setattr("firstcontact.device.lsl_source.PATIENCE", 0.3)
+    monkeypatch.setattr("firstcontact.device._lsl_source.PATIENCE", 0.3)
     for name in (f"{plain.name}' or name='x", f'{plain.name}" or name="x', "x' or '1'='1"):
         with pytest.raises(InputError, match="no LSL stream is called"):
             LslSource(name).__enter__()
@@ -217,7 +216,7 @@ def test_a_clock_that_was_set_begins_an_epoch() -> None:
 
 def test_the_library_says_nothing_of_itself(tmp_path: Path) -> None:
     program = (
-        "from firstcontact.device.lsl_library import lsl_library\n"
+        "from firstcontact.device._lsl_library import lsl_library\n"
         "lsl_library().resolve_byprop('name', 'nobody', 1, 0.05)\n"
     )
     for settings, said in ((None, ""), ("[log]\nlevel = 1\n", "INFO")):

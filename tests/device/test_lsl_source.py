@@ -12,9 +12,8 @@ import pytest
 from lsl_outlet_of import sending
 
 from firstcontact.core import InputError
-from firstcontact.device.lsl_source import LslSource, from_name
-from firstcontact.device.opening import SourceOptions
-from firstcontact.device.source import Arrival
+from firstcontact.device import Arrival, SourceOptions
+from firstcontact.device._lsl_source import LslSource, from_name
 
 pytest.importorskip("pylsl")
 
@@ -110,6 +109,6 @@ def test_streams_that_cannot_be_used_are_refused(
         LslSource(name).__enter__()
     with sending(name, rate=2e6), pytest.raises(InputError, match=r"1e\+06 are the most"):
         LslSource(name).__enter__()
-    monkeypatch.setattr("firstcontact.device.lsl_source.PATIENCE", 0.2)
+    monkeypatch.setattr("firstcontact.device._lsl_source.PATIENCE", 0.2)
     with pytest.raises(InputError, match="no LSL stream is called"):
         LslSource("nobody sends this").__enter__()

@@ -10,11 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.core import InputError
-from firstcontact.core.extras import install_command
-from firstcontact.device.opening import open_source
-from firstcontact.device.serial_source import SerialSource
-from firstcontact.device.twin_source import TwinSource
+from firstcontact.core import InputError, install_command
+from firstcontact.device import SerialSource, open_source
+from firstcontact.device._twin_source import TwinSource
 
 
 def test_a_port_is_a_port() -> None:
@@ -52,6 +50,6 @@ def test_a_twin_without_its_extra_is_refused(monkeypatch: pytest.MonkeyPatch) ->
     def without(name: str) -> ModuleSpec | None:
         return None if name == "numba" else there(name)
 
-    monkeypatch.setattr("firstcontact.core.extras.find_spec", without)
+    monkeypatch.setattr("firstcontact.core._extras.find_spec", without)
     with pytest.raises(InputError, match=re.escape(install_command("twin"))):
         open_source("twin")

@@ -12,9 +12,7 @@ import pytest
 from numbered import DESCRIPTOR, check
 from scripted_device import ScriptedDevice
 
-from firstcontact.collect.guide import Guide
-from firstcontact.collect.plan import Item
-from firstcontact.collect.session import header_of, run_session
+from firstcontact.collect import Guide, Item, header_of, run_session
 from firstcontact.contact import ThresholdDetector
 from firstcontact.core import (
     Block,
@@ -25,13 +23,11 @@ from firstcontact.core import (
     Layout,
     VibrationCalibration,
 )
-from firstcontact.device import Descriptor
-from firstcontact.device.serial_source import SerialSource
-from firstcontact.live.events import Event
-from firstcontact.live.pipeline import Pipeline
-from firstcontact.live.session import LiveSession
-from firstcontact.live.sink import Update
+from firstcontact.device import Descriptor, SerialSource
 from firstcontact.recording import read_recording
+from firstcontact.streaming import LiveSession, Pipeline
+from firstcontact.streaming._events import Event
+from firstcontact.streaming._sink import Update
 
 #: Samples that a run takes at least, and that come while something is slow.
 ENOUGH = 1000

@@ -14,9 +14,7 @@ from numbered import DESCRIPTOR, check, numbered
 from scripted_device import collect
 
 from firstcontact.core import Block, InputError
-from firstcontact.device.pseudo_terminal import PseudoTerminal
-from firstcontact.device.replay_device import ReplayDevice
-from firstcontact.device.serial_source import SerialSource
+from firstcontact.device import PseudoTerminal, ReplayDevice, SerialSource
 from firstcontact.recording import Header, Marker, RecordingWriter
 
 #: Epoch, first sample, end; none of a whole number of frames.

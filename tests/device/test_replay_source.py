@@ -13,10 +13,8 @@ from hypothesis import strategies as st
 from numbered import DESCRIPTOR, check, numbered
 
 from firstcontact.core import Block, Calibration, Finger, InputError, Label, VibrationCalibration
-from firstcontact.device import Arrival
-from firstcontact.device.link_news import link_news
-from firstcontact.device.opening import open_source
-from firstcontact.device.replay import ReplaySource
+from firstcontact.device import Arrival, ReplaySource, open_source
+from firstcontact.device._link_news import link_news
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
 
 CALIBRATION = Calibration((VibrationCalibration(Finger.INDEX, 0.005),))

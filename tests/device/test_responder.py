@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from firstcontact.core import fingertip_layout
-from firstcontact.device import protocol
+from firstcontact.device import Descriptor, FrameType, encode
+from firstcontact.device import _protocol as protocol
+from firstcontact.device._protocol import Frame
 from firstcontact.device._responder import LONGEST_HEARD, Responder
-from firstcontact.device.protocol import Frame, FrameType, encode
-from firstcontact.device.source import Descriptor
 
 DESCRIPTOR = Descriptor(fingertip_layout(), "test", "sensor", "hand", "twin")
 CHANNELS = 16

@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Block
-from firstcontact.device.clock import SLEW, DeviceClock, TransportDelay
+from firstcontact.device import DeviceClock, TransportDelay
+from firstcontact.device._clock import SLEW
 
 RATE = 4936.0
 

@@ -9,7 +9,7 @@ import pytest
 from scripted_device import ScriptedDevice, collect
 from serial_faults import every_other
 
-from firstcontact.device.serial_source import SerialSource
+from firstcontact.device import SerialSource
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,9 @@ import pytest
 from scripted_device import ScriptedDevice, collect
 from serial_faults import samples, wait_for
 
-from firstcontact.device import serial_source
-from firstcontact.device.protocol import FrameType, encode
-from firstcontact.device.serial_source import SerialSource
-from firstcontact.device.twin_source import TwinSource
+from firstcontact.device import FrameType, SerialSource, encode
+from firstcontact.device import _serial_source as serial_source
+from firstcontact.device._twin_source import TwinSource
 
 
 def test_a_cable_pulled_and_plugged_back_begins_an_epoch_and_counts(device: ScriptedDevice) -> None:

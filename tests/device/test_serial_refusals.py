@@ -15,11 +15,9 @@ from scripted_device import ScriptedDevice, collect
 from serial_faults import answering, every_other, wait_for
 
 from firstcontact.core import InputError
-from firstcontact.device import protocol
+from firstcontact.device import Decoder, FrameType, SerialSource
+from firstcontact.device import _protocol as protocol
 from firstcontact.device._transport import SerialTransport
-from firstcontact.device.decoder import Decoder
-from firstcontact.device.protocol import FrameType
-from firstcontact.device.serial_source import SerialSource
 
 
 def test_a_port_opened_twice_is_refused_and_the_first_goes_on(device: ScriptedDevice) -> None:
@@ -36,7 +34,7 @@ def test_a_port_opened_twice_is_refused_and_the_first_goes_on(device: ScriptedDe
 def test_another_process_is_refused_too(device: ScriptedDevice) -> None:
     script = (
         "import sys\n"
-        "from firstcontact.device.serial_source import SerialSource\n"
+        "from firstcontact.device._serial_source import SerialSource\n"
         "SerialSource(sys.argv[1]).__enter__()"
     )
     with SerialSource(device.port) as source:

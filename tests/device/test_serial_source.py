@@ -13,10 +13,8 @@ from scripted_device import ScriptedDevice, collect
 from serial_faults import every_other, samples, wait_for
 
 from firstcontact.core import InputError
-from firstcontact.device import Arrival
+from firstcontact.device import Arrival, FrameType, SerialSource
 from firstcontact.device._transport import SerialTransport
-from firstcontact.device.protocol import FrameType
-from firstcontact.device.serial_source import SerialSource
 from firstcontact.recording import Marker
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Channel, ChannelKind, InputError, Layout
-from firstcontact.device.source import Arrival, Descriptor
-from firstcontact.device.threaded import ThreadedSource
+from firstcontact.device import Arrival, Descriptor
+from firstcontact.device._threaded import ThreadedSource
 
 RATE, INPUT_RATE = 4936.0, 5000.0
 #: Samples that one bad sample may cost: itself, and what the filter needs to begin again.

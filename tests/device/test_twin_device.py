@@ -17,12 +17,10 @@ import serial
 from twin_host import DEAD, expected, host
 
 from firstcontact.core import InputError
-from firstcontact.device import protocol
+from firstcontact.device import Descriptor, FrameType, encode
+from firstcontact.device import _protocol as protocol
 from firstcontact.device._twin_device import TwinDevice
-from firstcontact.device.protocol import FrameType, encode
-from firstcontact.device.source import Descriptor
-from firstcontact.twin.filter import DeviceFilter
-from firstcontact.twin.stream import TwinStream
+from firstcontact.twin import DeviceFilter, TwinStream
 from processes import PATIENCE, children, command_line, gone, stop, until
 
 

@@ -9,12 +9,12 @@ import pytest
 from twin_host import Host, host
 
 from firstcontact.core import Command
-from firstcontact.device import protocol
+from firstcontact.device import FrameType, held_object, order_text
+from firstcontact.device import _protocol as protocol
 from firstcontact.device._twin_device import TwinDevice
-from firstcontact.device.protocol import FrameType
-from firstcontact.device.twin_source import TwinSource
-from firstcontact.device.twin_words import TOLD, held_object, order_text, peak_text
-from firstcontact.twin.stream import TwinStream
+from firstcontact.device._twin_source import TwinSource
+from firstcontact.device._twin_words import TOLD, peak_text
+from firstcontact.twin import TwinStream
 
 
 @pytest.fixture

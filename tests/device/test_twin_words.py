@@ -9,18 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Command, InputError
-from firstcontact.device.twin_words import (
-    TOLD,
-    concerns_hand,
-    held_object,
-    lost_object,
-    lost_text,
-    object_text,
-    order_text,
-    peak_text,
-    read_order,
-)
-from firstcontact.twin.objects import OBJECTS
+from firstcontact.device import concerns_hand, held_object, lost_object, object_text, order_text
+from firstcontact.device._twin_words import TOLD, lost_text, peak_text, read_order
+from firstcontact.twin._objects import OBJECTS
 
 
 @given(st.floats(-1.0, 1.0), st.floats(0.0, 100.0))

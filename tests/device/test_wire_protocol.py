@@ -12,17 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import fingertip_layout
-from firstcontact.device import Descriptor, protocol
-from firstcontact.device.protocol import (
-    LONGEST,
-    MARKER_BYTES,
-    FrameError,
-    FrameType,
-    decode,
-    encode,
-    stuff,
-    unstuff,
-)
+from firstcontact.device import Descriptor, FrameType, encode
+from firstcontact.device import _protocol as protocol
+from firstcontact.device._protocol import LONGEST, MARKER_BYTES, FrameError, decode, stuff, unstuff
 
 #: Runs around the lengths where COBS changes, with and without zeros.
 HARD = st.lists(

@@ -9,13 +9,13 @@ import pytest
 import write_tables as numbers
 from pages import ROOT
 
-from firstcontact.grasp.policies.registry import POLICIES
-from firstcontact.grasp_study._estimates import FIRMEST, USED
-from firstcontact.grasp_study._front import Front
-from firstcontact.grasp_study._household_numbers import baseline, candidate
-from firstcontact.grasp_study._words import percent
-from firstcontact.grasp_study.results import GraspResults, Household
-from firstcontact.report.results.file import read_results
+from firstcontact.grasp import POLICIES
+from firstcontact_lab.grasping._estimates import FIRMEST, USED
+from firstcontact_lab.grasping._front import Front
+from firstcontact_lab.grasping._household_numbers import baseline, candidate
+from firstcontact_lab.grasping._words import percent
+from firstcontact_lab.grasping.results import GraspResults, Household
+from firstcontact_lab.report.results.file import read_results
 
 WORDS = (
     "none", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import write_household as script
 from pages import ROOT
 
-from firstcontact.grasp_study._sensitivity import FRICTIONS, LIMITS, MASSES
-from firstcontact.twin.household_object import HOLD, LIGHT, LOOSE_HOLD, SCATTER
+from firstcontact.twin._household_object import HOLD, LIGHT, LOOSE_HOLD, SCATTER
+from firstcontact_lab.grasping._sensitivity import FRICTIONS, LIMITS, MASSES
 
 
 def test_its_tables_are_those_of_the_data() -> None:

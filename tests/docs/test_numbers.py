@@ -10,12 +10,11 @@ import pytest
 import write_tables as numbers
 from pages import ROOT, name
 
-from firstcontact.core import InputError
-from firstcontact.core.by_name import to_tree
-from firstcontact.grasp_study.results import GraspResults
-from firstcontact.report.results.file import read_results
-from firstcontact.report.results.sets import SetsResults
-from firstcontact.report.results.study import StudyResults
+from firstcontact.core import InputError, to_tree
+from firstcontact_lab.grasping.results import GraspResults
+from firstcontact_lab.report.results.file import read_results
+from firstcontact_lab.report.results.sets import SetsResults
+from firstcontact_lab.report.results.study import StudyResults
 from partial import filled
 
 

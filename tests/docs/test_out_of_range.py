@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import write_out_of_range as script
 
-from firstcontact.anytime.model_file import pretrained
+from firstcontact.models import pretrained
 
 
 def test_its_table_is_that_of_the_results() -> None:

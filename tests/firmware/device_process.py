@@ -11,8 +11,8 @@ from typing import IO
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.layout import ADC_COUNTS
-from firstcontact.twin.scans import scan_bytes
+from firstcontact.core import ADC_COUNTS
+from firstcontact.twin._scans import scan_bytes
 
 
 def random_scans(n: int, seed: int) -> NDArray[np.uint16]:

@@ -7,12 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from firstcontact.anytime import Rig, touches_of
-from firstcontact.anytime.compact import CompactModel, compacted
-from firstcontact.anytime.in_context import ANY
-from firstcontact.anytime.model_file import load_anytime, pretrained
-from firstcontact.contact import DETECTORS, detect, make_detector
-from firstcontact.contact.detector_file import load_detector
+from firstcontact.contact import DETECTORS, detect, load_detector, make_detector
 from firstcontact.core import (
     Block,
     Calibration,
@@ -22,15 +17,21 @@ from firstcontact.core import (
     VibrationCalibration,
     fingertip_layout,
 )
-from firstcontact.device.told import Told, ToldContact, ToldEstimate
-from firstcontact.embedded.hand_model import write
-from firstcontact.embedded.trained import Trained
-from firstcontact.live.events import Event, Running, Touched
-from firstcontact.live.pipeline import Pipeline
-from firstcontact.twin.conditions import PAPER_RIG
-from firstcontact.twin.draw import draw_pinch, draw_specimen
-from firstcontact.twin.objects import BLOCKS
-from firstcontact.twin.pinch import simulate_pinch
+from firstcontact.device import Told, ToldContact, ToldEstimate
+from firstcontact.export import Trained
+from firstcontact.export._hand_model import write
+from firstcontact.models import (
+    ANY,
+    CompactModel,
+    Rig,
+    compacted,
+    load_anytime,
+    pretrained,
+    touches_of,
+)
+from firstcontact.streaming import Pipeline, Running, Touched
+from firstcontact.streaming._events import Event
+from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
 
 #: Noise of the twin's fingertips at rest, V.
 FLOORS = Calibration(tuple(VibrationCalibration(f, 0.0018) for f in Finger))

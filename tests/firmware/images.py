@@ -14,8 +14,8 @@ import pytest
 from hand import FLOORS
 from numpy.typing import NDArray
 
-from firstcontact.embedded import model_image
-from firstcontact.embedded.hand_model import hand_image
+from firstcontact.export import _model_image as model_image
+from firstcontact.export import hand_image
 
 ROOT = Path(__file__).parents[2]
 #: What is said of an image: see images.c.
@@ -77,7 +77,7 @@ def fields_of(folder: Path) -> tuple[bytes, list[Field]]:
 def program() -> building.Program:
     """images.c with the firmware's own reader and kernels."""
     answers, core = ROOT / "firmware/answers", ROOT / "firmware/core"
-    kernels = ROOT / "src/firstcontact/embedded/c"
+    kernels = ROOT / "src/firstcontact/export/c"
     files = [kernels / f"fc_{name}.c" for name in _KERNELS]
     files += [answers / f"fc_{name}.c" for name in ("image", "reach")]
     includes = [f"-I{path}" for path in (answers, core, kernels)]

@@ -10,8 +10,9 @@ import numpy as np
 import serial
 from numpy.typing import NDArray
 
-from firstcontact.device import protocol
-from firstcontact.device.protocol import Frame, FrameType
+from firstcontact.device import FrameType
+from firstcontact.device import _protocol as protocol
+from firstcontact.device._protocol import Frame
 
 CHANNELS = 16
 #: No answer after this long means that none comes, s.

@@ -10,10 +10,9 @@ import pytest
 from firmware_build import FIRMWARE
 from hand import FLOORS
 
-from firstcontact.contact.gate import ClosingGate, Turn
+from firstcontact.contact._gate import ClosingGate, Turn
 from firstcontact.core import Block, ChannelKind, Finger, fingertip_layout
-from firstcontact.twin.filter import DeviceFilter
-from firstcontact.twin.stream import TwinStream
+from firstcontact.twin import DeviceFilter, TwinStream
 
 LAYOUT = fingertip_layout()
 DATA = DeviceFilter().update(TwinStream(seed=4).read(12 * 4936))

@@ -1,4 +1,4 @@
-"""The C core and ``firstcontact.device.protocol`` say and understand the same bytes."""
+"""The C core and ``firstcontact.device._protocol`` say and understand the same bytes."""
 
 from __future__ import annotations
 
@@ -13,10 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Finger
-from firstcontact.device import protocol
-from firstcontact.device.told import (
-    ToldContact,
-    ToldEstimate,
+from firstcontact.device import ToldContact, ToldEstimate
+from firstcontact.device import _protocol as protocol
+from firstcontact.device._device_predictions import (
     contact_payload,
     estimate_payload,
     read_contact,

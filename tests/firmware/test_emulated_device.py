@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from serial_host import Host, assert_gaps_are_overflow
 
 from firstcontact.core import fingertip_layout
-from firstcontact.device import Descriptor, protocol
-from firstcontact.device.protocol import FrameType
-from firstcontact.twin.filter import DeviceFilter
-from firstcontact.twin.scans import write_scans
+from firstcontact.device import Descriptor, FrameType
+from firstcontact.device import _protocol as protocol
+from firstcontact.twin import DeviceFilter
+from firstcontact.twin._scans import write_scans
 
 
 @contextmanager

@@ -14,13 +14,13 @@ from hand import FLOORS
 from serial_host import Host
 
 from firstcontact.cli.main import main
-from firstcontact.cli.ports import answer
+from firstcontact.cli.verbs.ports import answer
 from firstcontact.core import InputError
-from firstcontact.device import Descriptor, protocol
-from firstcontact.device.flashing import CHUNK, ask_for_room, flash_model
-from firstcontact.device.protocol import FrameType
-from firstcontact.embedded.hand_model import hand_image
-from firstcontact.embedded.model_image import FORMAT, ModelImage
+from firstcontact.device import Descriptor, FrameType, ask_for_room, flash_model
+from firstcontact.device import _protocol as protocol
+from firstcontact.device._flashing import CHUNK
+from firstcontact.export import FORMAT, hand_image
+from firstcontact.export._model_image import ModelImage
 
 #: Of the head of a place that holds a model.
 MAGIC = b"1CFS"
@@ -212,7 +212,7 @@ def test_the_verb_flashes_and_says_what_answers(
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
 ) -> None:
-    from firstcontact.core.calibration_file import write_calibration
+    from firstcontact.core import write_calibration
 
     write_calibration(FLOORS, tmp_path / "calibration.json")
     told = ["--calibration", str(tmp_path / "calibration.json")]

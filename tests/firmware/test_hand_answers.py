@@ -15,13 +15,10 @@ from numpy.typing import NDArray
 from test_emulated_device import emulated
 
 from firstcontact.cli.main import main
-from firstcontact.device.flashing import flash_model
-from firstcontact.device.serial_source import SerialSource
-from firstcontact.device.told import Told, ToldEstimate
-from firstcontact.embedded.hand_model import hand_image
-from firstcontact.embedded.model_image import FORMAT
-from firstcontact.twin.scans import write_scans
-from firstcontact.twin.stream import TwinStream
+from firstcontact.device import SerialSource, Told, ToldEstimate, flash_model
+from firstcontact.export import FORMAT, hand_image
+from firstcontact.twin import TwinStream
+from firstcontact.twin._scans import write_scans
 
 SAMPLES = 30 * 4936
 

@@ -13,17 +13,21 @@ from hand import FLOORS, trained
 from images import Field, Patch, asked, fields_of, program, tried
 from numpy.typing import NDArray
 
-from firstcontact.anytime import Rig, touches_of
-from firstcontact.anytime.compact import CompactModel, CompactNetwork, compacted
-from firstcontact.anytime.in_context import ANY
-from firstcontact.anytime.model_file import pretrained
-from firstcontact.anytime.rig import LEVELS
 from firstcontact.contact import detect
 from firstcontact.core import InputError
-from firstcontact.embedded import c_library
-from firstcontact.embedded.budget import USUAL_DIRECTIONS
-from firstcontact.embedded.model_image import TEXT_MOST, model_image
-from firstcontact.embedded.trained import Trained
+from firstcontact.export import USUAL_DIRECTIONS, Trained
+from firstcontact.export import _c_library as c_library
+from firstcontact.export._model_image import TEXT_MOST, model_image
+from firstcontact.models import (
+    ANY,
+    LEVELS,
+    CompactModel,
+    CompactNetwork,
+    Rig,
+    compacted,
+    pretrained,
+    touches_of,
+)
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"
 #: Numbers at the edges of their kind.

@@ -11,11 +11,10 @@ from device_process import random_scans, running
 from serial_host import Host, assert_gaps_are_overflow
 
 from firstcontact.core import fingertip_layout
-from firstcontact.device import Descriptor, protocol
-from firstcontact.device.protocol import FrameType
-from firstcontact.twin.filter import DeviceFilter
-from firstcontact.twin.scans import write_scans
-from firstcontact.twin.stream import TwinStream
+from firstcontact.device import Descriptor, FrameType
+from firstcontact.device import _protocol as protocol
+from firstcontact.twin import DeviceFilter, TwinStream
+from firstcontact.twin._scans import write_scans
 
 #: Scans that a pipe holds at most, 64 KiB, and the program's own buffer.
 WAITING = 65536 // 12 + 1 + 512

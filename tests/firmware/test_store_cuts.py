@@ -81,7 +81,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> c.CDLL:
     """fc_store with what it needs of the core."""
     to = tmp_path_factory.mktemp("store") / "store.so"
     answers, core = FIRMWARE / "answers", FIRMWARE / "core"
-    kernels = FIRMWARE.parent / "src/firstcontact/embedded/c"
+    kernels = FIRMWARE.parent / "src/firstcontact/export/c"
     files = [answers / "fc_store.c", *sorted(core.glob("*.c"))]
     includes = [f"-I{path}" for path in (answers, core, kernels)]
     building.run(

@@ -18,14 +18,12 @@ from numpy.typing import NDArray
 from serial_host import Host
 
 from firstcontact.core import Finger, InputError
-from firstcontact.device import Descriptor, protocol
-from firstcontact.device.assembler import Assembler
-from firstcontact.device.flashing import CHUNK, flash_model
-from firstcontact.device.protocol import FrameType
-from firstcontact.embedded.hand_model import hand_image
-from firstcontact.embedded.model_image import FORMAT, ModelImage
-from firstcontact.twin.filter import DeviceFilter
-from firstcontact.twin.stream import TwinStream
+from firstcontact.device import Assembler, Descriptor, FrameType, flash_model
+from firstcontact.device import _protocol as protocol
+from firstcontact.device._flashing import CHUNK
+from firstcontact.export import FORMAT, hand_image
+from firstcontact.export._model_image import ModelImage
+from firstcontact.twin import DeviceFilter, TwinStream
 
 SAMPLES = 12 * 4936
 #: Of the flash, bytes: head of a place for a model, a page, a sector.

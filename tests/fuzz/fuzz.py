@@ -35,13 +35,13 @@ HANGS = 30.0
 LOT = 400
 #: What is imported once, in the process that all others are forked from.
 _COMMON = (
-    "firstcontact.cli.evaluate", "firstcontact.cli.export", "firstcontact.cli.import_",
-    "firstcontact.cli.inspect", "firstcontact.cli.live", "firstcontact.cli.record",
-    "firstcontact.cli.train", "firstcontact.live.session", "firstcontact.learning.training",
-    "firstcontact.learning.final_model", "firstcontact.recording.importing", "tyro",
-    "scipy.io.wavfile", "scipy.io.matlab", "soundfile", "pyxdf", "firstcontact.cli.label",
-    "firstcontact.contact.detector_file", "firstcontact.live.json_lines", "pyarrow.parquet",
-    "firstcontact.live.text", "firstcontact.live.summary", "firstcontact.device.opening",
+    "firstcontact.cli.verbs.evaluate", "firstcontact.cli.verbs.export", "firstcontact.cli.verbs.import_",
+    "firstcontact.cli.verbs.inspect", "firstcontact.cli.verbs.live", "firstcontact.cli.verbs.record",
+    "firstcontact.cli.verbs.train", "firstcontact.streaming._session", "firstcontact.models._training",
+    "firstcontact.models._final_model", "firstcontact.recording._importing", "tyro",
+    "scipy.io.wavfile", "scipy.io.matlab", "soundfile", "pyxdf", "firstcontact.cli.verbs.label",
+    "firstcontact.contact._detector_file", "firstcontact.streaming._json_lines", "pyarrow.parquet",
+    "firstcontact.streaming._text", "firstcontact.streaming._summary", "firstcontact.device._opening",
     "matplotlib.backends.backend_agg", "matplotlib.figure", "matplotlib.backends.backend_svg",
     "matplotlib.backends.backend_pdf", "sklearn.svm",
 )  # fmt: skip

@@ -12,9 +12,8 @@ from tempfile import TemporaryDirectory
 import fuzz_mutate as mutate
 import numpy as np
 
+from firstcontact.collect import By, Session
 from firstcontact.core import Block, Channel, ChannelKind, InputError, Layout
-from firstcontact.labelling.result import By
-from firstcontact.labelling.session import Session
 from firstcontact.recording import Header, Recording, RecordingWriter, read_recording
 
 RATE = 4000.0

@@ -26,9 +26,9 @@ from firstcontact.core import (
     Pinch,
     Role,
     VibrationCalibration,
+    fingertip_layout,
+    write_calibration,
 )
-from firstcontact.core.calibration_file import write_calibration
-from firstcontact.core.layout import fingertip_layout
 from firstcontact.recording import Header, Marker, RecordingWriter
 
 RATE = 4936.0
@@ -203,13 +203,22 @@ def _models(folder: Path, seeds: Seeds) -> None:
 
 def _anytime(folder: Path, seeds: Seeds) -> None:
     """Write models that know a rig of numbers drawn at random, beside a detector."""
-    from firstcontact.anytime import Rig, Touches
-    from firstcontact.anytime.compact import FEWEST, compacted
-    from firstcontact.anytime.in_context import ANY
-    from firstcontact.anytime.model_file import pretrained, save_anytime
-    from firstcontact.anytime.rig import GENERAL, STAGES, TOKEN
-    from firstcontact.anytime.touches import BEFORE, LONGEST, lengths
-    from firstcontact.core.layout import FINGERTIP_RATE
+    from firstcontact.core import FINGERTIP_RATE
+    from firstcontact.models import (
+        ANY,
+        BEFORE,
+        GENERAL,
+        LONGEST,
+        STAGES,
+        TOKEN,
+        Rig,
+        Touches,
+        compacted,
+        lengths,
+        pretrained,
+        save_anytime,
+    )
+    from firstcontact.models._compact import FEWEST
 
     rng = np.random.default_rng(3)
     tokens, general = rng.standard_normal((len(STAGES), 3, TOKEN)), rng.standard_normal(GENERAL)

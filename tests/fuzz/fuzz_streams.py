@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Channel, ChannelKind, Layout
+from firstcontact.device import Descriptor
+from firstcontact.device._audio_source import AudioSource, _Heard
+from firstcontact.device._csv_source import CsvSource
+from firstcontact.device._lsl_source import LslSource
 from firstcontact.device._number_lines import LineReader, columns_of
 from firstcontact.device._stream_checks import LARGEST_SAMPLE
-from firstcontact.device.audio_source import AudioSource, _Heard
-from firstcontact.device.csv_source import CsvSource
-from firstcontact.device.lsl_source import LslSource
-from firstcontact.device.source import Descriptor
-from firstcontact.device.threaded import ThreadedSource
+from firstcontact.device._threaded import ThreadedSource
 
 ODD = (np.nan, np.inf, -np.inf, 1e39, -1e300, 1e300, 2.0**31, 1e9, -1e9, 0.0)
 

@@ -21,7 +21,7 @@ import fuzz_streams
 import fuzz_wire
 from fuzz_seeds import Seeds
 
-from firstcontact.core.errors import InputError
+from firstcontact.core import InputError
 
 #: A port that is not there: what is given besides it is read first.
 NO_PORT = "/dev/no-such-port"

@@ -16,33 +16,29 @@ import fuzz_mutate as mutate
 import numpy as np
 from fuzz_seeds import piezo_layout
 
-from firstcontact.contact.registry import DETECTORS
-from firstcontact.core import Block, Finger, InputError
-from firstcontact.core.layout import fingertip_layout
-from firstcontact.device import flashing as flashing_of_models
-from firstcontact.device import protocol
-from firstcontact.device._responder import Responder
-from firstcontact.device.assembler import Assembler
-from firstcontact.device.decoder import Decoder
-from firstcontact.device.protocol import FrameType
-from firstcontact.device.source import Descriptor, Health
-from firstcontact.device.told import (
+from firstcontact.contact import DETECTORS
+from firstcontact.core import Block, Finger, InputError, fingertip_layout
+from firstcontact.device import (
     Answering,
+    Assembler,
+    Decoder,
+    Descriptor,
+    FrameType,
+    Health,
     ToldContact,
     ToldEstimate,
-    contact_payload,
-    estimate_payload,
 )
-from firstcontact.live._hand_answers import HandAnswers
-from firstcontact.live.hand_requests import Ask
-from firstcontact.live.json_lines import JsonLinesSink
-from firstcontact.live.page._allowance import Allowance
-from firstcontact.live.page._commands import Commands
-from firstcontact.live.page._state import State
-from firstcontact.live.pipeline import Pipeline
-from firstcontact.live.sink import Update
-from firstcontact.live.text import TextSink
+from firstcontact.device import _flashing as flashing_of_models
+from firstcontact.device import _protocol as protocol
+from firstcontact.device._device_predictions import contact_payload, estimate_payload
+from firstcontact.device._responder import Responder
 from firstcontact.recording import Header, RecordingWriter, read_recording
+from firstcontact.streaming import Ask, JsonLinesSink, Pipeline, TextSink
+from firstcontact.streaming._hand_answers import HandAnswers
+from firstcontact.streaming._sink import Update
+from firstcontact.streaming.page._allowance import Allowance
+from firstcontact.streaming.page._commands import Commands
+from firstcontact.streaming.page._state import State
 
 DESCRIPTOR = Descriptor(piezo_layout(), "firmware", "sensor", "hand", "real")
 CHANNELS = len(DESCRIPTOR.layout.channels)

@@ -12,7 +12,7 @@ import sys
 import threading
 
 from firstcontact.core import Command
-from firstcontact.grasp.registry import open_hand
+from firstcontact.grasp import open_hand
 
 CLOSE = Command(0.02, 2.0)
 

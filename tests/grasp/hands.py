@@ -10,7 +10,7 @@ from typing import Protocol, Self
 import pytest
 
 from firstcontact.core import Command
-from firstcontact.grasp.hand import Begins, HandError, HandLimits
+from firstcontact.grasp import Begins, HandError, HandLimits
 
 #: Of a machine that does much else at the same time, s.
 PATIENCE = 60.0

@@ -11,8 +11,7 @@ import threading
 from math import inf
 
 from firstcontact.core import Command
-from firstcontact.grasp.hand import Hand, HandLimits
-from firstcontact.grasp.safe import SafeHand
+from firstcontact.grasp import Hand, HandLimits, SafeHand
 
 
 class SlowHand(Hand):

@@ -5,10 +5,9 @@ from __future__ import annotations
 import pytest
 
 from firstcontact.core import Command
-from firstcontact.device.opening import SOURCES, SourceOptions
-from firstcontact.grasp.hand import HandError
-from firstcontact.grasp.printing import PrintHand
-from firstcontact.grasp.registry import HANDS
+from firstcontact.device import SOURCES, SourceOptions
+from firstcontact.grasp import HANDS, HandError
+from firstcontact.grasp._printing import PrintHand
 from firstcontact.testing import check_hand
 
 

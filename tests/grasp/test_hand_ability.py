@@ -17,11 +17,11 @@ from hands import PATIENCE, refused
 
 from emulated_ability import EmulatedAbility
 from firstcontact.core import Command, InputError
-from firstcontact.device.pseudo_terminal import PseudoTerminal
+from firstcontact.device import PseudoTerminal
+from firstcontact.grasp import SafeHand
+from firstcontact.grasp._ability import AbilityHand
 from firstcontact.grasp._ability_fingers import CLOSED, INDEX, LEVERS, NEARLY_OPEN, OPEN, THUMB
 from firstcontact.grasp._ability_package import SIMULATED
-from firstcontact.grasp.ability import AbilityHand
-from firstcontact.grasp.safe import SafeHand
 
 PROGRAM = Path(__file__).with_name("hand_program.py")
 CLOSE = Command(0.05, 2.0)
@@ -255,8 +255,8 @@ def test_the_package_leaves_no_traces(tmp_path: Path) -> None:
     code = """
 import logging, os, sys
 from firstcontact.core import Command
-from firstcontact.grasp.ability import AbilityHand
-from firstcontact.grasp.safe import SafeHand
+from firstcontact.grasp._ability import AbilityHand
+from firstcontact.grasp._safe import SafeHand
 path, cwd = list(sys.path), os.getcwd()
 with SafeHand(AbilityHand("simulated")) as hand:
     hand.send(Command(0.01, 1.0))

@@ -7,8 +7,8 @@ import io
 import pytest
 
 from firstcontact.core import Command, InputError
-from firstcontact.grasp.printing import PrintHand
-from firstcontact.grasp.registry import HANDS, open_hand
+from firstcontact.grasp import HANDS, open_hand
+from firstcontact.grasp._printing import PrintHand
 
 
 def test_a_line_for_each_order_that_differs() -> None:

@@ -16,9 +16,8 @@ import pytest
 from hands import PATIENCE, HeardHand
 
 from firstcontact.core import Command
+from firstcontact.grasp import HandError, HandLimits, SafeHand
 from firstcontact.grasp._leaving import ENDING
-from firstcontact.grasp.hand import HandError, HandLimits
-from firstcontact.grasp.safe import SafeHand
 
 PROGRAM = Path(__file__).with_name("hand_program.py")
 SLOW_PROGRAM = Path(__file__).with_name("slow_hand_program.py")

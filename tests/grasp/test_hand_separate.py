@@ -16,14 +16,14 @@ import pytest
 from hands import PATIENCE, refused
 
 from firstcontact.core import Command, InputError
-from firstcontact.grasp.separate import MUTE, SeparateHand
+from firstcontact.grasp._separate import MUTE, SeparateHand
 
 CLOSE = Command(0.02, 2.0)
 #: A hand that writes down what it is told, in a file; "fail" there makes it fail.
 MODULE = """
 from math import inf
-from firstcontact.core.errors import InputError
-from firstcontact.grasp.hand import Begins, HandError, HandLimits
+from firstcontact.core._errors import InputError
+from firstcontact.grasp._hand import Begins, HandError, HandLimits
 
 class FileHand:
     name = "file"
@@ -182,7 +182,7 @@ PARENT = """
 import sys
 from file_hand import FileHand
 from firstcontact.core import Command
-from firstcontact.grasp.separate import SeparateHand
+from firstcontact.grasp._separate import SeparateHand
 with SeparateHand(FileHand, sys.argv[1], 60.0) as hand:
     hand.send(Command(0.02, 2.0))
     print(hand._child.pid, flush=True)

@@ -5,16 +5,22 @@ from __future__ import annotations
 import pytest
 
 from firstcontact.core import Command, Contact, Finger
-from firstcontact.grasp.grip import Grip
-from firstcontact.grasp.loop import GraspLoop
+from firstcontact.grasp import (
+    POLICIES,
+    ByStiffness,
+    FinalForce,
+    GraspLoop,
+    Grip,
+    Stiffness,
+    Task,
+    Truth,
+    make_policy,
+)
 from firstcontact.grasp.policies.blind import Blind
-from firstcontact.grasp.policies.final_force import PATIENCE, SLOW, FinalForce
-from firstcontact.grasp.policies.registry import POLICIES, make_policy
+from firstcontact.grasp.policies.final_force import PATIENCE, SLOW
 from firstcontact.grasp.policies.slip_reflex import SlipReflex
-from firstcontact.grasp.policies.stiffness import ByStiffness
 from firstcontact.grasp.policies.stiffness_reflex import StiffnessReflex
 from firstcontact.grasp.policies.weight import ByWeight
-from firstcontact.grasp.policy import Stiffness, Task, Truth
 
 CONTACT = Contact(Finger.INDEX, 100, 105)
 HOUSEHOLD = [name for name, policy in POLICIES.items() if policy.task is Task.HOUSEHOLD]

@@ -10,11 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import ChannelKind, Command, Contact, Finger, fingertip_layout
-from firstcontact.grasp.grip import Grip
-from firstcontact.grasp.loop import GraspLoop
-from firstcontact.grasp.policies.registry import POLICIES
-from firstcontact.grasp.policy import Stiffness, Truth
-from firstcontact.grasp.taxels import REST, Taxels
+from firstcontact.grasp import POLICIES, GraspLoop, Grip, Stiffness, Taxels, Truth
+from firstcontact.grasp._taxels import REST
 
 RATE = 1000.0
 SURE = Stiffness(50.0, 45.0, 55.0, 0.015)

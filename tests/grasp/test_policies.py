@@ -10,13 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Command, Contact, InputError
-from firstcontact.grasp.grip import Grip
+from firstcontact.grasp import POLICIES, Grip, Policy, Stiffness, Task, live_policies, live_policy
+from firstcontact.grasp._policy import Tunable
 from firstcontact.grasp.policies.early_exit import EarlyExit
 from firstcontact.grasp.policies.first_contact import FirstContact
 from firstcontact.grasp.policies.force_feedback import ForceFeedback
-from firstcontact.grasp.policies.registry import POLICIES, live_policies, live_policy
 from firstcontact.grasp.policies.touch import Touch
-from firstcontact.grasp.policy import Policy, Stiffness, Task, Tunable
 from firstcontact.testing import check_policy
 
 SHORE = st.floats(0.0, 100.0)

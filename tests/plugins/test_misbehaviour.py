@@ -13,15 +13,13 @@ import pytest
 
 from firstcontact.cli.main import main
 from firstcontact.cli.verbs import configuration
-from firstcontact.contact.registry import DETECTORS
-from firstcontact.contact.slip_detectors import SLIP_DETECTORS
+from firstcontact.contact import DETECTORS, SLIP_DETECTORS
 from firstcontact.core import Dataset
-from firstcontact.device.opening import SOURCES
-from firstcontact.embedded.exporters import MODEL_EXPORTERS
-from firstcontact.grasp.policies.registry import POLICIES
-from firstcontact.grasp.registry import HANDS
+from firstcontact.device import SOURCES
+from firstcontact.export import MODEL_EXPORTERS
+from firstcontact.grasp import HANDS, POLICIES
+from firstcontact.models import ESTIMATORS
 from firstcontact.recording import EXPORTERS, IMPORTERS, Header, write_dataset
-from firstcontact.stiffness.registry import ESTIMATORS
 
 REGISTRIES = (
     DETECTORS, ESTIMATORS, EXPORTERS, HANDS, IMPORTERS, MODEL_EXPORTERS, POLICIES, SLIP_DETECTORS,
@@ -153,7 +151,7 @@ WRONG = (
     "ENTRY = 5\n",
     "class Strange(type):\n    name = property(lambda cls: exit(0))\n"
     "class ENTRY(metaclass=Strange): ...\n",
-    "from firstcontact.grasp.policy import Policy\nclass ENTRY(Policy):\n    name = 'good'\n",
+    "from firstcontact.grasp._policy import Policy\nclass ENTRY(Policy):\n    name = 'good'\n",
 )
 
 
@@ -170,7 +168,7 @@ def test_an_object_of_the_wrong_kind_is_refused(
 
 def test_what_is_left_to_write_is_named(install: Install) -> None:
     install(
-        "from firstcontact.stiffness import Estimator\n"
+        "from firstcontact.models import Estimator\n"
         "class ENTRY(Estimator):\n    name = 'bad'\n    title = 'x'\n"
     )
     with pytest.raises(ValueError, match="it lacks fit, model"):
@@ -179,7 +177,7 @@ def test_what_is_left_to_write_is_named(install: Install) -> None:
 
 def test_the_import_path_and_the_folder_survive(install: Install, tmp_path: Path) -> None:
     install(
-        "import os, sys\nfrom firstcontact.grasp.policy import Policy\n"
+        "import os, sys\nfrom firstcontact.grasp._policy import Policy\n"
         "sys.path.clear(); sys.path.append('more'); os.chdir('/')\n"
         "class ENTRY(Policy):\n    name, title = 'bad', 'x'\n"
     )
@@ -199,15 +197,15 @@ ENTRY = Exporter("bad", write)
 """
 DETECTOR = """
 import numpy as np
-from firstcontact.contact.stream import WindowDetector
+from firstcontact.contact._stream import WindowDetector
 class ENTRY(WindowDetector):
     name = "bad"
     def fires(self, windows):
         raise {raised}
 """
 ESTIMATOR = """
-from firstcontact.stiffness import Estimator
-from firstcontact.stiffness.baselines import TrainMean
+from firstcontact.models import Estimator
+from firstcontact.models._baselines import TrainMean
 class ENTRY(TrainMean):
     name = title = "bad"
     def fit(self, X, y, groups=None, seed=0):
@@ -271,8 +269,8 @@ def test_an_importer_that_fails_is_named(
 
 
 SOURCE = """
-from firstcontact.device.opening import SourceKind
-from firstcontact.device.replay import ReplaySource
+from firstcontact.device._opening import SourceKind
+from firstcontact.device._replay import ReplaySource
 from pathlib import Path
 class Tape(ReplaySource):
     def {method}(self, *arguments):
@@ -301,8 +299,8 @@ def test_a_source_that_fails_is_named(
 HAND = """
 from math import inf
 from pathlib import Path
-from firstcontact.grasp.hand import Begins, Hand, HandLimits
-from firstcontact.grasp.policy import Policy
+from firstcontact.grasp._hand import Begins, Hand, HandLimits
+from firstcontact.grasp._policy import Policy
 class Both:
     name = title = "bad"
 class Diary(Hand):

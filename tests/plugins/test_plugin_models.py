@@ -13,8 +13,8 @@ STUDY = """
 import sys
 from dataclasses import replace
 from pathlib import Path
-from firstcontact.study.run import run_study
-from firstcontact.study.settings import StudySettings
+from firstcontact_lab.study.run import run_study
+from firstcontact_lab.study.settings import StudySettings
 small = replace(
     StudySettings(), block_pinches=20, object_pinches=4, durations=(0.015,), folds=3, brief=True,
     calls=20, detector="energy", workers=1,
@@ -23,7 +23,7 @@ run_study(small, Path(sys.argv[1]), Path(sys.argv[2]), True, "none")
 """
 CHECKS = """
 from firstcontact.contact import DETECTORS
-from firstcontact.stiffness import ESTIMATORS
+from firstcontact.models import ESTIMATORS
 from firstcontact.testing import check_detector, check_estimator
 check_detector(DETECTORS["energy"])
 check_estimator(ESTIMATORS["loudness"])

@@ -14,8 +14,8 @@ from firstcontact.recording import load_dataset
 STUDY = """
 import sys
 from pathlib import Path
-from firstcontact.grasp_study.run import run_grasp_study
-from firstcontact.grasp_study.settings import GraspStudySettings, HouseholdSettings
+from firstcontact_lab.grasping.run import run_grasp_study
+from firstcontact_lab.grasping.settings import GraspStudySettings, HouseholdSettings
 things = ("raspberry", "apple", "wrench")
 household = HouseholdSettings(
     1, 1, (1,), (2,), 4, (0.10,), (2.0,), (1.0, 3.0, 12.0), 3, 4, True, 2, things
@@ -26,9 +26,9 @@ run_grasp_study(small, Path(sys.argv[1]), True, "none")
 """
 CHECKS = """
 import sys
-from firstcontact.device.opening import SOURCES
+from firstcontact.device._opening import SOURCES
 from firstcontact.grasp.policies.registry import POLICIES
-from firstcontact.grasp.registry import HANDS
+from firstcontact.grasp._registry import HANDS
 from firstcontact.testing import check_hand, check_policy, check_source
 check_policy(POLICIES["halfway"])
 check_hand(HANDS["diary"])

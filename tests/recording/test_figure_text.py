@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Contact, Finger, Label, Pinch, fingertip_layout
-from firstcontact.recording.figure_text import MOST, shown
-from firstcontact.recording.plot import plot_pinch
+from firstcontact.recording import figure_label, plot_pinch
+from firstcontact.recording._figure_text import MOST
 
 NAMES = [
     r"$\frac{$", "$x^2$", r"\alpha", "a\nb\r\tc", "\x1b[31mred", "\x00", "x" * 5000, "苹果",
@@ -22,7 +22,7 @@ NAMES = [
 
 @given(st.text(st.characters(), max_size=300))
 def test_a_name_is_one_short_line_of_glyphs(name: str) -> None:
-    text = shown(name)
+    text = figure_label(name)
     assert len(text) <= MOST
     assert text.isprintable()
     text.encode("utf-8")
@@ -30,11 +30,11 @@ def test_a_name_is_one_short_line_of_glyphs(name: str) -> None:
 
 def test_plain_names_stay_as_they_are() -> None:
     for name in ("block 10", "Schwamm, weich (gelb)", r"$\frac{$", "µ 60 °C"):
-        assert shown(name) == name
-    assert shown("苹") == "U+82F9"
-    assert shown("\uf400") == "U+F400"  # the font has a glyph for it, and no standard does
-    assert shown("a\n b") == "a b"
-    assert shown("n" * 29) == "n" * 27 + "…"
+        assert figure_label(name) == name
+    assert figure_label("苹") == "U+82F9"
+    assert figure_label("\uf400") == "U+F400"  # the font has a glyph for it, and no standard does
+    assert figure_label("a\n b") == "a b"
+    assert figure_label("n" * 29) == "n" * 27 + "…"
 
 
 @pytest.mark.parametrize("name", NAMES, ids=ascii)

@@ -21,10 +21,15 @@ from firstcontact.core import (
     Pinch,
     VibrationSensor,
 )
-from firstcontact.device.replay import ReplaySource
-from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
-from firstcontact.recording.dataset import write_dataset
-from firstcontact.signal._resample import resample_dataset
+from firstcontact.device import ReplaySource
+from firstcontact.recording import (
+    Header,
+    RecordingWriter,
+    load_dataset,
+    read_recording,
+    write_dataset,
+)
+from firstcontact.signal import resample_dataset
 
 SLOW = Layout(
     tuple(Channel(f"e{k}", ChannelKind.FORCE, Finger.INDEX, "", 0.5, taxel=k) for k in range(3)),

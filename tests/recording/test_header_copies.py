@@ -11,7 +11,7 @@ import pytest
 from firstcontact.core import Block, InputError, fingertip_layout
 from firstcontact.recording import Header, Marker, RecordingWriter, read_recording
 from firstcontact.recording._chunks import _candidates
-from firstcontact.recording.header import LONGEST_TEXT
+from firstcontact.recording._header import LONGEST_TEXT
 
 HEADER = Header(fingertip_layout(), "synthetic", session="1", notes="the only ones")
 

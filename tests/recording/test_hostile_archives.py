@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from firstcontact.cli.main import main
-from firstcontact.recording.importing import import_path
+from firstcontact.recording import import_path
 
 PIEZO = np.random.default_rng(1).normal(size=(3, 60, 1)).astype(np.float32)
 SECRET = "root:x:0:0"

@@ -21,9 +21,9 @@ from firstcontact.cli.main import main
 from firstcontact.core import Block, Contact, Finger, InputError, Label, fingertip_layout
 from firstcontact.recording import Header, PinchMark, RecordingWriter, load_dataset, read_recording
 from firstcontact.recording import _samples as messages
+from firstcontact.recording._chunk_file import MAGIC, ChunkFile
 from firstcontact.recording._chunks import _candidates
 from firstcontact.recording._sizes import most_unpacked
-from firstcontact.recording.chunk_file import MAGIC, ChunkFile
 
 LAYOUT = fingertip_layout()
 HEADER = Header(LAYOUT, "synthetic").to_json()

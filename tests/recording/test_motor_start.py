@@ -11,10 +11,7 @@ import pytest
 from scipy.io import wavfile
 
 from firstcontact.core import Dataset, InputError
-from firstcontact.recording import load_dataset
-from firstcontact.recording.exporting import export
-from firstcontact.recording.formats import EXPORTERS
-from firstcontact.recording.importing import import_path
+from firstcontact.recording import EXPORTERS, export, import_path, load_dataset
 from firstcontact.signal import resample_dataset
 
 RATE = 5000

@@ -15,8 +15,8 @@ from mcap.writer import CompressionType, Writer
 
 from firstcontact.core import Block, fingertip_layout
 from firstcontact.recording import Header, RecordingWriter, read_recording
+from firstcontact.recording._chunk_file import ChunkFile
 from firstcontact.recording._chunks import scan
-from firstcontact.recording.chunk_file import ChunkFile
 
 JSON = ("a.Thing", "jsonschema", b'{"type": "object"}')
 OTHER = ("b.Thing", "ros2msg", b"uint8 x\n")

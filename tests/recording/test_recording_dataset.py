@@ -18,7 +18,7 @@ from firstcontact.recording import (
     read_recording,
     write_dataset,
 )
-from firstcontact.recording.dataset import pause_between
+from firstcontact.recording._dataset import pause_between
 
 ROOMS = ("core", "recording", "signal", "contact", "stiffness", "learning", "twin", "grasp",
          "device", "testing")  # fmt: skip

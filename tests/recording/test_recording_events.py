@@ -14,7 +14,7 @@ from scipy.io import wavfile
 from firstcontact.cli.main import main
 from firstcontact.core import Finger
 from firstcontact.recording import load_dataset
-from firstcontact.recording.events import AFTER, BEFORE, import_events
+from firstcontact.recording._events import AFTER, BEFORE, import_events
 
 RATE = 8000
 SAMPLES = 20_000

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Contact, Finger
+from firstcontact.recording import make_layout
+from firstcontact.recording._checks import read_settings
 from firstcontact.recording._labels import make_contacts
-from firstcontact.recording.checks import make_layout, read_settings
 
 RATE = 4936.0
 SETTINGS = read_settings("x", {"sample_rate_hz": RATE, "piezo_unit": "V"})

@@ -2,8 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.core import Block
-from firstcontact.core.counted import counted
+from firstcontact.core import Block, counted
 from firstcontact.recording._stretches import join
 
 

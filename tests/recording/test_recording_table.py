@@ -1,7 +1,8 @@
 import pytest
 
 from firstcontact.core import InputError
-from firstcontact.recording.table import read_columns, read_rows
+from firstcontact.recording import read_rows
+from firstcontact.recording._table import read_columns
 
 
 def test_blanks_marks_and_missing_cells_do_not_matter(tmp_path):

@@ -10,7 +10,7 @@ import pytest
 
 from firstcontact.core import Dataset, fingertip_layout
 from firstcontact.recording import Header, import_path, load_dataset, read_recording
-from firstcontact.recording.header import read_header
+from firstcontact.recording._header import read_header
 from firstcontact.signal import resample_dataset
 
 #: As importers wrote it into the notes before there was a field.

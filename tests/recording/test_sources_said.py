@@ -11,8 +11,7 @@ from scipy.io import wavfile
 
 from firstcontact.cli.main import main
 from firstcontact.core import InputError
-from firstcontact.recording import load_dataset
-from firstcontact.recording.importing import import_path
+from firstcontact.recording import import_path, load_dataset
 
 DATA = np.random.default_rng(1).normal(size=(2, 60, 1)).astype(np.float32)
 

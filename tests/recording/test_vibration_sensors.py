@@ -11,8 +11,7 @@ import pytest
 from scipy.io import wavfile
 
 from firstcontact.cli.main import main
-from firstcontact.contact import detect
-from firstcontact.contact.threshold import ThresholdDetector
+from firstcontact.contact import ThresholdDetector, detect
 from firstcontact.core import (
     Block,
     Channel,
@@ -25,10 +24,10 @@ from firstcontact.core import (
     VibrationSensor,
     fingertip_layout,
 )
-from firstcontact.device.source import Descriptor
+from firstcontact.device import Descriptor
 from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
-from firstcontact.signal import WindowStream, contact_windows
-from firstcontact.signal._smoothing import ExponentialSmoothing, missing_smoothing
+from firstcontact.signal import ExponentialSmoothing, WindowStream, contact_windows
+from firstcontact.signal._smoothing import missing_smoothing
 
 #: Written by firstcontact before version 2 of the format, byte for byte.
 VERSION_1 = Path(__file__).with_name("version1.mcap")

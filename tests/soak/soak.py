@@ -28,11 +28,9 @@ from soak_links import LINKS, Link
 
 from firstcontact.contact import ThresholdDetector
 from firstcontact.core import Calibration, InputError, VibrationCalibration
-from firstcontact.device.source import Health
-from firstcontact.live.json_lines import JsonLinesSink
-from firstcontact.live.pipeline import Pipeline
-from firstcontact.live.session import LiveSession
+from firstcontact.device import Health
 from firstcontact.recording import Recording, read_recording
+from firstcontact.streaming import JsonLinesSink, LiveSession, Pipeline
 
 #: Between two faults, s: the rate of a source is measured over some seconds.
 PAUSE = 4.0, 8.0

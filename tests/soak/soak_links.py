@@ -23,8 +23,12 @@ sys.path[:0] = [str(Path(__file__).parents[1] / "device"), str(Path(__file__).pa
 from printing_board import PrintingBoard  # noqa: E402
 from scripted_device import ScriptedDevice  # noqa: E402
 
-from firstcontact.device import Source, open_source  # noqa: E402
-from firstcontact.device.protocol import FrameType, decode  # noqa: E402
+from firstcontact.device import (  # noqa: E402
+    FrameType,
+    Source,
+    open_source,
+)
+from firstcontact.device._protocol import decode  # noqa: E402
 from sound import heard_here, ramp  # noqa: E402
 
 RATE = 4936.0

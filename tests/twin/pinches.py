@@ -7,13 +7,21 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.pinch import Label, Pinch
+from firstcontact.core import Label, Pinch
+from firstcontact.twin import (
+    FINGER_STATES,
+    PAPER_RIG,
+    STATES,
+    Condition,
+    PinchDraw,
+    TwinObject,
+    contact_stiffness,
+    draw_pinch,
+    draw_specimen,
+    simulate_pinch,
+)
+from firstcontact.twin._mechanics import OUTPUTS, integrate
 from firstcontact.twin._parameters import FingerParameters, ObjectParameters
-from firstcontact.twin.conditions import PAPER_RIG, Condition
-from firstcontact.twin.draw import PinchDraw, draw_pinch, draw_specimen
-from firstcontact.twin.mechanics import FINGER_STATES, OUTPUTS, STATES, contact_stiffness, integrate
-from firstcontact.twin.objects import TwinObject
-from firstcontact.twin.pinch import simulate_pinch
 
 SEED = 20
 Fingers = tuple[FingerParameters, FingerParameters]

@@ -7,11 +7,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pinches import drawn
 
-from firstcontact.core.command import Command
-from firstcontact.twin.drive import Drive
-from firstcontact.twin.objects import TwinObject
-from firstcontact.twin.plant import GraspPlant
-from firstcontact.twin.sensor import VelostatParameters
+from firstcontact.core import Command
+from firstcontact.twin import Drive, GraspPlant, TwinObject, VelostatParameters
 
 COMMANDS = st.builds(Command, st.floats(-0.5, 0.5), st.floats(-1.0, 30.0))
 

@@ -15,7 +15,7 @@ from firstcontact.twin._compiled import compiled
 
 FILTER = """
 import numpy as np
-from firstcontact.twin.filter import smoothed
+from firstcontact.twin._filter import smoothed
 assert len(smoothed(np.zeros(8, dtype=np.uint16))) == 8
 """
 

@@ -5,16 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firstcontact.core import Command
-from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core import FINGERTIP_RATE, Command
+from firstcontact.twin import (
+    BLOCKS,
+    Drive,
+    GraspPlant,
+    Lift,
+    SlipParameters,
+    condition,
+    draw_pinch,
+    draw_specimen,
+)
 from firstcontact.twin._parameters import FingerParameters
-from firstcontact.twin.conditions import condition
-from firstcontact.twin.draw import draw_pinch, draw_specimen
-from firstcontact.twin.drive import Drive
-from firstcontact.twin.lift import Lift
-from firstcontact.twin.objects import BLOCKS
-from firstcontact.twin.plant import GraspPlant
-from firstcontact.twin.slip_sound import SlipParameters, SlipSound
+from firstcontact.twin._slip_sound import SlipSound
 
 FINGERS = (FingerParameters(), FingerParameters())
 MASS, FRICTION, N = 0.3, 0.5, 1000

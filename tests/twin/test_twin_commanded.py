@@ -12,16 +12,19 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pinches import drawn
 
-from firstcontact.core.command import Command
-from firstcontact.core.errors import InputError
-from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core import FINGERTIP_RATE, Command, InputError
+from firstcontact.twin import (
+    BLOCKS,
+    BURN_IN,
+    EVERYDAY_OBJECTS,
+    INDENTATION,
+    Drive,
+    PinchDraw,
+    TwinObject,
+)
+from firstcontact.twin._mechanics import CONTACT_FORCE, DRIVE_SPEED
 from firstcontact.twin._noise import MotorNoise
-from firstcontact.twin.draw import PinchDraw
-from firstcontact.twin.drive import Drive
-from firstcontact.twin.mechanics import CONTACT_FORCE, DRIVE_SPEED, INDENTATION
-from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS, TwinObject
-from firstcontact.twin.pinch import BURN_IN
-from firstcontact.twin.run import PinchRun
+from firstcontact.twin._run import PinchRun
 
 SILENT = MotorNoise(rotor=0.0, mesh=0.0, friction=0.0, click_rate=0.0, mains=0.0)
 DT = 1 / FINGERTIP_RATE

@@ -7,10 +7,18 @@ import pytest
 from numpy.typing import NDArray
 from pinches import drawn
 
-from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition
-from firstcontact.twin.mechanics import BUFFER, INDENTATION
-from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS, TwinObject
-from firstcontact.twin.pinch import SUBSTEPS, mechanics_of
+from firstcontact.twin import (
+    BLOCKS,
+    BUFFER,
+    EVERYDAY,
+    EVERYDAY_OBJECTS,
+    INDENTATION,
+    PAPER_RIG,
+    Condition,
+    TwinObject,
+    mechanics_of,
+)
+from firstcontact.twin._pinch import SUBSTEPS
 
 TENNIS_BALL = EVERYDAY_OBJECTS[4]
 AVOCADO = EVERYDAY_OBJECTS[7]

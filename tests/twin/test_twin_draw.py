@@ -5,20 +5,22 @@ import pytest
 from pinches import SEED, drawn
 from scipy import stats
 
-from firstcontact.core.errors import InputError
-from firstcontact.twin.conditions import CONDITIONS, EVERYDAY, PAPER_RIG, Condition, condition
-from firstcontact.twin.draw import (
-    FIRST_CONTACT,
-    OFFSET_MAX,
-    OFFSET_MEAN,
-    OFFSET_SD,
+from firstcontact.core import InputError
+from firstcontact.twin import (
+    BLOCKS,
+    CONDITIONS,
+    EVERYDAY,
+    EVERYDAY_OBJECTS,
+    PAPER_RIG,
+    Condition,
+    condition,
     draw_offset,
     draw_pinch,
     draw_specimen,
     generator,
 )
-from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS
-from firstcontact.twin.pinch import DURATION
+from firstcontact.twin._draw import FIRST_CONTACT, OFFSET_MAX, OFFSET_MEAN, OFFSET_SD
+from firstcontact.twin._pinch import DURATION
 
 
 def test_offsets_are_positive_with_the_published_mean_and_spread() -> None:

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.core.command import Command
-from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.twin.drive import Drive, DriveReference
+from firstcontact.core import FINGERTIP_RATE, Command
+from firstcontact.twin import Drive
+from firstcontact.twin._drive import DriveReference
 
 SPEEDS = st.floats(-0.25, 0.25)
 

@@ -7,9 +7,14 @@ import pytest
 from numpy.typing import NDArray
 from pinches import Fingers, integrated, moving
 
+from firstcontact.twin import (
+    BLOCKS,
+    EVERYDAY_OBJECTS,
+    FINGER_STATES,
+    INDENTATION,
+    contact_stiffness,
+)
 from firstcontact.twin._parameters import FingerParameters, ObjectParameters
-from firstcontact.twin.mechanics import FINGER_STATES, INDENTATION, contact_stiffness
-from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS
 
 STEP = 5e-6
 

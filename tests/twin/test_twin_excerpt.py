@@ -8,13 +8,18 @@ import numpy as np
 import pytest
 from pinches import drawn
 
-from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.core.pinch import Label
-from firstcontact.twin.conditions import CONDITIONS, Condition
-from firstcontact.twin.draw import PinchDraw
-from firstcontact.twin.mechanics import BUFFER
-from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS
-from firstcontact.twin.pinch import excerpt, mechanics_of, simulate_pinch
+from firstcontact.core import FINGERTIP_RATE, Label
+from firstcontact.twin import (
+    BLOCKS,
+    BUFFER,
+    CONDITIONS,
+    EVERYDAY_OBJECTS,
+    Condition,
+    PinchDraw,
+    excerpt,
+    mechanics_of,
+    simulate_pinch,
+)
 
 BEFORE, DURATION = 0.04, 0.06
 

@@ -13,12 +13,12 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 from pinches import drawn, simulated
 
-from firstcontact.core.layout import ADC_COUNTS, SUBCOUNTS, TAXELS
-from firstcontact.twin.filter import FORCE_READINGS, ROUND, DeviceFilter, smoothed
-from firstcontact.twin.objects import BLOCKS
-from firstcontact.twin.pinch import pinch_scans
-from firstcontact.twin.scans import scan_bytes, write_scans
-from firstcontact.twin.sensor import open_reading
+from firstcontact.core import ADC_COUNTS, SUBCOUNTS, TAXELS
+from firstcontact.twin import BLOCKS, DeviceFilter
+from firstcontact.twin._filter import FORCE_READINGS, ROUND, smoothed
+from firstcontact.twin._pinch import pinch_scans
+from firstcontact.twin._scans import scan_bytes, write_scans
+from firstcontact.twin._sensor import open_reading
 
 TOP = (ADC_COUNTS - 1) * SUBCOUNTS
 

@@ -10,18 +10,20 @@ from io import StringIO
 import numpy as np
 import pytest
 
-from firstcontact.core.errors import InputError
-from firstcontact.core.physics import gent_modulus
-from firstcontact.twin._household_file import RANGES, read_household, read_sources
-from firstcontact.twin.conditions import PAPER_RIG
-from firstcontact.twin.household import (
+from firstcontact.core import InputError, gent_modulus
+from firstcontact.twin import (
+    BLOCKS,
+    BRITTLE,
+    EVERYDAY_OBJECTS,
     HOUSEHOLD,
     HOUSEHOLD_SOURCES,
+    PAPER_RIG,
+    QUANTITIES,
     draw_household_specimen,
     household_named,
 )
-from firstcontact.twin.household_object import QUANTITIES, SCATTER
-from firstcontact.twin.objects import BLOCKS, BRITTLE, EVERYDAY_OBJECTS
+from firstcontact.twin._household_file import RANGES, read_household, read_sources
+from firstcontact.twin._household_object import SCATTER
 
 TEXT = files("firstcontact.twin").joinpath("household.csv").read_text(encoding="utf-8")
 SOURCES = files("firstcontact.twin").joinpath("household_sources.csv").read_text(encoding="utf-8")

@@ -7,9 +7,10 @@ import pytest
 from numpy.typing import NDArray
 from pinches import integrated
 
-from firstcontact.core.physics import contact_modulus, hertz_stiffness
+from firstcontact.core import contact_modulus, hertz_stiffness
+from firstcontact.twin import FINGER_STATES, STATES
+from firstcontact.twin._mechanics import CONTACT_FORCE
 from firstcontact.twin._parameters import FingerParameters, ObjectParameters
-from firstcontact.twin.mechanics import CONTACT_FORCE, FINGER_STATES, STATES
 
 NEVER = 1e9
 #: Nothing but the skin: no drive, and nothing that ties it to the board.

@@ -9,14 +9,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pinches import drawn
 
-from firstcontact.core.command import Command
-from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.core.physics import GRAVITY, holding_force
+from firstcontact.core import FINGERTIP_RATE, GRAVITY, Command, holding_force
+from firstcontact.twin import BLOCKS, Drive, GraspPlant, Lift
 from firstcontact.twin._outcome import slide
-from firstcontact.twin.drive import Drive
-from firstcontact.twin.lift import Lift
-from firstcontact.twin.objects import BLOCKS
-from firstcontact.twin.plant import GraspPlant
 
 
 def slid(

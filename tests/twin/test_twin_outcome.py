@@ -9,13 +9,10 @@ import pytest
 from pinches import SEED
 from plants import closed, plant
 
-from firstcontact.core.command import Command
-from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.core.physics import GRAVITY
+from firstcontact.core import FINGERTIP_RATE, GRAVITY, Command
+from firstcontact.twin import BLOCKS, BRITTLE, Drive, TwinObject, block, generator
+from firstcontact.twin._objects import Fragility
 from firstcontact.twin._outcome import stable_from
-from firstcontact.twin.draw import generator
-from firstcontact.twin.drive import Drive
-from firstcontact.twin.objects import BLOCKS, BRITTLE, Fragility, TwinObject, block
 
 _, CRISP, BERRY = BRITTLE
 

@@ -8,36 +8,48 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.core import physics
+from firstcontact.core import _physics as physics
 from firstcontact.twin import (
-    _noise as noise,
+    BLOCKS,
+    BRITTLE,
+    EVERYDAY,
+    EVERYDAY_OBJECTS,
+    OPTIMISTIC,
+    PAPER_RIG,
+    Condition,
+    Drive,
+    SlipParameters,
+    VelostatParameters,
 )
 from firstcontact.twin import (
-    _outcome as outcome,
+    _draw as draw,
 )
 from firstcontact.twin import (
-    _plan as plan,
+    _lift as lift,
+)
+from firstcontact.twin import _noise as noise
+from firstcontact.twin import (
+    _objects as objects,
+)
+from firstcontact.twin import _outcome as outcome
+from firstcontact.twin import (
+    _pinch as pinch,
+)
+from firstcontact.twin import _plan as plan
+from firstcontact.twin import (
+    _plant as plant,
 )
 from firstcontact.twin import (
-    _stream_moves as stream_moves,
+    _run as run,
 )
 from firstcontact.twin import (
-    draw,
-    lift,
-    objects,
-    pinch,
-    plant,
-    run,
-    stream,
+    _stream as stream,
 )
+from firstcontact.twin import _stream_moves as stream_moves
+from firstcontact.twin._conditions import Spread
+from firstcontact.twin._filter import FORCE_READINGS
 from firstcontact.twin._noise import MotorNoise
 from firstcontact.twin._parameters import FingerParameters, ObjectParameters
-from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition, Spread
-from firstcontact.twin.drive import Drive
-from firstcontact.twin.filter import FORCE_READINGS
-from firstcontact.twin.objects import BLOCKS, BRITTLE, EVERYDAY_OBJECTS
-from firstcontact.twin.sensor import OPTIMISTIC, VelostatParameters
-from firstcontact.twin.slip_sound import SlipParameters
 
 PAGE = Path(__file__).parents[2] / "docs/reference/twin-parameters.md"
 NOMINAL: dict[str, dict[str, float]] = {

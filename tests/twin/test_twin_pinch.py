@@ -10,12 +10,9 @@ import pytest
 from pinches import drawn, simulated
 from scipy import stats
 
-from firstcontact.core.layout import ChannelKind, fingertip_layout
-from firstcontact.core.pinch import Label, Pinch
-from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition
-from firstcontact.twin.draw import OFFSET_MEAN, OFFSET_SD
-from firstcontact.twin.objects import BLOCKS
-from firstcontact.twin.pinch import simulate_pinch
+from firstcontact.core import ChannelKind, Label, Pinch, fingertip_layout
+from firstcontact.twin import BLOCKS, EVERYDAY, PAPER_RIG, Condition, simulate_pinch
+from firstcontact.twin._draw import OFFSET_MEAN, OFFSET_SD
 
 LAYOUT = fingertip_layout()
 WINDOW = round(0.015 * LAYOUT.rate)

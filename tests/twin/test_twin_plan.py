@@ -4,9 +4,9 @@ from collections import Counter
 
 import pytest
 
-from firstcontact.core.pinch import Role
+from firstcontact.core import Role
+from firstcontact.twin import EVERYDAY, PAPER_RIG, Condition
 from firstcontact.twin._plan import plan_sessions
-from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition
 
 
 def test_the_paper_size_has_its_pinches_in_sessions() -> None:

@@ -11,16 +11,24 @@ from hypothesis import strategies as st
 from pinches import drawn, simulated
 from plants import COMMANDS, closed, plant
 
-from firstcontact.core.command import Command
-from firstcontact.core.layout import FINGERTIP_RATE, ChannelKind, fingertip_layout
-from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition
-from firstcontact.twin.drive import Drive
-from firstcontact.twin.lift import LIFT, Lift
-from firstcontact.twin.objects import BLOCKS, BRITTLE, TwinObject, block
-from firstcontact.twin.pinch import DURATION
-from firstcontact.twin.plant import WATCHED, GraspPlant
-from firstcontact.twin.run import QUICK
-from firstcontact.twin.sensor import OPTIMISTIC
+from firstcontact.core import FINGERTIP_RATE, ChannelKind, Command, fingertip_layout
+from firstcontact.twin import (
+    BLOCKS,
+    BRITTLE,
+    EVERYDAY,
+    LIFT,
+    OPTIMISTIC,
+    PAPER_RIG,
+    QUICK,
+    Condition,
+    Drive,
+    GraspPlant,
+    Lift,
+    TwinObject,
+    block,
+)
+from firstcontact.twin._pinch import DURATION
+from firstcontact.twin._plant import WATCHED
 
 LAYOUT = fingertip_layout()
 _, CRISP, BERRY = BRITTLE

@@ -8,13 +8,11 @@ from functools import partial
 import numpy as np
 import pytest
 
-from firstcontact.core.layout import ADC_COUNTS, SUBCOUNTS
-from firstcontact.twin import run as twin_run
-from firstcontact.twin.pinch import BURN_IN
-from firstcontact.twin.rig_families import FAMILIES
-from firstcontact.twin.rigs import (
+from firstcontact.core import ADC_COUNTS, SUBCOUNTS
+from firstcontact.twin import (
+    BURN_IN,
+    FAMILIES,
     HARDEST,
-    RIG_SPREAD,
     SOFTEST,
     RandomObject,
     RandomRig,
@@ -24,6 +22,8 @@ from firstcontact.twin.rigs import (
     draw_rig,
     touch,
 )
+from firstcontact.twin import _run as twin_run
+from firstcontact.twin._rigs import RIG_SPREAD
 
 BEFORE, AFTER = 0.010, 0.015
 
@@ -85,7 +85,7 @@ def _extreme(which: int) -> tuple[RandomRig, RandomObject]:
 def test_halved_steps_change_the_waveform_of_extreme_rigs_little(
     which: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from firstcontact.twin import rigs
+    from firstcontact.twin import _rigs as rigs
 
     rig, held = _extreme(which)
     made = []
@@ -153,8 +153,8 @@ def test_what_a_family_touches_is_finite(name: str) -> None:
 
 
 def test_a_resonance_rings_at_its_frequency_and_dies_away() -> None:
-    from firstcontact.core.layout import FINGERTIP_RATE
-    from firstcontact.twin.rigs import Resonance
+    from firstcontact.core import FINGERTIP_RATE
+    from firstcontact.twin._rigs import Resonance
 
     step = np.zeros(4096)
     step[10:] = 1.0

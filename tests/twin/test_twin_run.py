@@ -11,12 +11,21 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pinches import drawn
 
-from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.twin.conditions import EVERYDAY, PAPER_RIG, Condition
-from firstcontact.twin.mechanics import CONTACT_FORCE, INDENTATION
-from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS, TwinObject
-from firstcontact.twin.pinch import BURN_IN, DURATION, mechanics_of
-from firstcontact.twin.run import PinchRun
+from firstcontact.core import FINGERTIP_RATE
+from firstcontact.twin import (
+    BLOCKS,
+    BURN_IN,
+    EVERYDAY,
+    EVERYDAY_OBJECTS,
+    INDENTATION,
+    PAPER_RIG,
+    Condition,
+    TwinObject,
+    mechanics_of,
+)
+from firstcontact.twin._mechanics import CONTACT_FORCE
+from firstcontact.twin._pinch import DURATION
+from firstcontact.twin._run import PinchRun
 
 ALL = BURN_IN + round(DURATION * FINGERTIP_RATE)
 

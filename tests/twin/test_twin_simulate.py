@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firstcontact.core.errors import InputError
+from firstcontact.core import InputError
 from firstcontact.recording import load_dataset, read_recording
-from firstcontact.twin.simulate import simulate
+from firstcontact.twin import simulate
 
 
 def digests(folder: Path) -> dict[str, str]:
@@ -115,7 +115,7 @@ def test_an_error_on_the_way_leaves_no_half_file(tmp_path: Path) -> None:
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from firstcontact.twin.simulate import simulate
+from firstcontact.twin._simulate import simulate
 
 made = 0
 def progress(done):

@@ -12,11 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from firstcontact.core.command import Command
-from firstcontact.core.errors import InputError
-from firstcontact.core.layout import ADC_COUNTS, FINGERTIP_RATE, TAXELS
-from firstcontact.twin.objects import BLOCKS, OBJECTS
-from firstcontact.twin.stream import StreamPinch, TwinStream
+from firstcontact.core import ADC_COUNTS, FINGERTIP_RATE, TAXELS, Command, InputError
+from firstcontact.twin import BLOCKS, TwinStream
+from firstcontact.twin._objects import OBJECTS
+from firstcontact.twin._stream import StreamPinch
 
 CONDITIONS = ("paper-rig", "everyday")
 #: Six standard deviations between two readings of an unloaded sheet, counts.

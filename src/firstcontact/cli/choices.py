@@ -7,7 +7,7 @@ from typing import Any
 
 import tyro
 
-from firstcontact.core.registry import Registry
+from firstcontact.core import Registry
 
 
 def one_of(names: Iterable[str] | Registry[Any]) -> Any:
@@ -19,7 +19,7 @@ def one_of(names: Iterable[str] | Registry[Any]) -> Any:
 
 def devices(recorded: bool = True, more: str = "") -> Any:
     """What annotates an option that takes a device; ``recorded``: or a recording of one."""
-    from firstcontact.device.opening import SOURCES
+    from firstcontact.device import SOURCES
 
     kinds = [SOURCES[name] for name in SOURCES.own]
     titles = [kind.title for kind in kinds if recorded or not kind.recorded]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
 
-from firstcontact.core.extras import need
+from firstcontact.core import need
 
 
 def where(cluster: str | None) -> AbstractContextManager[None]:
@@ -18,6 +18,6 @@ def where(cluster: str | None) -> AbstractContextManager[None]:
     if cluster is None:
         return nullcontext()
     need("cluster", "distributed")
-    from firstcontact.core.cluster import on_cluster
+    from firstcontact.core import on_cluster
 
     return on_cluster(cluster)

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 import tyro
 
-from firstcontact.cli.verbs import GENERAL, VERBS, configuration
+from firstcontact.cli.verbs import GENERAL, configuration, verb_places
 
 _SCRIPT = """\
 # Completion of firstcontact for bash and zsh.
@@ -36,7 +36,7 @@ complete -o default -F _firstcontact firstcontact
 def completion_script() -> str:
     """Return the script. It imports the module of each verb, and runs without Python."""
     choices, options = [], []
-    for verb in VERBS:
+    for verb in verb_places():
         names = ["--help", "--verbose"]
         for option, values in _options(configuration(verb)).items():
             names.append(option)
@@ -44,7 +44,9 @@ def completion_script() -> str:
                 choices.append(f'        "{verb} {option}") words="{" ".join(values)}" ;;')
         options.append(f'            "{verb} -"*) words="{" ".join(names)}" ;;')
     return _SCRIPT.format(
-        first=" ".join([*VERBS, *GENERAL]), choices="\n".join(choices), options="\n".join(options)
+        first=" ".join([*verb_places(), *GENERAL]),
+        choices="\n".join(choices),
+        options="\n".join(options),
     )
 
 

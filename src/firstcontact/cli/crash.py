@@ -13,7 +13,7 @@ from pathlib import Path
 
 from firstcontact import __version__
 from firstcontact.cli.logs import kept
-from firstcontact.core.plain import one_line, plain
+from firstcontact.core import one_line, plain
 
 #: Options whose values are secrets.
 SECRET = ("--token",)

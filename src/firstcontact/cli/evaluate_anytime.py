@@ -5,15 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firstcontact.cli.train import aligned_by_truth, at_rate
-from firstcontact.core.counted import counted
-from firstcontact.core.errors import InputError
-from firstcontact.core.percent import percent
-from firstcontact.core.rate import same_rate
+from firstcontact.cli.verbs.train import aligned_by_truth, at_rate
+from firstcontact.core import InputError, counted, percent, same_rate
 
 if TYPE_CHECKING:
     from firstcontact.core import Dataset
-    from firstcontact.learning.scores import AnytimeScores
+    from firstcontact.models import AnytimeScores
 
 
 def anytime_lines(
@@ -26,12 +23,18 @@ def anytime_lines(
     InputError
         A damaged model, or no pinch that it can be asked about.
     """
-    from firstcontact.anytime.model_file import load_anytime, load_told_by, read_anytime_card
-    from firstcontact.contact.detector_file import load_detector
-    from firstcontact.learning.alignment import found, known
-    from firstcontact.learning.anytime_scores import answers_by_time, anytime_scores
-    from firstcontact.learning.known_pinches import known_pinches
-    from firstcontact.learning.labelled_touches import LabelledTouches
+    from firstcontact.contact import load_detector
+    from firstcontact.models import (
+        LabelledTouches,
+        answers_by_time,
+        anytime_scores,
+        found,
+        known,
+        known_pinches,
+        load_anytime,
+        load_told_by,
+        read_anytime_card,
+    )
 
     model, card = load_anytime(folder), read_anytime_card(folder)
     familiar = known_pinches(dataset, card, load_told_by(folder))

@@ -8,10 +8,9 @@ from typing import Self
 
 from firstcontact.cli.output import reader_gone
 from firstcontact.cli.sensor_words import is_tapped
-from firstcontact.collect.guide import Guide, Judged
+from firstcontact.collect import Guide, Judged
 from firstcontact.core import InputError, Label
-from firstcontact.device import Source
-from firstcontact.device.link_news import LinkNews
+from firstcontact.device import LinkNews, Source
 
 #: Without a closing for so long, it is said what is waited for, s of the device's time.
 REMIND = 10.0

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firstcontact.core.errors import InputError
+from firstcontact.core import InputError
 
 if TYPE_CHECKING:
-    from firstcontact.anytime import InContextModel
     from firstcontact.contact import Detector
     from firstcontact.core import Calibration
-    from firstcontact.device.told import Answering
-    from firstcontact.live.models import ModelWithInterval
+    from firstcontact.device import Answering
+    from firstcontact.models import InContextModel
+    from firstcontact.streaming import ModelWithInterval
 
 #: What is said where nothing is named.
 SHIPPED = (
@@ -37,14 +37,14 @@ class Answerers:
 
 def no_model(detector: Path | None) -> Answerers:
     """No model here: the device answers by itself."""
-    from firstcontact.contact.detector_file import load_detector
+    from firstcontact.contact import load_detector
 
     return Answerers(None if detector is None else load_detector(detector), [], None, {})
 
 
 def whose_answers(answers: Answering, model: Path | None) -> str:
     """Whose answers these are, and what they are held against."""
-    from firstcontact.embedded.hand_model import hand_image
+    from firstcontact.export import hand_image
 
     told = f"the device answers by itself, with the model {answers.model}"
     if model is None:
@@ -71,8 +71,8 @@ def told_noise(answers: Answering | None) -> Calibration | None:
 
 def shipped_model(detector: Path | None) -> Answerers:
     """What came with the package."""
-    from firstcontact.anytime.model_file import pretrained
-    from firstcontact.contact.detector_file import load_detector, pretrained_detector
+    from firstcontact.contact import load_detector, pretrained_detector
+    from firstcontact.models import pretrained
 
     found = pretrained_detector() if detector is None else load_detector(detector)
     return Answerers(found, [], pretrained(), {})
@@ -80,11 +80,16 @@ def shipped_model(detector: Path | None) -> Answerers:
 
 def models_in(folder: Path, detector: Path | None) -> Answerers:
     """What lies in a folder: an any-time model, models of fixed windows, or both."""
-    from firstcontact.anytime.model_file import has_anytime, load_anytime, read_anytime_card
-    from firstcontact.contact.detector_file import load_detector
-    from firstcontact.live.models import ModelWithInterval
-    from firstcontact.stiffness import read_card
-    from firstcontact.stiffness.model_file import has_models, model_folders
+    from firstcontact.contact import load_detector
+    from firstcontact.models import (
+        has_anytime,
+        has_models,
+        load_anytime,
+        model_folders,
+        read_anytime_card,
+        read_card,
+    )
+    from firstcontact.streaming import ModelWithInterval
 
     anytime, landmarks = None, {}
     if has_anytime(folder):

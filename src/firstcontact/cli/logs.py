@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from firstcontact.core.plain import one_line
+from firstcontact.core import one_line
 
 #: Lines that a crash log holds.
 KEPT = 200

@@ -11,10 +11,8 @@ from typing import Any
 from firstcontact import __version__
 from firstcontact.cli.output import Output, outputs
 from firstcontact.cli.stopping import Stop, stopping
-from firstcontact.cli.verbs import VERBS, configuration, overview
-from firstcontact.core.errors import InputError
-from firstcontact.core.foreign import ForeignCode, culprit, in_a_line, is_interrupt
-from firstcontact.core.plain import one_line
+from firstcontact.cli.verbs import configuration, overview
+from firstcontact.core import ForeignCode, InputError, culprit, in_a_line, is_interrupt, one_line
 
 #: Exit codes; a signal's is 128 and its number.
 DONE, INPUT, UNFORESEEN = 0, 2, 70
@@ -98,8 +96,7 @@ def _parsed(arguments: list[str]) -> Any:
 
         print(completion_script(), end="")
         return None
-    if word not in VERBS:
-        raise InputError(f"{word!r} is not a verb: choose one of {', '.join(VERBS)}")
+    verb = configuration(word)
     import tyro
 
     from firstcontact.cli.option_numbers import option_numbers
@@ -109,7 +106,7 @@ def _parsed(arguments: list[str]) -> Any:
     tyro._experimental_options["ansi_codes"] = False
     with refusals(f"firstcontact {word}"):
         return tyro.cli(
-            configuration(word),
+            verb,
             prog=f"firstcontact {word}",
             args=arguments[1:],
             registry=option_numbers(),

@@ -7,7 +7,7 @@ from functools import partial
 
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
-from firstcontact.core.numbers import parse_float, parse_int
+from firstcontact.core import parse_float, parse_int
 
 
 def option_numbers() -> ConstructorRegistry:

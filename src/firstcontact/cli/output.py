@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, TextIO, cast
 
-from firstcontact.core.plain import LACKING, plain
+from firstcontact.core import LACKING, plain
 
 #: Whoever read this has had enough, or the terminal is closed.
 GONE = (errno.EPIPE, errno.EIO, errno.ENXIO, errno.EBADF)

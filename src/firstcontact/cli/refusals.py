@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr
 from io import StringIO
 
-from firstcontact.core.errors import InputError
+from firstcontact.core import InputError
 
 #: Sides, corners and rules of a box, where the terminal has such characters and where not.
 _SIDES, _CORNERS, _RULES = "│|", ("╭", "╰", "+"), "─-"

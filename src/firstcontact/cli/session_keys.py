@@ -13,10 +13,8 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from firstcontact.core import InputError
-from firstcontact.core.records import read_record
-from firstcontact.live.hand_requests import Ask
-from firstcontact.live.session import LiveSession
+from firstcontact.core import InputError, read_record
+from firstcontact.streaming import Ask, LiveSession
 
 #: Keys that close the hand; these and no others, so that what is hit in haste opens.
 CLOSES = b"cC"

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from firstcontact.core.foreign import by_signal
+from firstcontact.core import by_signal
 
 #: Ctrl-C, the system, a terminal that is closed, Ctrl-\; not all systems have them all.
 NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")

@@ -36,10 +36,9 @@ def twin_model(condition: str, seed: int) -> Path:
     folder = cache_folder() / f"twin-{version('firstcontact')}.{RECIPE}-{condition}-{seed}"
     if (folder / "detector.json").is_file():
         return folder
-    from firstcontact.cli.simulate import Simulate
-    from firstcontact.cli.train import Train
-    from firstcontact.core.extras import need
-    from firstcontact.core.temporary import temporary_beside
+    from firstcontact.cli.verbs.simulate import Simulate
+    from firstcontact.cli.verbs.train import Train
+    from firstcontact.core import need, temporary_beside
 
     need("twin", "numba")
     print(f"no --model: one is trained on the twin first and kept in {folder}", file=sys.stderr)

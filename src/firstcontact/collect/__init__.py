@@ -1,1 +1,5 @@
-"""Collecting labelled data: calibration, the guided protocol, independent checks."""
+"""Collecting: guided recording, calibration, and the page on which contacts are labelled."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

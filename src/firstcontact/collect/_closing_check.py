@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from firstcontact.core import (
+    ADC_COUNTS,
+    ADC_VOLTS,
+    PIEZO_OFFSET_VOLTS,
     Block,
     ChannelKind,
     Contact,
@@ -14,9 +17,8 @@ from firstcontact.core import (
     Layout,
     VibrationSensor,
     finger_name,
+    first_closed,
 )
-from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, PIEZO_OFFSET_VOLTS
-from firstcontact.core.pinch import first_closed
 
 #: A pinch reaches so far beyond its first contact, s: the longest windows and offsets fit.
 AFTER = 0.3

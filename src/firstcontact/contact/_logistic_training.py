@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from firstcontact.contact._loudness import EACH, ORDER, loudness_features, prediction
-from firstcontact.contact.stream import SteadyState, WindowSizes
-from firstcontact.core.pinch import Pinch
+from firstcontact.contact._stream import SteadyState, WindowSizes
+from firstcontact.core import Pinch
 from firstcontact.signal import AsSent, samples_in
 
 #: Looks that must agree, each a step after the other: 1.2 ms, which outlasts most clicks.

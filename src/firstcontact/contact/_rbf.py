@@ -9,8 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.errors import InputError
-from firstcontact.core.kernel import RbfKernel
+from firstcontact.core import InputError, RbfKernel
 
 #: Gamma times the number of features: below the usual 1, so that what is louder
 #: than all that was trained on does not fade out of the kernel's reach.

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact.gate import RUNNING, STEP, STEPS, median, step_powers, step_sums
-from firstcontact.core.calibration import Calibration, VibrationCalibration
-from firstcontact.core.pinch import Pinch
+from firstcontact.contact._gate import RUNNING, STEP, STEPS, median, step_powers, step_sums
+from firstcontact.core import Calibration, Pinch, VibrationCalibration
 from firstcontact.signal import samples_in
 
 #: What follows the start of a motor, the contact, is so many times louder than all of it. On

@@ -9,12 +9,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.contact._registry import unfitted
+from firstcontact.contact._stream import WindowDetector, WindowSizes
 from firstcontact.contact._training import usable
-from firstcontact.contact.registry import unfitted
-from firstcontact.contact.stream import WindowDetector, WindowSizes
-from firstcontact.core.errors import InputError
-from firstcontact.core.layout import Layout
-from firstcontact.core.pinch import Dataset
+from firstcontact.core import Dataset, InputError, Layout
 
 
 class TrainedDetector(WindowDetector):

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from firstcontact.contact.features import feature_count, window_features
-from firstcontact.contact.stream import SteadyState, WindowSizes
-from firstcontact.core.layout import ChannelKind
-from firstcontact.core.pinch import Dataset, Pinch
+from firstcontact.contact._features import feature_count, window_features
+from firstcontact.contact._stream import SteadyState, WindowSizes
+from firstcontact.core import ChannelKind, Dataset, Pinch
 from firstcontact.signal import AsSent, samples_in
 
 #: A contact younger than this, s, looks like the start of a click of the gears:

@@ -6,7 +6,7 @@ of it lies side by side.
 
 from __future__ import annotations
 
-from firstcontact.core.program import Constants, Step
+from firstcontact.core._program import Constants, Step
 from firstcontact.core.steps import Real, flat32
 
 #: Instructions of a convolution that takes so many samples at once: once, for four outputs, and for

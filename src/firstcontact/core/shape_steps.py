@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from firstcontact.core.program import Constants, Step
+from firstcontact.core._program import Constants, Step
 from firstcontact.core.steps import Real, flat32
 
 

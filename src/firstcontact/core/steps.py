@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.program import Constants, Step
+from firstcontact.core._program import Constants, Step
 
 Real = NDArray[Any]
 

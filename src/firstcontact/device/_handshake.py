@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from firstcontact.core import InputError
-from firstcontact.device.protocol import VERSION, read_descriptor
-from firstcontact.device.source import Descriptor
+from firstcontact.device._protocol import VERSION, read_descriptor
+from firstcontact.device._source import Descriptor
 
 
 @dataclass(frozen=True, slots=True)

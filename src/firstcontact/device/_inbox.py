@@ -8,8 +8,8 @@ from collections import deque
 from dataclasses import replace
 
 from firstcontact.core import Block, InputError
-from firstcontact.device.source import Arrival
-from firstcontact.device.told import Told
+from firstcontact.device._device_predictions import Told
+from firstcontact.device._source import Arrival
 from firstcontact.recording import Marker
 
 

@@ -7,8 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from firstcontact.core import InputError
-from firstcontact.core.numbers import parse_float
+from firstcontact.core import InputError, parse_float
 
 #: Names of a column that counts the samples.
 COUNTERS = ("counter", "count", "sample", "n", "i", "index", "nr", "#")

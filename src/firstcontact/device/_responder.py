@@ -12,9 +12,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.device import protocol
-from firstcontact.device.protocol import FRAME_SAMPLES, FrameError, FrameType
-from firstcontact.device.source import Descriptor
+from firstcontact.device import _protocol as protocol
+from firstcontact.device._protocol import FRAME_SAMPLES, FrameError, FrameType
+from firstcontact.device._source import Descriptor
 
 #: Longest frame of a host, stuffed, bytes; what is longer is none.
 LONGEST_HEARD = 256

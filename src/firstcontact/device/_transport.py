@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from firstcontact.core import InputError
-from firstcontact.device.protocol import FrameType, encode
+from firstcontact.device._protocol import FrameType, encode
 
 #: Longest wait of a read, s: how soon a stop is noticed.
 PATIENCE = 0.05

@@ -4,7 +4,7 @@ It runs in a process of its own and costs the host's interpreter nothing. What t
 takes stands in the samples' own line: at each start of the motor the device sends the
 marker "twin: <object>", pinned to that sample. A host that sends the order "object: block
 29" has it take only that object from the next closing on (the names are those of
-:mod:`firstcontact.twin.objects`); "object: any" goes back to the plan. Every order is answered
+:mod:`firstcontact.twin._objects`); "object: any" goes back to the plan. Every order is answered
 with a marker that says what became of it. Marks are words and never orders.
 
 The order "hand: 0.0500 2.000" commands the closing that is going on: 0.05 m/s and 2 N at
@@ -21,9 +21,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Self
 
-from firstcontact.core import InputError
-from firstcontact.core.children import Child
-from firstcontact.twin.drive import LATENCY
+from firstcontact.core import Child, InputError
+from firstcontact.twin import LATENCY
 
 #: It compiles what it needs when it starts for the first time; then it is at hand in a second, s.
 START = 120.0

@@ -2,7 +2,7 @@
 
 Started by :class:`firstcontact.device._twin_device.TwinDevice`, which talks to it through
 its standard input, one word a line, and ends it by closing that. When its parent is killed
-it is killed, too (:mod:`firstcontact.core.parent`).
+it is killed, too (:mod:`firstcontact.core._die_with_parent`).
 """
 
 from __future__ import annotations
@@ -17,14 +17,19 @@ import time
 from collections.abc import Sequence
 
 from firstcontact import __version__
-from firstcontact.core import Command, InputError, fingertip_layout
-from firstcontact.core.extras import install_command
-from firstcontact.core.layout import FINGERTIP_RATE, TAXELS
+from firstcontact.core import (
+    FINGERTIP_RATE,
+    TAXELS,
+    Command,
+    InputError,
+    fingertip_layout,
+    install_command,
+)
+from firstcontact.device._protocol import FRAME_SAMPLES
+from firstcontact.device._pseudo_terminal import PseudoTerminal, port_folder
 from firstcontact.device._responder import Responder
-from firstcontact.device.protocol import FRAME_SAMPLES
-from firstcontact.device.pseudo_terminal import PseudoTerminal, port_folder
-from firstcontact.device.source import Descriptor
-from firstcontact.device.twin_words import (
+from firstcontact.device._source import Descriptor
+from firstcontact.device._twin_words import (
     HAND,
     OBJECT,
     TOLD,
@@ -53,7 +58,7 @@ class TwinProcess:
     terminal
         Where the host is.
     condition, objects, seed, latency
-        As of :class:`firstcontact.twin.stream.TwinStream`.
+        As of :class:`firstcontact.twin._stream.TwinStream`.
     speed
         Samples a second, as a multiple of 4936. Up to 1 the twin is a device: what a host does not
         take in time is lost and counted. A twin that runs faster has no time to keep: it goes on
@@ -70,8 +75,7 @@ class TwinProcess:
         latency: float,
     ) -> None:
         # Numba is an extra: what needs it is imported where it is needed.
-        from firstcontact.twin.filter import DeviceFilter
-        from firstcontact.twin.stream import TwinStream
+        from firstcontact.twin import DeviceFilter, TwinStream
 
         self._terminal = terminal
         self._rate = FINGERTIP_RATE * speed

@@ -1,37 +1,5 @@
 """Grasp modulation: policies, and the hands that they command."""
 
-from __future__ import annotations
+import lazy_loader
 
-from typing import TYPE_CHECKING
-
-from firstcontact.core.lazy import lazily
-
-if TYPE_CHECKING:
-    from firstcontact.grasp.grip import Grip
-    from firstcontact.grasp.hand import Hand, HandError, HandLimits
-    from firstcontact.grasp.policies.registry import POLICIES
-    from firstcontact.grasp.policy import Policy, Stiffness
-    from firstcontact.grasp.registry import HANDS, open_hand
-else:
-    __getattr__ = lazily(
-        __name__,
-        {
-            "grip": "Grip",
-            "hand": "Hand HandError HandLimits",
-            "policy": "Policy Stiffness",
-            "policies.registry": "POLICIES",
-            "registry": "HANDS open_hand",
-        },
-    )
-
-__all__ = [
-    "HANDS",
-    "POLICIES",
-    "Grip",
-    "Hand",
-    "HandError",
-    "HandLimits",
-    "Policy",
-    "Stiffness",
-    "open_hand",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

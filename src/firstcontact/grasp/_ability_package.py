@@ -19,8 +19,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
-from firstcontact.core import InputError
-from firstcontact.core.extras import need
+from firstcontact.core import InputError, need
 
 #: The name of a port that stands for the package's own simulated hand.
 SIMULATED = "simulated"

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from firstcontact.core.foreign import by_signal
+from firstcontact.core import by_signal
 
 #: Signals that end a process without a word, unless somebody takes them.
 ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)

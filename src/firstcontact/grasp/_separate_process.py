@@ -1,6 +1,6 @@
 """The process that a hand has for itself.
 
-Started by :class:`firstcontact.grasp.separate.SeparateHand`, one order a line on its standard
+Started by :class:`firstcontact.grasp._separate.SeparateHand`, one order a line on its standard
 input, each answered with a line. It imports no arrays and computes nothing: it is never late.
 """
 
@@ -12,10 +12,8 @@ import signal
 import sys
 from importlib import import_module
 
-from firstcontact.core.command import Command
-from firstcontact.core.errors import InputError
-from firstcontact.core.foreign import in_a_line
-from firstcontact.grasp.hand import Hand, HandError
+from firstcontact.core import Command, InputError, in_a_line
+from firstcontact.grasp._hand import Hand, HandError
 
 #: From the end of the orders to that of the process, s at most: the Ability Hand opens in 2.
 ENDED = 5.0

@@ -7,12 +7,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from firstcontact.core import Finger, InputError, Role
-from firstcontact.core.numbers import parse_float
-from firstcontact.core.pinch import HIGHEST_RANK
-from firstcontact.core.records import LONGEST_NAME
-from firstcontact.recording.quoting import shown, text_of
-from firstcontact.recording.table import Table
+from firstcontact.core import HIGHEST_RANK, LONGEST_NAME, Finger, InputError, Role, parse_float
+from firstcontact.recording._quoting import shown, text_of
+from firstcontact.recording._table import Table
 
 #: Names of hardness classes, from soft to hard.
 CLASSES = ("soft", "medium", "hard")

@@ -10,12 +10,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from firstcontact.core import Finger, InputError, VibrationSensor
-from firstcontact.core.layout import SCALES
+from firstcontact.core import SCALES, Finger, InputError, VibrationSensor
 from firstcontact.recording import _cells as cells
-from firstcontact.recording.checks import check_rate
-from firstcontact.recording.quoting import shown
-from firstcontact.recording.table import read_rows
+from firstcontact.recording._checks import check_rate
+from firstcontact.recording._quoting import shown
+from firstcontact.recording._table import read_rows
 
 #: Slowest rate of a signal that goes along, Hz.
 _SLOWEST = 1.0

@@ -21,8 +21,7 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import McapRecord, Statistics
 
-from firstcontact.core import InputError
-from firstcontact.core.files import open_regular
+from firstcontact.core import InputError, open_regular
 from firstcontact.recording._unpack import Unpacker
 
 MAGIC = b"\x89MCAP0\r\n"

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from firstcontact.core import InputError
-from firstcontact.core.counted import counted
-from firstcontact.core.files import files_below
+from firstcontact.core import InputError, counted, files_below
 
 
 def files_of_rows(folder: Path, names: list[str], table: Path, suffix: str) -> list[Path]:

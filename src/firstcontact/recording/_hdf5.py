@@ -10,13 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError, VibrationSensor
-from firstcontact.core.files import open_regular
-from firstcontact.core.records import LONGEST_NAME
+from firstcontact.core import LONGEST_NAME, InputError, VibrationSensor, open_regular
 from firstcontact.recording._apart import apart
 from firstcontact.recording._memory import bounded_memory
+from firstcontact.recording._quoting import reason
 from firstcontact.recording._sizes import check_unpacked, most_unpacked
-from firstcontact.recording.quoting import reason
 
 #: Soft links that may lead to one another.
 _LINKS = 8

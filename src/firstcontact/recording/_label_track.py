@@ -9,12 +9,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from firstcontact.core import InputError
-from firstcontact.core.files import read_regular
-from firstcontact.core.numbers import parse_float
+from firstcontact.core import InputError, parse_float, read_regular
 from firstcontact.recording._labels import LABEL_COLUMNS
-from firstcontact.recording.quoting import reason, shown
-from firstcontact.recording.table import Table
+from firstcontact.recording._quoting import reason, shown
+from firstcontact.recording._table import Table
 
 #: Bytes of the longest track: a hundred thousand labels and more.
 LONGEST_TRACK = 1 << 24

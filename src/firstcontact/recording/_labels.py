@@ -23,8 +23,8 @@ from firstcontact.core import (
 )
 from firstcontact.recording import _cells as cells
 from firstcontact.recording._cells import Columns, each, place
-from firstcontact.recording.dataset import pause_between, shifted
-from firstcontact.recording.quoting import shown
+from firstcontact.recording._dataset import pause_between, shifted
+from firstcontact.recording._quoting import shown
 
 #: Columns that say what was pinched.
 LABEL_COLUMNS = (

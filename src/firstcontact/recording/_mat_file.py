@@ -12,13 +12,12 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
-from firstcontact.core.files import open_regular
+from firstcontact.core import InputError, open_regular
 from firstcontact.recording._apart import apart
 from firstcontact.recording._hdf5 import read_hdf5
 from firstcontact.recording._memory import bounded_memory
+from firstcontact.recording._quoting import reason
 from firstcontact.recording._sizes import check_unpacked, most_unpacked
-from firstcontact.recording.quoting import reason
 
 #: How long a file may take, s, and bytes a second of it beside; what the library needs, bytes.
 _SECONDS, _SPEED, _SPARE = 10.0, 1e6, 128 << 20

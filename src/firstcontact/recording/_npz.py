@@ -17,10 +17,9 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
-from firstcontact.core.files import open_regular
+from firstcontact.core import InputError, open_regular
+from firstcontact.recording._quoting import reason
 from firstcontact.recording._sizes import check_unpacked
-from firstcontact.recording.quoting import reason
 
 _HEADERS = {b"\1\0": npy.read_array_header_1_0, b"\2\0": npy.read_array_header_2_0}
 _ENCRYPTED = 0x1

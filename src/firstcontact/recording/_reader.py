@@ -11,13 +11,10 @@ from typing import TypeVar
 import numpy as np
 from mcap.records import Channel, McapRecord, Message
 
-from firstcontact.core import Block, InputError
-from firstcontact.core.files import AnyPath
-from firstcontact.core.layout import MOST_GROUPS
+from firstcontact.core import MOST_GROUPS, AnyPath, Block, InputError
 from firstcontact.recording import _samples as samples
 from firstcontact.recording._chunks import scan
-from firstcontact.recording._stretches import join
-from firstcontact.recording.header import (
+from firstcontact.recording._header import (
     LAST_SAMPLE,
     Header,
     Marker,
@@ -26,6 +23,7 @@ from firstcontact.recording.header import (
     read_mark,
     read_marker,
 )
+from firstcontact.recording._stretches import join
 
 T = TypeVar("T")
 

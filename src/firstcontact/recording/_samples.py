@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Block
-from firstcontact.recording.header import DTYPES
+from firstcontact.recording._header import DTYPES
 
 #: Largest float that is a sample: squares and sums of it stay finite in 32 bits.
 LARGEST = 1e12

@@ -10,12 +10,20 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Block, Channel, ChannelKind, Dataset, Group, InputError, Layout
-from firstcontact.core.layout import MOST_CHANNELS
+from firstcontact.core import (
+    MOST_CHANNELS,
+    Block,
+    Channel,
+    ChannelKind,
+    Dataset,
+    Group,
+    InputError,
+    Layout,
+)
 from firstcontact.recording._cells import Columns
 from firstcontact.recording._channel_table import Signal
+from firstcontact.recording._checks import check_samples, joined
 from firstcontact.recording._labels import labelled
-from firstcontact.recording.checks import check_samples, joined
 
 #: Two signals of one file may end this many of the slower one's samples apart.
 _ENDS_APART = 1.5

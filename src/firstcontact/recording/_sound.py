@@ -8,14 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
-from firstcontact.core.extras import need
-from firstcontact.core.files import open_regular
+from firstcontact.core import InputError, need, open_regular
 from firstcontact.recording._apart import apart
 from firstcontact.recording._memory import bounded_memory
+from firstcontact.recording._quoting import reason
 from firstcontact.recording._sizes import check_unpacked, most_unpacked
-from firstcontact.recording.quoting import reason
-from firstcontact.recording.wav import read_wav
+from firstcontact.recording._wav import read_wav
 
 FLAC = ".flac"
 SUFFIXES = (".wav", FLAC)

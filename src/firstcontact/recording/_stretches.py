@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby, pairwise
 
-from firstcontact.core import Block, joined
-from firstcontact.core.counted import counted
+from firstcontact.core import Block, counted, joined
 
 
 def join(blocks: Sequence[Block]) -> tuple[tuple[Block, ...], tuple[str, ...]]:

@@ -6,8 +6,8 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 
 from firstcontact.core import InputError
-from firstcontact.recording.checks import check_source
-from firstcontact.recording.quoting import listed
+from firstcontact.recording._checks import check_source
+from firstcontact.recording._quoting import listed
 
 
 def source_of(table: Path, columns: Mapping[str, list[str]]) -> str:

@@ -11,11 +11,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from firstcontact.core import Block, InputError, Pinch
-from firstcontact.core.files import AnyPath
+from firstcontact.core import AnyPath, Block, InputError, Pinch
 from firstcontact.recording import _samples as samples
-from firstcontact.recording.chunk_file import ChunkFile
-from firstcontact.recording.header import (
+from firstcontact.recording._chunk_file import ChunkFile
+from firstcontact.recording._header import (
     LAST_SAMPLE,
     LONGEST_TEXT,
     Header,

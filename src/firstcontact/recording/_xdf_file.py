@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
-from firstcontact.core.files import open_regular
+from firstcontact.core import InputError, open_regular
 from firstcontact.recording._apart import apart
 from firstcontact.recording._memory import bounded_memory
+from firstcontact.recording._quoting import reason
 from firstcontact.recording._sizes import most_unpacked
-from firstcontact.recording.quoting import reason
 
 #: How long a file may take, s, and bytes a second of it beside; what the library needs, bytes.
 _SECONDS, _SPEED, _SPARE = 20.0, 5e5, 256 << 20

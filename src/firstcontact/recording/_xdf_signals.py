@@ -9,11 +9,11 @@ from pathlib import Path
 
 from firstcontact.core import InputError, VibrationSensor
 from firstcontact.recording._channel_table import Signal
+from firstcontact.recording._checks import LOWEST_RATE, check_rate
+from firstcontact.recording._quoting import listed, shown
 from firstcontact.recording._signals import Assembled, Taken, assemble, checked
 from firstcontact.recording._stamps import Run, even_runs
 from firstcontact.recording._xdf_file import Stream
-from firstcontact.recording.checks import LOWEST_RATE, check_rate
-from firstcontact.recording.quoting import listed, shown
 
 
 @dataclass(frozen=True, slots=True, eq=False)

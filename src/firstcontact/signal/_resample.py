@@ -10,9 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.errors import InputError
-from firstcontact.core.layout import ChannelKind
-from firstcontact.core.pinch import Contact, Dataset, Pinch
+from firstcontact.core import ChannelKind, Contact, Dataset, InputError, Pinch
 
 #: Half of the anti-aliasing filter, in samples of the lower of the two rates.
 HALF_LENGTH = 10

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.layout import FINGERTIP_SMOOTHING, ChannelKind, Layout
+from firstcontact.core import FINGERTIP_SMOOTHING, ChannelKind, Layout
 
 
 class ExponentialSmoothing:

@@ -1,9 +1,5 @@
 """What every registered thing must do, as functions for whoever writes one: plain asserts."""
 
-from firstcontact.testing._detector import check_detector
-from firstcontact.testing._estimator import check_estimator
-from firstcontact.testing._hand import check_hand
-from firstcontact.testing._policy import check_policy
-from firstcontact.testing._source import check_source
+import lazy_loader
 
-__all__ = ["check_detector", "check_estimator", "check_hand", "check_policy", "check_source"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

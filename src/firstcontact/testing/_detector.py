@@ -10,13 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from firstcontact.contact.detector import Detector, detect
-from firstcontact.contact.detector_file import load_detector, save_detector
-from firstcontact.contact.registry import DETECTORS
+from firstcontact.contact import DETECTORS, Detector, detect, load_detector, save_detector
 from firstcontact.core import Block, Contact, Finger, InputError, Layout, Pinch
 from firstcontact.signal import samples_in
 from firstcontact.testing._checks import refused
-from firstcontact.testing.closings import LAYOUT, SAMPLES, closing, closings
+from firstcontact.testing._closings import LAYOUT, SAMPLES, closing, closings
 
 
 def check_detector(kind: type[Detector], seed: int = 0) -> None:

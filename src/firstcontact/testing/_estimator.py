@@ -11,13 +11,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.extras import absent
-from firstcontact.stiffness.card import LearnedFrom, Provenance
-from firstcontact.stiffness.estimator import Estimator
-from firstcontact.stiffness.model import Model
-from firstcontact.stiffness.model_file import load_model, save_model
-from firstcontact.stiffness.registry import ESTIMATORS
-from firstcontact.stiffness.spec import Task
+from firstcontact.core import absent
+from firstcontact.models import (
+    ESTIMATORS,
+    Estimator,
+    LearnedFrom,
+    Provenance,
+    Task,
+    WindowModel,
+    load_window_model,
+    save_model,
+)
 from firstcontact.testing._checks import refused
 from firstcontact.testing._windows import RATE, toy_windows
 
@@ -80,7 +84,7 @@ def _check_training(make: Callable[[], Estimator], task: Task) -> None:
     refused("at least two windows", lambda: make().fit(X[:1], y[:1]))
 
 
-def _check_answers(model: Model, task: Task) -> None:
+def _check_answers(model: WindowModel, task: Task) -> None:
     X, y, _ = toy_windows(90, seed=9)
     answers = model.predict(X)
     assert answers.shape == (90,), "one answer a window"
@@ -106,7 +110,7 @@ def _check_answers(model: Model, task: Task) -> None:
         assert np.allclose(told[:5], alone), "one window has another spread"
 
 
-def _check_refusals(model: Model, make: Callable[[], Estimator]) -> None:
+def _check_refusals(model: WindowModel, make: Callable[[], Estimator]) -> None:
     for shape in ((73, 1), (75, 1), (74, 2), (74,), (0, 1)):
         window = np.ones(shape, dtype=np.float32)
         refused("takes windows of", partial(model.predict_one, window))
@@ -136,13 +140,13 @@ def _check_shapes(make: Callable[[], Estimator]) -> None:
         assert np.allclose(model.predict(X[:3]), one, rtol=0, atol=SLACK)
 
 
-def _check_saved(kind: type[Estimator], model: Model) -> None:
+def _check_saved(kind: type[Estimator], model: WindowModel) -> None:
     if ESTIMATORS.get(kind.name) is not kind:
         return
     X = toy_windows(40, seed=1)[0]
     card = Provenance(data=LearnedFrom(source="synthetic", pinches=180, sessions=("0",)))
     with tempfile.TemporaryDirectory() as folder:
-        loaded = load_model(save_model(model, Path(folder) / "mödel", card))
+        loaded = load_window_model(save_model(model, Path(folder) / "mödel", card))
     assert loaded.spec == model.spec, "another spec after loading"
     assert dict(loaded.notes) == dict(model.notes), "other notes after loading"
     assert np.array_equal(loaded.predict(X), model.predict(X)), "other answers after loading"

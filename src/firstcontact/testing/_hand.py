@@ -6,10 +6,8 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from firstcontact.core import Command
-from firstcontact.device.source import Source
-from firstcontact.grasp.hand import Hand, HandError
-from firstcontact.grasp.registry import make_hand
-from firstcontact.grasp.safe import SafeHand
+from firstcontact.device import Source
+from firstcontact.grasp import Hand, HandError, SafeHand, make_hand
 
 _STILL = Command(0.0, 1.0)
 
@@ -39,7 +37,7 @@ def check_hand(kind: type[Hand], port: str | None = None, source: Source | None 
 
     Examples
     --------
-    >>> from firstcontact.grasp.printing import PrintHand
+    >>> from firstcontact.grasp._printing import PrintHand
     >>> check_hand(PrintHand)
     """
 

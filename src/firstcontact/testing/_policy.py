@@ -8,9 +8,7 @@ from math import isfinite
 from random import Random
 
 from firstcontact.core import Command, Contact, Finger
-from firstcontact.grasp.grip import Grip
-from firstcontact.grasp.policies.registry import make_policy
-from firstcontact.grasp.policy import Policy, Stiffness, Truth
+from firstcontact.grasp import Grip, Policy, Stiffness, Truth, make_policy
 
 #: Closings that each rule is held against.
 CLOSINGS = 300

@@ -9,8 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from firstcontact.core import InputError
-from firstcontact.device.opening import SourceKind, SourceOptions
-from firstcontact.device.source import Arrival, Source
+from firstcontact.device import Arrival, Source, SourceKind, SourceOptions
 
 _OPTIONS = SourceOptions()
 _WORD = "a word of check_source"

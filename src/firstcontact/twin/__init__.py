@@ -1,24 +1,5 @@
 """The pinch twin: a physical model that makes recordings."""
 
-from __future__ import annotations
+import lazy_loader
 
-from typing import TYPE_CHECKING
-
-from firstcontact.core.lazy import lazily
-
-if TYPE_CHECKING:
-    from firstcontact.twin.conditions import CONDITIONS
-    from firstcontact.twin.stream import TwinStream
-else:
-    __getattr__ = lazily(
-        __name__,
-        {
-            "conditions": "CONDITIONS",
-            "stream": "TwinStream",
-        },
-    )
-
-__all__ = [
-    "CONDITIONS",
-    "TwinStream",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, fields
 from io import StringIO
 from math import isfinite
 
-from firstcontact.core.errors import InputError
-from firstcontact.twin.household_object import (
+from firstcontact.core import InputError
+from firstcontact.twin._household_object import (
     ESTIMATE,
     OPTIONAL,
     QUANTITIES,

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt
 
-from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core import FINGERTIP_RATE
 from firstcontact.twin._compiled import compiled
 
 #: Points per sampling interval of the force series.

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.core.physics import GRAVITY
+from firstcontact.core import FINGERTIP_RATE, GRAVITY
 from firstcontact.twin._compiled import compiled
 
 #: A stable grasp presses with so many times the force that just holds the object.

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from firstcontact.core.pinch import Label, Role
-from firstcontact.twin.conditions import Condition
-from firstcontact.twin.draw import draw_specimen, generator
-from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS, TwinObject
+from firstcontact.core import Label, Role
+from firstcontact.twin._conditions import Condition
+from firstcontact.twin._draw import draw_specimen, generator
+from firstcontact.twin._objects import BLOCKS, EVERYDAY_OBJECTS, TwinObject
 
 #: Sessions that the block pinches, and those of the unseen objects, are spread over.
 BLOCK_SESSIONS = 10

@@ -8,8 +8,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.twin.filter import DeviceFilter, settled_filter
-from firstcontact.twin.fingertips import PinchFingertips
+from firstcontact.twin._filter import DeviceFilter, settled_filter
+from firstcontact.twin._fingertips import PinchFingertips
 
 
 class PinchReadings:

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core import FINGERTIP_RATE
+from firstcontact.twin._mechanics import INDENTATION
 from firstcontact.twin._parameters import FingerParameters
-from firstcontact.twin.mechanics import INDENTATION
-from firstcontact.twin.run import PinchRun
+from firstcontact.twin._run import PinchRun
 
 #: The motor gets to another speed in this time, s.
 RAMP = 0.06

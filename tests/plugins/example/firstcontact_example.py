@@ -11,16 +11,12 @@ from typing import IO
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact.stream import WindowDetector
+from firstcontact.contact import WindowDetector
 from firstcontact.core import Command, Contact, Dataset
-from firstcontact.device.opening import SourceKind
-from firstcontact.device.replay import ReplaySource
-from firstcontact.grasp.hand import Hand, HandError, HandLimits
-from firstcontact.grasp.policy import Policy
-from firstcontact.recording.arrays import from_arrays
-from firstcontact.recording.formats import Exporter, Importer
-from firstcontact.stiffness import Estimator, Model, Spec, Task
-from firstcontact.stiffness.estimator import training_spec
+from firstcontact.device import ReplaySource, SourceKind
+from firstcontact.grasp import Hand, HandError, HandLimits, Policy
+from firstcontact.models import Estimator, Spec, Task, WindowModel, training_spec
+from firstcontact.recording import Exporter, Importer, from_arrays
 
 
 class Halfway(Policy):
@@ -112,7 +108,7 @@ class EnergyDetector(WindowDetector):
         return np.asarray(np.mean(new**2, axis=2) > 6.0)
 
 
-class LoudnessModel(Model):
+class LoudnessModel(WindowModel):
     """A line in the logarithm of the RMS."""
 
     kind = "loudness"

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from firstcontact.core.palette import ORANGE
-from firstcontact.grasp.grip import Grip
+from firstcontact.core import ORANGE
+from firstcontact.grasp._grip import Grip
+from firstcontact.grasp._policy import Part, Tunable
 from firstcontact.grasp.policies.final_force import FinalForce
-from firstcontact.grasp.policy import Part, Tunable
 
 #: The force, for whoever tunes one.
 FORCE = Tunable("Force", "N", 1, (1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0), (2.0, 3.0, 4.0))

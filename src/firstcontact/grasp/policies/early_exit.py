@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from firstcontact.core import Command
-from firstcontact.core.palette import GREEN
-from firstcontact.grasp.grip import Grip
+from firstcontact.core import GREEN, Command
+from firstcontact.grasp._grip import Grip
+from firstcontact.grasp._policy import Stiffness
 from firstcontact.grasp.policies.first_contact import LONGEST, FirstContact
-from firstcontact.grasp.policy import Stiffness
 
 
 class EarlyExit(FirstContact):

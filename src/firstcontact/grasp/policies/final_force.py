@@ -6,8 +6,8 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, ClassVar
 
 from firstcontact.core import Command
-from firstcontact.grasp.grip import Grip
-from firstcontact.grasp.policy import Policy, Task, Tunable
+from firstcontact.grasp._grip import Grip
+from firstcontact.grasp._policy import Policy, Task, Tunable
 
 if TYPE_CHECKING:
     from firstcontact.core import Contact

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from firstcontact.core import Command
-from firstcontact.core.palette import BLUE
-from firstcontact.grasp.grip import Grip
-from firstcontact.grasp.policy import Policy, Stiffness
+from firstcontact.core import BLUE, Command
+from firstcontact.grasp._grip import Grip
+from firstcontact.grasp._policy import Policy, Stiffness
 
 if TYPE_CHECKING:
     from firstcontact.core import Contact

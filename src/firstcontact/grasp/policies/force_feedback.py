@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from firstcontact.core import Command
-from firstcontact.core.palette import ORANGE, RED
-from firstcontact.grasp.grip import Grip
-from firstcontact.grasp.policy import ForceArray, Part, Policy, SensorVariant, Tunable
+from firstcontact.core import ORANGE, RED, Command
+from firstcontact.grasp._grip import Grip
+from firstcontact.grasp._policy import ForceArray, Part, Policy, SensorVariant, Tunable
 
 
 class ForceFeedback(Policy):

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from firstcontact.core import Command
-from firstcontact.core.palette import GREY
-from firstcontact.grasp.policy import Part, Policy
+from firstcontact.core import GREY, Command
+from firstcontact.grasp._policy import Part, Policy
 
 
 class NoModulation(Policy):

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from firstcontact.core import Command
+from firstcontact.grasp._policy import Tunable
 from firstcontact.grasp.policies.final_force import FinalForce
-from firstcontact.grasp.policy import Tunable
 
 #: What a slip multiplies the force by.
 BOOST = Tunable("Boost", "times", 1, (2.0, 3.0), (2.0,))

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from firstcontact.core import InputError
-from firstcontact.core.registry import Registry
-from firstcontact.grasp.grip import Grip
-from firstcontact.grasp.policy import Policy, Truth
+from firstcontact.core import InputError, Registry
+from firstcontact.grasp._grip import Grip
+from firstcontact.grasp._policy import Policy, Truth
 
 _HERE = "firstcontact.grasp.policies"
 
@@ -27,7 +26,7 @@ POLICIES: Registry[type[Policy]] = Registry(
         "weight": f"{_HERE}.weight:ByWeight",
     },
     default="first_contact",
-    base="firstcontact.grasp.policy:Policy",
+    base="firstcontact.grasp._policy:Policy",
 )
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from firstcontact.core.palette import PURPLE
-from firstcontact.grasp.grip import Grip
+from firstcontact.core import PURPLE
+from firstcontact.grasp._grip import Grip
 from firstcontact.grasp.policies.blind import Blind
 from firstcontact.grasp.policies.reflex import Reflex
 

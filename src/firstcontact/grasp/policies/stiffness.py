@@ -5,12 +5,11 @@ from __future__ import annotations
 from math import exp
 from typing import ClassVar
 
-from firstcontact.core import Command
-from firstcontact.core.palette import BLUE
-from firstcontact.grasp.grip import Grip
+from firstcontact.core import BLUE, Command
+from firstcontact.grasp._grip import Grip
+from firstcontact.grasp._policy import Stiffness, Tunable
 from firstcontact.grasp.policies.final_force import FinalForce
 from firstcontact.grasp.policies.first_contact import GRANTED, LONGEST
-from firstcontact.grasp.policy import Stiffness, Tunable
 
 
 class ByStiffness(FinalForce):

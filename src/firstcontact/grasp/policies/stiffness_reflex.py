@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from firstcontact.core.palette import GREEN
-from firstcontact.grasp.grip import Grip
+from firstcontact.core import GREEN
+from firstcontact.grasp._grip import Grip
 from firstcontact.grasp.policies.reflex import Reflex
 from firstcontact.grasp.policies.stiffness import ByStiffness
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from firstcontact.core import Command
-from firstcontact.core.palette import PURPLE
-from firstcontact.grasp.policy import Part, Policy
+from firstcontact.core import PURPLE, Command
+from firstcontact.grasp._policy import Part, Policy
 
 if TYPE_CHECKING:
     from firstcontact.core import Contact

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from firstcontact.core.palette import INK
-from firstcontact.core.physics import holding_force
-from firstcontact.grasp.grip import Grip
+from firstcontact.core import INK, holding_force
+from firstcontact.grasp._grip import Grip
+from firstcontact.grasp._policy import Part, Truth, Tunable
 from firstcontact.grasp.policies.final_force import FinalForce
-from firstcontact.grasp.policy import Part, Truth, Tunable
 
 
 class ByWeight(FinalForce):

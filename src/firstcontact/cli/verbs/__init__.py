@@ -1,0 +1,100 @@
+"""Verbs of the command line, one a file: its options are a dataclass, its work is ``run``.
+
+A file here is a verb, named after it: ``flash_model.py`` holds the class ``FlashModel`` of the verb
+``flash-model``. Other packages add verbs by entry points of the group ``firstcontact.verbs``.
+Importing this package imports no verb.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from pkgutil import iter_modules
+from typing import Any
+
+from firstcontact.core import InputError
+
+#: Options that stand in place of a verb.
+GENERAL = ("--help", "--version", "--completion")
+#: Group of the entry points by which other packages register verbs.
+GROUP = "firstcontact.verbs"
+
+
+@cache
+def verb_places() -> dict[str, str]:
+    """Return the place of each verb's class as "module:Class", by the name of the verb."""
+    own = sorted(module.name for module in iter_modules(__path__))
+    places = {_verb(name): f"{__name__}.{name}:{_class(name)}" for name in own}
+    from importlib.metadata import entry_points  # 20 ms that a verb of ours need not wait for
+
+    for point in sorted(entry_points(group=GROUP), key=lambda p: p.name):
+        places.setdefault(point.name, point.value)
+    return places
+
+
+def configuration(verb: str) -> type[Any]:
+    """Import the dataclass of a verb.
+
+    Raises
+    ------
+    InputError
+        No verb has this name.
+    """
+    name = _module(verb)
+    if (Path(__path__[0]) / f"{name}.py").is_file():
+        place = f"{__name__}.{name}:{_class(name)}"
+    elif verb in verb_places():
+        place = verb_places()[verb]
+    else:
+        raise InputError(f"{verb!r} is not a verb: choose one of {', '.join(verb_places())}")
+    module, _, attribute = place.partition(":")
+    found: type[Any] = getattr(import_module(module), attribute)
+    return found
+
+
+def summary(verb: str) -> str:
+    """Return the first paragraph of a verb's docstring, read without importing the verb."""
+    import ast
+
+    module, _, attribute = verb_places()[verb].partition(":")
+    try:
+        spec = find_spec(module)
+        text = "" if spec is None or spec.origin is None else Path(spec.origin).read_text("utf-8")
+        nodes = ast.parse(text).body
+    except (ImportError, OSError, ValueError, SyntaxError):
+        return "(cannot be read: update or remove the package that brings it)"
+    for node in nodes:
+        if isinstance(node, ast.ClassDef) and node.name == attribute:
+            words = (ast.get_docstring(node) or "").split("\n\n")[0]
+            return " ".join(words.split())
+    return ""
+
+
+def overview(width: int) -> str:
+    """Return the text of ``firstcontact --help`` in lines of at most ``width`` characters."""
+    from textwrap import wrap
+
+    import firstcontact
+
+    indent = " " * (max(map(len, verb_places())) + 4)
+    lines = ["usage: firstcontact [--verbose] VERB [OPTIONS]", "", firstcontact.__doc__ or "", ""]
+    for verb in verb_places():
+        first, *more = wrap(summary(verb), max(width - len(indent), 20)) or [""]
+        lines += [f"  {verb}".ljust(len(indent)) + first, *(indent + line for line in more)]
+    lines += ["", "What each takes: firstcontact VERB --help"]
+    lines += ["What it does meanwhile, on standard error: --verbose"]
+    return "\n".join([*lines, "Its version: --version; Tab in bash and zsh: --completion"])
+
+
+def _module(verb: str) -> str:
+    return "import_" if verb == "import" else verb.replace("-", "_")
+
+
+def _verb(module: str) -> str:
+    return module.rstrip("_").replace("_", "-")
+
+
+def _class(module: str) -> str:
+    return "".join(word.capitalize() for word in module.split("_"))

@@ -1,0 +1,29 @@
+"""``firstcontact camera``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Compare the strips' contacts with those that a high-speed camera saw."""
+
+    path: tyro.conf.Positional[Path]
+    """A recording with strips."""
+    contacts: Path
+    """A CSV of the camera's contacts, with the columns pinch,finger,time_s."""
+    fps: float = 960.0
+    """Frames per second of the camera."""
+
+    def run(self) -> None:
+        """Print agreement, offset and drift, and which contacts disagree."""
+        from firstcontact.collect import compare, in_words, read_contacts
+        from firstcontact.recording import read_recording
+
+        contacts = read_contacts(self.contacts)
+        for line in in_words(compare(read_recording(self.path), contacts, self.fps)):
+            print(line)

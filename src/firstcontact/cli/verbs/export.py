@@ -1,0 +1,40 @@
+"""``firstcontact export``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from firstcontact.cli.choices import one_of
+from firstcontact.core import counted
+from firstcontact.recording import EXPORTERS
+
+
+@dataclass(frozen=True)
+class Export:
+    """Write the pinches of recordings for other tools."""
+
+    path: tyro.conf.Positional[Path]
+    """A recording, or a folder of them."""
+    to: Annotated[str, one_of(EXPORTERS)]
+    """Format: tables have a row a sample."""
+    out: Path
+    """The new file."""
+
+    def run(self) -> None:
+        """Export, and say what was left out."""
+        from firstcontact.core import need_for
+        from firstcontact.recording import export, load_dataset
+
+        exporter = EXPORTERS.find(self.to)
+        need_for(exporter)
+        dataset = load_dataset(self.path)
+        export(dataset, exporter, self.out)
+        for group in () if exporter.groups else dataset.layout.groups:
+            print(f"note: the samples of group {group.name} are left out: this format has one rate")
+        for note in dataset.notes:
+            print(f"note: {note}")
+        print(f"{counted(len(dataset), 'pinch')} written to {self.out}")

@@ -1,0 +1,60 @@
+"""``firstcontact flash-model``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import tyro
+
+from firstcontact.core import InputError
+
+if TYPE_CHECKING:
+    from firstcontact.core import Calibration
+
+#: How long the hand is listened to at rest, and how long that is waited for, s.
+REST, PATIENCE = 1.0, 30.0
+
+
+@dataclass(frozen=True)
+class FlashModel:
+    """Send a model to a device that answers by itself: it is kept whole, or not at all."""
+
+    model: tyro.conf.Positional[Path]
+    """Folder that `export-model --to hand` wrote."""
+    device: str
+    """Its port."""
+    calibration: Path | None = None
+    """What `firstcontact calibrate` wrote; without it the noise above which the device is to hear
+    a motor is measured first."""
+
+    def run(self) -> None:
+        """Send it; the device keeps its old model until the new one is whole and checked."""
+        from firstcontact.device import ask_for_room, flash_model
+        from firstcontact.export import FORMAT, hand_image
+
+        image = hand_image(self.model)  # refused before the device is asked for anything,
+        ask_for_room(self.device, FORMAT, image.sizes, len(image.data))  # or the user for rest
+        bare = len(image.data)
+        image = hand_image(self.model, self._floors())
+        found = flash_model(self.device, image.data, FORMAT, image.sizes)
+        if found != image.digest:
+            raise InputError(
+                f"{self.device}: the device answers with the model {found} and not with "
+                f"{image.digest}: flash it again"
+            )
+        print(
+            f"{self.device} answers with the model {found}, {len(image.data)} bytes: {bare} of "
+            f"the model, {len(image.data) - bare} of the rig's noise floors"
+        )
+
+    def _floors(self) -> Calibration:
+        from firstcontact.core import read_calibration
+        from firstcontact.device import SerialSource, measure_noise
+
+        if self.calibration is not None:
+            return read_calibration(self.calibration)
+        print(f"measuring the noise floor, {REST:g} s: keep the hand open and still", flush=True)
+        with SerialSource(self.device) as source:
+            return measure_noise(source, REST, PATIENCE)

@@ -1,0 +1,118 @@
+"""``firstcontact info``."""
+
+from __future__ import annotations
+
+import platform
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, requires, version
+from pathlib import Path
+from typing import Annotated, Literal
+
+from firstcontact.cli.choices import devices
+
+#: How long a device is listened to, s.
+LISTEN = 2.0
+
+
+@dataclass(frozen=True)
+class Info:
+    """Print versions and ports for a bug report, or what a device says about itself."""
+
+    device: Annotated[
+        str | None, devices(more=" Its own description is printed, and its samples of 2 s counted.")
+    ] = None
+    """A device to describe."""
+    condition: Literal["paper-rig", "everyday"] = "paper-rig"
+    """Of the twin."""
+
+    def run(self) -> None:
+        """Print one property a line."""
+        if self.device is not None:
+            for line in _device(self.device, self.condition):
+                print(line)
+            return
+        for line in (*_software(), *_ports()):
+            print(line)
+
+
+def _software() -> Iterator[str]:
+    yield _line("firstcontact", version("firstcontact"))
+    yield _line("Python", f"{platform.python_version()} ({sys.executable})")
+    yield _line("platform", platform.platform())
+    for name in _libraries():
+        try:
+            yield _line(name, version(name))
+        except PackageNotFoundError:
+            yield _line(name, "not installed")
+
+
+def _libraries() -> list[str]:
+    """What the package and its extras need, each once; not what its developers do."""
+    names = []
+    for need in requires("firstcontact") or []:
+        # "numba>=0.60; extra == 'twin'"
+        what, _, when = need.partition(";")
+        name = what.strip()
+        for end in "<>=!~ [(":
+            name = name.partition(end)[0]
+        if "dev" not in when and name != "firstcontact" and name not in names:
+            names.append(name)
+    return names
+
+
+def _ports() -> Iterator[str]:
+    from firstcontact.device import access, found_devices, groups, ports
+
+    found = ports()
+    for port in found:
+        yield _line(port.name, port.what)
+        yield _line("", access(Path(port.name)))
+    others = found_devices()
+    for name, what in others:
+        yield _line(name, what)
+    if not found and not others:
+        yield _line("ports", "none")
+    if groups():
+        yield _line("groups", ", ".join(groups()))
+
+
+def _device(name: str, condition: str) -> Iterator[str]:
+    from firstcontact.cli.sensor_words import is_tapped
+    from firstcontact.device import access, clock_line, open_source, source_kind
+
+    source = open_source(name, condition=condition)
+    if source_kind(name).is_port:
+        yield _line("port", access(Path(name)))
+    with source:
+        descriptor, layout = source.descriptor, source.descriptor.layout
+        yield _line("device", name)
+        for field in ("firmware", "sensor", "hand", "source"):
+            if field != "hand" or descriptor.hand or not is_tapped(layout):
+                yield _line(field, getattr(descriptor, field) or "not known")
+        yield _line("rate", f"{layout.rate:g} Hz, {layout.smoothing}")
+        names = ", ".join(layout.column_names)
+        if descriptor.delay:
+            yield _line("", f"its own filter delays samples by {1e3 * descriptor.delay:.2f} ms")
+        yield _line("channels", f"{layout.width} ({descriptor.dtype}): {names}")
+        until = time.monotonic() + LISTEN
+        while (left := until - time.monotonic()) > 0 and not source.ended:
+            source.read(left)
+    health = source.health
+    yield _line("samples", f"{health.samples}, and {health.lost} lost")
+    yield _line("", f"of these {health.overflow_samples} dropped by the device")
+    if health.unusable_samples:
+        yield _line("", f"of these {health.unusable_samples} NaN, infinite or out of range")
+    yield _line(
+        "frames",
+        f"{health.bad_frames} damaged, {health.lost_frames} lost, {health.doubled_frames} doubled",
+    )
+    yield _line("epochs", str(health.reconnects + 1))
+    if said := clock_line(health, layout.rate):
+        yield _line("", said)
+
+
+def _line(name: str, what: str) -> str:
+    return f"{name:16} {what}"

@@ -1,0 +1,145 @@
+"""``firstcontact inspect``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import tyro
+
+from firstcontact.core import counted
+
+if TYPE_CHECKING:
+    from firstcontact.core import Calibration, Label, Layout
+    from firstcontact.recording import PinchMark, Recording
+
+
+@dataclass(frozen=True)
+class Inspect:
+    """Say what is in a recording, and draw a pinch of it."""
+
+    path: tyro.conf.Positional[Path]
+    """A recording."""
+    plot: Path | None = None
+    """Draw one pinch into this .png, .svg or .pdf file."""
+    pinch: int = 0
+    """Number of the pinch to draw."""
+
+    def run(self) -> None:
+        """Print what is in the file, and what was damaged."""
+        from firstcontact.recording import read_recording
+
+        recording = read_recording(self.path)
+        for line in _lines(recording):
+            print(line)
+        if self.plot is not None:
+            self._plot(recording, self.plot)
+
+    def _plot(self, recording: Recording, path: Path) -> None:
+        from firstcontact.core import InputError, need
+        from firstcontact.recording import cut
+
+        need("plot", "matplotlib")
+        from firstcontact.recording import plot_pinch
+
+        if path.suffix.lower() not in (".png", ".svg", ".pdf"):
+            raise InputError(f"--plot {path} must end in .png, .svg or .pdf")
+        mark = next((m for m in recording.pinches if m.number == self.pinch), None)
+        pinch = cut(recording, mark) if mark else None
+        if pinch is None:
+            numbers = [m.number for m in recording.pinches]
+            there = f"{min(numbers)} to {max(numbers)}" if numbers else "none"
+            raise InputError(
+                f"{self.path} holds no whole pinch {self.pinch} (there: {there}): "
+                "choose another --pinch"
+            )
+        plot_pinch(pinch, f"Pinch {self.pinch}: {_what(pinch.label)}", path)
+        print(f"drawn       {path}")
+
+
+def _lines(recording: Recording) -> Iterator[str]:
+    header, layout = recording.header, recording.header.layout
+    yield f"recording   {recording.path}"
+    yield f"source      {header.source}"
+    for field in ("session", "sensor", "hand", "firmware", "created"):
+        if value := getattr(header, field):
+            assumed = field == "session" and header.session_assumed
+            yield f"{field:11} {value}{' (assumed: nobody named one)' if assumed else ''}"
+    for i, line in enumerate(header.notes.splitlines()):
+        yield f"{'' if i else 'notes':11} {line}"
+    yield from _calibration(header.calibration, layout)
+    yield f"rate        {layout.rate:g} Hz, {layout.smoothing}"
+    names = ", ".join(layout.column_names)
+    yield f"channels    {layout.width} ({header.dtype}): {names}"
+    for group in layout.groups:
+        its = group.layout
+        there = sum(len(s.data) for s in recording.groups[group.name])
+        width, samples = counted(its.width, "channel"), counted(there, "sample")
+        yield f"group       {group.name}: {width} at {its.rate:g} Hz, {samples}"
+    epochs = len({s.epoch for s in recording.stretches})
+    yield (
+        f"samples     {recording.samples} in {counted(len(recording.stretches), 'stretch')} of "
+        f"{counted(epochs, 'epoch')}, {recording.duration:.3f} s"
+    )
+    for marker in recording.markers:
+        yield f"marker      sample {marker.sample}: {marker.text}"
+    yield f"pinches     {len(recording.pinches)}"
+    for mark in recording.pinches:
+        yield f"  {mark.number:4d}  {_what(mark.label)}; {_when(mark, layout.rate)}"
+    if not recording.skipped:
+        yield "skipped     nothing"
+    for sentence in recording.skipped:
+        yield f"skipped     {sentence}"
+
+
+def _calibration(calibration: Calibration | None, layout: Layout) -> Iterator[str]:
+    from firstcontact.cli.sensor_words import rest_words, sensor_of, tap_words
+    from firstcontact.core import finger_name
+
+    if calibration is None:
+        return
+    yield f"calibration {calibration.created or 'of unknown date'}"
+    for p in calibration.piezo:
+        channel = sensor_of(layout, p)
+        tap = "" if p.tap is None else f", {tap_words(p.tap, channel)}"
+        kind = "vibration" if channel is None else channel.sensor
+        yield f"  {finger_name(p.finger):6} {kind} {rest_words(p, channel)}{tap}"
+    for f in calibration.force:
+        yield (
+            f"  {f.finger.name.lower():6} force leak {f.leak:.3g} S, gain {f.gain:.3g}, "
+            f"exponent {f.exponent:.2f}, off by {f.rms:.2f} N RMS"
+        )
+
+
+def _what(label: Label) -> str:
+    parts = [label.object or "unknown object"]
+    if label.shore_a is not None:
+        parts.append(f"{label.shore_a:g} Shore A")
+    if label.hardness_rank is not None:
+        parts.append(f"hardness rank {label.hardness_rank}")
+    if label.specimen and label.specimen != label.object:
+        parts.append(f"specimen {label.specimen}")
+    return ", ".join([*parts, str(label.role)])
+
+
+def _when(mark: PinchMark, rate: float) -> str:
+    from firstcontact.core import finger_name
+
+    length = f"{(mark.end - mark.first_sample) / rate * 1e3:.1f} ms"
+    if not mark.truth and mark.found:
+        first = mark.found[0]
+        at = (first.sample - mark.first_sample) / rate * 1e3
+        return (
+            f"{length}, {finger_name(first.finger)} at {at:.1f} ms as {mark.found_by} detected it, "
+            "not confirmed"
+        )
+    if not mark.truth:
+        return f"{length}, contacts not known"
+    first = mark.truth[0]
+    at = (first.sample - mark.first_sample) / rate * 1e3
+    said = f"{length}, {finger_name(first.finger)} first at {at:.1f} ms"
+    if len(mark.truth) > 1:
+        said += f", offset {(mark.truth[1].sample - first.sample) / rate * 1e3:.2f} ms"
+    return said

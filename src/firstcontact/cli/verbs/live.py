@@ -1,0 +1,371 @@
+"""``firstcontact live``."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from firstcontact.cli.choices import devices, one_of
+from firstcontact.contact import SLIP_DETECTORS
+from firstcontact.core import InputError, need
+from firstcontact.device import SOURCES, open_source, source_kind
+from firstcontact.grasp import HANDS, POLICIES, Begins, live_policies, make_hand
+
+if TYPE_CHECKING:
+    from firstcontact.contact import SlipDetector
+    from firstcontact.core import Calibration
+    from firstcontact.device import Source
+    from firstcontact.grasp import Hand
+    from firstcontact.streaming import Grasping, LiveSession, Sink
+
+#: How long a hand is watched at rest before a live run without a calibration, s.
+REST = 1.0
+#: How long to wait for that rest, s.
+PATIENCE = 30.0
+#: A viewer's thread may hold up the pipeline's for so long, s; Python's own 5 ms is a
+#: third of a window.
+SWITCH = 5e-4
+
+
+@dataclass(frozen=True)
+class Live:
+    """Show contacts and stiffness as they happen: in the terminal, on a page, to other programs."""
+
+    device: Annotated[str, devices()]
+    """Where samples come from."""
+    model: Path | None = None
+    """Folder that `adapt` or `train` wrote; left out: one is made for the twin, and for anything
+    else the model that came with the package answers, which knows no rig: with wide intervals."""
+    detector: Path | None = None
+    """Folder of another detector than the one beside the model."""
+    calibration: Path | None = None
+    """What `firstcontact calibrate` wrote; without it the noise is measured at the start."""
+    page: bool = False
+    """Serve a page that shows everything, and open with the address it prints."""
+    port: int = 8765
+    """Of the page; 0 takes a free one."""
+    address: str = "127.0.0.1"
+    """Of the page: this machine only, unless another is given; then a token is needed."""
+    token: str | None = None
+    """What viewers elsewhere must know; one is made up where it is needed."""
+    json: bool = False
+    """Write JSON lines to standard output instead of text."""
+    lsl: bool = False
+    """Offer samples and events to other programs by LSL."""
+    hand: Annotated[str | None, one_of(HANDS)] = None
+    """A hand to drive."""
+    hand_port: str | None = None
+    """Of the hand, where it needs one; some have one for a trial without hardware."""
+    policy: Annotated[str, one_of(live_policies())] = POLICIES.default
+    """What decides how the hand closes."""
+    shape: str = ""
+    """Of what is pinched, where it is known and an any-time model answers: flat, or its radius in
+    mm; on the page it can be told for each object."""
+    one_object: bool = False
+    """All pinches are of one object, until another is told: what they say is combined."""
+    slip: Annotated[str | None, one_of(SLIP_DETECTORS)] = None
+    """What tells a policy with a reflex that what it holds slips; never tried on a real slip."""
+    record: bool = False
+    """Begin a recording at once."""
+    recordings: Path = Path("firstcontact-recordings")
+    """Folder for recordings."""
+    speed: float = 1.0
+    """Of a recording or of the twin, times real time; inf replays as fast as it goes."""
+    condition: str = "paper-rig"
+    """Of the twin: paper-rig or everyday."""
+    seed: int = 0
+    """Of the twin."""
+    objects: str = "paper"
+    """What the twin picks up: paper, household, or the name of one object."""
+    seconds: float | None = None
+    """Stop after this time."""
+    pinches: int | None = None
+    """Stop after so many pinches."""
+
+    def run(self) -> None:
+        """Run until Ctrl-C or one of the bounds."""
+        self._check()
+        if self.page:
+            need("live", "websockets")
+        if self.lsl:
+            need("live", "pylsl")
+        from threadpoolctl import threadpool_limits
+
+        from firstcontact.cli.live_models import (
+            SHIPPED,
+            models_in,
+            no_model,
+            shipped_model,
+            told_noise,
+            whose_answers,
+        )
+        from firstcontact.cli.session_keys import session_keys
+        from firstcontact.cli.stopping import stopping
+        from firstcontact.contact import untrained
+        from firstcontact.core import read_calibration
+        from firstcontact.device import passed_over
+        from firstcontact.streaming import LiveSession, Pipeline, grasp_lines
+
+        source = open_source(
+            self.device,
+            speed=self.speed,
+            condition=self.condition,
+            seed=self.seed,
+            objects=self.objects,
+        )
+        folder = self.model or self._own_model(source)
+        loaded = None if folder is None else models_in(folder, self.detector)
+        given = None if self.calibration is None else read_calibration(self.calibration)
+        # Products of small matrices: threads of theirs only wait for one another.
+        with stopping() as stop, source, threadpool_limits(1):
+            answers = source.descriptor.answers
+            if loaded is None and answers is None:
+                _say(SHIPPED)
+                loaded = shipped_model(self.detector)
+            elif loaded is None:
+                loaded = no_model(self.detector)
+            if answers is not None:
+                _say(whose_answers(answers, self.model))
+            if (models := source.descriptor.models) is not None and models.fault:
+                _say(passed_over(models, answers is not None))
+            calibration = given or told_noise(answers) or self._measured(source)
+            pipeline = Pipeline(
+                source.descriptor.layout,
+                loaded.detector or untrained(source.descriptor.layout),
+                loaded.models,
+                calibration,
+                anytime=loaded.anytime,
+                delay=source.descriptor.delay,
+                real_time=self.speed == 1.0,
+            )
+            with self._driven(source) as grasping:
+                actors = () if grasping is None else (grasping,)
+                hand = None if grasping is None else grasping.requests
+                session = LiveSession(
+                    source, pipeline, actors, self.recordings, calibration, hand, self.shape
+                )
+                if self.one_object:
+                    session.new_object()
+                sinks = self._sinks(session, loaded.landmarks)
+                began, used = source.health.samples, time.process_time()
+                if self.record:
+                    _say(f"recording {session.start_recording()}")
+                sys.setswitchinterval(SWITCH)
+                stop.gently = True
+                # A replay without a pace can wait, so that no line of it is dropped.
+                patient = math.isinf(self.speed)
+                with session_keys(session):
+                    session.run(sinks, self.seconds, self.pinches, lambda: stop.requested, patient)
+                self._report(session, source, began, time.process_time() - used)
+            if grasping is not None:
+                for line in grasp_lines(grasping, real_time=self.speed == 1.0):
+                    _say(line)
+            if session.recording.failed:
+                raise InputError(session.recording.failed)
+            assert session.fanout is not None
+            failed = [f"{name} ({why})" for name, why in session.fanout.failed.items()]
+            if failed:
+                raise InputError(f"not all was told, these have failed: {', '.join(failed)}")
+
+    def _check(self) -> None:
+        from firstcontact.models import radius_of
+
+        if self.seconds is not None and not self.seconds > 0:
+            raise InputError(f"--seconds is {self.seconds:g}: give a time above 0, or leave it out")
+        if self.pinches is not None and self.pinches < 1:
+            raise InputError(f"--pinches is {self.pinches}: give 1 or more, or leave it out")
+        if not self.speed > 0:
+            raise InputError(f"--speed is {self.speed:g}: give a number above 0")
+        radius_of(self.shape)
+        if not 0 <= self.port <= 65535:
+            raise InputError(f"--port is {self.port}: give one from 0 to 65535")
+        if self.slip is not None:
+            self._check_slip(self.slip)
+        POLICIES.find(self.policy)
+        if self.hand is not None:
+            self._check_hand(HANDS.find(self.hand))
+        else:
+            self._check_no_hand()
+
+    def _check_no_hand(self) -> None:
+        """Refuse what is said of a hand where none is driven."""
+        for option, said in (
+            ("--policy", self.policy != POLICIES.default),
+            ("--hand-port", self.hand_port is not None),
+        ):
+            if said:
+                raise InputError(
+                    f"{option} is for a hand that is driven, and none is: name it with --hand, or "
+                    f"leave {option} out"
+                )
+
+    def _check_slip(self, slip: str) -> None:
+        """Refuse a slip detector that there is not, or that nobody would act upon."""
+        SLIP_DETECTORS.find(slip)
+        if self.hand is None or Begins.US not in HANDS.find(self.hand).begins:
+            raise InputError(
+                "--slip tells the policy of a --hand whose closings are begun here: name such a "
+                "hand, or leave --slip out"
+            )
+        if not POLICIES.find(self.policy).has_reflex():
+            raise InputError(
+                f"--policy {self.policy} does nothing when something slips: leave --slip out, or "
+                "name a policy with a reflex"
+            )
+
+    def _check_hand(self, hand: type[Hand]) -> None:
+        """Refuse what the hand must not, or cannot, be driven with."""
+        device = source_kind(self.device)
+        rehearsed = self.hand_port is not None and self.hand_port == hand.simulated_port
+        if hand.real and not rehearsed and (device.recorded or self.speed != 1.0):
+            instead = (
+                "" if hand.simulated_port is None else f", or --hand-port {hand.simulated_port}"
+            )
+            raise InputError(
+                f"--hand {hand.name} is not driven from a recording, nor faster than real time: "
+                f"use --hand {HANDS.default}{instead}"
+            )
+        if hand.of_source not in (None, device.name):
+            raise InputError(
+                f"--hand {hand.name} is the hand of --device {hand.of_source}: name both, or "
+                "another hand"
+            )
+        if hand.of_source is None:
+            make_hand(hand, self.hand_port)  # opens nothing: a package that is missing is told now
+
+    def _own_model(self, source: Source) -> Path | None:
+        """The twin's, where the twin is what is listened to, now or when it was recorded."""
+        from firstcontact.cli.twin_model import ORIGIN, twin_model
+
+        device = source_kind(self.device)
+        if ORIGIN in (device.origin, source.descriptor.source if device.recorded else ""):
+            return twin_model(self.condition, self.seed)
+        return None
+
+    def _measured(self, source: Source) -> Calibration | None:
+        """The noise floor, as it was recorded or as it is now."""
+        from firstcontact.cli.sensor_words import rest_request
+        from firstcontact.device import measure_noise
+
+        recorded = getattr(source, "calibration", None)
+        if recorded is not None or source_kind(self.device).recorded:
+            return recorded  # a recording has its own, or each of its closings is an epoch
+        request = rest_request(source.descriptor.layout)
+        _say(f"measuring the noise floor, {REST:g} s: {request}")
+        return measure_noise(source, REST, PATIENCE)
+
+    @contextmanager
+    def _driven(self, source: Source) -> Iterator[Grasping | None]:
+        """The hand with its policy, released on every way out; None where none is driven."""
+        from firstcontact.device import TransportDelay
+        from firstcontact.grasp import HandError, live_policy, open_hand
+        from firstcontact.streaming import Grasping
+
+        if self.hand is None:
+            yield None
+            return
+        policy = live_policy(self.policy)
+        layout = source.descriptor.layout
+        # Where samples come faster or slower than they were taken, there is no delay to be told.
+        transport = TransportDelay(layout.rate) if self.speed == 1.0 else None
+        try:
+            with open_hand(self.hand, self.hand_port, source=source) as hand:
+                yield Grasping(policy, hand, layout, transport=transport, slip=self._slip())
+        except HandError as error:
+            raise InputError(f"--hand {self.hand}: {error}") from error
+
+    def _slip(self) -> SlipDetector | None:
+        if self.slip is None:
+            return None
+        kind = SLIP_DETECTORS.find(self.slip)
+        with SLIP_DETECTORS.calling(self.slip):
+            return kind()
+
+    def _sinks(self, session: LiveSession, landmarks: dict[str, float]) -> list[Sink]:
+        sinks: list[Sink] = [self._to_stdout(session.source)]
+        if self.lsl:
+            from firstcontact.streaming import LslSink
+
+            sinks.append(LslSink())
+        if self.page:
+            from firstcontact.streaming import PageSink
+
+            page = PageSink(self.address, self.port, self.token, session, landmarks)
+            _say(f"page: {page.url}")
+            sinks.append(page)
+        return sinks
+
+    def _to_stdout(self, source: Source) -> Sink:
+        from firstcontact.streaming import JsonLinesSink, TextSink
+
+        if self.json:
+            return JsonLinesSink(sys.stdout)
+        return TextSink(sys.stdout, _shore_a(source, self.device))
+
+    def _report(self, session: LiveSession, source: Source, began: int, cpu: float) -> None:
+        from firstcontact.device import clock_line
+        from firstcontact.streaming import ledger_lines
+
+        health = source.health
+        layout = source.descriptor.layout
+        seconds = (health.samples - began) / layout.rate
+        figures = session.pipeline.ledger.summary()
+        alone = len(layout.vibration_fingers) < 2
+        for line in ledger_lines(figures, seconds, cpu, alone=alone, speed=self.speed):
+            _say(line)
+        _say(
+            f"link: {health.samples} samples, {health.lost} lost, "
+            f"{health.bad_frames} damaged frames, {health.reconnects} reconnects"
+        )
+        if health.lost_samples:
+            _say(
+                "link: what was lost are gaps, in a recording, too; a pinch with a gap in it ends "
+                "at the gap"
+            )
+        if health.overflow_samples:
+            _say(f"link: of the lost ones {health.overflow_samples} were dropped by the device")
+        if health.unusable_samples:
+            _say(
+                f"link: of the lost ones {health.unusable_samples} were NaN, infinite or out of "
+                "range"
+            )
+        if health.late_answers or health.unheard_samples:
+            _say(
+                f"hand: {health.late_answers} answers were late and left out, "
+                f"{health.unheard_samples} samples missed by its own answers"
+            )
+        if drift := clock_line(health, layout.rate):
+            _say(drift)
+        assert session.fanout is not None
+        for name, dropped in session.fanout.dropped.items():
+            if dropped and name not in session.fanout.failed:
+                _say(f"{name}: {dropped} updates dropped, it was too slow")
+
+
+def _shore_a(source: Source, device: str) -> Callable[[str], float | None]:
+    """Of an object by its name, where the source is a simulated hand or was one."""
+    origin = source.descriptor.source
+    kinds = [source_kind(device), *(SOURCES[name] for name in SOURCES.own)]
+    its = next((k.shore_a for k in kinds if k.shore_a is not None and k.origin == origin), None)
+
+    def shore_a(name: str) -> float | None:
+        if its is None:
+            return None
+        try:
+            return its(name)
+        except InputError:  # an object of another version, or the twin's extra is missing
+            return None
+
+    shore_a("")  # what has to be loaded for it is loaded now, and not between samples
+    return shore_a
+
+
+def _say(line: str) -> None:
+    """To a person, whatever goes to standard output."""
+    print(line, file=sys.stderr, flush=True)

@@ -1,0 +1,58 @@
+"""``firstcontact ports``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from firstcontact.core import InputError, counted
+
+#: How long an answer is waited for, s.
+PATIENCE = 1.5
+
+
+@dataclass(frozen=True)
+class Ports:
+    """List serial ports and sound inputs, and say which of them may be a fingertip."""
+
+    ask: bool = False
+    """Ask each port whether a fingertip is on it; sends it a few bytes."""
+
+    def run(self) -> None:
+        """Print one line a port."""
+        from firstcontact.device import found_devices, ports
+
+        found = ports()
+        for port in found:
+            print(f"{port.name:16} {port.what}")
+            if self.ask:
+                for line in answer(port.name):
+                    print(f"{'':16} {line}")
+        others = found_devices()
+        for name, what in others:
+            print(f"{name:16} {what}")
+        if not found and not others:
+            print(
+                "no serial port is here: plug the fingertip in with a cable that carries data, or "
+                "do without one, --device twin"
+            )
+        elif found and not self.ask and not any(p.teensy for p in found):
+            print("none of these is a Teensy by its USB numbers: --ask asks each of them")
+
+
+def answer(port: str) -> Iterator[str]:
+    """What is on a port says about itself, or why it cannot be told."""
+    from firstcontact.device import SerialSource, passed_over
+
+    try:
+        with SerialSource(port, PATIENCE) as source:
+            descriptor = source.descriptor
+    except InputError as error:
+        yield str(error)
+        return
+    hand = f", {descriptor.hand}" if descriptor.hand else ""
+    yield f"a fingertip: {descriptor.firmware}; {descriptor.sensor}{hand} ({descriptor.source})"
+    layout = descriptor.layout
+    yield f"{counted(layout.width, 'channel')} at {layout.rate:g} Hz"
+    if descriptor.models is not None and descriptor.models.fault:
+        yield passed_over(descriptor.models, descriptor.answers is not None)

@@ -1,0 +1,198 @@
+"""Contact times of a high-speed camera against those of the strips."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from firstcontact.core import Finger, InputError, parse_float, parse_int, percent
+from firstcontact.recording import Recording, read_rows
+
+COLUMNS = ("pinch", "finger", "time_s")
+#: Offset and drift of two clocks are not fitted to fewer pinches.
+LEAST = 3
+#: No camera films for longer, s, nor faster, Hz.
+LONGEST, FASTEST = 1e7, 1e7
+
+#: Pinch and finger.
+Key = tuple[int, Finger]
+
+
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """How well two clocks' contacts agree, once offset and drift are taken off.
+
+    Parameters
+    ----------
+    residuals
+        Camera minus strip of each contact, s.
+    fps
+        Frames per second of the camera.
+    offset
+        Camera's time at the device's sample 0 of the first epoch, s.
+    drift, drift_error
+        How much faster the camera's clock runs, and the standard error of that, as shares.
+    left_out
+        Contacts of the camera's list without one of the strips.
+    """
+
+    residuals: Mapping[Key, float]
+    fps: float
+    offset: float
+    drift: float
+    drift_error: float
+    left_out: tuple[Key, ...]
+
+    @property
+    def within(self) -> float:
+        """Share of contacts that agree within one frame."""
+        return float(np.mean(self._sizes <= 1.0 / self.fps))
+
+    @property
+    def median(self) -> float:
+        """Median disagreement, s."""
+        return float(np.median(self._sizes))
+
+    @property
+    def largest(self) -> float:
+        """Largest disagreement, s."""
+        return float(self._sizes.max())
+
+    @property
+    def disagreeing(self) -> tuple[Key, ...]:
+        """Contacts that are further apart than one frame."""
+        return tuple(k for k, r in self.residuals.items() if abs(r) > 1.0 / self.fps)
+
+    @property
+    def _sizes(self) -> NDArray[np.float64]:
+        return np.asarray(np.abs(np.array(list(self.residuals.values()))), dtype=np.float64)
+
+
+def read_contacts(path: Path) -> dict[Key, float]:
+    """Read a CSV with the columns pinch, finger (index or thumb) and time_s.
+
+    Returns
+    -------
+    dict
+        Camera time of each contact, s.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, misses a column, a value cannot be used, or a
+        contact stands there twice.
+    """
+    contacts: dict[Key, float] = {}
+    for line, row in read_rows(path, COLUMNS):
+        try:
+            key = parse_int(row["pinch"]), Finger[row["finger"].upper()]
+            time = parse_float(row["time_s"])
+            if not abs(time) <= LONGEST:
+                raise ValueError
+        except (KeyError, ValueError) as error:
+            raise InputError(
+                f"{path}, line {line}: give a pinch's number, index or thumb, and a time in s"
+            ) from error
+        if key in contacts:
+            raise InputError(f"{path}, line {line}: this contact stands there twice: keep one")
+        contacts[key] = time
+    return contacts
+
+
+def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 960.0) -> Agreement:
+    """Fit the camera's clock to the device's and say what is left.
+
+    An epoch has an offset of its own, since the device counts from 0 again; the drift is
+    one. The fit is not led astray by a few pinches that were labelled wrongly.
+
+    Parameters
+    ----------
+    recording
+        With the strips' contacts in its pinches.
+    contacts
+        Camera time of each contact, s.
+    fps
+        Frames per second of the camera.
+
+    Raises
+    ------
+    InputError
+        ``fps`` is not above 0, or too few contacts are in both.
+    """
+    if not 1.0 <= fps <= FASTEST:
+        raise InputError(f"fps is {fps:g}: give the camera's frames per second, 1 to {FASTEST:g}")
+    rate = recording.header.layout.rate
+    device: dict[Key, tuple[int, float]] = {
+        (mark.number, c.finger): (mark.epoch, c.sample / rate)
+        for mark in recording.pinches
+        for c in mark.truth
+        if c.finger is not None
+    }
+    both = [key for key in contacts if key in device]
+    if len({number for number, _ in both}) < LEAST:
+        raise InputError(
+            f"{recording.path}: {len({n for n, _ in both})} pinches have contacts both of the "
+            f"strips and of the camera and {LEAST} are needed: check the pinch numbers"
+        )
+    epochs = sorted({device[key][0] for key in both})
+    epoch = np.array([epochs.index(device[key][0]) for key in both])
+    time = np.array([device[key][1] for key in both])
+    seen = np.array([contacts[key] for key in both])
+    centre = np.array([time[epoch == k].mean() for k in range(len(epochs))])
+    design = np.column_stack([epoch[:, None] == np.arange(len(epochs)), time - centre[epoch]])
+    difference = seen - time
+    start = [*(float(np.median(difference[epoch == k])) for k in range(len(epochs))), 0.0]
+    robust = least_squares(
+        lambda p: (design @ p - difference) * fps, start, loss="soft_l1", x_scale="jac"
+    ).x
+    # Then plainly, over those that are near: the mean over a frame is what is wanted.
+    near = np.abs(design @ robust - difference) <= 2.0 / fps
+    fitted, error = _least_squares(design, difference, near, robust)
+    residuals = difference - design @ fitted
+    return Agreement(
+        dict(zip(both, residuals.tolist(), strict=True)),
+        fps,
+        float(fitted[0] - fitted[-1] * centre[0]),
+        float(fitted[-1]),
+        error,
+        tuple(key for key in contacts if key not in device),
+    )
+
+
+def _least_squares(
+    design: NDArray[np.float64],
+    difference: NDArray[np.float64],
+    near: NDArray[np.bool_],
+    otherwise: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], float]:
+    """Parameters over the near contacts, and the standard error of the last one."""
+    a, b = design[near], difference[near]
+    if len(a) <= a.shape[1] or np.linalg.matrix_rank(a) < a.shape[1]:
+        return otherwise, math.nan
+    fitted = np.asarray(np.linalg.lstsq(a, b, rcond=None)[0], dtype=np.float64)
+    variance = float(np.sum((b - a @ fitted) ** 2)) / (len(a) - a.shape[1])
+    return fitted, math.sqrt(variance * float(np.linalg.inv(a.T @ a)[-1, -1]))
+
+
+def in_words(agreement: Agreement) -> Sequence[str]:
+    """The comparison, one sentence a line."""
+    frame = 1e3 / agreement.fps
+    said = [
+        f"contacts    {len(agreement.residuals)} in both lists",
+        f"agreement   {percent(agreement.within)} within one frame of {frame:.2f} ms; median "
+        f"{1e3 * agreement.median:.2f} ms, largest {1e3 * agreement.largest:.2f} ms",
+        f"clocks      camera - device {agreement.offset:+.4f} s at sample 0, drift "
+        f"{1e6 * agreement.drift:+.1f} ppm (standard error {1e6 * agreement.drift_error:.1f} ppm)",
+    ]
+    for number, finger in agreement.disagreeing:
+        off = 1e3 * agreement.residuals[number, finger]
+        said.append(f"disagrees   pinch {number}, {finger.name.lower()}: camera {off:+.2f} ms")
+    for number, finger in agreement.left_out:
+        said.append(f"left out    pinch {number}, {finger.name.lower()}: no strip closed there")
+    return said

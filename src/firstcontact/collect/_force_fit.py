@@ -1,0 +1,119 @@
+"""The Velostat curve of a finger out of known weights."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from firstcontact.core import ADC_VOLTS, DIVIDER_OHM, Finger, ForceCurve, InputError, parse_float
+from firstcontact.recording import read_rows
+
+#: A curve of three parameters is not fitted to fewer different weights.
+LEAST = 4
+#: No weight on a fingertip is heavier, N.
+HEAVIEST = 1000.0
+COLUMNS = ("finger", "newtons", "volts")
+
+
+@dataclass(frozen=True, slots=True)
+class Weighing:
+    """A known force on one taxel, N, and the divider's voltage, V."""
+
+    finger: Finger
+    newtons: float
+    volts: float
+
+
+def read_weights(path: Path) -> tuple[Weighing, ...]:
+    """Read a CSV with the columns finger (index or thumb), newtons and volts.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, misses a column, or a value cannot be used.
+    """
+    weighings = []
+    for line, row in read_rows(path, COLUMNS):
+        try:
+            finger = Finger[row["finger"].upper()]
+            newtons, volts = parse_float(row["newtons"]), parse_float(row["volts"])
+        except (KeyError, ValueError) as error:
+            raise InputError(
+                f"{path}, line {line}: give index or thumb, then two numbers"
+            ) from error
+        weighings.append(Weighing(finger, newtons, volts))
+    return tuple(weighings)
+
+
+def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> ForceCurve:
+    """Fit leak, gain and exponent of one finger's sheet.
+
+    Least squares on the conductance, each residual weighted with what a volt is
+    worth there, since the noise is in the voltage.
+
+    Parameters
+    ----------
+    weighings
+        Of one finger, the unloaded sheet (0 N) among them or not.
+    resistor
+        Of the divider, ohm.
+
+    Raises
+    ------
+    InputError
+        Too few different weights, a voltage outside the divider's range, or
+        a heavier weight that gives less voltage.
+    """
+    finger = weighings[0].finger if weighings else Finger.INDEX
+    who = f"the {finger.name.lower()}'s weights"
+    points = sorted(weighings, key=lambda w: w.newtons)
+    force = np.array([w.newtons for w in points])
+    volts = np.array([w.volts for w in points])
+    if len({w.newtons for w in points}) < LEAST:
+        raise InputError(
+            f"{who} are {len({w.newtons for w in points})} different ones and the curve needs "
+            f"{LEAST} or more: add some"
+        )
+    if not (force >= 0).all() or not (force <= HEAVIEST).all():
+        raise InputError(f"{who} must be forces in newtons from 0 to {HEAVIEST:g}")
+    if not ((volts > 0) & (volts < ADC_VOLTS)).all():
+        raise InputError(f"{who}: volts must lie between 0 and {ADC_VOLTS:g}: check the wiring")
+    levels = [(f, volts[force == f].mean()) for f in np.unique(force)]
+    for (light, low), (heavy, high) in pairwise(levels):
+        if high <= low:
+            raise InputError(
+                f"{who}: {heavy:g} N gives {high:.3f} V and {light:g} N gives {low:.3f} V, though "
+                "voltage rises with force: check which weight was which"
+            )
+    curve = _fit(finger, force, volts, resistor)
+    rms = float(np.sqrt(np.mean((curve.newtons(volts) - force) ** 2)))
+    return ForceCurve(finger, curve.leak, curve.gain, curve.exponent, rms, resistor)
+
+
+def _fit(
+    finger: Finger, force: NDArray[np.float64], volts: NDArray[np.float64], resistor: float
+) -> ForceCurve:
+    ratio = volts / ADC_VOLTS
+    conductance = ratio / (1 - ratio) / resistor
+    worth = (1 - ratio) ** 2  # dV/dg, but for a constant
+    unit = float(conductance.max())
+    strongest = float(force.max())
+
+    def residuals(p: NDArray[np.float64]) -> NDArray[np.float64]:
+        model = p[0] + np.exp(p[1]) * (force / strongest) ** p[2]
+        return np.asarray((model - conductance / unit) * worth)
+
+    low = float(conductance.min()) / unit
+    start = [0.5 * low, math.log(max(1 - 0.5 * low, 1e-3)), 1.0]
+    bounds = ([0.0, -10.0, 0.1], [1.0, 3.0, 4.0])
+    best = least_squares(residuals, start, bounds=bounds, xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    leak, log_gain, exponent = (float(x) for x in best.x)
+    gain = math.exp(log_gain) * unit / strongest**exponent
+    return ForceCurve(finger, leak * unit, gain, exponent, 0.0, resistor)

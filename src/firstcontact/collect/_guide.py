@@ -1,0 +1,219 @@
+"""The guided protocol: which object next, which pinches count. No terminal in it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from firstcontact.collect._closing_check import ClosingCheck
+from firstcontact.collect._plan import Item
+from firstcontact.contact import ClosingBegan, Closings, ClosingSamples, ThresholdDetector
+from firstcontact.core import Block, Calibration, ChannelKind, Label, Layout
+from firstcontact.device import Arrival, held_object
+from firstcontact.recording import PinchMark
+
+#: Height of the threshold that checks the strips: high, since a click of the motor
+#: is no contact, and a touch is louder by far.
+SIGMAS = 10.0
+#: Blocks are taken in pieces of this length, s: shorter than the gate's shortest turn.
+PIECE = 0.015
+#: The noise is told over parts of this length, s.
+QUIET = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """A closing that touched something, and whether it counts.
+
+    Parameters
+    ----------
+    label
+        Of the object that was asked for.
+    faults
+        Why it does not count; nothing where it does.
+    mark
+        To be written, where it counts.
+    k, wanted
+        Good pinches of this object by now, and how many are wanted.
+    offset
+        From the first to the second contact by the strips, s, where both are known.
+    disagreement
+        From the strip's first contact to the piezo's, s, where both are known.
+    noise
+        Quietest part since the last closing over the noise floor, the louder finger's;
+        0 before one was seen.
+    """
+
+    label: Label
+    faults: tuple[str, ...]
+    mark: PinchMark | None
+    k: int
+    wanted: int
+    offset: float | None
+    disagreement: float | None
+    noise: float
+
+
+class Guide:
+    """Follows a stream and says of each closing whether it is a pinch that was wanted.
+
+    Parameters
+    ----------
+    layout
+        The columns of the blocks.
+    items
+        What is wanted, in this order.
+    session
+        Name of the session.
+    calibration
+        With the noise floors of the fingers.
+    done
+        Good pinches that are there already, by label.
+
+    Attributes
+    ----------
+    paused
+        While it is true, closings that begin do not count.
+    left_out
+        Closings that touched something and did not count.
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        items: Sequence[Item],
+        session: str,
+        calibration: Calibration,
+        done: Counter[Label] | None = None,
+    ) -> None:
+        self.layout = layout
+        self.paused = False
+        self.left_out = 0
+        self._wanted = {item.label(session): item.pinches for item in items}
+        self._done = Counter(done or {})
+        self._closings = Closings(layout, ThresholdDetector(SIGMAS), calibration)
+        self._check: ClosingCheck | None = None
+        self._number = 0
+        self._next: tuple[int, int] | None = None
+        self._piece = max(1, round(PIECE * layout.rate))
+        self._announced = ""
+        floors = [calibration.noise(f) or np.inf for f in layout.vibration_fingers]
+        self._noise = _Noise(layout, np.array(floors))
+
+    @property
+    def current(self) -> Label | None:
+        """What is to be pinched now; None when all is done."""
+        left = (label for label, wanted in self._wanted.items() if self._done[label] < wanted)
+        return next(left, None)
+
+    @property
+    def noise(self) -> float:
+        """As in :class:`Judged`, since the last closing."""
+        return self._noise.ratio
+
+    def progress(self, label: Label) -> tuple[int, int]:
+        """Good pinches of an object, and how many are wanted."""
+        return self._done[label], self._wanted[label]
+
+    def update(self, arrival: Arrival) -> list[Judged]:
+        """Take what came next: the closings that are over by now."""
+        for marker in arrival.markers:
+            self._announced = held_object(marker.text) or self._announced
+        block = arrival.block
+        judged: list[Judged] = []
+        for start in range(0, len(block.data), self._piece):
+            data = block.data[start : start + self._piece]
+            judged += self._take(Block(data, block.first_sample + start, block.epoch))
+        return judged
+
+    def finish(self) -> list[Judged]:
+        """No more samples come: what is known of a closing that goes on."""
+        check = self._check
+        return self._judge() if check is not None and check.anchor is not None else []
+
+    def _take(self, block: Block) -> list[Judged]:
+        judged: list[Judged] = []
+        if self._check is not None and (block.first_sample, block.epoch) != self._next:
+            self._check.lost = True
+            judged += self._judge()
+        self._next = (block.end, block.epoch)
+        self._noise.update(block)
+        for stage in self._closings.update(block):
+            if isinstance(stage, ClosingBegan):
+                judged += self._judge()
+                if not self.paused:
+                    self._check = ClosingCheck(self.layout, stage.sample, stage.epoch)
+            elif isinstance(stage, ClosingSamples) and self._check is not None:
+                # A contact beyond its end belongs to no pinch.
+                end = self._check.end
+                for contact in stage.contacts:
+                    if end is None or contact.sample < end:
+                        self._check.contacts.setdefault(contact.finger, contact)
+        if self._check is not None:
+            self._check.follow(block)
+            if self._check.complete:
+                judged += self._judge()
+        return judged
+
+    def _judge(self) -> list[Judged]:
+        check, self._check = self._check, None
+        label = self.current
+        if check is None or check.anchor is None or label is None or self.paused:
+            return []
+        faults = check.faults()
+        if self._announced and self._announced != label.object:
+            faults = [f"the twin still held {self._announced}"]
+        mark = None
+        if faults:
+            self.left_out += 1
+        else:
+            end = min(check.end or check.seen, check.seen)
+            found = tuple(c for c in check.found if c.sample < end)
+            mark = PinchMark(
+                self._number,
+                check.began,
+                end,
+                check.epoch,
+                label,
+                check.truth,
+                found=found,
+                found_by=ThresholdDetector.name if found else "",
+            )
+            self._number += 1
+            self._done[label] += 1
+        truth = check.truth
+        offset = (truth[1].sample - truth[0].sample) / self.layout.rate if truth[1:] else None
+        noise = self._noise.ratio
+        self._noise.restart()
+        k, wanted = self.progress(label)
+        return [Judged(label, tuple(faults), mark, k, wanted, offset, check.disagreement(), noise)]
+
+
+class _Noise:
+    """The quietest part of the stream, against the noise floors (V, shape (fingers,))."""
+
+    def __init__(self, layout: Layout, floors: np.ndarray) -> None:
+        self._layout = layout
+        self._columns = layout.columns(ChannelKind.VIBRATION)
+        self._floors = floors
+        self._length = round(QUIET * layout.rate)
+        self._parts: list[np.ndarray] = []
+        self._samples = 0
+        self.ratio = 0.0
+
+    def restart(self) -> None:
+        """Forget what was."""
+        self._parts, self._samples, self.ratio = [], 0, 0.0
+
+    def update(self, block: Block) -> None:
+        """Take the next samples."""
+        self._parts.append(self._layout.physical(block.data, self._columns))
+        self._samples += len(block.data)
+        if self._samples >= self._length:
+            rms = np.concatenate(self._parts).std(axis=0)
+            ratio = float((rms / self._floors).max())
+            self.ratio = min(self.ratio, ratio) if self.ratio else ratio
+            self._parts, self._samples = [], 0

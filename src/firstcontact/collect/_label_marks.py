@@ -1,0 +1,174 @@
+"""What is labelled: onsets, what was said of each, and how that follows from what was done."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Annotated, Literal
+
+from msgspec import Meta
+
+from firstcontact.core import InputError, Name
+from firstcontact.recording import LAST_SAMPLE
+
+#: Most onsets of a session of labelling, and most things that are done in it.
+MOST = 100_000
+
+
+class Status(StrEnum):
+    """What is known of an onset."""
+
+    FOUND = "found"
+    ACCEPTED = "accepted"
+    REJECTED = "rejected"
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """An onset.
+
+    Parameters
+    ----------
+    number
+        By which it is spoken of.
+    recording, stretch
+        Number of its recording and of the unbroken stretch in it.
+    column
+        Number of its vibration channel.
+    sample
+        Where it is, from the start of the stretch.
+    found
+        Where it was found; None where it was added by hand.
+    status
+        Whether somebody has looked at it.
+    object, shore_a
+        What was touched; "" and None where that is not said.
+    """
+
+    number: int
+    recording: int
+    stretch: int
+    column: int
+    sample: int
+    found: int | None
+    status: Status = Status.FOUND
+    object: str = ""
+    shore_a: float | None = None
+
+
+Whole = Annotated[int, Meta(ge=0, le=LAST_SAMPLE)]
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """Something that was done.
+
+    ``label`` is of its mark and of all behind it, up to the next that was labelled by itself.
+    ``undo`` takes back what was done last and was not taken back.
+    """
+
+    do: Literal["accept", "reject", "move", "add", "label", "undo"]
+    number: Whole = 0
+    sample: Whole = 0
+    object: Name = ""
+    shore_a: Annotated[float, Meta(ge=0.0, le=100.0)] | None = None
+
+
+class Marks:
+    """The onsets, in the order of recordings and time, as they are after what was done.
+
+    Parameters
+    ----------
+    found
+        As they were found.
+    lengths
+        Samples of each stretch of each recording.
+    """
+
+    def __init__(self, found: Sequence[Mark], lengths: Sequence[Sequence[int]]) -> None:
+        self._found = tuple(found)
+        self._lengths = lengths
+        self.done: list[Action] = []
+        self._marks = {mark.number: mark for mark in found}
+        self._runs: dict[int, Action] = {}
+
+    def __len__(self) -> int:
+        return len(self._marks)
+
+    def ordered(self) -> list[Mark]:
+        """All, each with the label of the run that it is in."""
+        out = []
+        run: Action | None = None
+        recording = 0
+        for mark in sorted(self._marks.values(), key=_place):
+            if mark.recording != recording:
+                run, recording = None, mark.recording
+            run = self._runs.get(mark.number, run)
+            labelled = (
+                mark if run is None else replace(mark, object=run.object, shore_a=run.shore_a)
+            )
+            out.append(labelled)
+        return out
+
+    def act(self, action: Action) -> int:
+        """Do something, and return the number of the onset that it concerns.
+
+        That is the new onset of ``add``, and the onset whose last action ``undo`` takes back.
+
+        Raises
+        ------
+        InputError
+            There is no such mark, nothing to undo, or a sample outside the recording.
+        """
+        if action.do == "undo":
+            if not self.done:
+                raise InputError("nothing is left to undo")
+            reopened = self.done[-1].number
+            self.again(self.done[:-1])
+            return reopened
+        number = self._do(action)
+        self.done.append(action)
+        return number
+
+    def again(self, actions: Iterable[Action]) -> None:
+        """Begin anew, and do these."""
+        self._marks = {mark.number: mark for mark in self._found}
+        self._runs, self.done = {}, []
+        for action in actions:
+            self.act(action)
+
+    def _do(self, action: Action) -> int:
+        mark = self._marks.get(action.number)
+        if mark is None:
+            raise InputError(f"there is no onset {action.number}: load the page again")
+        match action.do:
+            case "accept":
+                self._marks[mark.number] = replace(mark, status=Status.ACCEPTED)
+            case "reject":
+                self._marks[mark.number] = replace(mark, status=Status.REJECTED)
+            case "move":
+                at = self._inside(mark, action.sample)
+                self._marks[mark.number] = replace(mark, sample=at, status=Status.ACCEPTED)
+            case "add":
+                if len(self._marks) >= MOST:
+                    raise InputError(f"there are {MOST} onsets: label in several parts")
+                at = self._inside(mark, action.sample)
+                number = max(self._marks) + 1
+                self._marks[number] = replace(
+                    mark, number=number, sample=at, found=None, status=Status.ACCEPTED
+                )
+                return number
+            case "label":
+                self._runs[mark.number] = action
+        return mark.number
+
+    def _inside(self, mark: Mark, sample: int) -> int:
+        length = self._lengths[mark.recording][mark.stretch]
+        if not 0 <= sample < length:
+            raise InputError(f"sample {sample} is outside of the {length} of its recording")
+        return sample
+
+
+def _place(mark: Mark) -> tuple[int, int, int, int]:
+    return mark.recording, mark.stretch, mark.sample, mark.number

@@ -1,0 +1,202 @@
+"""The new recordings: samples as they were, and the marks that somebody confirmed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from firstcontact.collect._label_marks import Mark, Status
+from firstcontact.core import Block, Contact, InputError, Label, creating
+from firstcontact.recording import (
+    NO_CONTACTS,
+    Event,
+    Header,
+    Marker,
+    PinchMark,
+    Recording,
+    RecordingWriter,
+    spans,
+)
+
+#: Contacts of two fingers that are no further apart are of one pinch, s.
+ONE_PINCH = 0.060
+#: A pinch of the original that is longer than this is a whole recording, not a closing, s.
+ONE_CLOSING = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class By:
+    """Who labelled, when, and with what, in words."""
+
+    name: str
+    when: str
+    tool: str
+
+
+def write_labelled(
+    recording: Recording, marks: Sequence[Mark], path: Path, by: By
+) -> tuple[int, int]:
+    """Write a recording with the accepted marks as the first contacts of its pinches.
+
+    Whole or not at all; the original is only read.
+
+    Parameters
+    ----------
+    recording
+        The original.
+    marks
+        Of it, in the order of time.
+    path
+        A new file.
+    by
+        For the notes.
+
+    Returns
+    -------
+    pinches, left
+        How many pinches were written, and how many onsets nobody had looked at.
+
+    Raises
+    ------
+    InputError
+        The file is there, or cannot be written.
+    """
+    accepted = [m for m in marks if m.status is Status.ACCEPTED]
+    left = sum(m.status is Status.FOUND for m in marks)
+    notes = [*recording.header.notes.splitlines(), _told(marks, by), *recording.skipped]
+    header = replace(recording.header, notes="\n".join(line for line in notes if _stands(line)))
+    pinches = list(_pinches(recording, accepted))
+    try:
+        with creating(path) as temporary:
+            _write(temporary, header, recording, pinches, accepted, by)
+    except FileExistsError as error:
+        raise InputError(
+            f"{path} is there and recordings are never overwritten: choose another --out"
+        ) from error
+    except OSError as error:
+        raise InputError(f"{path} cannot be written ({error.strerror}): make room") from error
+    return len(pinches), left
+
+
+def _stands(line: str) -> bool:
+    """Whether a note is still true of what was labelled."""
+    return NO_CONTACTS not in line
+
+
+def _told(marks: Sequence[Mark], by: By) -> str:
+    taken = [m for m in marks if m.status is Status.ACCEPTED]
+    added = sum(m.found is None for m in taken)
+    moved = sum(m.found not in (None, m.sample) for m in taken)
+    rejected = sum(m.status is Status.REJECTED for m in marks)
+    left = sum(m.status is Status.FOUND for m in marks)
+    return (
+        f"labelled by {by.name} on {by.when} with {by.tool}: of {len(marks) - added} onsets found "
+        f"by looking ahead {len(taken) - added} accepted ({moved} of them moved), {rejected} "
+        f"rejected, {left} not looked at, {added} added"
+    )
+
+
+def _write(
+    path: Path,
+    header: Header,
+    recording: Recording,
+    pinches: Sequence[PinchMark],
+    accepted: Sequence[Mark],
+    by: By,
+) -> None:
+    with RecordingWriter(path, header) as writer:
+        for block in recording.stretches:
+            writer.write(block)
+            for name, its in recording.groups.items():
+                for slow in its:
+                    if slow.epoch == block.epoch and _within(recording, name, slow, block):
+                        writer.write(slow, name)
+        for marker in recording.markers:
+            writer.marker(marker)
+        for mark in accepted:
+            block = recording.stretches[mark.stretch]
+            how = _how(mark, recording.header.layout.rate)
+            at = block.first_sample + mark.sample
+            writer.marker(Marker(at, f"contact {how} by {by.name}", block.epoch))
+        for pinch in pinches:
+            writer.mark(pinch)
+
+
+def _how(mark: Mark, rate: float) -> str:
+    if mark.found is None:
+        return "added"
+    if mark.found == mark.sample:
+        return "accepted"
+    return f"moved by {1e3 * (mark.sample - mark.found) / rate:+.2f} ms"
+
+
+def _within(recording: Recording, name: str, slow: Block, block: Block) -> bool:
+    """Whether a slower block begins beside this one, and not beside another of the epoch."""
+    layout = recording.header.layout
+    rate = next(g.layout.rate for g in layout.groups if g.name == name)
+    first = slow.first_sample * layout.rate / rate
+    mine = [b for b in recording.stretches if b.epoch == slow.epoch]
+    owner = next((b for b in mine if first < b.end), mine[-1])
+    return owner is block
+
+
+def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMark]:
+    """Pinches around the first contacts, with the second where another finger follows."""
+    rate = recording.header.layout.rate
+    fingers = recording.header.layout.vibration_fingers
+    groups: list[list[Mark]] = []
+    for mark in accepted:
+        last = groups[-1] if groups else None
+        near = (
+            last is not None
+            and len(last) == 1
+            and last[0].stretch == mark.stretch
+            and last[0].column != mark.column
+            and mark.sample - last[0].sample <= ONE_PINCH * rate
+        )
+        if near and last is not None:
+            last.append(mark)
+        else:
+            groups.append([mark])
+    events = [Event(k, g[0].stretch, None, g[0].sample) for k, g in enumerate(groups)]
+    starts, stops = spans(events, [len(s.data) for s in recording.stretches], rate)
+    for number, (group, start, stop) in enumerate(zip(groups, starts, stops, strict=True)):
+        block = recording.stretches[group[0].stretch]
+        first = block.first_sample
+        contacts = tuple(
+            Contact(fingers[m.column], first + m.sample, first + m.sample) for m in group
+        )
+        begin, end, motor, label = first + start, first + stop, None, Label()
+        its = _closing(recording, block, contacts[0].sample, rate)
+        if its is not None:
+            label, motor = its.label, its.motor_start
+            alone = (
+                sum(
+                    its.first_sample <= first + g[0].sample < its.end
+                    for g in groups
+                    if g[0].stretch == group[0].stretch
+                )
+                == 1
+            )
+            if alone:
+                begin, end = its.first_sample, its.end
+        end = max(end, contacts[-1].sample + 1)
+        if motor is not None and not begin <= motor < contacts[0].sample:
+            motor = None
+        said = replace(
+            label,
+            object=group[0].object,
+            shore_a=group[0].shore_a,
+            specimen=label.specimen if label.object == group[0].object else group[0].object,
+        )
+        yield PinchMark(number, begin, end, block.epoch, said, contacts, motor)
+
+
+def _closing(recording: Recording, block: Block, sample: int, rate: float) -> PinchMark | None:
+    """The pinch of the original that a contact is in."""
+    for mark in recording.pinches:
+        inside = mark.epoch == block.epoch and mark.first_sample <= sample < mark.end
+        if inside and mark.end - mark.first_sample <= ONE_CLOSING * rate:
+            return mark
+    return None

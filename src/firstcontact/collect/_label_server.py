@@ -1,0 +1,101 @@
+"""Serves the page of a labelling, on this machine only, until all is done."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import socket
+from collections.abc import Callable
+from contextlib import suppress
+
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+from firstcontact.collect._label_session import LONGEST, Session
+from firstcontact.core import InputError
+from firstcontact.streaming import Guard, answer, listen, load, serve_page
+
+HOST = "127.0.0.1"
+#: Interval at which a request to stop is looked for, s.
+POLL = 0.1
+
+
+class LabelServer:
+    """The page of a session.
+
+    Parameters
+    ----------
+    session
+        What is labelled.
+    port
+        0 for a free one.
+
+    Raises
+    ------
+    InputError
+        The port cannot be had.
+    """
+
+    def __init__(self, session: Session, port: int) -> None:
+        self._session = session
+        self._socket: socket.socket = listen(HOST, port)
+        self._guard = Guard(HOST, self._socket.getsockname()[1], None)
+        self._files = load("firstcontact.collect")
+        self._done = asyncio.Event()
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    @property
+    def url(self) -> str:
+        """Address to open in a browser."""
+        return self._guard.url
+
+    def run(
+        self,
+        ready: Callable[[], object] = lambda: None,
+        is_stopped: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """Serve until the new recordings are written or the user stops the command.
+
+        Parameters
+        ----------
+        ready
+            Called once the page is served.
+        is_stopped
+            Polled for a request to stop. An exception in the middle of a reply would end as an
+            unhandled exception of its task, so a signal handler must not raise meanwhile.
+        """
+        try:
+            asyncio.run(self._run(ready, is_stopped))
+        finally:
+            self._socket.close()
+
+    def stop(self) -> None:
+        """End it, from any thread."""
+        if self._loop is not None:
+            self._loop.call_soon_threadsafe(self._done.set)
+
+    async def _run(self, ready: Callable[[], object], is_stopped: Callable[[], bool]) -> None:
+        server = serve_page(self._view, self._socket, self._answer, LONGEST)
+        self._loop = asyncio.get_running_loop()
+        async with server:
+            ready()
+            while not (self._done.is_set() or is_stopped()):
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(self._done.wait(), POLL)
+
+    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
+        return answer(request, self._guard, self._files)
+
+    async def _view(self, connection: ServerConnection) -> None:
+        with suppress(ConnectionClosed):
+            await connection.send(json.dumps(self._session.hello()))
+            async for message in connection:
+                try:
+                    said = self._session.obey(message)
+                except InputError as error:
+                    # The page shows what it asked for before it is answered: here is what holds.
+                    said = {"refused": str(error), **self._session.now()}
+                await connection.send(json.dumps(said))
+                if self._session.written:
+                    self._done.set()

@@ -1,0 +1,143 @@
+"""Recordings that are labelled: their onsets, and pieces of their signals for the page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from firstcontact.collect._label_marks import MOST, Mark
+from firstcontact.contact import find_onsets
+from firstcontact.core import ChannelKind, InputError, finger_name
+from firstcontact.recording import Recording, find_recordings, read_recording
+
+#: Most points of a channel that a piece has; more are shown as least and most of each.
+POINTS = 2000
+#: Longest piece on either side of its middle, s.
+WIDEST = 2.0
+
+
+def open_recordings(paths: Sequence[Path]) -> list[Recording]:
+    """All recordings in files and folders.
+
+    Raises
+    ------
+    InputError
+        One cannot be read, or has no samples.
+    """
+    files = [file for path in paths for file in find_recordings(path)]
+    names = [file.name for file in files]
+    doubled = next((name for name in names if names.count(name) > 1), None)
+    if doubled is not None:
+        raise InputError(f"two recordings are called {doubled}: label them apart")
+    recordings = [read_recording(file) for file in files]
+    empty = next((r for r in recordings if not r.samples), None)
+    if empty is not None:
+        raise InputError(f"{empty.path} holds no samples: leave it out")
+    return recordings
+
+
+def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
+    """An onset for each contact that the finder finds, with the label of its pinch if it has one.
+
+    Raises
+    ------
+    InputError
+        There are none, or too many.
+    """
+    out: list[Mark] = []
+    for number, recording in enumerate(recordings):
+        layout = recording.header.layout
+        columns = layout.columns(ChannelKind.VIBRATION)
+        for place, block in enumerate(recording.stretches):
+            for onset in find_onsets(layout.physical(block.data, columns), layout.rate):
+                at = block.first_sample + onset.sample
+                its = next(
+                    (
+                        p.label
+                        for p in recording.pinches
+                        if p.epoch == block.epoch and p.first_sample <= at < p.end
+                    ),
+                    None,
+                )
+                out.append(
+                    Mark(
+                        len(out),
+                        number,
+                        place,
+                        onset.column,
+                        onset.sample,
+                        onset.sample,
+                        object=its.object if its else "",
+                        shore_a=its.shore_a if its else None,
+                    )
+                )
+    if not out:
+        raise InputError(
+            f"no onset is found in {', '.join(r.path.name for r in recordings[:3])}"
+            f"{' and others' if len(recordings) > 3 else ''}: give recordings in which something "
+            "is touched, louder than their noise"
+        )
+    if len(out) > MOST:
+        raise InputError(
+            f"{recordings[0].path} and what was given with it have {len(out)} onsets, more than "
+            f"{MOST}: label in several parts"
+        )
+    return out
+
+
+def about(recordings: Sequence[Recording]) -> list[dict[str, Any]]:
+    """What the page shows of each recording."""
+    return [
+        {
+            "name": r.path.name,
+            "rate": r.header.layout.rate,
+            "channels": [
+                {"name": c.name, "finger": finger_name(c.finger), "unit": c.unit}
+                for c in r.header.layout.vibration
+            ],
+            "lengths": [len(s.data) for s in r.stretches],
+        }
+        for r in recordings
+    ]
+
+
+def piece(recording: Recording, stretch: int, middle: int, half: float) -> dict[str, Any]:
+    """Samples around one, of every vibration channel.
+
+    Parameters
+    ----------
+    recording, stretch
+        Where.
+    middle
+        Sample from the start of the stretch.
+    half
+        How far on either side, s.
+
+    Returns
+    -------
+    dict
+        ``first`` sample, samples a ``step``, and of each channel its ``least`` and ``most`` in its
+        unit, which are the same where a step is one sample.
+    """
+    layout = recording.header.layout
+    block = recording.stretches[stretch]
+    reach = max(1, round(min(half, WIDEST) * layout.rate))
+    first, end = max(0, middle - reach), min(len(block.data), middle + reach + 1)
+    values = layout.physical(block.data[first:end], layout.columns(ChannelKind.VIBRATION))
+    step = max(1, -(-len(values) // POINTS))
+    edges = np.arange(0, len(values), step)
+    digits = 6
+    return {
+        "first": first,
+        "step": step,
+        "least": [_rounded(np.minimum.reduceat(v, edges), digits) for v in values.T],
+        "most": [_rounded(np.maximum.reduceat(v, edges), digits) for v in values.T],
+    }
+
+
+def _rounded(values: Any, digits: int) -> list[float]:
+    """Enough digits for a picture, whatever the unit."""
+    return [float(f"{v:.{digits}g}") for v in values.tolist()]

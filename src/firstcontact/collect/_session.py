@@ -1,0 +1,148 @@
+"""A session of guided recording: source, recorder and guide together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Protocol
+
+from firstcontact.collect._guide import Guide, Judged
+from firstcontact.core import Calibration, InputError, Label
+from firstcontact.device import Descriptor, Recorder, Source, object_text, remaining
+from firstcontact.recording import Header
+
+#: Longest wait for samples, s: how soon a request to stop is noticed.
+WAIT = 0.1
+
+
+class Screen(Protocol):
+    """Where the person that collects is told what happens, and says when to go on."""
+
+    def next_object(self, label: Label, done: int, wanted: int) -> bool:
+        """Say what is to be pinched now; False where the person must first put it there."""
+
+    def in_place(self) -> bool:
+        """Whether the person has said meanwhile that it is there."""
+
+    def judged(self, judged: Judged) -> None:
+        """Say how a closing went."""
+
+    def going_on(self) -> None:
+        """Called a few times a second."""
+
+
+def header_of(
+    descriptor: Descriptor,
+    session: str,
+    calibration: Calibration | None,
+    hand: str = "",
+    notes: str = "",
+) -> Header:
+    """The header of a recording made now; ``hand`` replaces what the device says of it."""
+    return Header(
+        layout=descriptor.layout,
+        source=descriptor.source,
+        dtype=descriptor.dtype,
+        sensor=descriptor.sensor,
+        hand=hand or descriptor.hand,
+        firmware=descriptor.firmware,
+        session=session,
+        notes=notes,
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+        calibration=calibration,
+    )
+
+
+def run_session(
+    source: Source,
+    guide: Guide,
+    path: Path,
+    header: Header,
+    screen: Screen,
+    stopped: Callable[[], bool] = lambda: False,
+) -> bool:
+    """Record until every object has its pinches.
+
+    Parameters
+    ----------
+    source
+        Open; it is closed at the end, and all samples that it has received are in the file.
+    guide
+        For its layout.
+    path, header
+        Of the recording; all samples from here on are in it.
+    screen
+        For the person.
+    stopped
+        Whether to stop before the end.
+
+    Returns
+    -------
+    bool
+        Whether everything was recorded.
+
+    Raises
+    ------
+    InputError
+        The recording cannot be made or written any further, or what the source
+        raises. The file is closed on every way out.
+    """
+    with Recorder() as recorder:
+        recorder.start(path, header)
+        try:
+            _follow(source, guide, recorder, screen, stopped)
+        finally:
+            recorder.put(remaining(source))
+    if recorder.status.failed:
+        raise InputError(recorder.status.failed)
+    return guide.current is None
+
+
+def _follow(
+    source: Source, guide: Guide, recorder: Recorder, screen: Screen, stopped: Callable[[], bool]
+) -> None:
+    """Record until the guide has all pinches, the source or the file ends, or the person stops."""
+    label: Label | None = None
+    named = True
+    while guide.current is not None and not stopped():
+        if guide.current != label:
+            label = guide.current
+            named = False
+            guide.paused = not screen.next_object(label, *guide.progress(label))
+        if not named and label is not None:
+            # A device that is unplugged just now is told when it is back.
+            with suppress(InputError):
+                source.order(object_text(label.object))  # for a hand that is simulated
+                source.mark(object_text(label.object))
+                named = True
+        if guide.paused and screen.in_place():
+            guide.paused = False
+        arrivals = source.read(WAIT)
+        recorder.put(arrivals)
+        found = [j for arrival in arrivals for j in guide.update(arrival)]
+        if not arrivals and source.ended:
+            _tell(guide.finish(), recorder, screen)
+            return
+        _tell(found, recorder, screen)
+        if recorder.status.failed:
+            return
+        screen.going_on()
+
+
+def _tell(found: list[Judged], recorder: Recorder, screen: Screen) -> None:
+    for judged in found:
+        if judged.mark is not None:
+            recorder.mark(judged.mark)
+        screen.judged(judged)
+
+
+def with_noise(calibration: Calibration | None, measured: Calibration) -> Calibration:
+    """A calibration that has a noise floor for every finger: its own, or the one measured now."""
+    if calibration is None:
+        return measured
+    known = {p.finger for p in calibration.piezo}
+    more = tuple(p for p in measured.piezo if p.finger not in known)
+    return replace(calibration, piezo=calibration.piezo + more)

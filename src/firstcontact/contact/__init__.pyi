@@ -1,0 +1,36 @@
+"""Contact detectors, one a file."""
+
+from ._closing import ClosingBegan as ClosingBegan
+from ._closing import ClosingEnded as ClosingEnded
+from ._closing import Closings as Closings
+from ._closing import ClosingSamples as ClosingSamples
+from ._closing_start import closing_start as closing_start
+from ._closing_start import closing_starts as closing_starts
+from ._closing_start import closings as closings
+from ._closing_start import counted as counted
+from ._closing_start import told as told
+from ._detector import Detector as Detector
+from ._detector import WindowDecisions as WindowDecisions
+from ._detector import detect as detect
+from ._detector import latch as latch
+from ._detector_file import CARD as CARD
+from ._detector_file import DETECTOR_FORMAT as DETECTOR_FORMAT
+from ._detector_file import DETECTOR_WEIGHTS as DETECTOR_WEIGHTS
+from ._detector_file import load_detector as load_detector
+from ._detector_file import pretrained_detector as pretrained_detector
+from ._detector_file import save_detector as save_detector
+from ._detector_file import vouched as vouched
+from ._features import window_features as window_features
+from ._finder import find_onsets as find_onsets
+from ._gate import STEP as STEP
+from ._gate import STEPS as STEPS
+from ._registry import DETECTORS as DETECTORS
+from ._registry import make_detector as make_detector
+from ._registry import unfitted as unfitted
+from ._registry import untrained as untrained
+from ._slip import PowerSlipDetector as PowerSlipDetector
+from ._slip import SlipDetector as SlipDetector
+from ._slip_detectors import SLIP_DETECTORS as SLIP_DETECTORS
+from ._stream import WindowDetector as WindowDetector
+from ._svm import SvmDetector as SvmDetector
+from ._threshold import ThresholdDetector as ThresholdDetector

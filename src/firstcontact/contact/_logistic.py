@@ -1,0 +1,189 @@
+"""Logistic regression on loudness that looks every 0.4 ms, and four times before it says so."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.contact._closing_start import closings
+from firstcontact.contact._logistic_training import (
+    LOOKS,
+    best_threshold,
+    fit_line,
+    looks_of,
+    scores,
+)
+from firstcontact.contact._loudness import (
+    EACH,
+    FLOOR,
+    ORDER,
+    RIDGE,
+    loudness_features,
+    of_logarithms,
+    parts,
+    prediction,
+)
+from firstcontact.contact._trained import TrainedDetector, kept, spread_out
+from firstcontact.contact._training import session_groups
+from firstcontact.core import GREEN, Constants, Dataset, InputError, Judgement
+
+#: A look is worth taking where the newest samples hold one so many sigmas from the mean.
+AWAKE = 3.0
+#: Most pinches that are learned from, and folds for the threshold.
+PINCHES = 1000
+FOLDS = 3
+#: So far from the truth rough logarithms in C are at most, and as much again to be safe.
+ROUGH = 4e-5
+
+
+class LogisticDetector(TrainedDetector):
+    """Says that a finger touched where four looks in a row, 0.4 ms apart, agree.
+
+    More looks are more chances of a false alarm; that the looks must agree, and a
+    threshold for the least of the four that is chosen on pinches not learned from, take them
+    back. All that is looked at are levels in units of the rig's own noise while its motor
+    runs, and an unforeseen loudness can only count further in the direction of a contact: so it
+    can be moved to another rig.
+
+    Parameters
+    ----------
+    seed
+        Of what is drawn for training.
+    """
+
+    name: ClassVar[str] = "logistic"
+    title: ClassVar[str] = "Logistic"
+    colour: ClassVar[str] = GREEN
+    step: ClassVar[float] = 0.0004
+    lowest: ClassVar[float] = 1020.0
+    duration: ClassVar[float] = 0.020 + (LOOKS - 1) * step
+    reach: ClassVar[int] = 22
+
+    def __init__(self, seed: int = 0) -> None:
+        super().__init__(seed)
+        self._line: NDArray[np.float64] | None = None
+        self._weights = np.zeros((0, ORDER + 1))
+
+    @property
+    def trained(self) -> bool:
+        """Whether it has learned, or was loaded."""
+        return self._line is not None
+
+    def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
+        """Learn from pinches whose first contact is known, from where each closing starts.
+
+        Raises
+        ------
+        InputError
+            When fewer than two pinches have a known first contact after enough quiet, or
+            for a rate below :attr:`lowest`.
+        """
+        dataset = closings(dataset)
+        rate, sizes = self._sizes_of(dataset)
+        subset = spread_out(dataset, sizes, early, PINCHES)
+        rng = np.random.default_rng(self.seed)
+        looks = [looks_of(pinch, sizes, early, rng) for pinch in subset.pinches]
+        shown = np.array([look.shows.any() for look in looks], dtype=np.bool_)
+        if shown.sum() < 2:
+            raise self._too_few(shown.sum())
+        looks = [look for look in looks if look.shows.any()]
+        groups = session_groups(subset.sessions[shown], FOLDS) % FOLDS
+        levels = np.empty((len(looks), 2))
+        for fold in np.unique(groups):
+            line = fit_line(
+                [look for look, g in zip(looks, groups, strict=True) if g != fold], self.seed
+            )
+            for place in np.flatnonzero(groups == fold):
+                levels[place] = looks[place].levels(line)
+        self._line = fit_line(looks, self.seed)
+        self._line[-1] -= best_threshold(levels)
+        self._rate = rate
+        return self
+
+    def settled(self, quiet: NDArray[np.float64]) -> None:
+        """Learn what of the motor can be foretold."""
+        self._weights = np.stack([prediction(x) for x in quiet.T])
+
+    def wakes(self, x: NDArray[np.float64], ends: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Say where the newest samples of any finger are loud enough to look closer."""
+        step = self._sizes.step
+        first = int(ends[0]) - step
+        loud = np.abs(x[first:]).max(axis=1) > AWAKE
+        # Windows follow each other by a step: each has the samples of its own.
+        return np.asarray(loud[: len(ends) * step].reshape(-1, step).any(axis=1))
+
+    def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Say which windows are above the threshold, now and the looks before."""
+        n, fingers, samples = windows.shape
+        each = windows.reshape(n * fingers, samples)
+        weights = np.tile(self._weights, (n, 1))
+        step, length = self._sizes.step, samples - (LOOKS - 1) * self._sizes.step
+        assert self._line is not None
+        above = np.ones(len(each), np.bool_)
+        for start in range((LOOKS - 1) * step, -1, -step):
+            still = np.flatnonzero(above)
+            if not len(still):
+                break
+            look = np.ascontiguousarray(each[still, start : start + length])
+            above[still] = (
+                scores(loudness_features(look, weights[still], self._rate), self._line) > 0.0
+            )
+        return above.reshape(n, fingers)
+
+    def judgement(self, rate: float) -> Judgement:
+        """The line in logarithms of levels, whose sums grow from sample to sample."""
+        self._require_training("there is nothing to export")
+        assert self._line is not None
+        sizes = self.sizes(rate)
+        *lengths, recent = parts(rate)
+        look = sizes.window - (LOOKS - 1) * sizes.step
+        quiet, ring = look - recent, 1 << sizes.window.bit_length()
+        line = of_logarithms(self._line[:-1])
+        constants: Constants = {
+            "awake": AWAKE,
+            "floor": FLOOR,
+            "ridge": RIDGE,
+            "bias": float(self._line[-1]),
+            "doubt": ROUGH * float(np.abs(line).sum()),
+            "recent": recent,
+            "lengths": np.array(lengths, np.int32),
+            "line": line.ravel(),
+        }
+        # Three peaks of the quiet part's steps, the extremes of steps, and sums up to each sample;
+        # weights of the prediction, and what they are of.
+        steps = look // sizes.step - -(-recent // sizes.step)
+        sums = 3 * (steps + 3) + 6 * (ring // min(sizes.step, 2)) + 4 * ring
+        doubles = sums + 2 * ORDER + 1 + len(lengths) + 5 + 4 * LOOKS
+        lengths_of = {"FC_LOOK": look, "FC_LOOKS": LOOKS, "FC_QUIET": quiet}
+        return Judgement("loudness", constants, lengths_of, doubles)
+
+    def to_arrays(self) -> dict[str, NDArray[np.float64]]:
+        """The line, its threshold taken off, and the rate.
+
+        Raises
+        ------
+        InputError
+            When it was not trained.
+        """
+        self._require_training("there is nothing to save")
+        assert self._line is not None
+        return {"line": self._line, "rate": np.asarray(self._rate)}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """The inverse of :meth:`to_arrays`.
+
+        Raises
+        ------
+        InputError
+            When an array is missing, has a wrong shape or is not finite.
+        """
+        detector = cls()
+        detector._line = kept(arrays, "line", (2 * EACH + 1,))
+        detector._rate = float(kept(arrays, "rate", ()))
+        if detector._rate < cls.lowest:
+            raise InputError(f"the detector's rate is below {cls.lowest:g} Hz: train it again")
+        return detector

@@ -1,0 +1,286 @@
+"""What detectors that judge sliding windows share: the stream, the steady state, the latch."""
+
+from __future__ import annotations
+
+import itertools
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from firstcontact.contact._detector import WindowDecisions, latch
+from firstcontact.contact._onset import pick_onset
+from firstcontact.core import (
+    SKY,
+    Block,
+    ChannelKind,
+    Contact,
+    Dataset,
+    Finger,
+    InputError,
+    Judgement,
+    Layout,
+    Physical,
+)
+from firstcontact.signal import AsSent, samples_in
+
+#: Longest piece of a block that is worked on at once, samples: bounds the memory.
+PIECE = 30_000
+
+
+@dataclass(frozen=True, slots=True)
+class WindowSizes:
+    """Lengths in samples at one rate."""
+
+    window: int
+    step: int
+    steady: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SteadyState:
+    """Mean and sigma of each vibration channel while nothing is touched, shape (fingers,)."""
+
+    mean: NDArray[np.float64]
+    sigma: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, quiet: NDArray[np.float64]) -> SteadyState:
+        """From quiet samples, shape (samples, fingers)."""
+        # Unlike the deviation from a mean, which rounds, a range knows exactly what is flat.
+        sigma = np.where(np.ptp(quiet, axis=0) > 0.0, quiet.std(axis=0), 0.0)
+        return cls(quiet.mean(axis=0), sigma)
+
+    @property
+    def alive(self) -> NDArray[np.bool_]:
+        """Channels that move at all; the others are unplugged or stuck at a rail."""
+        return self.sigma > 0.0
+
+    def normalise(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Distance from the mean in sigmas; 0 for channels that do not move."""
+        scale = np.where(self.alive, self.sigma, 1.0)
+        return np.where(self.alive, (x - self.mean) / scale, 0.0)
+
+
+class WindowDetector(ABC):
+    """Judges a window of ``duration`` each time ``step`` of new samples has come.
+
+    The first 40 ms of a stream, and of what follows a gap, are taken as its
+    steady state; verdicts begin after it. So a stream is to start where a closing
+    does: live, the gate sees to that, for pinches
+    :func:`firstcontact.contact._closing_start.closings`. A contact during the steady state
+    makes its sigma large and is then missed rather than guessed. A channel
+    that does not move at all during the steady state never fires.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str] = ""
+    colour: ClassVar[str] = SKY
+    learns: ClassVar[bool] = False
+    #: 17 ms that were there and 3 ms that are new, as published.
+    duration: ClassVar[float] = 0.020
+    step: ClassVar[float] = 0.003
+    #: Whole periods of 50 Hz hum.
+    steady: ClassVar[float] = 0.040
+    #: A contact that shows in a window began in its newest so many steps: the new part, and
+    #: twice as much again for what was too faint a step or two ago.
+    reach: ClassVar[int] = 3
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if "title" not in vars(cls) and "name" in vars(cls):
+            cls.title = cls.name.replace("_", " ")
+
+    @property
+    def rate(self) -> float | None:
+        """The sampling rate that it takes, Hz; by default any."""
+        return None
+
+    def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
+        """Learn from pinches whose contacts are known; by default nothing."""
+        return self
+
+    @classmethod
+    def untrained(cls, layout: Layout) -> Self:
+        """One that is used on a layout without having learned: by default as it is made."""
+        return cls()
+
+    def to_arrays(self) -> dict[str, NDArray[np.float64]]:
+        """Everything that was learned or chosen, to be saved; by default nothing."""
+        return {}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """The inverse of :meth:`to_arrays`: by default one as it is made."""
+        return cls()
+
+    @abstractmethod
+    def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Say which windows show a contact that began in their newest part.
+
+        Parameters
+        ----------
+        windows
+            Shape (windows, fingers, samples), in sigmas of the steady state.
+
+        Returns
+        -------
+        ndarray
+            Shape (windows, fingers).
+        """
+
+    def settled(self, quiet: NDArray[np.float64]) -> None:  # noqa: B027
+        """Take in a steady state that begins a stream; by default nothing.
+
+        Parameters
+        ----------
+        quiet
+            Shape (samples, fingers), in its own sigmas.
+        """
+
+    def wakes(self, x: NDArray[np.float64], ends: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Say which windows are worth a judgement; by default all. The others do not fire.
+
+        Parameters
+        ----------
+        x
+            Shape (samples, fingers), in sigmas of the steady state.
+        ends
+            Where in it windows end, the first sample after each, shape (windows,).
+
+        Returns
+        -------
+        ndarray
+            Shape (windows,); of each it may depend on the samples of its window only.
+        """
+        return np.ones(len(ends), np.bool_)
+
+    def judgement(self, rate: float) -> Judgement:
+        """The same judgement sample by sample, at a rate in Hz, for where there is no Python.
+
+        Raises
+        ------
+        InputError
+            It has no such form.
+        """
+        raise InputError(
+            f"the detector {self.name!r} is not described sample by sample, which an export "
+            "needs: train with another --detector"
+        )
+
+    @classmethod
+    def sizes(cls, rate: float) -> WindowSizes:
+        """Lengths in samples at a rate in Hz."""
+        return WindowSizes(
+            samples_in(cls.duration, rate),
+            max(1, samples_in(cls.step, rate)),
+            samples_in(cls.steady, rate),
+        )
+
+    def start(self, layout: Layout) -> None:
+        """Begin a new closing: forget the stream and release all fingers.
+
+        Raises
+        ------
+        InputError
+            When the layout has no vibration channel.
+        """
+        if not layout.vibration_fingers:
+            raise InputError(
+                "the layout has no vibration channel: contacts cannot be detected in it"
+            )
+        self._layout = layout
+        self._columns = layout.columns(ChannelKind.VIBRATION)
+        self._fingers = layout.vibration_fingers
+        self._volts = Physical(layout, self._columns)
+        self._sizes = self.sizes(layout.rate)
+        self._latched: set[Finger | None] = set()
+        self._epoch = 0
+        self._restart(0)
+
+    def _restart(self, first_sample: int) -> None:
+        self._smoothing = AsSent(self._layout)
+        self._state: SteadyState | None = None
+        #: Samples still needed, and the device's number of the first of them.
+        self._past = np.zeros((0, len(self._columns)))
+        self._past_first = first_sample
+        self._next = first_sample
+        self._window_end = first_sample + self._sizes.steady + self._sizes.step
+
+    @property
+    def due(self) -> int:
+        """So many more samples are needed for the next verdict."""
+        return self._window_end - self._next
+
+    def judge(self, block: Block) -> WindowDecisions:
+        """Decisions on the windows that this block completes."""
+        if block.epoch != self._epoch:
+            self._epoch = block.epoch
+            self._restart(block.first_sample)
+        volts = self._volts(block.data)
+        parts = []
+        # Integers are always finite, and a block as it comes live is short.
+        short = 0 < len(volts) <= PIECE and block.data.dtype.kind == "i"
+        runs = [(block.first_sample, volts)] if short else _finite_runs(volts, block.first_sample)
+        for first, run in runs:
+            if first != self._next:
+                self._restart(first)
+            parts.append(self._judge_run(run))
+        fingers = len(self._columns)
+        return WindowDecisions(
+            np.concatenate([np.zeros(0, np.int64), *(p.ends for p in parts)]),
+            np.concatenate([np.zeros((0, fingers), np.bool_), *(p.fired for p in parts)]),
+            np.concatenate([np.zeros((0, fingers), np.int64), *(p.onsets for p in parts)]),
+        )
+
+    def update(self, block: Block) -> list[Contact]:
+        """Contacts that this block makes known, each finger once per closing."""
+        return latch(self.judge(block), self._fingers, self._latched)
+
+    def _judge_run(self, volts: NDArray[np.float64]) -> WindowDecisions:
+        sizes = self._sizes
+        new = self._smoothing.update(volts)
+        self._past = np.concatenate([self._past, new])
+        self._next += len(volts)
+        if self._state is None and len(self._past) >= sizes.steady:
+            self._state = SteadyState.of(self._past[: sizes.steady])
+            self.settled(self._state.normalise(self._past[: sizes.steady]))
+        ends = np.arange(self._window_end, self._next + 1, sizes.step)
+        if self._state is None or not len(ends):
+            none = np.zeros((0, len(self._columns)))
+            return WindowDecisions(
+                np.zeros(0, np.int64), none.astype(np.bool_), none.astype(np.int64)
+            )
+        x = self._state.normalise(self._past)
+        fired = np.zeros((len(ends), x.shape[1]), np.bool_)
+        onsets = np.full(fired.shape, -1, dtype=np.int64)
+        looked = np.flatnonzero(self.wakes(x, ends - self._past_first))
+        if len(looked):
+            starts = ends[looked] - sizes.window
+            inside = sliding_window_view(x, sizes.window, axis=0)
+            windows = np.ascontiguousarray(inside[starts - self._past_first])
+            shown = self.fires(windows) & self._state.alive
+            fired[looked] = shown
+            if shown.any():
+                picked = pick_onset(windows[shown], self.reach * sizes.step)
+                onsets[fired] = picked + starts[np.nonzero(shown)[0]]
+        self._window_end = int(ends[-1]) + sizes.step
+        surplus = self._window_end - sizes.window - self._past_first
+        self._past = self._past[surplus:].copy()
+        self._past_first += surplus
+        return WindowDecisions(ends - 1, fired, onsets)
+
+
+def _finite_runs(
+    volts: NDArray[np.float64], first_sample: int
+) -> Iterator[tuple[int, NDArray[Any]]]:
+    """Stretches without a value that is not finite, with their first sample number."""
+    bad = np.flatnonzero(~np.isfinite(volts).all(axis=1))
+    edges = [-1, *bad.tolist(), len(volts)]
+    for a, b in itertools.pairwise(edges):
+        for start in range(a + 1, b, PIECE):
+            yield first_sample + start, volts[start : min(b, start + PIECE)]

@@ -1,0 +1,196 @@
+"""The published RBF-SVM on 20 ms windows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.contact._closing_start import closings
+from firstcontact.contact._features import FLOOR, edges, feature_count, window_features
+from firstcontact.contact._rbf import RbfMachine
+from firstcontact.contact._trained import TrainedDetector, kept, spread_out
+from firstcontact.contact._training import PHASES, TrainingWindows, session_groups, training_windows
+from firstcontact.core import BLUE, Constants, Dataset, InputError, Judgement
+from firstcontact.core.steps import rbf
+
+#: Bounds on what is trained on, so that training stays below a minute.
+PINCHES = 1500
+EACH = 2000
+HARD = 500
+ROUNDS = 2
+#: Soft-margin cost, and folds for the threshold.
+COST = 100.0
+FOLDS = 3
+
+
+class SvmDetector(TrainedDetector):
+    """One RBF-SVM for both fingers, on features of the window.
+
+    Trained on contacts at several ages and on the windows before them; the
+    negatives closest to the margin are added and it is trained again. The
+    threshold on the decision value is the middle of the range that gives most
+    pinches their first trigger right in folds of the training pinches, grouped
+    by session.
+
+    Parameters
+    ----------
+    seed
+        Of what is drawn for training.
+    """
+
+    name: ClassVar[str] = "svm"
+    title: ClassVar[str] = "SVM"
+    colour: ClassVar[str] = BLUE
+    lowest: ClassVar[float] = 1520.0
+
+    def __init__(self, seed: int = 0) -> None:
+        super().__init__(seed)
+        self._machine: RbfMachine | None = None
+        self._threshold = 0.0
+
+    @property
+    def trained(self) -> bool:
+        """Whether it has learned, or was loaded."""
+        return self._machine is not None
+
+    def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
+        """Learn from pinches whose first contact is known, from where each closing starts.
+
+        Raises
+        ------
+        InputError
+            When fewer than two pinches have a known first contact after
+            enough quiet, or for a rate below :attr:`lowest`.
+        """
+        dataset = closings(dataset)
+        rate, sizes = self._sizes_of(dataset)
+        subset = spread_out(dataset, sizes, early, PINCHES)
+        data = training_windows(subset, sizes, early, self.seed)
+        shown = np.unique(data.pinch[data.positive])
+        if len(shown) < 2:
+            raise self._too_few(len(shown))
+        groups = np.zeros(len(subset), dtype=np.intp)
+        groups[shown] = session_groups(subset.sessions[shown], FOLDS)
+        held_out = np.empty(len(data.features))
+        for fold in range(FOLDS):
+            test = (groups % FOLDS == fold)[data.pinch]
+            if test.any():
+                machine = _train(data.take(~test), self.seed)
+                held_out[test] = machine.decide(data.features[test])
+        self._threshold = _best_threshold(data, held_out)
+        self._machine = _train(data, self.seed)
+        self._rate = rate
+        return self
+
+    def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Say which windows the machine puts above its threshold."""
+        return self.decision(windows) > self._threshold
+
+    def decision(self, windows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Decision values, (windows, fingers, samples) to (windows, fingers)."""
+        assert self._machine is not None
+        n, fingers, samples = windows.shape
+        features = window_features(windows.reshape(n * fingers, samples), self._sizes.step)
+        return self._machine.decide(features).reshape(n, fingers)
+
+    def judgement(self, rate: float) -> Judgement:
+        """Features of the window, and the machine in single precision."""
+        self._require_training("there is nothing to export")
+        machine = self._machine
+        assert machine is not None
+        sizes = self.sizes(rate)
+        spans, coarse = edges(sizes.window, sizes.step)
+        kernel = rbf("features", "near", machine.support, machine.gamma)
+        constants: Constants = {
+            "floor": FLOOR,
+            "gamma": machine.gamma,
+            "bias": machine.intercept - self._threshold,
+            "vectors": len(machine.support),
+            "span": spans.astype(np.int32),
+            "coarse": coarse.astype(np.int32),
+            "mean": machine.mean,
+            "slope": 1.0 / machine.scale,
+            **{name: kernel.constants[name] for name in ("steep", "norms")},
+            "weight": machine.weights.astype(np.float32),
+        }
+        return Judgement("kernel", constants, {}, 0)
+
+    def to_arrays(self) -> dict[str, NDArray[np.float64]]:
+        """Everything that was learnt, as named arrays.
+
+        Raises
+        ------
+        InputError
+            When it was not trained.
+        """
+        self._require_training("there is nothing to save")
+        assert self._machine is not None
+        own = {"threshold": np.float64(self._threshold), "rate": np.float64(self._rate)}
+        return self._machine.to_arrays() | {k: np.asarray(v) for k, v in own.items()}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """The inverse of :meth:`to_arrays`.
+
+        Raises
+        ------
+        InputError
+            When an array is missing, has a wrong shape or is not finite.
+        """
+        detector = cls()
+        detector._machine = RbfMachine.from_arrays(arrays)
+        detector._threshold = float(kept(arrays, "threshold", ()))
+        detector._rate = float(kept(arrays, "rate", ()))
+        features = feature_count(cls.sizes(detector._rate).step)
+        if len(detector._machine.mean) != features:
+            raise InputError(
+                f"the detector knows {len(detector._machine.mean)} features and a window at "
+                f"{detector._rate:g} Hz has {features}: train it again"
+            )
+        return detector
+
+
+def _train(data: TrainingWindows, seed: int) -> RbfMachine:
+    """Train on some of each class, add those it finds hardest, and train again."""
+    rng = np.random.default_rng(seed)
+    sign = np.where(data.positive, 1.0, -1.0)
+    classes = [np.flatnonzero(data.positive), np.flatnonzero(~data.positive)]
+    chosen = np.concatenate([rng.permutation(c)[:EACH] for c in classes])
+    machine = _fit(data, chosen)
+    for _ in range(ROUNDS):
+        margin = sign * machine.decide(data.features)
+        margin[chosen] = np.inf
+        hardest = [c[np.argsort(margin[c])[:HARD]] for c in classes]
+        chosen = np.union1d(chosen, np.concatenate(hardest))
+        machine = _fit(data, chosen)
+    return machine
+
+
+def _fit(data: TrainingWindows, chosen: NDArray[np.intp]) -> RbfMachine:
+    return RbfMachine.train(data.features[chosen], data.positive[chosen], COST)
+
+
+def _best_threshold(data: TrainingWindows, decision: NDArray[np.float64]) -> float:
+    """Middle of the lowest range of thresholds that detects most first contacts.
+
+    A pinch is right when all its windows before the contact stay below and,
+    wherever the grid of windows lies, one of those that show it comes above.
+    """
+    quiet_of = data.first & ~data.positive
+    loud_of = data.first & data.positive
+    pinches = np.unique(data.pinch[loud_of])
+    quiet = np.full(data.pinch.max() + 1, -np.inf)
+    by_phase = np.full((data.pinch.max() + 1, PHASES), -np.inf)
+    np.maximum.at(quiet, data.pinch[quiet_of], decision[quiet_of])
+    np.maximum.at(by_phase, (data.pinch[loud_of], data.phase[loud_of]), decision[loud_of])
+    quiet, loud = quiet[pinches], by_phase[pinches].min(axis=1)
+    candidates = np.unique(np.concatenate([quiet, loud]))
+    candidates = candidates[np.isfinite(candidates)]
+    right = ((quiet[:, None] <= candidates) & (candidates < loud[:, None])).sum(axis=0)
+    first = int(np.argmax(right))
+    # The count holds up to the next candidate that changes it.
+    after = first + int(np.argmax(np.append(right[first:] < right[first], True)))
+    return float((candidates[first] + candidates[min(after, len(candidates) - 1)]) / 2.0)

@@ -1,0 +1,86 @@
+"""A calibration as a file of its own, ``calibration.json``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from firstcontact.core._calibration import Calibration
+from firstcontact.core._errors import InputError
+from firstcontact.core._files import read_regular, try_replacing, write_json
+from firstcontact.core._layout import finger_name
+from firstcontact.core._records import LONGEST, read_record
+
+_REMEDY = "make a calibration with `firstcontact calibrate`"
+#: Name and version of the format; anything else is refused.
+FORMAT = "firstcontact.calibration"
+VERSION = 1
+
+
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """What tells a calibration from other JSON, and one version from another."""
+
+    format: str = ""
+    version: int | None = None
+
+
+def write_calibration(calibration: Calibration, path: Path) -> None:
+    """Write it whole, over what was there.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    try:
+        write_json(path, {"format": FORMAT, "version": VERSION, **calibration.to_json()})
+    except OSError as error:
+        raise _unwritable(path, error) from error
+
+
+def check_writable(path: Path) -> None:
+    """Try a path before the work whose result it is to hold; nothing is left there.
+
+    Raises
+    ------
+    InputError
+        :func:`write_calibration` could not write it.
+    """
+    try:
+        try_replacing(path)
+    except OSError as error:
+        raise _unwritable(path, error) from error
+
+
+def read_calibration(path: Path) -> Calibration:
+    """Read what :func:`write_calibration` wrote.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is no calibration or of another version, or a
+        number in it is not one.
+    """
+    try:
+        data = read_regular(path, LONGEST)
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
+    head = read_record(data, _Head, str(path), _REMEDY)
+    if head.format != FORMAT:
+        raise _foreign(path, f'its format is not "{FORMAT}"')
+    if head.version != VERSION:
+        raise _foreign(path, f"its version is {head.version} and not {VERSION}")
+    calibration = read_record(data, Calibration, str(path), _REMEDY)
+    for piezo in calibration.piezo:
+        if not piezo.noise > 0:
+            raise _foreign(path, f"the {finger_name(piezo.finger)}'s noise is 0")
+    return calibration
+
+
+def _unwritable(path: Path, error: OSError) -> InputError:
+    return InputError(f"{path} cannot be written ({error.strerror}): choose another file")
+
+
+def _foreign(path: Path, why: str) -> InputError:
+    return InputError(f"{path} is not a calibration ({why}): {_REMEDY}")

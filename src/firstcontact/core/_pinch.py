@@ -1,0 +1,243 @@
+"""A pinch: samples, what was pinched, and when each finger touched it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from enum import StrEnum
+from typing import Annotated, Any
+
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from firstcontact.core._block import Block
+from firstcontact.core._calibration import Calibration
+from firstcontact.core._layout import ChannelKind, Finger, Layout
+from firstcontact.core._records import Name
+
+#: Hardness ranks lie between this and its negative.
+HIGHEST_RANK = 1000
+
+
+class Role(StrEnum):
+    """What a pinch is for: learning, or unseen until the test."""
+
+    TRAIN = "train"
+    TEST = "test"
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """What was pinched. ``None`` and "" mean not known."""
+
+    object: Name = ""
+    shore_a: Annotated[float, Meta(ge=0.0, le=100.0)] | None = None
+    hardness_rank: Annotated[int, Meta(ge=-HIGHEST_RANK, le=HIGHEST_RANK)] | None = None
+    specimen: Name = ""
+    session: Name = ""
+    role: Role = Role.TRAIN
+
+    def to_json(self) -> dict[str, Any]:
+        """A JSON-ready form."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """A finger touched: which, and at which sample of the device's count.
+
+    ``finger`` is None where the sensor belongs to none. ``decided`` is the sample after
+    whose arrival the contact was known; for ground truth it is the sample itself.
+    """
+
+    finger: Finger | None
+    sample: int
+    decided: int
+
+
+def first_closed(strip: NDArray[Any], first_sample: int = 0) -> int | None:
+    """Number of the first sample at which a strip is closed; None where it stays open.
+
+    Parameters
+    ----------
+    strip
+        Its samples, shape (samples,): closed where they are not 0.
+    first_sample
+        Number of ``strip[0]``.
+    """
+    return first_sample + int(np.argmax(strip != 0)) if strip.any() else None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pinch:
+    """One closing of the hand on an object.
+
+    Parameters
+    ----------
+    data
+        Raw samples, shape (samples, channels); ``layout`` gives their meaning.
+    layout
+        The columns.
+    label
+        What was pinched.
+    first_sample
+        Device sample number of ``data[0]``.
+    truth
+        Contacts known from the strips or from labels, in the order of time:
+        none, the first, or the first and the second.
+    motor_start
+        Device sample number (as ``first_sample``; not counted within the pinch)
+        from which the motor closes the hand freely; None where not known.
+    calibration
+        Of the fingertips, as its recording has it; None where it has none.
+    groups
+        Samples of the layout's slower groups in the time of the pinch, each with its own
+        count; one of which some are missing is not there.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from firstcontact.core import fingertip_layout
+    >>> first = Contact(Finger.THUMB, 120, 120)
+    >>> pinch = Pinch(np.zeros((500, 16), np.int16), fingertip_layout(), truth=(first,))
+    >>> pinch.first.finger.name, pinch.second
+    ('THUMB', None)
+    """
+
+    data: NDArray[Any]
+    layout: Layout
+    label: Label = field(default_factory=Label)
+    first_sample: int = 0
+    truth: tuple[Contact, ...] = ()
+    motor_start: int | None = None
+    calibration: Calibration | None = None
+    groups: Mapping[str, Block] = field(default_factory=dict)
+
+    @property
+    def first(self) -> Contact | None:
+        """The first contact, where known."""
+        return self.truth[0] if self.truth else None
+
+    @property
+    def second(self) -> Contact | None:
+        """The second contact, where known."""
+        return self.truth[1] if len(self.truth) > 1 else None
+
+    @property
+    def offset(self) -> float | None:
+        """Time from the first to the second contact, s."""
+        if self.second is None:
+            return None
+        return (self.truth[1].sample - self.truth[0].sample) / self.layout.rate
+
+    def vibration(self) -> NDArray[np.float64]:
+        """Vibration channels in their unit, shape (samples, vibration channels).
+
+        Of a vector its :attr:`~firstcontact.core.Channel.axis`.
+        """
+        return self.layout.physical(self.data, self.layout.columns(ChannelKind.VIBRATION))
+
+    def force(self, finger: Finger) -> NDArray[np.float64]:
+        """Force channels of a finger in their unit, shape (samples, 6)."""
+        return self.layout.physical(self.data, self.layout.columns(ChannelKind.FORCE, finger))
+
+    def group(self, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """A slower group: times from the pinch's first sample, s, and values in their units.
+
+        Shapes (samples,) and (samples, columns); KeyError where it is not there.
+        """
+        block = self.groups[name]
+        layout = next(g.layout for g in self.layout.groups if g.name == name)
+        times = (block.first_sample + np.arange(len(block.data))) / layout.rate
+        values = layout.physical(block.data, tuple(range(layout.width)))
+        return times - self.first_sample / self.layout.rate, values
+
+    def strip(self, finger: Finger) -> NDArray[np.float64]:
+        """The strip of a finger, shape (samples, 1)."""
+        return self.layout.physical(self.data, self.layout.columns(ChannelKind.STRIP, finger))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Dataset:
+    """Pinches of one layout, with their labels as arrays.
+
+    All pinches share the layout (:class:`firstcontact.core._errors.InputError`
+    is raised where they are loaded if they do not). ``source`` says "twin",
+    "real", "synthetic" or "unknown"; ``notes`` is what was done or left out on the way
+    (resampling, skipped chunks), one sentence each, for the report;
+    ``recorded_rate`` is the rate, Hz, before the pinches were resampled to
+    that of their layout, None where they were not; ``losses`` are those of the notes
+    that say what of the files could not be used; ``sessions_assumed`` is whether pinches are
+    in it whose session nobody named, so that an importer took all as one.
+    """
+
+    pinches: tuple[Pinch, ...]
+    source: str = "unknown"
+    notes: tuple[str, ...] = ()
+    recorded_rate: float | None = None
+    losses: tuple[str, ...] = ()
+    sessions_assumed: bool = False
+
+    def __len__(self) -> int:
+        return len(self.pinches)
+
+    def __repr__(self) -> str:
+        """Counts alone: the samples of a few hundred pinches would fill a terminal."""
+        if not self.pinches:
+            return f"Dataset(0 pinches, source={self.source!r})"
+        labels = {"objects": self.objects, "sessions": self.sessions}
+        counts = [f"{len(set(names.tolist()) - {''})} {kind}" for kind, names in labels.items()]
+        return (
+            f"Dataset({len(self)} pinches, {', '.join(counts)}, {self.layout.rate:g} Hz, "
+            f"source={self.source!r})"
+        )
+
+    @property
+    def layout(self) -> Layout:
+        """The layout that all pinches share."""
+        return self.pinches[0].layout
+
+    @property
+    def shore_a(self) -> NDArray[np.float64]:
+        """Shore A of each pinch, NaN where not known, shape (pinches,)."""
+        return np.array(
+            [np.nan if p.label.shore_a is None else p.label.shore_a for p in self.pinches]
+        )
+
+    @property
+    def hardness_rank(self) -> NDArray[np.float64]:
+        """Hardness rank of each pinch, NaN where not known, shape (pinches,)."""
+        return np.array(
+            [
+                np.nan if p.label.hardness_rank is None else p.label.hardness_rank
+                for p in self.pinches
+            ]
+        )
+
+    @property
+    def objects(self) -> NDArray[np.str_]:
+        """Object of each pinch, shape (pinches,)."""
+        return np.array([p.label.object for p in self.pinches], dtype=np.str_)
+
+    @property
+    def specimens(self) -> NDArray[np.str_]:
+        """Specimen of each pinch, shape (pinches,)."""
+        return np.array([p.label.specimen for p in self.pinches], dtype=np.str_)
+
+    @property
+    def sessions(self) -> NDArray[np.str_]:
+        """Session of each pinch, shape (pinches,)."""
+        return np.array([p.label.session for p in self.pinches], dtype=np.str_)
+
+    @property
+    def test(self) -> NDArray[np.bool_]:
+        """Whether each pinch is an unseen object's, shape (pinches,)."""
+        return np.array([p.label.role is Role.TEST for p in self.pinches], dtype=np.bool_)
+
+    def take(self, which: NDArray[Any] | Sequence[int]) -> Dataset:
+        """The pinches at these positions, or where a mask is true."""
+        index = np.asarray(which)
+        if index.dtype == np.bool_:
+            index = np.flatnonzero(index)
+        return replace(self, pinches=tuple(self.pinches[int(i)] for i in index))

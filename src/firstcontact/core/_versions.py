@@ -1,0 +1,29 @@
+"""Versions of the packages that results depend on."""
+
+from __future__ import annotations
+
+import platform
+from importlib.metadata import PackageNotFoundError, version
+
+#: Packages whose versions a result depends on.
+PACKAGES = (
+    "firstcontact",
+    "numpy",
+    "scipy",
+    "scikit-learn",
+    "torch",
+    "numba",
+    "onnxruntime",
+    "matplotlib",
+)
+
+
+def installed_versions() -> dict[str, str]:
+    """Return the versions of Python and of the installed packages that results depend on."""
+    found = {"python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found

@@ -1,1 +1,0 @@
-"""Trained models in other languages: C for the hand's microcontroller, ONNX for other programs."""

@@ -1,0 +1,167 @@
+"""Models made small enough for a budget of time on the microcontroller."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.contact import detect
+from firstcontact.core import Contact, Dataset, InputError
+from firstcontact.export._c_anytime import instructions
+from firstcontact.export._exporters import Part
+from firstcontact.export._trained import NamedModel, Trained
+from firstcontact.models import CompactNetwork, InContextModel, Windows, compacted, touches_of
+from firstcontact.signal import contact_windows
+
+#: Clock of a Teensy 4, Hz, and cycles that an instruction is taken to last.
+CLOCK, CYCLES = 600e6, 1.5
+#: Directions of the any-time network's thin layers: what is tried, and what is taken by default.
+DIRECTIONS = (8, 12, 16, 24, 32, 48)
+USUAL_DIRECTIONS = 16
+#: The same where the motor's pitch is listened to: once a contact, for twice an answer's price.
+LISTENING_DIRECTIONS = (16, 24)
+#: Windows that a smaller model is fitted to, at least.
+FEWEST_WINDOWS = 10
+
+
+def microseconds(count: float) -> float:
+    """How long so many instructions take by that assumption, us."""
+    return 1e6 * CYCLES * count / CLOCK
+
+
+def small_enough(
+    trained: Trained,
+    dataset: Dataset | None,
+    budget_us: float | None,
+    parts: Collection[Part] = frozenset(Part),
+) -> Trained:
+    """The training with models that keep to a budget, the costliest that do.
+
+    Parameters
+    ----------
+    trained
+        As it was saved.
+    dataset
+        Pinches that it learned from, to which smaller models are fitted; None where there are none.
+    budget_us
+        For one answer of each model, us; None leaves models of windows as they are.
+    parts
+        What is written of the training: the rest stays as it is.
+
+    Raises
+    ------
+    InputError
+        No form of a model is so quick, or there are no pinches to fit one to.
+    """
+    contacts = [] if dataset is None else _contacts(dataset, trained)
+    models, anytime = trained.models, trained.anytime
+    if Part.WINDOWS in parts:
+        models = tuple(_fitting(named, dataset, contacts, budget_us) for named in models)
+    if anytime is not None and dataset is not None and Part.ANYTIME in parts:
+        anytime = _anytime(anytime, dataset, contacts, budget_us)
+    return replace(trained, models=models, anytime=anytime)
+
+
+def forms(named: NamedModel, X: Windows, sessions: NDArray[np.str_]) -> list[NamedModel]:
+    """A model and the smaller ones, the smallest first.
+
+    A smaller one is fitted to four fifths of the sessions; on the others, which did not choose
+    it, is seen how far its answers are from the model's, and its interval becomes so much wider.
+
+    Parameters
+    ----------
+    named
+        The model and its interval.
+    X, sessions
+        Windows that it learned from, and the session of each.
+    """
+    held = np.isin(sessions, np.unique(sessions)[::5])
+    if held.all():
+        held = np.arange(len(X)) % 5 == 0
+    found = []
+    for form in named.model.smaller(X[~held]):
+        interval = named.interval
+        if interval is not None and not interval.scaled:
+            away = np.abs(form.predict(X[held]) - named.model.predict(X[held]))
+            further = float(np.quantile(away, interval.level))
+            wider = tuple(half + further for half in interval.half_widths)
+            interval = replace(interval, half_widths=wider)
+        found.append(replace(named, model=form, interval=interval))
+    return [*found, named]
+
+
+def _contacts(dataset: Dataset, trained: Trained) -> list[Contact | None]:
+    if any(p.first is not None for p in dataset.pinches) or trained.detector is None:
+        return [p.first for p in dataset.pinches]
+    found = (detect(trained.detector, p) for p in dataset.pinches)
+    return [next(iter(contacts), None) for contacts in found]
+
+
+def _fitting(
+    named: NamedModel,
+    dataset: Dataset | None,
+    contacts: list[Contact | None],
+    budget_us: float | None,
+) -> NamedModel:
+    if budget_us is None:
+        return named
+    model = named.model
+    there = [named]
+    if dataset is not None:
+        model.spec.require_rate(dataset.layout.rate)
+        X, kept = contact_windows(dataset, contacts, model.spec.duration)
+        if len(X) < FEWEST_WINDOWS:
+            raise InputError(
+                f"{len(X)} contacts in --data are too few to fit a smaller model to: name what "
+                "it learned from"
+            )
+        there = forms(named, X, dataset.sessions[kept])
+    took = [microseconds(form.model.program().instructions) for form in there]
+    quick = [form for form, time in zip(there, took, strict=True) if time <= budget_us]
+    if not quick:
+        least = took[0]
+        raise InputError(
+            f"{named.name} takes about {least:.0f} us at its smallest, and --budget-us is "
+            f"{budget_us:g}: raise it"
+            + ("" if dataset is not None else ", or name with --data what it learned from")
+        )
+    return quick[-1]
+
+
+def compact_forms(
+    model: InContextModel, dataset: Dataset, contacts: list[Contact | None]
+) -> Iterator[InContextModel]:
+    """The any-time model with compact networks, the smallest first."""
+    touches, _ = touches_of(dataset, contacts)
+    for directions in DIRECTIONS:
+        yield compacted(model, touches, directions)
+    for directions in LISTENING_DIRECTIONS:
+        yield compacted(model, touches, directions, listening=True)
+
+
+def _anytime(
+    model: InContextModel,
+    dataset: Dataset,
+    contacts: list[Contact | None],
+    budget_us: float | None,
+) -> InContextModel:
+    if budget_us is None:
+        touches, _ = touches_of(dataset, contacts)
+        return compacted(model, touches, USUAL_DIRECTIONS)
+    took: list[float] = []
+    found = None
+    for form in compact_forms(model, dataset, contacts):
+        assert isinstance(form.network, CompactNetwork)
+        took.append(microseconds(instructions(form)))
+        if took[-1] > budget_us:
+            break
+        found = form
+    if found is None:
+        raise InputError(
+            f"an answer of the any-time network takes about {min(np.array(took)):.0f} us at its "
+            f"smallest, and --budget-us is {budget_us:g}: raise it"
+        )
+    return found

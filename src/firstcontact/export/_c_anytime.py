@@ -1,0 +1,242 @@
+"""The any-time network in C, what it knows of the rig folded in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError
+from firstcontact.export._c_text import c_array, c_struct, constant_bytes
+from firstcontact.export._c_unit import CUnit
+from firstcontact.export._reach import check_reach
+from firstcontact.models import (
+    BEFORE,
+    BESIDE,
+    HEADS,
+    STAGES,
+    STILL,
+    CompactNetwork,
+    InContextModel,
+    Rounded,
+    ear_constants,
+    quiet_samples,
+)
+from firstcontact.signal import samples_in
+
+Fields = dict[str, Any]
+#: Instructions for one look at the motor's pitch, as counted, and the floats that it works in.
+LISTENING = 381_000
+MOST_HEARD = 256
+EAR_FLOATS = 2 * 256 + 1026 + 400 + 584
+
+_SIZES = """\
+/* Sizes of the any-time network. Written by `firstcontact export-model`: do not edit.
+
+   Constants {constants} bytes; static memory about {memory} bytes and one fc_touch of about
+   {touch}. Nothing on a heap. */
+#ifndef FC_ANYTIME_SIZES_H
+#define FC_ANYTIME_SIZES_H
+
+enum {{
+{sizes}
+}};
+
+#endif
+"""
+
+_SOURCE = """\
+/* What the any-time network has learned, and what it was told of the rig.
+   Written by `firstcontact export-model`: do not edit. */
+#include "fc_anytime_model.h"
+
+#include <stddef.h>
+
+#include "fc_flash.h"
+
+{constants}"""
+
+MODEL_HEADER = """\
+/* The any-time model. Written by `firstcontact export-model`: do not edit. */
+#ifndef FC_ANYTIME_MODEL_H
+#define FC_ANYTIME_MODEL_H
+
+#include "fc_anytime.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+extern const fc_anytime fc_anytime_model;
+
+#ifdef __cplusplus
+}
+#endif
+#endif
+"""
+
+
+def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
+    """Its sizes, and its constants.
+
+    Raises
+    ------
+    InputError
+        A network that was not made small.
+    """
+    network = model.network
+    if not isinstance(network, CompactNetwork):
+        raise InputError(
+            "the any-time network has a megabyte of weights, and C is written of a small one: name "
+            "the recordings that it was told of with --data, in which it is made small"
+        )
+    check_reach(model, network)
+    texts: list[str] = []
+    constants = 0
+
+    def array(name: str, values: NDArray[Any]) -> str:
+        nonlocal constants
+        constants += values.nbytes
+        texts.append(c_array(name, values))
+        return name
+
+    def whole(name: str, layer: Rounded) -> str:
+        rows, inputs = layer.whole.shape
+        weight = np.pad(layer.whole, ((0, 0), (0, -inputs % 4)))
+        parts: dict[str, NDArray[Any]] = {
+            "weight": weight,
+            "scale": layer.scale,
+            "bias": layer.bias,
+        }
+        said = [f".{part} = {array(f'{name}_{part}', values)}" for part, values in parts.items()]
+        return f"{{.outputs = {rows}, .inputs = {inputs}, {', '.join(said)}}}"
+
+    thin = {}
+    for name, layer in network.thin.items():
+        into, out = whole(f"{name}_into", layer.into), whole(f"{name}_out", layer.out)
+        thin[name] = f"{{{into}, {out}}}"
+    rigs = []
+    for finger, rig in sorted(model.rigs.items(), reverse=True):
+        context, own = model.context(finger), f"rig{finger + 1}"
+        along = np.array([network.along(context, s) for s in range(len(STAGES))], np.float32)
+        parts: dict[str, NDArray[Any]] = {"along": along}
+        if rig.tokens.shape[1]:
+            parts |= {"keys": context.keys, "values": context.values}
+        fields = [f".finger = {finger}, .levels = {rig.tokens.shape[1]}"]
+        fields.append(f".level = {rig.level!r}, .sign = {rig.sign!r}")
+        motor = "NULL"
+        if rig.pitch is not None:
+            heard: Fields = {
+                "reference": rig.pitch.reference.astype(np.float32),
+                "deviation": float(rig.pitch.reference.std()),
+                "usual": rig.pitch.usual,
+            }
+            constants += constant_bytes(heard)
+            texts.append(c_struct("fc_motor", f"{own}_motor", heard))
+            motor = f"&{own}_motor"
+        fields.append(f".motor = {motor}")
+        fields += [f".{part} = {array(f'{own}_{part}', v)}" for part, v in parts.items()]
+        rigs.append(f"    {{{', '.join(fields)}}},\n")
+    texts.append(f"static const fc_rig rigs[{len(rigs)}] = {{\n{''.join(rigs)}}};\n")
+    mean, sd = network.scale("inputs")
+    familiar = model.familiar
+    plain: dict[str, NDArray[Any]] = {
+        "stage": np.array(STAGES, np.int32),
+        "mean": mean,
+        "each": (1 / sd).astype(np.float32),
+        "factor": model.factors,
+        "usual": familiar.mean,
+        "whitening": familiar.whitening.astype(np.float32),
+        "limit": familiar.limit,
+    }
+    fields_of: Fields = {name: array(name, values) for name, values in plain.items()}
+    weight, bias = network.answer
+    answer = (
+        f"{{.outputs = {len(bias)}, .inputs = {weight.shape[1]}, "
+        f".weight = {array('answer_weight', weight)}, .bias = {array('answer_bias', bias)}}}"
+    )
+    ear = "NULL"
+    if listens(model):
+        heard_samples = quiet_samples(samples_in(BEFORE, model.rate), model.rate)
+        if heard_samples > MOST_HEARD:
+            raise InputError(
+                f"at {model.rate:g} Hz {heard_samples} samples before a contact tell of the motor, "
+                f"and C listens to {MOST_HEARD} at most: name a smaller --budget-us"
+            )
+        hears: Fields = ear_constants(model.rate)
+        constants += constant_bytes(hears)
+        texts.append(c_struct("fc_ear", "ear", hears))
+        ear = "&ear"
+    numbers: Fields = {
+        "ear": ear,
+        "rigs": len(rigs),
+        "shortest": model.shortest,
+        "stages": len(STAGES),
+        "still": STILL,
+        "rig": "rigs",
+    }
+    texts.append(
+        c_struct(
+            "fc_anytime", "fc_anytime_model", {**numbers, **fields_of, **thin, "answer": answer}
+        ).replace("static const fc_anytime", "const fc_anytime")
+    )
+    sizes = anytime_sizes(model, network)
+    memory, touch = _memory(sizes)
+    listed = ",\n".join(f"    {name} = {value}" for name, value in sizes.items())
+    header = _SIZES.format(constants=constants, memory=memory, touch=touch, sizes=listed)
+    fixed = ("fc_anytime", "fc_whole", "fc_pitch", "fc_model", "fc_steps")
+    return (
+        CUnit("fc_anytime_sizes", header, "", 0, memory, 0, fixed),
+        CUnit(
+            "fc_anytime_model",
+            MODEL_HEADER,
+            _SOURCE.format(constants="".join(texts)),
+            constants,
+            touch,
+            instructions(model),
+            fixed,
+        ),
+    )
+
+
+def anytime_sizes(model: InContextModel, network: CompactNetwork) -> dict[str, int]:
+    """Lengths that the network's kernels are built with."""
+    outputs = {name: len(layer.out.bias) for name, layer in network.thin.items()}
+    return {
+        "FC_LISTENS": int(listens(model)),
+        "FC_HEARD": quiet_samples(samples_in(BEFORE, model.rate), model.rate),
+        "FC_LONGEST": STAGES[-1],
+        "FC_BEFORE": samples_in(BEFORE, model.rate),
+        "FC_BESIDE": BESIDE,
+        "FC_HEADS": HEADS,
+        "FC_HIDDEN": outputs["query1"],
+        "FC_FOUND": outputs["query2"],
+        "FC_WIDEST": max(outputs.values()) + outputs["query2"],
+        "FC_DIRECTIONS": max(len(layer.into.bias) for layer in network.thin.values()),
+        "FC_LEVELS_MOST": max(1, *(rig.tokens.shape[1] for rig in model.rigs.values())),
+    }
+
+
+def _memory(sizes: Mapping[str, int]) -> tuple[int, int]:
+    numbers = 3 * sizes["FC_LONGEST"] + 14 + BESIDE
+    floats = numbers + 1 + sizes["FC_DIRECTIONS"] + sizes["FC_HIDDEN"] + 2 * sizes["FC_FOUND"]
+    floats += sizes["FC_WIDEST"]
+    floats += EAR_FLOATS * sizes["FC_LISTENS"]
+    return 4 * floats + 2 * (sizes["FC_WIDEST"] + numbers + 3), 12 * sizes["FC_LONGEST"] + 32
+
+
+def listens(model: InContextModel) -> bool:
+    """Whether it hears how fast the hand closes."""
+    return any(rig.pitch is not None for rig in model.rigs.values())
+
+
+def instructions(model: InContextModel) -> int:
+    """About how many an answer takes, the millisecond's samples in it, and the first one's ear."""
+    network = model.network
+    assert isinstance(network, CompactNetwork)
+    ear = LISTENING * listens(model)
+    weights = sum(t.into.whole.size + t.out.whole.size for t in network.thin.values())
+    outputs = sum(len(t.out.bias) for t in network.thin.values())
+    return int(1.9 * weights + 3.4 * network.answer[0].size) + 85 * outputs + 25_000 + ear

@@ -1,0 +1,98 @@
+"""A detector in C: the sizes of its memory, and what its judge has learned."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+
+from firstcontact.contact import Detector, WindowDetector
+from firstcontact.core import FINGERTIP_RATE, InputError
+from firstcontact.export._c_model import KERNELS
+from firstcontact.export._c_text import c_struct, constant_bytes
+from firstcontact.export._c_unit import CUnit
+from firstcontact.export._kernel_sizes import detector_sizes
+
+#: Channels of a fingertip pair; whoever compiles may say another number.
+CHANNELS = 2
+
+_HEADER = """\
+/* Sizes of the detector {name} at {rate:g} Hz, in samples.
+   Written by `firstcontact export-model`: do not edit.
+
+   Constants {constants} bytes; static memory about {memory} bytes for {channels} channels: one
+   fc_detector. Nothing on a heap. */
+#ifndef FC_DETECTOR_SIZES_H
+#define FC_DETECTOR_SIZES_H
+
+#define FC_JUDGE_HEADER "fc_judge_{kernel}.h"
+
+#ifndef FC_CHANNELS
+#define FC_CHANNELS {channels}
+#endif
+
+enum {{
+{sizes}
+}};
+
+#endif
+"""
+
+_SOURCE = """\
+/* What the detector {name} has learned. Written by `firstcontact export-model`: do not edit. */
+#include <stdint.h>
+
+#include "fc_detector_sizes.h"
+#include "fc_flash.h"
+
+#include FC_JUDGE_HEADER
+
+{constants}"""
+
+
+def write_detector(detector: Detector, rate: float | None = None) -> CUnit:
+    """The C of a detector, whose lengths are those of one rate.
+
+    Parameters
+    ----------
+    detector
+        Trained, or one that learns nothing.
+    rate
+        Hz, for a detector that takes any; left out: a fingertip's.
+
+    Raises
+    ------
+    InputError
+        It is not described sample by sample.
+    """
+    if not isinstance(detector, WindowDetector):
+        raise InputError(
+            f"the detector {detector.name!r} does not judge windows, and C is written of those "
+            "that do: train with another --detector"
+        )
+    rate = detector.rate or rate or FINGERTIP_RATE
+    lengths, judgement = detector.sizes(rate), detector.judgement(rate)
+    sizes = detector_sizes(detector, rate)
+    constants = constant_bytes(judgement.constants)
+    memory = 8 * CHANNELS * (2 * sizes["FC_RING"] + lengths.steady + 6 + judgement.doubles) + 16
+    header = _HEADER.format(
+        name=detector.name,
+        rate=rate,
+        kernel=judgement.kernel,
+        channels=CHANNELS,
+        constants=constants,
+        memory=memory,
+        sizes=",\n".join(f"    {name} = {value}" for name, value in sizes.items()),
+    )
+    # Seen by the judge's own file, too: not static as other constants are.
+    text = c_struct(f"fc_{judgement.kernel}", "fc_judge_constants", judgement.constants)
+    text = text.replace("static const fc_", "const fc_")
+    source = _SOURCE.format(name=detector.name, constants=text)
+    fixed = ("fc_detector", "fc_onset", *_judge(judgement.kernel))
+    return CUnit("fc_detector_sizes", header, source, constants, memory, 0, fixed, rate)
+
+
+def _judge(kernel: str) -> tuple[str, ...]:
+    """The files of a judge, and of kernels of steps that it asks."""
+    name = f"fc_judge_{kernel}"
+    source = files("firstcontact.export") / "c" / f"{name}.c"
+    text = source.read_text(encoding="utf-8") if source.is_file() else ""
+    return name, *(asked for asked in KERNELS if f'#include "{asked}.h"' in text)

@@ -1,0 +1,95 @@
+"""``--to c``: an Arduino and PlatformIO library in C99 with an example that counts its cycles."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from importlib.resources import files
+from pathlib import Path
+
+from firstcontact import __version__
+from firstcontact.core import InputError
+from firstcontact.export._c_anytime import write_anytime
+from firstcontact.export._c_detector import write_detector
+from firstcontact.export._c_model import write_model
+from firstcontact.export._c_unit import CUnit
+from firstcontact.export._exporters import ModelExporter
+from firstcontact.export._sketch import sketch
+from firstcontact.export._trained import Trained
+
+#: Name of the library, for who includes it.
+NAME = "FirstContactModel"
+
+_PROPERTIES = """\
+name={name}
+version={version}
+author=firstcontact
+maintainer=firstcontact
+sentence=Contact and stiffness on the hand's microcontroller.
+paragraph=Written by firstcontact export-model: {parts}.
+category=Sensors
+url=https://pypi.org/project/firstcontact/
+architectures=*
+includes={includes}
+"""
+
+
+#: Headers that files of others include.
+_SHARED = ("fc_math", "fc_flash", "fc_exact")
+
+
+def fixed_sources(names: Collection[str]) -> dict[str, str]:
+    """Those files that are the same for all and have these names, ending left out, by name."""
+    folder = files("firstcontact.export") / "c"
+    return {
+        entry.name: entry.read_text(encoding="utf-8")
+        for entry in sorted(folder.iterdir(), key=lambda e: e.name)
+        if entry.name.rpartition(".")[0] in {*names, *_SHARED}
+    }
+
+
+def units_of(trained: Trained) -> list[CUnit]:
+    """What is generated for a training.
+
+    Raises
+    ------
+    InputError
+        Names what cannot be written in C, and why.
+    """
+    units = [write_model(named) for named in trained.models]
+    if trained.detector is not None:
+        units.append(write_detector(trained.detector, trained.rate))
+    if trained.anytime is not None:
+        units.extend(write_anytime(trained.anytime))
+    return units
+
+
+def write(trained: Trained, out: Path) -> list[str]:
+    """Write the library into an empty folder; what there is to say."""
+    units = units_of(trained)
+    if not units:
+        raise InputError(f"nothing here can be written in C ({', '.join(trained.parts)})")
+    source, example = out / "src", out / "examples" / "cycles"
+    source.mkdir()
+    example.mkdir(parents=True)
+    for name, text in fixed_sources({name for unit in units for name in unit.fixed}).items():
+        (source / name).write_text(text, encoding="utf-8")
+    for unit in units:
+        (source / f"{unit.name}.h").write_text(unit.header, encoding="utf-8")
+        if unit.source:
+            (source / f"{unit.name}.c").write_text(unit.source, encoding="utf-8")
+    includes = [f"{unit.name}.h" for unit in units]
+    properties = _PROPERTIES.format(
+        name=NAME, version=__version__, parts="; ".join(trained.parts), includes=",".join(includes)
+    )
+    (out / "library.properties").write_text(properties, encoding="utf-8")
+    (example / "cycles.ino").write_text(sketch(trained), encoding="utf-8")
+    return [_said(unit) for unit in units]
+
+
+def _said(unit: CUnit) -> str:
+    took = f", about {unit.instructions} instructions" * bool(unit.instructions)
+    at = f", for {unit.rate:g} Hz" if unit.rate else ""
+    return f"{unit.name}: {unit.constants} bytes of constants, {unit.memory} of memory{took}{at}"
+
+
+C = ModelExporter("c", write)

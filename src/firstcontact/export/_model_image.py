@@ -1,0 +1,180 @@
+"""A model as bytes that the hand's kernels interpret: ``firmware/answers/fc_image.h`` reads it.
+
+Little-endian; every array begins where 8 divides its place. First come the magic word, the format
+and a CRC of the sizes that the kernels must have; no byte is ever run.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+import zlib
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.contact import Detector, WindowDetector
+from firstcontact.core import Calibration, InputError, digest, fingertip_layout
+from firstcontact.export._c_anytime import anytime_sizes, listens
+from firstcontact.export._kernel_sizes import OF_KERNELS, TOLD, detector_sizes
+from firstcontact.export._reach import check_reach
+from firstcontact.models import STAGES, STILL, CompactModel, CompactNetwork, InContextModel, Rounded
+
+MAGIC = b"FCMI"
+#: Raised when a firmware that reads the one before could not read it.
+FORMAT = 1
+#: Longest text about a model, bytes: FC_IMAGE_TEXT of the firmware.
+TEXT_MOST = 300
+#: Order of the scalars that the detector's judge is given.
+_JUDGE = ("awake", "floor", "ridge", "bias", "doubt")
+
+
+@dataclass(frozen=True, slots=True)
+class ModelImage:
+    """What goes to the hand.
+
+    Parameters
+    ----------
+    data
+        All bytes.
+    sizes
+        CRC-32 of the sizes that the kernels must have.
+    digest
+        What tells this model from others, whatever the noise floors: 16 hexadecimal digits.
+    """
+
+    data: bytes
+    sizes: int
+    digest: str
+
+
+class _Writer:
+    """Arrays, each padded to 8 bytes."""
+
+    def __init__(self) -> None:
+        self._parts: list[bytes] = []
+
+    def put(self, values: Any, kind: str) -> None:
+        raw = np.ascontiguousarray(values, dtype=f"<{kind}").tobytes()
+        self._parts.append(raw + bytes(-len(raw) % 8))
+
+    @property
+    def data(self) -> bytes:
+        return b"".join(self._parts)
+
+
+def model_image(
+    detector: Detector, model: InContextModel, calibration: Calibration | None
+) -> ModelImage:
+    """What the hand is to answer with.
+
+    Parameters
+    ----------
+    detector, model
+        As they answer in Python; the model in a compact form.
+    calibration
+        With the noise floor of each finger; without, a closing begins with each stream.
+
+    Raises
+    ------
+    InputError
+        A detector or model of another structure than the hand's kernels have.
+    """
+    if not isinstance(detector, WindowDetector):
+        raise InputError(f"the detector {detector.name!r} does not judge windows: train another")
+    network = model.network
+    if not isinstance(model, CompactModel) or not isinstance(network, CompactNetwork):
+        raise InputError(
+            "the any-time network has a megabyte of weights, and the hand takes a small one: make "
+            "it small with `firstcontact export-model MODEL --to hand --data RECORDINGS`, of the "
+            "recordings that it was told of"
+        )
+    if listens(model):
+        raise InputError(
+            "this form of the any-time network listens to the motor, and the hand's kernels do "
+            "not: export it with a smaller --budget-us or without one"
+        )
+    check_reach(model, network)
+    judge = detector.judgement(model.rate).constants
+    if not set(_JUDGE) <= judge.keys():
+        raise InputError(
+            f"the detector {detector.name!r} is of another kind than the hand's kernels are for: "
+            "train with the default --detector"
+        )
+    sizes = {**detector_sizes(detector, model.rate), **anytime_sizes(model, network), **OF_KERNELS}
+    floors, body = _Writer(), _Writer()
+    floors.put(_floors(calibration), "f8")
+    body.put([judge[name] for name in _JUDGE], "f8")
+    body.put([judge["recent"]], "i4")
+    body.put(judge["lengths"], "i4")
+    body.put(judge["line"], "f8")
+    _put_model(body, model, network)
+    identity = digest(body.data)[:16]
+    text = json.dumps(
+        {
+            "model": identity,
+            "detector": detector.name,
+            "anytime": model.kind,
+            "floors": _floors(calibration),
+        },
+        separators=(",", ":"),
+    ).encode()
+    if len(text) > TEXT_MOST:
+        raise InputError(
+            f"what there is to say of the model takes {len(text)} bytes and the hand has room for "
+            f"{TEXT_MOST}: train with a detector of a shorter name than {detector.name!r}"
+        )
+    told = zlib.crc32(np.array([sizes[name] for name in TOLD], "<u4").tobytes())
+    head = struct.pack("<4sIII", MAGIC, FORMAT, told, len(text))
+    data = head + text + bytes(-len(text) % 8) + floors.data + body.data
+    return ModelImage(data, told, identity)
+
+
+def _floors(calibration: Calibration | None) -> list[float]:
+    """Noise of each finger, V; 0 where it is not known."""
+    fingers = fingertip_layout().vibration_fingers
+    found = [calibration.noise(f) if calibration else None for f in fingers]
+    return [0.0 if noise is None else noise for noise in found]
+
+
+def _put_model(w: _Writer, model: InContextModel, network: CompactNetwork) -> None:
+    rigs = sorted(model.rigs.items(), reverse=True)
+    mean, sd = network.scale("inputs")
+    familiar = model.familiar
+    w.put([len(rigs), model.shortest, len(STAGES)], "i4")
+    w.put([STILL], "f8")
+    w.put(STAGES, "i4")
+    w.put(model.factors, "f8")
+    w.put(familiar.mean, "f8")
+    w.put(familiar.whitening, "f4")
+    w.put(familiar.limit, "f8")
+    w.put(mean, "f4")
+    w.put((1 / sd).astype(np.float32), "f4")
+    for name in ("query1", "query2", "body1", "body2", "body3"):
+        layer = network.thin[name]
+        _put_layer(w, layer.into)
+        _put_layer(w, layer.out)
+    weight, bias = network.answer
+    w.put(weight.shape, "i4")
+    w.put(weight, "f4")
+    w.put(bias, "f4")
+    for finger, rig in rigs:
+        context = model.context(finger)
+        along = np.array([network.along(context, s) for s in range(len(STAGES))], np.float32)
+        levels = rig.tokens.shape[1]
+        w.put([finger, levels], "i4")
+        w.put([rig.level, rig.sign], "f8")
+        w.put(along, "f4")
+        w.put(context.keys, "f4")
+        w.put(context.values, "f4")
+
+
+def _put_layer(w: _Writer, layer: Rounded) -> None:
+    rows, inputs = layer.whole.shape
+    weight: NDArray[np.int16] = np.pad(layer.whole, ((0, 0), (0, -inputs % 4)))
+    w.put([rows, inputs], "i4")
+    w.put(weight, "i2")
+    w.put(layer.scale, "f4")
+    w.put(layer.bias, "f4")

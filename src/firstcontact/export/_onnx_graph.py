@@ -1,0 +1,113 @@
+"""``--to onnx``: each model of a window as one ONNX graph, held against ONNX Runtime."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from firstcontact.core import INPUT, InputError, Program, Step, import_onnxruntime
+from firstcontact.export import _onnx_layers, _onnx_shapes, _onnx_steps
+from firstcontact.export._exporters import ModelExporter, Part
+from firstcontact.export._onnx_nodes import Graph
+from firstcontact.export._trained import NamedModel, Trained
+
+OPSET = 17
+#: Largest difference to Python's outputs that is let through, relative to the largest of them.
+TOLERANCE = 1e-3
+
+
+#: How the kernels of steps are written: a function of the kernel's name in one of these; a step
+#: that has none is refused.
+FORMS = (_onnx_steps, _onnx_layers, _onnx_shapes)
+
+
+def _form(kernel: str) -> Callable[[Graph, Step], None]:
+    for module in FORMS:
+        form: Callable[[Graph, Step], None] | None = getattr(module, kernel, None)
+        if form is not None:
+            return form
+    raise InputError(f"the step {kernel!r} of this model has no form in ONNX: use --to c")
+
+
+def _inner(vector: str) -> str:
+    """Name of a step's vector, which none of the graph's own has."""
+    return vector if vector == INPUT else f"step.{vector}"
+
+
+def to_onnx(program: Program) -> bytes:
+    """A serialised graph: ``window`` (n, inputs) to ``outputs`` and, if it has one, ``spread``.
+
+    Raises
+    ------
+    InputError
+        A step that has no form in ONNX here.
+    """
+    from onnx import TensorProto, checker, helper
+
+    graph = Graph()
+    for step in program.steps:
+        form = _form(step.kernel)
+        takes = tuple(_inner(name) for name in step.takes)
+        form(graph, replace(step, takes=takes, gives=_inner(step.gives)))
+    names = {"outputs": program.output} | ({"spread": program.spread} if program.spread else {})
+    for name, vector in names.items():
+        graph.add("Identity", [_inner(vector)], name)
+    taken = [helper.make_tensor_value_info(INPUT, TensorProto.FLOAT, ["n", program.inputs])]
+    given = [
+        helper.make_tensor_value_info(name, TensorProto.FLOAT, ["n", program.size(vector)])
+        for name, vector in names.items()
+    ]
+    made = helper.make_graph(graph.nodes, "firstcontact", taken, given, graph.constants)
+    model = helper.make_model(made, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=8)
+    checker.check_model(model)
+    serialised: bytes = model.SerializeToString(deterministic=True)
+    return serialised
+
+
+def checked(named: NamedModel, raw: bytes) -> float:
+    """Largest difference of ONNX Runtime's outputs to Python's on drawn windows, relative.
+
+    Raises
+    ------
+    InputError
+        They are not the same.
+    """
+    spec = named.model.spec
+    windows = np.random.default_rng(0).standard_normal((64, spec.samples, spec.channels))
+    X = (0.1 * windows).astype(np.float32)
+    session = import_onnxruntime().InferenceSession(raw, providers=["CPUExecutionProvider"])
+    (got,) = session.run(["outputs"], {INPUT: X.reshape(len(X), -1)})
+    wanted = named.model.outputs(X)
+    if spec.classes:
+        wrong = float((named.model.choose(wanted) != got.argmax(axis=1)).mean())
+    else:
+        scale = max(1.0, float(np.abs(wanted).max()))
+        wrong = float(np.abs(got[:, 0] - wanted[:, 0]).max()) / scale
+    if not wrong <= TOLERANCE:
+        raise InputError(f"{named.name}: ONNX Runtime answers otherwise ({wrong:g}): use --to c")
+    return wrong
+
+
+def write(trained: Trained, out: Path) -> list[str]:
+    """Write the graphs; what there is to say."""
+    if not trained.models:
+        raise InputError(
+            f"ONNX is written of models of a window, and none is here ({', '.join(trained.parts)}"
+            "): use --to c"
+        )
+    lines = []
+    for named in trained.models:
+        raw = to_onnx(named.model.program())
+        away = checked(named, raw)
+        (out / f"{named.name}.onnx").write_bytes(raw)
+        lines.append(f"{named.name}.onnx: {len(raw)} bytes, ONNX Runtime agrees to {away:.1g}")
+    others = len(trained.parts) - len(trained.models)
+    return lines + (
+        ["note: detector and any-time model are left out: use --to c"] if others else []
+    )
+
+
+ONNX = ModelExporter("onnx", write, frozenset({Part.WINDOWS}), "cnn", ("onnx", "onnxruntime"))

@@ -1,0 +1,80 @@
+"""Steps of convolutional networks as nodes of ONNX; rows are windows."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Step
+from firstcontact.export._onnx_nodes import Graph
+
+
+def compress(g: Graph, s: Step) -> None:
+    """As :func:`firstcontact.core.layer_steps.compress`."""
+    c = s.constants
+    wave = g.add("Mul", [s.takes[0], g.constant(c["each"])])
+    away = g.add("Sub", [g.add("Asinh", [wave]), g.constant(c["mean"])])
+    g.add("Mul", [away, g.constant(c["slope"])], s.gives)
+
+
+def conv(g: Graph, s: Step) -> None:
+    """As :func:`firstcontact.core.layer_steps.conv`."""
+    c = s.constants
+    shape = int(c["outputs"]), int(c["taps"]), int(c["inputs"])
+    weight = np.reshape(c["weight"], shape).transpose(0, 2, 1)
+    _convolved(g, s, int(c["inputs"]), weight, 1)
+
+
+def depthwise(g: Graph, s: Step) -> None:
+    """As :func:`firstcontact.core.layer_steps.depthwise`."""
+    c = s.constants
+    channels = int(c["channels"])
+    weight = np.reshape(c["weight"], (int(c["taps"]), channels)).T[:, None]
+    _convolved(g, s, channels, weight, channels)
+
+
+def _convolved(g: Graph, s: Step, channels: int, weight: NDArray[Any], group: int) -> None:
+    c = s.constants
+    reach = int(c["taps"]) // 2
+    there = by_sample(g, s.takes[0], int(c["samples"]), channels)
+    found = g.add(
+        "Conv",
+        [g.add("Transpose", [there], perm=[0, 2, 1]), g.constant(weight), g.constant(c["bias"])],
+        strides=[int(c["stride"])],
+        pads=[reach, reach],
+        group=group,
+    )
+    back = g.add("Transpose", [found], perm=[0, 2, 1])
+    g.add("Flatten", [back], s.gives, axis=1)
+
+
+def silu(g: Graph, s: Step) -> None:
+    """As :func:`firstcontact.core.layer_steps.silu`."""
+    g.add("Mul", [s.takes[0], g.add("Sigmoid", [s.takes[0]])], s.gives)
+
+
+def gate(g: Graph, s: Step) -> None:
+    """As :func:`firstcontact.core.layer_steps.gate`."""
+    samples, channels = int(s.constants["samples"]), int(s.constants["channels"])
+    share = by_sample(g, g.add("Sigmoid", [s.takes[1]]), 1, channels)
+    shut = g.add("Mul", [by_sample(g, s.takes[0], samples, channels), share])
+    g.add("Flatten", [shut], s.gives, axis=1)
+
+
+def plus(g: Graph, s: Step) -> None:
+    """As :func:`firstcontact.core.layer_steps.plus`."""
+    g.add("Add", s.takes, s.gives)
+
+
+def means(g: Graph, s: Step) -> None:
+    """As :func:`firstcontact.core.layer_steps.means`."""
+    c = s.constants
+    there = by_sample(g, s.takes[0], int(c["samples"]), int(c["channels"]))
+    g.add("ReduceMean", [there], s.gives, axes=[1], keepdims=0)
+
+
+def by_sample(g: Graph, vector: str, samples: int, channels: int) -> str:
+    """A vector of all channels of each sample as (n, samples, channels)."""
+    return g.add("Reshape", [vector, g.constant([-1, samples, channels], np.int64)])

@@ -1,0 +1,82 @@
+"""The steps of kernel machines and small models as nodes of ONNX; rows are windows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from firstcontact.core import Step
+from firstcontact.export._onnx_nodes import Graph
+
+
+def shape_and_level(g: Graph, s: Step) -> None:
+    mean = g.add("ReduceMean", [g.add("Mul", [s.takes[0], s.takes[0]])], axes=[1], keepdims=1)
+    rms = g.add("Sqrt", [mean])
+    level = g.add("Sub", [g.add("Log", [rms]), g.constant(s.constants["mean"])])
+    loud = g.add("Mul", [level, g.constant(s.constants["slope"])])
+    g.add("Concat", [g.add("Div", [s.takes[0], rms]), loud], s.gives, axis=1)
+
+
+def rbf(g: Graph, s: Step) -> None:
+    c = s.constants
+    steep = np.reshape(c["steep"], (int(c["vectors"]), int(c["inputs"])))
+    near = g.add("Gemm", [s.takes[0], g.constant(steep), g.constant(c["norms"])], transB=1)
+    square = g.add(
+        "ReduceSum",
+        [g.add("Mul", [s.takes[0], s.takes[0]]), g.constant([1], np.int64)],
+        keepdims=1,
+    )
+    far = g.add("Mul", [square, g.constant(c["gamma"])])
+    g.add("Exp", [g.add("Sub", [near, far])], s.gives)
+
+
+def dense(g: Graph, s: Step) -> None:
+    c = s.constants
+    weight = np.reshape(c["weight"], (int(c["outputs"]), int(c["inputs"])))
+    g.add("Gemm", [s.takes[0], g.constant(weight), g.constant(c["bias"])], s.gives, transB=1)
+
+
+def votes(g: Graph, s: Step) -> None:
+    k = int(s.constants["classes"])
+    first, second = np.triu_indices(k, 1)
+    won, lost = (np.eye(k)[which] for which in (first, second))
+    above = g.add("Greater", [s.takes[0], g.constant(s.constants["least"])])
+    share = g.add("Cast", [above], to=1)
+    more = g.add("MatMul", [share, g.constant(won - lost)])
+    g.add("Add", [more, g.constant(lost.sum(axis=0))], s.gives)
+
+
+def log_peak(g: Graph, s: Step) -> None:
+    peak = g.add("ReduceMax", [g.add("Abs", [s.takes[0]])], axes=[1], keepdims=1)
+    g.add("Log", [peak], s.gives)
+
+
+def parabola(g: Graph, s: Step) -> None:
+    c = s.constants
+    line = g.add("Mul", [s.takes[0], g.constant(c["a"])])
+    slope = g.add("Add", [line, g.constant(c["b"])])
+    value = g.add("Add", [g.add("Mul", [slope, s.takes[0]]), g.constant(c["c"])])
+    g.add("Clip", [value, g.constant(c["low"]), g.constant(c["high"])], s.gives)
+
+
+def nearness(g: Graph, s: Step) -> None:
+    away = g.add("Sub", [s.takes[0], g.constant(s.constants["places"])])
+    g.add("Neg", [g.add("Abs", [away])], s.gives)
+
+
+def given(g: Graph, s: Step) -> None:
+    none = g.add("Mul", [s.takes[0], g.constant(0.0)])
+    nothing = g.add("ReduceSum", [none, g.constant([1], np.int64)], keepdims=1)
+    g.add("Add", [nothing, g.constant(np.reshape(s.constants["values"], (1, -1)))], s.gives)
+
+
+def deviation(g: Graph, s: Step) -> None:
+    c = s.constants
+    n = int(c["inputs"])
+    lower = np.zeros((n, n), np.float32)
+    lower[np.tril_indices(n)] = c["lower"]
+    known = g.add("MatMul", [s.takes[0], g.constant(lower.T)])
+    squares = g.add("Mul", [known, known])
+    told = g.add("ReduceSum", [squares, g.constant([1], np.int64)], keepdims=1)
+    left = g.add("Sub", [g.constant(c["most"]), told])
+    root = g.add("Sqrt", [g.add("Max", [left, g.constant(c["least"])])])
+    g.add("Mul", [root, g.constant(c["scale"])], s.gives)

@@ -1,0 +1,77 @@
+"""How large the numbers of a compact network can become, whatever is touched.
+
+In C a number that is infinite, or none, cannot be rounded to a whole one: nothing says what comes
+out. So a network in which one may come up is refused, here and by the firmware
+(``firmware/answers/fc_reach.c``), instead of looked for in each answer.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import LARGEST, InputError
+from firstcontact.models import FARTHEST, STAGES, CompactNetwork, InContextModel, Rounded
+
+#: No number may pass this.
+MOST = LARGEST
+
+
+def check_reach(model: InContextModel, network: CompactNetwork) -> None:
+    """Refuse a model whose compact network could overflow.
+
+    Raises
+    ------
+    InputError
+        Numbers that are too large, or a rig whose level is none.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        bounded = _bounded(model, network)
+    if not bounded:
+        raise InputError(
+            "the any-time network has numbers so large that its answers may overflow on the hand: "
+            "make it again with `firstcontact adapt`"
+        )
+
+
+def _bounded(model: InContextModel, network: CompactNetwork) -> bool:
+    mean, sd = network.scale("inputs")
+    good = _largest(mean) < MOST and 1 / MOST < float(sd.min()) <= float(sd.max()) < MOST
+    good = good and _largest(model.familiar.mean) < MOST
+    good = good and bool(np.isfinite(model.familiar.whitening.astype(np.float32)).all())
+    hidden = _pair(network, "query1", FARTHEST)
+    query = _pair(network, "query2", hidden)
+    for finger, rig in model.rigs.items():
+        context = model.context(finger)
+        found = max(hidden, _largest(context.values))
+        along = np.abs([network.along(context, s) for s in range(len(STAGES))]).max(axis=0)
+        body = _pair(network, "body1", found, along)
+        body = _pair(network, "body3", _pair(network, "body2", body))
+        weight, bias = (np.abs(x.astype(np.float64)) for x in network.answer)
+        fit = query * _largest(context.keys) * len(network.thin["query2"].out.bias)
+        raw = float((weight.sum(axis=1) * body + bias).max())
+        good = good and 1e-9 < rig.level < 1e9 and fit < MOST and raw < MOST
+    return good and query < MOST
+
+
+def _pair(
+    network: CompactNetwork, name: str, most: float, bias: NDArray[np.floating] | None = None
+) -> float:
+    """Largest output of two thin layers; infinite where a number between passes the most."""
+    thin = network.thin[name]
+    along = _layer(thin.into, most, thin.into.bias if bias is None else bias)
+    out = _layer(thin.out, along, thin.out.bias)
+    return out if max(along, out) < MOST else np.inf
+
+
+def _layer(layer: Rounded, most: float, bias: NDArray[np.floating]) -> float:
+    sums = np.abs(layer.whole.astype(np.float64)).sum(axis=1)
+    each = sums * np.abs(layer.scale.astype(np.float64)) * min(most, MOST)
+    found = float((each + np.abs(bias.astype(np.float64))).max())
+    return found if found == found and most < MOST else np.inf
+
+
+def _largest(x: NDArray[np.floating]) -> float:
+    """Magnitude; infinite where one is no number."""
+    found = float(np.abs(x.astype(np.float64)).max(initial=0.0))
+    return found if found == found else np.inf

@@ -1,0 +1,162 @@
+"""PSYONIC's Ability Hand, through the package that its maker publishes."""
+
+from __future__ import annotations
+
+import threading
+import time
+from math import inf
+from typing import Any, Self
+
+from firstcontact.core import Command
+from firstcontact.grasp._ability_fingers import RELEASED, Felt, Fingers
+from firstcontact.grasp._ability_package import SIMULATED, check, claimed, open_client
+from firstcontact.grasp._hand import Begins, Hand, HandError, HandLimits
+
+#: Time without an answer after which the hand is taken for lost, s.
+LOST = 0.5
+
+#: How long closing waits for the hand to say that it is open, s.
+OPENING = 2.0
+
+
+class AbilityHand(Hand):
+    """Index finger and thumb close at the commanded speed; the other fingers follow the index.
+
+    A thread of its own sends position targets a hundred times a second, and reads back
+    positions and touch sensors. Without a command for 0.3 s it opens the hand, as the hand
+    leaves the control of the port by itself after that time.
+
+    The hand opens when it is opened and must be empty then: its touch sensors are set to zero.
+
+    Parameters
+    ----------
+    port
+        Serial port, or "simulated" for the package's own simulated hand.
+
+    Raises
+    ------
+    InputError
+        The package or the port is missing; on entering, no hand answers.
+    """
+
+    name = "ability"
+    limits = HandLimits(speed=0.25, force=10.0, rate=100.0, watchdog=0.3)
+    simulated_port = SIMULATED
+    separate = True
+    begins = Begins.US
+
+    def __init__(self, port: str | None = None) -> None:
+        self._port = check(port)
+        self._change = threading.Condition()
+        self._thread: threading.Thread | None = None
+        self._ready = threading.Event()
+        self._closing = False
+        self._command: Command | None = None
+        self._heard = 0.0
+        self._failure: Exception | None = None
+        self._felt: Felt | None = None
+
+    @property
+    def felt(self) -> Felt | None:
+        """What the hand last said of itself; None before its first word."""
+        return self._felt
+
+    def send(self, command: Command) -> None:
+        """Order: the newest holds until the next, for 0.3 s at most.
+
+        Raises
+        ------
+        HandError
+            The hand is not open, or has stopped answering.
+        """
+        with self._change:
+            if self._thread is None or self._closing:
+                raise HandError(f"the hand {self.name!r} is not open")
+            if self._failure is not None:
+                raise HandError(str(self._failure)) from self._failure
+            self._command, self._heard = command, time.monotonic()
+            self._change.notify()
+
+    def release(self) -> None:
+        """Open, as fast as the hand can; it is told so again and again until the next command."""
+        with self._change:
+            self._command = None
+            self._change.notify()
+
+    def close(self) -> None:
+        """Release, wait up to 2 s for the hand to say that it is open, and close the port."""
+        with self._change:
+            self._closing, self._command = True, None
+            self._change.notify()
+        if self._thread is not None:
+            self._thread.join()
+
+    def __enter__(self) -> Self:
+        # A daemon, and with it the package's reading thread: a program that ends without closing
+        # stops sending, which the hand notices.
+        self._thread = threading.Thread(target=self._run, name="ability hand", daemon=True)
+        self._thread.start()
+        self._ready.wait()
+        if self._failure is not None:
+            self.close()
+            raise self._failure
+        return self
+
+    def _run(self) -> None:
+        try:
+            with claimed(self._port):
+                client = open_client(self._port, self.limits.rate)
+                self._ready.set()
+                try:
+                    self._drive(client)
+                finally:
+                    client.close()
+        except Exception as error:
+            self._failure = error
+        finally:
+            self._ready.set()
+
+    def _drive(self, client: Any) -> None:
+        """Send and read until closed."""
+        fingers: Fingers | None = None
+        zero: list[float] = []
+        period = 1 / self.limits.rate
+        before = moved = answered = time.monotonic()
+        reads, until = client.n_reads, inf
+        targets: list[float] = []
+        while True:
+            with self._change:
+                self._change.wait(max(before + period - time.monotonic(), 0.0))
+                before = now = time.monotonic()
+                if self._closing and until == inf:
+                    until = now + OPENING
+                if self._command is not None and now > self._heard + self.limits.watchdog:
+                    self._command = None
+                command = self._command
+            fresh = client.n_reads != reads and client.hand.get_position() is not None
+            if fresh:
+                reads, answered = client.n_reads, now
+                touch = client.hand.get_fsr() or []
+                zero = zero or touch
+                above = [x - z for x, z in zip(touch, zero, strict=True)]
+                self._felt = Felt(client.hand.get_position(), above)
+                fingers = fingers or Fingers(self._felt)
+            elif now > answered + LOST and self._failure is None:
+                self._failure = HandError(f"the Ability Hand on {self._port} stopped answering")
+            # Only an answer to the order to open says that it is open.
+            opened = fresh and targets == RELEASED and self._felt is not None and self._felt.open
+            if now >= until or (until < inf and opened):
+                return
+            targets = RELEASED
+            if fingers is not None and self._felt is not None:
+                if command is None or self._failure is not None:
+                    fingers.open()
+                    moved = now
+                elif fresh:
+                    # Not blindly: each step needs an answer to the one before, and after a
+                    # stall it goes on from where it is.
+                    fingers.move(command, min(now - moved, 3 * period), self._felt)
+                    moved = now
+                targets = fingers.targets
+            client.set_position(targets, reply_mode=0)
+            client.send_command()

@@ -1,0 +1,83 @@
+"""A hand that only writes down what it is told."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections import deque
+from math import inf
+from typing import Self, TextIO
+
+from firstcontact.core import Command
+from firstcontact.grasp._hand import Begins, Hand, HandError, HandLimits
+
+
+class PrintHand(Hand):
+    """For a dry run: a line for each order, none for the same order again.
+
+    Parameters
+    ----------
+    port
+        It needs none.
+    out
+        Where the lines go; standard error if None, so that standard output stays for data.
+
+    Attributes
+    ----------
+    told
+        The last thousand orders; None is a release.
+    """
+
+    name = "print"
+    limits = HandLimits(speed=0.5, force=20.0, rate=200.0, watchdog=inf)
+    real = False
+    begins = Begins.OTHERS | Begins.US
+
+    def __init__(self, port: str | None = None, out: TextIO | None = None) -> None:
+        self.told: deque[Command | None] = deque(maxlen=1000)
+        self._out = out
+        self._open = False
+        self._began = time.monotonic()
+
+    def send(self, command: Command) -> None:
+        """Write the command down."""
+        if not self._open:
+            raise HandError(f"the hand {self.name!r} is not open")
+        self._note(command)
+
+    def release(self) -> None:
+        """Write the release down."""
+        if self._open:
+            self._note(None)
+
+    def close(self) -> None:
+        """Release."""
+        self.release()
+        self._open = False
+
+    def __enter__(self) -> Self:
+        self._open = True
+        self._began = time.monotonic()
+        return self
+
+    def _note(self, command: Command | None) -> None:
+        again = bool(self.told) and self.told[-1] == command
+        self.told.append(command)
+        if again:
+            return
+        # A terminal that is gone must not keep a program from releasing.
+        try:
+            seconds = time.monotonic() - self._began
+            print(f"hand {seconds:9.3f} s  {words(command)}", file=self._out or sys.stderr)
+        except (OSError, ValueError):
+            return
+
+
+def words(command: Command | None) -> str:
+    """An order as a person reads it."""
+    if command is None:
+        return "release"
+    if command.speed == 0:
+        return f"stop, at most {command.force:.2f} N"
+    verb = "close" if command.speed > 0 else "open"
+    return f"{verb} at {abs(command.speed) * 1000:.1f} mm/s, at most {command.force:.2f} N"

@@ -1,1 +1,0 @@
-"""Live: samples in, contacts and estimates out, in real time; the page."""

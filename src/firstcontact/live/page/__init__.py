@@ -1,5 +1,0 @@
-"""The page: a sink that shows what happens to whoever opens it in a browser."""
-
-from firstcontact.live.page._sink import PageSink
-
-__all__ = ["PageSink"]

@@ -1,0 +1,5 @@
+"""Models: estimators, one a file; training, evaluation, intervals; the model folder."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

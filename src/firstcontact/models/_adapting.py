@@ -1,0 +1,221 @@
+"""An any-time model for one's own rig: its pinches are summed up, nothing is trained."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Finger, InputError
+from firstcontact.models._folds import inner_folds
+from firstcontact.models._in_context import ANY, InContextModel
+from firstcontact.models._rig import STAGES, Rig, stage_of
+from firstcontact.models._touches import TIMES, Touches
+from firstcontact.signal import samples_in
+
+Values = NDArray[np.float64]
+
+#: A finger with fewer pinches than this is not known by itself.
+LEAST_OF_FINGER = 8
+#: Of more pinches of a level, so many: the network was trained with hardly fewer, and on sessions
+#: that were held out twenty-five times as many scored alike.
+MOST_OF_LEVEL = 20
+#: Folds in which the ways to know the rig are compared.
+FOLDS = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Adapted:
+    """A model that knows a rig.
+
+    Parameters
+    ----------
+    model
+        The model; its intervals are widened where they held too few of the held-out pinches.
+    way
+        How the rig is known: what scored best on pinches that were held out.
+    scores
+        RMSE in Shore A of each way on those, 15 ms or what the second contact leaves of it.
+    mean_rmse
+        RMSE of always answering the mean of the other pinches, NaN where none were held out.
+    check
+        The intervals on the held-out pinches; None where none were held out.
+    """
+
+    model: InContextModel
+    way: str
+    scores: Mapping[str, float]
+    mean_rmse: float = float("nan")
+    check: IntervalCheck | None = None
+
+    @property
+    def refusal(self) -> str:
+        """Why the model is of no use for this rig, "" where it is of use."""
+        if not self.scores or self.scores[self.way] < self.mean_rmse:
+            return ""
+        return (
+            f"on held-out pinches the RMSE is {self.scores[self.way]:.1f} Shore A, and always "
+            f"answering their mean scores {self.mean_rmse:.1f}: the model cannot read this rig. "
+            "Check the Shore A labels, the contacts and that the sensor touches as a fingertip "
+            "does, or use `firstcontact train`"
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IntervalCheck:
+    """Intervals of a model on pinches that its rig is not known by.
+
+    Parameters
+    ----------
+    n
+        Number of held-out pinches.
+    coverage
+        Share of truths in the intervals as shipped, at the time where it is lowest.
+    scales
+        Factor at each stage that makes the intervals hold their share, at least 1.
+    """
+
+    n: int
+    coverage: float
+    scales: NDArray[np.float64]
+
+
+def adapt_network(
+    base: InContextModel,
+    touches: Touches,
+    shore_a: Values,
+    sessions: NDArray[np.str_] | None = None,
+    seed: int = 0,
+) -> Adapted:
+    """Tell a pre-trained model of a rig.
+
+    Both fingers may be alike, or two rigs of their own: what answers better for pinches that
+    were held out is kept. Intervals that hold too few of these are widened.
+
+    Parameters
+    ----------
+    base
+        Pre-trained.
+    touches, shore_a
+        Of things of known Shore A, shape (n,).
+    sessions
+        Held out whole where there are several, shape (n,).
+    seed
+        Of the folds.
+
+    Raises
+    ------
+    InputError
+        Fewer than two levels of Shore A, or fewer pinches than two of each.
+    """
+    lasting = touches.answerable
+    longest, shore_a = touches.take(lasting), shore_a[lasting]
+    sessions = None if sessions is None else sessions[lasting]
+    if len(np.unique(shore_a)) < 2 or len(longest) < 4:
+        raise InputError(
+            f"a rig is known by pinches of two Shore A levels at least, and {len(longest)} of "
+            f"{len(np.unique(shore_a))} are here: record more blocks"
+        )
+    tested = {
+        way: held_out
+        for way in WAYS
+        if (held_out := _held_out(base, longest, shore_a, sessions, way, seed)) is not None
+    }
+    if not tested:
+        return Adapted(base.told_of(_rigs(longest, shore_a, WAYS[0], seed)), WAYS[0], {})
+    scores = {way: _rms(held_out.errors) for way, held_out in tested.items()}
+    best = min(scores, key=lambda way: scores[way])
+    check = tested[best].check(base.level, touches.rate)
+    model = base.told_of(_rigs(longest, shore_a, best, seed)).widened(check.scales)
+    return Adapted(model, best, scores, _rms(tested[best].from_mean), check)
+
+
+#: Ways to know a rig: all fingers as one, or each by itself.
+WAYS = ("one", "each finger")
+
+
+def _rigs(touches: Touches, shore_a: Values, way: str, seed: int) -> dict[int, Rig]:
+    def rig(which: NDArray[np.intp]) -> Rig:
+        some = which[_some(shore_a[which], seed)]
+        return Rig.of(touches.take(some), shore_a[some])
+
+    rigs = {ANY: rig(np.arange(len(touches)))}
+    if way == WAYS[1]:
+        for finger in range(len(Finger)):
+            which = np.flatnonzero(touches.fingers == finger)
+            if len(which) >= LEAST_OF_FINGER and len(np.unique(shore_a[which])) > 1:
+                rigs[finger] = rig(which)
+    return rigs
+
+
+def _some(shore_a: Values, seed: int) -> NDArray[np.intp]:
+    """Positions of no more than ``MOST_OF_LEVEL`` of each level, ascending."""
+    rng = np.random.default_rng(seed)
+    chosen = []
+    for level in np.unique(shore_a):
+        its = np.flatnonzero(shore_a == level)
+        chosen.append(rng.permutation(its)[:MOST_OF_LEVEL])
+    return np.sort(np.concatenate(chosen))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _HeldOut:
+    """Predictions for pinches that the rig is not known by.
+
+    Parameters
+    ----------
+    errors, from_mean
+        Error of the model at the longest time, and of the mean of the other pinches, Shore A,
+        shape (n,).
+    ratios
+        Absolute error over the half width of the interval at each of ``TIMES``,
+        shape (times, n).
+    """
+
+    errors: Values
+    from_mean: Values
+    ratios: Values
+
+    def check(self, level: float, rate: float) -> IntervalCheck:
+        """Split conformal (Lei et al. 2018) at each time, and between them along the stages."""
+        n = len(self.errors)
+        rank = min(ceil((n + 1) * level), n)
+        needed = np.sort(self.ratios, axis=1)[:, rank - 1]
+        stages = [STAGES[stage_of(samples_in(1e-3 * ms, rate), rate)] for ms in TIMES]
+        scales = np.maximum(np.interp(STAGES, stages, needed), 1.0)
+        return IntervalCheck(n, float((self.ratios <= 1).mean(axis=1).min()), scales)
+
+
+def _held_out(
+    base: InContextModel,
+    touches: Touches,
+    shore_a: Values,
+    sessions: NDArray[np.str_] | None,
+    way: str,
+    seed: int,
+) -> _HeldOut | None:
+    """Predict for pinches that the rig is not known by; None where none can be held out."""
+    parts = []
+    for learn, ask in inner_folds(shore_a, sessions, seed, FOLDS):
+        if len(np.unique(shore_a[learn])) < 2 or not len(ask):
+            continue
+        model = base.told_of(_rigs(touches.take(learn), shore_a[learn], way, seed))
+        asked, truth = touches.take(ask), shore_a[ask]
+        errors = model.answers(asked).values - truth
+        ratios = []
+        for ms in TIMES:
+            some = asked.until(samples_in(1e-3 * ms, touches.rate))
+            answers = model.answers(some)
+            half = model.half_widths(answers.spreads, some.valid, touches.rate)
+            ratios.append(np.abs(answers.values - truth) / half)
+        parts.append((errors, shore_a[learn].mean() - truth, np.array(ratios)))
+    if not parts:
+        return None
+    return _HeldOut(*(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True)))
+
+
+def _rms(errors: Values) -> float:
+    return float(np.sqrt(np.mean(errors**2)))

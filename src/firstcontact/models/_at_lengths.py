@@ -1,0 +1,312 @@
+"""What learns from windows of one length, asked at several times after a contact.
+
+One model a length, each with a conformal interval from sessions that it had not seen: so the
+registered estimators, and anybody's regressor, stand beside what answers at any time.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import ForeignCode, InputError, in_a_line, is_interrupt, remember
+from firstcontact.models._anytime_model import Answers
+from firstcontact.models._conformal import conformal_interval, least_answers
+from firstcontact.models._folds import inner_folds
+from firstcontact.models._interval import SHORE_A, Interval
+from firstcontact.models._registry import make_estimator
+from firstcontact.models._spec import Task, Values, Windows, usable
+from firstcontact.models._touches import TIMES, Touches
+from firstcontact.signal import SavitzkyGolay, samples_in
+
+#: Lengths of the windows, s.
+LENGTHS = tuple(ms / 1000 for ms in TIMES)
+#: Folds that intervals are calibrated in.
+FOLDS = 5
+#: Fewer windows than this of a length are not learned from.
+LEAST = 10
+
+Ask = Callable[[Windows], Values]
+#: From windows (n, samples, 1), Shore A, sessions or None, a rate in Hz and a seed to what answers
+#: for windows.
+Learn = Callable[[Windows, Values, NDArray[np.str_] | None, float, int], Ask]
+
+
+def registered(name: str, options: Mapping[str, Any] | None = None) -> Learn:
+    """One of the registered estimators, with further fields of it."""
+
+    def learn(
+        X: Windows, y: Values, groups: NDArray[np.str_] | None, rate: float, seed: int
+    ) -> Ask:
+        estimator = make_estimator(name, Task.REGRESSION, rate, **(options or {}))
+        return estimator.fit(X, y, groups, seed=seed).predict
+
+    return learn
+
+
+def from_regressor(regressor: Any, name: str = "") -> Learn:
+    """Return a learner for a regressor in scikit-learn's form.
+
+    It has ``fit(X, y)`` and ``predict(X)``, with X of shape (n, samples). Every training takes a
+    new one, whose random states are the seed of the training.
+
+    Parameters
+    ----------
+    regressor
+        A class, which is made without arguments, or with ``random_state`` where it takes that. Or
+        an instance, such as a pipeline, which is copied; only its free random states are set.
+    name
+        Name for messages; that of the class if empty.
+    """
+    kind = regressor if isinstance(regressor, type) else type(regressor)
+    title = name or kind.__name__
+
+    def learn(
+        X: Windows, y: Values, groups: NDArray[np.str_] | None, rate: float, seed: int
+    ) -> Ask:
+        with ForeignCode(f"fit of {title}"):
+            model = _fresh(regressor, seed)
+            fitted = model.fit(X[:, :, 0].astype(np.float64), y.copy())
+        asked = model if fitted is None else fitted
+
+        def ask(windows: Windows) -> Values:
+            with ForeignCode(f"predict of {title}"):
+                found = asked.predict(windows[:, :, 0].astype(np.float64))
+                return np.asarray(found, dtype=np.float64).reshape(-1)
+
+        return ask
+
+    return learn
+
+
+def imported(name: str) -> Any:
+    """The regressor that ``PACKAGE:NAME`` names; importing it runs its package's own code.
+
+    Raises
+    ------
+    InputError
+        It cannot be imported, whatever the reason, or has not ``fit`` and ``predict``.
+    """
+    module, _, path = name.partition(":")
+    try:
+        with ForeignCode(name):
+            remember(module, name)
+            found: Any = import_module(module)
+            for part in path.split("."):
+                found = getattr(found, part)
+            fits = all(callable(getattr(found, method, None)) for method in ("fit", "predict"))
+    except BaseException as error:
+        if is_interrupt(error):
+            raise
+        raise InputError(
+            f"{name} cannot be imported ({in_a_line(error.__cause__ or error)}): name it "
+            "PACKAGE:NAME, from a folder or an environment that Python finds it in"
+        ) from None
+    if not fits:
+        raise InputError(
+            f"{name} is no regressor: name a class or an instance with fit(X, y) and predict(X)"
+        )
+    return found
+
+
+def _fresh(regressor: Any, seed: int) -> Any:
+    """Return an unfitted regressor of its own for one training."""
+    if isinstance(regressor, type):
+        return regressor(**({"random_state": seed} if _takes_seed(regressor) else {}))
+    if not hasattr(regressor, "get_params"):
+        return deepcopy(regressor)
+    from sklearn.base import clone
+
+    model = clone(regressor)
+    states = [n for n in model.get_params() if n.rpartition("__")[2] == "random_state"]
+    free = [n for n in states if model.get_params()[n] is None]
+    return model.set_params(**dict.fromkeys(free, seed))
+
+
+def _takes_seed(regressor: Callable[..., Any]) -> bool:
+    try:
+        return "random_state" in inspect.signature(regressor).parameters
+    except ValueError:  # classes of C tell nothing
+        return False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _OneLength:
+    """What answers after so many samples; without an interval where too few were held out."""
+
+    samples: int
+    ask: Ask
+    mean: float
+    sd: float
+    interval: Interval | None
+
+
+class AtLengths:
+    """Models of several lengths; each contact is answered for by the longest that it fills.
+
+    Parameters
+    ----------
+    models
+        Shortest first.
+    rate
+        Of the windows, Hz.
+    conditioned
+        Whether windows are filtered as those of the published chain are.
+    """
+
+    def __init__(self, models: Sequence[_OneLength], rate: float, conditioned: bool) -> None:
+        self._models, self.rate, self._conditioned = tuple(models), rate, conditioned
+
+    @property
+    def lengths(self) -> tuple[int, ...]:
+        """Samples of the windows."""
+        return tuple(model.samples for model in self._models)
+
+    def answers(self, touches: Touches) -> Answers:
+        """Answers about the valid part of each contact.
+
+        A window that is constant, or shorter than any that was learned from, is answered for by
+        the mean of what was learned, with the whole scale as its interval, and called strange.
+
+        Raises
+        ------
+        InputError
+            Answers that are not one finite number a window.
+        """
+        n, shortest = len(touches), self._models[0]
+        values, spreads = np.full(n, shortest.mean), np.full(n, shortest.sd)
+        low, high = np.full(n, SHORE_A[0]), np.full(n, SHORE_A[1])
+        strange = np.ones(n, np.bool_)
+        place = np.searchsorted(self.lengths, touches.valid, side="right") - 1
+        for number, model in enumerate(self._models):
+            its = np.flatnonzero(place == number)
+            X = windows(touches.take(its), model.samples, self._conditioned)
+            its, X = its[usable(X)], X[usable(X)]
+            if not len(its):
+                continue
+            values[its] = np.clip(_checked(model.ask(X), len(X)), *SHORE_A)
+            spreads[its] = model.sd
+            strange[its] = False
+            if model.interval is not None:
+                ends = np.array([model.interval.around(float(v)) for v in values[its]])
+                low[its], high[its] = ends.T
+        return Answers(values, spreads, low, high, strange)
+
+
+def fit_at_lengths(
+    learn: Learn,
+    touches: Touches,
+    shore_a: Values,
+    groups: NDArray[np.str_] | None = None,
+    *,
+    seed: int = 0,
+    level: float = 0.9,
+    lengths: Sequence[float] = LENGTHS,
+    conditioned: bool = False,
+) -> AtLengths:
+    """Train a model for each length, on the contacts that fill it before the second one.
+
+    Parameters
+    ----------
+    learn
+        :func:`registered` or :func:`from_regressor`.
+    touches, shore_a
+        To learn from, shape (n,).
+    groups
+        Session or specimen of each, shape (n,): whole ones are held out for the intervals. None:
+        pinches are, which flatters.
+    seed
+        Of trainings and folds.
+    level
+        Share that intervals are to hold.
+    lengths
+        Of the windows, s.
+    conditioned
+        Whether windows are filtered as those of the published chain are, as far as that can be
+        done without looking further than the window.
+
+    Raises
+    ------
+    InputError
+        Too few contacts, or answers that are not one finite number a window.
+    """
+    models = []
+    for length in lengths:
+        samples = samples_in(length, touches.rate)
+        which = np.flatnonzero(touches.valid >= samples)
+        X = windows(touches.take(which), samples, conditioned)
+        good = usable(X)
+        X, y = X[good], shore_a[which[good]]
+        its = None if groups is None else groups[which[good]]
+        if len(y) >= LEAST:
+            models.append(_fitted(learn, X, y, its, samples, touches.rate, seed, level))
+    if not models:
+        raise InputError(
+            f"{len(touches)} contacts are too few to learn from: record {LEAST} or more pinches"
+        )
+    return AtLengths(models, touches.rate, conditioned)
+
+
+def _fitted(
+    learn: Learn,
+    X: Windows,
+    y: Values,
+    groups: NDArray[np.str_] | None,
+    samples: int,
+    rate: float,
+    seed: int,
+    level: float,
+) -> _OneLength:
+    held = np.full(len(y), np.nan)
+    for train, ask in inner_folds(y, groups, seed, FOLDS):
+        its = None if groups is None else groups[train]
+        held[ask] = _checked(learn(X[train], y[train], its, rate, seed)(X[ask]), len(ask))
+    asked = np.isfinite(held)
+    answered = np.clip(held[asked], *SHORE_A)
+    enough = asked.sum() >= least_answers(level)
+    interval = conformal_interval(answered, y[asked], level) if enough else None
+    sd = float(np.sqrt(np.mean((answered - y[asked]) ** 2))) if asked.any() else float(y.std())
+    return _OneLength(
+        samples, learn(X, y, groups, rate, seed), float(y.mean()), max(sd, 1e-3), interval
+    )
+
+
+def windows(touches: Touches, samples: int, conditioned: bool = False) -> Windows:
+    """The first samples after each contact, shape (n, samples, 1), V.
+
+    Parameters
+    ----------
+    touches
+        Contacts that have so many valid samples.
+    samples
+        Of each window.
+    conditioned
+        Whether they go through the published chain's Savitzky–Golay filter. Where it would look
+        further than the window, the last sample stands for what comes.
+    """
+    end = touches.before + samples
+    if not conditioned:
+        return touches.signals[:, touches.before : end, None].copy()
+    ahead = SavitzkyGolay().lookahead
+    padded = np.pad(touches.signals[:, :end], ((0, 0), (0, ahead)), mode="edge")
+    filtered = SavitzkyGolay().update(padded.T.astype(np.float64)).T
+    out: Windows = filtered[:, touches.before : end, None].astype(np.float32)
+    return out
+
+
+def _checked(answers: Values, n: int) -> Values:
+    found = np.asarray(answers, dtype=np.float64)
+    if found.shape != (n,) or not np.isfinite(found).all():
+        raise InputError(
+            f"the regressor answered {n} windows with an array of shape {found.shape}"
+            f"{'' if np.isfinite(found).all() else ' that holds what is no number'}: it must give "
+            "one finite Shore A value a window"
+        )
+    return found

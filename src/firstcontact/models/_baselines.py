@@ -1,0 +1,167 @@
+"""Floors to stand on: the mean of the training targets, and the peak amplitude alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import GREEN, GREY, INPUT, InputError, Program, steps
+from firstcontact.models._estimator import Estimator, training_spec
+from firstcontact.models._model import WindowModel
+from firstcontact.models._spec import Arrays, Spec, Task, Values, Windows
+
+
+@dataclass(frozen=True, eq=False)
+class ConstantModel(WindowModel):
+    """Always the same answer."""
+
+    spec: Spec
+    value: float
+    kind: ClassVar[str] = "constant"
+
+    def __post_init__(self) -> None:
+        if self.spec.classes and self.value not in self.spec.classes:
+            raise InputError(f"the constant {self.value:g} is none of the classes: train it again")
+
+    @property
+    def notes(self) -> Mapping[str, Any]:
+        """The answer."""
+        return {"value": self.value}
+
+    def outputs(self, X: Windows) -> Values:
+        """The same answer for every window, shape (n, 1)."""
+        return np.full((len(X), 1), self.value)
+
+    def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
+        """Number of the class with that value."""
+        return np.searchsorted(self.spec.classes, outputs[:, 0])
+
+    def program(self) -> Program:
+        """The answer, or a 1 at its class."""
+        n, spec = self.spec.samples * self.spec.channels, self.spec
+        classes = np.array(spec.classes)
+        values = (classes == self.value) * 1.0 if spec.classes else np.array([self.value])
+        return Program(n, (steps.given(INPUT, "value", values),), "value")
+
+    def to_arrays(self) -> Arrays:
+        """The answer."""
+        return {"value": np.array([self.value])}
+
+    @classmethod
+    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
+        """The inverse of :meth:`to_arrays`."""
+        value = arrays["value"]
+        if value.shape != (1,):
+            raise InputError(f"a constant model needs 1 value, not {value.shape}: train it again")
+        return cls(spec, float(value[0]))
+
+
+@dataclass(frozen=True)
+class TrainMean(Estimator):
+    """The mean of the training targets, or the most frequent class."""
+
+    name: ClassVar[str] = "train_mean"
+    title: ClassVar[str] = "Train mean"
+    colour: ClassVar[str] = GREY
+    model: ClassVar[type[WindowModel]] = ConstantModel
+    baseline: ClassVar[bool] = True
+
+    def fit(
+        self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
+    ) -> ConstantModel:
+        """See :meth:`Estimator.fit`."""
+        spec = training_spec(self.task, self.rate, X, y, groups)
+        if self.task is Task.REGRESSION:
+            return ConstantModel(spec, float(y.mean()))
+        values, counts = np.unique(y, return_counts=True)
+        return ConstantModel(spec, float(values[counts.argmax()]))
+
+
+def _log_peak(X: NDArray[Any]) -> Values:
+    """Logarithm of the largest magnitude of each window (n, samples, channels)."""
+    peak: Values = np.log(np.abs(X).max(axis=(1, 2)).astype(np.float64))
+    return peak
+
+
+@dataclass(frozen=True, eq=False)
+class PeakModel(WindowModel):
+    """A parabola in the log peak, or the class with the nearest mean log peak.
+
+    ``weights`` holds the parabola (highest power first) and the range of the
+    training targets, beyond which a parabola means nothing; for
+    classification the mean log peak of each class.
+    """
+
+    spec: Spec
+    weights: Values
+    kind: ClassVar[str] = "peak"
+
+    def __post_init__(self) -> None:
+        expected = len(self.spec.classes) or 5
+        if self.weights.shape != (expected,):
+            raise InputError(
+                f"a peak model needs {expected} weights, not {self.weights.shape}: train it again"
+            )
+
+    @property
+    def notes(self) -> Mapping[str, Any]:
+        """Nothing was chosen."""
+        return {}
+
+    def outputs(self, X: Windows) -> Values:
+        """The parabola's value, or how near each class is: shape (n, outputs)."""
+        peak = _log_peak(X)[:, None]
+        if self.spec.task is Task.REGRESSION:
+            low, high = self.weights[3:]
+            fitted: Values = np.clip(np.polyval(self.weights[:3], peak), low, high)
+            return fitted
+        near: Values = -np.abs(peak - self.weights)
+        return near
+
+    def program(self) -> Program:
+        """The logarithm of the peak, and what follows from it."""
+        n = self.spec.samples * self.spec.channels
+        peak = steps.log_peak(INPUT, "peak", n)
+        if self.spec.task is Task.CLASSIFICATION:
+            return Program(n, (peak, steps.nearness("peak", "near", self.weights)), "near")
+        low, high = (float(end) for end in self.weights[3:])
+        fitted = steps.parabola("peak", "fitted", self.weights[:3], low, high)
+        return Program(n, (peak, fitted), "fitted")
+
+    def to_arrays(self) -> Arrays:
+        """The weights."""
+        return {"weights": self.weights}
+
+    @classmethod
+    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
+        """The inverse of :meth:`to_arrays`."""
+        return cls(spec, arrays["weights"])
+
+
+@dataclass(frozen=True)
+class Peak(Estimator):
+    """What the peak amplitude alone can tell."""
+
+    name: ClassVar[str] = "peak"
+    title: ClassVar[str] = "Peak amplitude"
+    colour: ClassVar[str] = GREEN
+    model: ClassVar[type[WindowModel]] = PeakModel
+    baseline: ClassVar[bool] = True
+
+    def fit(
+        self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
+    ) -> PeakModel:
+        """See :meth:`Estimator.fit`."""
+        spec = training_spec(self.task, self.rate, X, y, groups)
+        peak = _log_peak(X)
+        if self.task is Task.CLASSIFICATION:
+            return PeakModel(spec, np.array([peak[y == c].mean() for c in spec.classes]))
+        powers = np.vander(peak - peak.mean(), 3)
+        a, b, c = np.linalg.lstsq(powers, y, rcond=None)[0]
+        m = peak.mean()  # back from the centred parabola, which is better conditioned
+        weights = [a, b - 2 * a * m, c - b * m + a * m * m, y.min(), y.max()]
+        return PeakModel(spec, np.array(weights))

@@ -1,0 +1,145 @@
+"""The convolutional network at work: ONNX Runtime on one thread, no PyTorch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import INPUT, InputError, Program, need
+from firstcontact.core.layer_steps import compress as compress_step
+from firstcontact.models._model import WindowModel
+from firstcontact.models._network import Network
+from firstcontact.models._spec import Arrays, Spec, Windows
+
+#: Windows that ONNX Runtime is given at once: more of them only cost memory.
+_BATCH = 256
+
+
+def compress(X: NDArray[Any], scale: NDArray[np.float64]) -> NDArray[np.float32]:
+    """What the network sees: arcsinh of the window over a typical amplitude.
+
+    Amplitudes span decades from soft and slow to hard and fast. Around zero
+    arcsinh is linear, above the typical amplitude it is a logarithm.
+
+    Parameters
+    ----------
+    X
+        Windows in V, any shape.
+    scale
+        Typical amplitude (V), then mean and standard deviation of the
+        compressed training windows.
+    """
+    out: NDArray[np.float32] = np.arcsinh(X * np.float32(1.0 / scale[0]), dtype=np.float32)
+    out -= np.float32(scale[1])
+    out *= np.float32(1.0 / scale[2])
+    return out
+
+
+class CnnModel(WindowModel):
+    """EfficientNetV2 for one dimension, as PyTorch exported it.
+
+    Parameters
+    ----------
+    spec
+        What it takes and answers.
+    scale
+        See :func:`compress`.
+    target
+        Mean and standard deviation of the targets of a regression, else (0, 1).
+    training
+        Epochs and batch size, for the card.
+    network
+        A serialised ONNX model, as :func:`network_export.export` makes it.
+
+    Raises
+    ------
+    InputError
+        If the arrays do not fit together, or the network is not one of ours.
+    """
+
+    kind: ClassVar[str] = "cnn"
+    modules: ClassVar[tuple[str, ...]] = ("onnx", "onnxruntime")
+    extra: ClassVar[str] = "cnn"
+
+    def __init__(
+        self,
+        spec: Spec,
+        scale: NDArray[np.float64],
+        target: NDArray[np.float64],
+        training: NDArray[np.float64],
+        network: bytes,
+    ) -> None:
+        if (scale.shape, target.shape, training.shape) != ((3,), (2,), (2,)):
+            raise InputError("the arrays of the CNN do not fit together: train it again")
+        if not (scale[0] > 0 and scale[2] > 0 and target[1] > 0 and training.min() >= 0):
+            raise InputError("a scale of the CNN is not above 0: train it again")
+        self.spec = spec
+        self._scale, self._training, self._raw = scale, training, network
+        self.target = float(target[0]), float(target[1])
+        self._network = Network(network, spec.samples, spec.channels, len(spec.classes) or 1)
+
+    @property
+    def notes(self) -> Mapping[str, Any]:
+        """How it was trained, and its size."""
+        epochs, batch = self._training
+        return {
+            "epochs": int(epochs),
+            "batch": int(batch),
+            "parameters": self._network.parameters,
+            "amplitude_v": float(self._scale[0]),
+        }
+
+    def outputs(self, X: Windows) -> NDArray[np.float32]:
+        """What the network puts out, before it becomes Shore A or a class: (n, outputs)."""
+        windows = compress(X, self._scale).transpose(0, 2, 1)[:, :, None, :]
+        parts = [
+            self._network.run(np.ascontiguousarray(windows[i : i + _BATCH]))
+            for i in range(0, len(windows), _BATCH)
+        ]
+        width = len(self.spec.classes) or 1
+        return np.concatenate(parts) if parts else np.zeros((0, width), dtype=np.float32)
+
+    def output(self, window: Windows) -> NDArray[np.float32]:
+        """The same for one window (samples, channels), shape (outputs,)."""
+        x = compress(window, self._scale).T.reshape(1, self.spec.channels, 1, self.spec.samples)
+        out: NDArray[np.float32] = self._network.run(np.ascontiguousarray(x))[0]
+        return out
+
+    def program(self) -> Program:
+        """The compressed window, and the layers of the network."""
+        from firstcontact.models._network_steps import NetworkSteps
+
+        n = self.spec.samples * self.spec.channels
+        amplitude, mean, deviation = (float(number) for number in self._scale)
+        first = compress_step(INPUT, "compressed", n, 1.0 / amplitude, mean, 1.0 / deviation)
+        found = NetworkSteps(self._raw, self.spec.samples, self.spec.channels, first.gives)
+        return Program(n, (first, *found.steps), found.output)
+
+    def to_arrays(self) -> Arrays:
+        """The constructor's arrays, by name; the network as its bytes."""
+        own = {"scale": self._scale, "target": np.array(self.target), "training": self._training}
+        return own | {"onnx": np.frombuffer(self._raw, dtype=np.uint8)}
+
+    @classmethod
+    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
+        """The inverse of :meth:`to_arrays`; also of the weights that older files hold instead."""
+        older = {
+            name.removeprefix("network."): array
+            for name, array in arrays.items()
+            if name.startswith("network.")
+        }
+        if older and "onnx" not in arrays:
+            need(cls.extra, "torch", "onnxscript")
+            from firstcontact.models._network_export import export_older
+
+            raw = export_older(older, spec.samples, spec.channels, len(spec.classes) or 1)
+        else:
+            raw = arrays["onnx"].astype(np.uint8, copy=False).tobytes()
+        return cls(spec, arrays["scale"], arrays["target"], arrays["training"], raw)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # A session cannot travel between processes; what it is built from can.
+        return type(self).from_arrays, (self.spec, self.to_arrays())

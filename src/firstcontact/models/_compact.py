@@ -1,0 +1,305 @@
+"""The in-context network for a small processor: each layer through few directions, in integers.
+
+What a layer puts out for the contacts of one rig lies close to a few directions. With P the first
+of these, ``y = W x + b`` becomes ``m + P (P' (W x + b - m))``: two thin layers. Their weights are
+rounded to integers whose sums cannot overflow 32 bits. It is still a network in NumPy, and
+answers what its C answers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError, take_array
+from firstcontact.models._contact_features import Shape
+from firstcontact.models._context_network import Context, Matrix, Network
+from firstcontact.models._in_context import InContextModel
+from firstcontact.models._network_inputs import network_inputs
+from firstcontact.models._rig import GENERAL, stage_of
+from firstcontact.models._touches import Touches, lengths
+
+#: Layers that are made thin; the others have few weights or are gone once a rig is known.
+THIN = ("query1", "query2", "body1", "body2", "body3")
+#: Sum of the magnitudes of a row's integers: times 2^15 it stays below 2^31.
+MOST = 65_000
+#: Fewest touches that directions are found in.
+FEWEST = 40
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rounded:
+    """A layer whose weights are integers times a scale for each row.
+
+    Parameters
+    ----------
+    whole
+        int16, shape (outputs, inputs).
+    scale, bias
+        Shape (outputs,).
+    """
+
+    whole: NDArray[np.int16]
+    scale: NDArray[np.float32]
+    bias: NDArray[np.float32]
+
+    @classmethod
+    def of(cls, weight: NDArray[np.floating], bias: NDArray[np.floating]) -> Rounded:
+        """The nearest to a layer."""
+        most = np.maximum(np.abs(weight).sum(axis=1) / MOST, np.abs(weight).max(axis=1) / 32_000)
+        scale = np.maximum(most, 1e-30).astype(np.float32)
+        whole = np.rint(weight / scale[:, None]).astype(np.int16)
+        return cls(whole, scale, bias.astype(np.float32))
+
+    def __call__(self, x: Matrix) -> Matrix:
+        """What it gives for inputs (n, inputs), each row rounded to 15 bits of its largest."""
+        most = np.abs(x).max(axis=1, keepdims=True)
+        each = np.where(most > 1e-30, np.float32(32767) / np.maximum(most, 1e-30), np.float32(0))
+        steps = x * each.astype(np.float32)
+        rounded = np.trunc(steps + np.copysign(np.float32(0.5), steps)).astype(np.float64)
+        sums = (rounded @ self.whole.T.astype(np.float64)).astype(np.float32)  # exact until here
+        found: Matrix = sums * (self.scale * (most / np.float32(32767))) + self.bias
+        return found
+
+    def most(self, most: float) -> float:
+        """Return the largest output for inputs of at most this magnitude."""
+        sums = np.maximum(np.abs(self.whole.astype(np.float64)).sum(axis=1), 1.0)
+        scale, bias = (np.abs(x.astype(np.float64)) for x in (self.scale, self.bias))
+        return float((sums * scale * most + bias).max(initial=0.0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Thin:
+    """Two layers in place of one.
+
+    Parameters
+    ----------
+    into
+        From the inputs to the directions. Of ``body1``: from what changes with the contact; the
+        weights of what does not are in ``rest``.
+    out
+        From the directions to the outputs.
+    rest
+        Shape (directions, inputs that do not change with the contact), float32.
+    """
+
+    into: Rounded
+    out: Rounded
+    rest: Matrix
+
+
+class CompactNetwork(Network):
+    """A network whose large layers are thin.
+
+    Parameters
+    ----------
+    base
+        The pre-trained one.
+    layers
+        By name, of ``THIN``.
+    """
+
+    def __init__(self, base: Network, layers: Mapping[str, Thin]) -> None:
+        self.thin = dict(layers)
+        super().__init__(base.to_arrays())
+        self._hidden = len(self._layers["query1"][1])
+        self._rest = self._layers["mean"][0].shape[0]
+
+    def _linear(self, name: str, x: Matrix) -> Matrix:
+        thin = self.thin.get(name)
+        if thin is None:
+            return super()._linear(name, x)
+        moving, fixed = self._parted(name, x)
+        return thin.out(thin.into(moving) + fixed @ thin.rest.T)
+
+    def _parted(self, name: str, x: Matrix) -> tuple[Matrix, Matrix]:
+        """Inputs of a layer that change with a contact, and those that do not."""
+        which = moving(name, x.shape[1], self._hidden, self._rest)
+        return x[:, which], x[:, ~which]
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """The whole network's, and ``thin.LAYER.PART`` of each thin layer."""
+        arrays = super().to_arrays()
+        for name, layer in self.thin.items():
+            for part, rounded in (("into", layer.into), ("out", layer.out)):
+                # As all weights in files: floats, which hold these integers exactly.
+                arrays[f"thin.{name}.{part}.weight"] = rounded.whole.astype(np.float32)
+                arrays[f"thin.{name}.{part}.scale"] = rounded.scale
+                arrays[f"thin.{name}.{part}.bias"] = rounded.bias
+            arrays[f"thin.{name}.rest"] = layer.rest
+        return arrays
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """The inverse of :meth:`to_arrays`; InputError where arrays do not fit together."""
+        made = cls(Network(arrays), {})
+        made.thin = {name: made._thin_layer(name, arrays) for name in THIN}
+        made.check_reach()
+        return made
+
+    def _thin_layer(self, name: str, arrays: Mapping[str, NDArray[Any]]) -> Thin:
+        weight, bias = self._layers[name]
+        which = moving(name, weight.shape[1], self._hidden, self._rest)
+        into = _rounded(arrays, f"thin.{name}.into", None, int(which.sum()))
+        out = _rounded(arrays, f"thin.{name}.out", len(bias), len(into.bias))
+        rest = take_array(arrays, f"thin.{name}.rest", len(into.bias), int((~which).sum()))
+        return Thin(into, out, rest.astype(np.float32))
+
+    def _most(self, name: str, most: float) -> float:
+        thin = self.thin.get(name)
+        if thin is None:
+            return super()._most(name, most)
+        rest = np.abs(thin.rest.astype(np.float64)).sum(axis=1).max(initial=0.0) * most
+        along = thin.into.most(most) + float(rest)
+        return max(along, thin.out.most(along))
+
+    @property
+    def answer(self) -> tuple[Matrix, Matrix]:
+        """Weight and bias of the last layer: rounding there would be seen in the answer."""
+        return self._layers["answer"]
+
+    def along(self, context: Context, stage: int) -> Matrix:
+        """What a rig adds to the directions of ``body1`` at a stage, shape (directions,)."""
+        thin = self.thin["body1"]
+        rest = np.concatenate([context.mean[stage], context.general])
+        found: Matrix = thin.rest @ rest + thin.into.bias
+        return found
+
+    def scale(self, name: str) -> tuple[Matrix, Matrix]:
+        """Mean and deviation of inputs."""
+        return self._scales[name]
+
+
+def _rounded(
+    arrays: Mapping[str, NDArray[Any]], at: str, outputs: int | None, inputs: int
+) -> Rounded:
+    weight = take_array(arrays, f"{at}.weight", outputs, inputs)
+    scale, bias = (take_array(arrays, f"{at}.{part}", len(weight)) for part in ("scale", "bias"))
+    if (
+        (weight != np.rint(weight)).any()
+        or (np.abs(weight) > 32_767).any()
+        or (np.abs(weight).sum(axis=1) > 65_535).any()
+    ):
+        raise InputError(f"the array {at}.weight holds what is no integer of 16 bits")
+    return Rounded(weight.astype(np.int16), scale.astype(np.float32), bias.astype(np.float32))
+
+
+class CompactModel(InContextModel):
+    """The in-context model with a compact network: what runs on the hand."""
+
+    kind: ClassVar[str] = "compact"
+
+    @classmethod
+    def network_of(cls, arrays: Mapping[str, NDArray[Any]]) -> Network:
+        """The network in a file's arrays."""
+        return CompactNetwork.from_arrays(arrays)
+
+
+def moving(name: str, inputs: int, hidden: int, mean: int) -> NDArray[np.bool_]:
+    """Which inputs of a layer change with a contact, shape (inputs,)."""
+    which = np.ones(inputs, np.bool_)
+    if name == "body1":
+        which[hidden : hidden + mean] = False
+        which[-GENERAL:] = False
+    return which
+
+
+class _Listening(Network):
+    """Keeps what its layers put out."""
+
+    def __init__(self, base: Network) -> None:
+        super().__init__(base.to_arrays())
+        self.heard: dict[str, list[Matrix]] = {name: [] for name in THIN}
+
+    def _linear(self, name: str, x: Matrix) -> Matrix:
+        out = super()._linear(name, x)
+        if name in self.heard:
+            self.heard[name].append(out.copy())
+        return out
+
+
+def deaf(model: InContextModel) -> InContextModel:
+    """The same without an ear for the motor's pitch: a spectrum for each contact is dear."""
+    return _told_nothing(model, False)
+
+
+def _told_nothing(model: InContextModel, listening: bool) -> InContextModel:
+    """The same where the hand tells no closing speed."""
+    rigs = {
+        finger: replace(rig, pitch=rig.pitch if listening else None, speed=float("nan"))
+        for finger, rig in model.rigs.items()
+    }
+    return model.told_of(rigs)
+
+
+def compacted(
+    model: InContextModel, touches: Touches, directions: int, listening: bool = False
+) -> CompactModel:
+    """The same model with a compact network.
+
+    Parameters
+    ----------
+    model
+        Of the rig.
+    touches
+        Of the rig, which the directions are found in.
+    directions
+        Of each thin layer.
+    listening
+        Whether it keeps its ear for the motor.
+
+    Raises
+    ------
+    InputError
+        Too few touches.
+    """
+    if len(touches) < FEWEST:
+        raise InputError(
+            f"{len(touches)} contacts are too few to make the any-time network small: give the "
+            f"pinches of a training, {FEWEST} or more"
+        )
+    model = _told_nothing(model, listening)
+    ears = _Listening(model.network)
+    first, last = lengths(touches.rate)
+    for samples in np.linspace(first, last, 7).round().astype(np.intp):
+        _ask(ears, model, touches.until(int(samples)))
+    arrays = model.network.to_arrays()
+    hidden, mean = len(arrays["query1.bias"]), len(arrays["mean.bias"])
+    layers = {}
+    for name in THIN:
+        weight, bias = arrays[f"{name}.weight"], arrays[f"{name}.bias"]
+        which = moving(name, weight.shape[1], hidden, mean)
+        layers[name] = _thin(weight, bias, np.concatenate(ears.heard[name]), which, directions)
+    network = CompactNetwork(model.network, layers)
+    return CompactModel(network, model.familiar, model.factors, model.level, model.rigs)
+
+
+def _ask(network: Network, model: InContextModel, touches: Touches) -> None:
+    """Let a network answer about touches as the model would."""
+    its = touches.take(touches.valid >= model.shortest)
+    for finger, which in model.by_rig(its):
+        rig, part = model.rigs[finger], its.take(which)
+        level, sign = np.full(len(part), rig.level), np.full(len(part), rig.sign)
+        shape = Shape.of(part.after, part.valid, level, sign)
+        x = network_inputs(shape, model.known(part))
+        stages = stage_of(part.valid, part.rate)
+        network.outputs(x, network.context(rig.tokens, rig.general), stages)
+
+
+def _thin(
+    weight: Matrix, bias: Matrix, heard: Matrix, which: NDArray[np.bool_], directions: int
+) -> Thin:
+    mean = heard.mean(axis=0, dtype=np.float64)
+    away = heard - mean
+    _, axes = np.linalg.eigh(away.T @ away)
+    p = axes[:, : -1 - min(directions, len(bias)) : -1]
+    into = p.T @ weight
+    return Thin(
+        Rounded.of(into[:, which], p.T @ (bias - mean)),
+        Rounded.of(p, mean),
+        into[:, ~which].astype(np.float32),
+    )

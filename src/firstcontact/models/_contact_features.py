@@ -1,0 +1,134 @@
+"""Shape of a contact's first milliseconds in a few numbers that do not depend on gain.
+
+All amplitudes are told relative to the rig's own level, or to the contact's own peak.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.models._spec import Values
+
+#: Amplitudes below this share of the level count as this: a logarithm needs some.
+LEAST = 1e-4
+NAMES = (
+    "peak",
+    "steepest rise",
+    "time to peak",
+    "time to a tenth",
+    "time to a half",
+    "width at half",
+    "roughness",
+    "undershoot",
+    "time to undershoot",
+    "power",
+    "centre of energy",
+    "length",
+    "last value",
+    "last slope",
+)
+
+
+def masked(signals: NDArray[np.floating], valid: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Signals (n, samples) with zeros from ``valid`` on."""
+    samples = np.arange(signals.shape[1])
+    return np.where(samples < valid[:, None], signals, 0.0)
+
+
+def features(v: NDArray[np.float64], valid: NDArray[np.intp], level: Values) -> NDArray[np.float64]:
+    """Numbers about the valid part.
+
+    Parameters
+    ----------
+    v
+        Signals from the contact on, masked, positive in the direction of the first swing, V,
+        shape (n, samples).
+    valid
+        Valid samples, at least 2, shape (n,).
+    level
+        Of the rig, V, shape (n,).
+
+    Returns
+    -------
+    ndarray
+        About 1 in size, shape (n, len(NAMES)).
+    """
+    n, samples = v.shape
+    rows = np.arange(n)
+    t = np.arange(samples)
+    scale = samples / 74.0  # times below are in samples of a window of 74
+    floor = LEAST * level
+    peak = np.maximum(v.max(axis=1), floor)
+    at = v.argmax(axis=1)
+    steps = v[:, 1:] - v[:, :-1]
+    steps[t[1:] >= valid[:, None]] = 0.0
+    rise = np.maximum(steps.max(axis=1), floor)
+    rising = t <= at[:, None]
+    relative = v / peak[:, None]
+    tenth = ((relative < 0.1) & rising).sum(axis=1)
+    half = ((relative < 0.5) & rising).sum(axis=1)
+    width = (relative > 0.5).sum(axis=1)
+    falling = (t > at[:, None]) & (t < valid[:, None])
+    after = np.where(falling, relative, np.inf)
+    low_at = after.argmin(axis=1)
+    low = after[rows, low_at]
+    none = ~np.isfinite(low)
+    low[none], low_at[none] = 1.0, at[none]
+    energy = v * v
+    whole = energy.sum(axis=1) + LEAST * LEAST * level * level
+    rms = np.sqrt(whole / valid)
+    centre = energy @ t / whole
+    rough = (steps * steps).sum(axis=1) / whole
+    last = relative[rows, valid - 1]
+    earlier = relative[rows, np.maximum(valid - 4, 0)]
+    columns = (
+        np.log(peak / level),
+        np.log(rise / level),
+        at / (20 * scale) - 1,
+        tenth / (10 * scale) - 0.5,
+        half / (10 * scale) - 0.5,
+        width / (20 * scale) - 0.5,
+        np.log(rough + 1e-4) + 2,
+        low,
+        low_at / (40 * scale) - 1,
+        np.log(rms / level),
+        centre / (20 * scale) - 1,
+        valid / (37 * scale) - 1,
+        last,
+        last - earlier,
+    )
+    return np.array(columns).T
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shape:
+    """The valid part of contacts and its features, worked out once for all that look at them.
+
+    Parameters
+    ----------
+    v
+        Masked, positive in the direction of the first swing, V, shape (n, samples).
+    there
+        Which samples are valid, shape (n, samples).
+    features
+        As :func:`features` gives them.
+    level
+        Of the rigs, V, shape (n,).
+    """
+
+    v: NDArray[np.float64]
+    there: NDArray[np.bool_]
+    features: NDArray[np.float64]
+    level: Values
+
+    @classmethod
+    def of(
+        cls, after: NDArray[np.floating], valid: NDArray[np.intp], level: Values, sign: Values
+    ) -> Shape:
+        """Of signals from the contact on, shape (n, samples); the others have shape (n,)."""
+        there = np.arange(after.shape[1]) < valid[:, None]
+        v = np.where(there, sign[:, None] * after, 0.0)
+        return cls(v, there, features(v, valid, level), level)

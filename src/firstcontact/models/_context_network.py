@@ -1,0 +1,244 @@
+"""The in-context network's arithmetic, in NumPy: it runs where there is no PyTorch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import LARGEST, InputError, take_array
+from firstcontact.models._network_inputs import INPUTS
+from firstcontact.models._rig import GENERAL, TOKEN
+
+Arrays = Mapping[str, NDArray[Any]]
+Matrix = NDArray[np.float32]
+
+#: Inputs are cut off so many standard deviations from their mean.
+FARTHEST = 6.0
+#: Components of the answer's mixture, and heads that look at the context.
+COMPONENTS, HEADS = 3, 4
+#: Unit of the outputs: Shore A is CENTRE + UNIT times them.
+CENTRE, UNIT = 40.0, 40.0
+#: Layers by name: what they take is checked when weights are read.
+LAYERS = ("token1", "token2", "mean", "key", "value", "query1", "query2", "body1", "body2",
+          "body3", "answer")  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Context:
+    """What the network makes of a rig, for each stage; made once.
+
+    Parameters
+    ----------
+    mean
+        Mean over the levels of Shore A, shape (stages, width).
+    keys, values
+        What heads look for and find at each level, shape (stages, HEADS, levels, width).
+    general
+        Shape (GENERAL,).
+    """
+
+    mean: Matrix
+    keys: Matrix
+    values: Matrix
+    general: Matrix
+
+
+class Network:
+    """A perceptron that looks at the rig's levels of Shore A by attention.
+
+    Parameters
+    ----------
+    arrays
+        ``LAYER.weight`` (outputs, inputs) and ``LAYER.bias`` of each of ``LAYERS``, and
+        ``inputs.mean``, ``inputs.sd``, likewise ``token`` and ``general``.
+
+    Raises
+    ------
+    InputError
+        Arrays that are missing or do not fit together.
+    """
+
+    def __init__(self, arrays: Arrays) -> None:
+        self._layers: dict[str, tuple[Matrix, Matrix]] = {}
+        for name in LAYERS:
+            weight = take_array(arrays, f"{name}.weight", None, None)
+            bias = take_array(arrays, f"{name}.bias", len(weight))
+            self._layers[name] = _single(weight), _single(bias)
+        self._scales: dict[str, tuple[Matrix, Matrix]] = {}
+        for name, size in (("inputs", INPUTS), ("token", TOKEN), ("general", GENERAL)):
+            mean, sd = (take_array(arrays, f"{name}.{part}", size) for part in ("mean", "sd"))
+            self._scales[name] = _single(mean), _single(sd)
+        self._check_sizes()
+        self.check_reach()
+
+    def _check_sizes(self) -> None:
+        wide = {name: weight.shape for name, (weight, _) in self._layers.items()}
+        hidden, context = wide["query1"][0], wide["mean"][0]
+        chain = {
+            "token1": TOKEN,
+            "token2": wide["token1"][0],
+            "mean": wide["token2"][0],
+            "key": wide["token2"][0],
+            "value": wide["token2"][0],
+            "query1": INPUTS,
+            "query2": hidden,
+            "body1": hidden + context + wide["value"][0] + GENERAL,
+            "body2": wide["body1"][0],
+            "body3": wide["body2"][0],
+            "answer": wide["body3"][0],
+        }
+        for name, inputs in chain.items():
+            outputs: int = wide["query2" if name == "key" else name][0]
+            outputs = 3 * COMPONENTS if name == "answer" else outputs
+            fits = outputs % (HEADS if name in ("key", "value") else 1) == 0 < outputs
+            if wide[name] != (outputs, inputs) or not fits:
+                raise InputError(
+                    f"the array {name}.weight has the shape {wide[name]}, which does not fit to "
+                    f"its {inputs} inputs, {HEADS} heads and the layers behind it"
+                )
+
+    def check_reach(self) -> None:
+        """Refuse weights with which a number on the way to a prediction could overflow.
+
+        Inputs are cut off, so that each layer has a largest output whatever is touched.
+
+        Raises
+        ------
+        InputError
+            Names the layer whose outputs may overflow, or the scale.
+        """
+        for name, (_, sd) in self._scales.items():
+            if not sd.min() >= 1 / LARGEST:
+                raise InputError(f"the array {name}.sd has values below {1 / LARGEST:g}")
+        reach: dict[str, float] = {}
+
+        def layer(name: str, most: float) -> float:
+            reach[name] = self._most(name, most)
+            return reach[name]
+
+        with np.errstate(over="ignore", invalid="ignore"):
+            token = layer("token2", layer("token1", FARTHEST))
+            hidden = layer("query1", FARTHEST)
+            found = [FARTHEST, hidden, *(layer(name, token) for name in ("mean", "value"))]
+            fit = layer("query2", hidden) * layer("key", token) * len(self._layers["key"][1])
+            body = layer("body3", layer("body2", layer("body1", max(found))))
+            layer("answer", body)
+        reach["query2"] = max(reach["query2"], fit)
+        for name, most in reach.items():
+            if not most < LARGEST:
+                raise InputError(
+                    f"the outputs of the layer {name} may overflow: its weights, or those of the "
+                    "layers before it, are too large"
+                )
+
+    def _most(self, name: str, most: float) -> float:
+        """Return the largest output of a layer for inputs of at most this magnitude."""
+        weight, bias = (np.abs(x.astype(np.float64)) for x in self._layers[name])
+        return float((weight.sum(axis=1) * most + bias).max())
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """The inverse of the constructor."""
+        out: dict[str, NDArray[Any]] = {}
+        for name, (weight, bias) in self._layers.items():
+            out[f"{name}.weight"], out[f"{name}.bias"] = weight, bias
+        for name, (mean, sd) in self._scales.items():
+            out[f"{name}.mean"], out[f"{name}.sd"] = mean, sd
+        return out
+
+    def context(self, tokens: NDArray[Any], general: NDArray[Any]) -> Context:
+        """What it makes of a rig.
+
+        Parameters
+        ----------
+        tokens, general
+            As of :class:`firstcontact.models._rig.Rig`.
+        """
+        e = self._silu("token2", self._silu("token1", self._scaled("token", tokens)))
+        stages, levels, _ = e.shape
+
+        def heads(name: str) -> Matrix:
+            width = len(self._layers[name][1]) // HEADS
+            split = self._linear(name, e).reshape(stages, levels, HEADS, width)
+            return np.ascontiguousarray(split.transpose(0, 2, 1, 3))
+
+        if not levels:  # nothing is known of the rig
+            width = self._layers["mean"][0].shape[0]
+            mean: Matrix = np.zeros((stages, width), np.float32)
+            return Context(mean, heads("key"), heads("value"), self._scaled("general", general))
+        mean = self._linear("mean", e).mean(axis=1)
+        return Context(mean, heads("key"), heads("value"), self._scaled("general", general))
+
+    def outputs(
+        self, x: NDArray[Any], context: Context, stages: NDArray[np.intp]
+    ) -> NDArray[np.float64]:
+        """Mixture of normals for each contact.
+
+        Parameters
+        ----------
+        x
+            Inputs, shape (n, INPUTS).
+        context
+            Of the rig.
+        stages
+            Of the context, shape (n,).
+
+        Returns
+        -------
+        ndarray
+            Weights, means and standard deviations of the components, the latter two in
+            Shore A, shape (3, n, COMPONENTS).
+        """
+        h = self._silu("query1", self._scaled("inputs", x))
+        query = self._linear("query2", h).reshape(len(h), HEADS, 1, -1)
+        keys, values = context.keys[stages], context.values[stages]
+        fit = (query * keys).sum(axis=-1) / np.float32(np.sqrt(query.shape[-1]))
+        share = np.exp(fit - fit.max(axis=-1, keepdims=True, initial=-np.inf))
+        share /= share.sum(axis=-1, keepdims=True)
+        found = (share[..., None] * values).sum(axis=2).reshape(len(h), -1)
+        general = context.general[None].repeat(len(h), axis=0)
+        body: Matrix = np.concatenate([h, context.mean[stages], found, general], axis=1)
+        for name in ("body1", "body2", "body3"):
+            body = self._silu(name, body)
+        raw = self._linear("answer", body).astype(np.float64)
+        out = raw.reshape(len(h), 3, COMPONENTS).transpose(1, 0, 2).copy()
+        weight, mean, spread = out
+        np.exp(weight - weight.max(axis=1, keepdims=True), out=weight)
+        weight /= weight.sum(axis=1, keepdims=True)
+        mean *= UNIT * MEAN_SCALE
+        mean += CENTRE
+        np.exp(spread.clip(*SPREAD), out=spread)
+        spread *= UNIT
+        return out
+
+    def _scaled(self, name: str, x: NDArray[Any]) -> Matrix:
+        mean, sd = self._scales[name]
+        scaled = (x.astype(np.float32) - mean) / sd
+        out: Matrix = np.minimum(np.maximum(scaled, -FARTHEST), FARTHEST)  # quicker than clip
+        return out
+
+    def _linear(self, name: str, x: Matrix) -> Matrix:
+        weight, bias = self._layers[name]
+        out: Matrix = x @ weight.T
+        out += bias
+        return out
+
+    def _silu(self, name: str, x: Matrix) -> Matrix:
+        y = self._linear(name, x)
+        # Bounded from below alone: far above 0 the exponential vanishes.
+        e = np.exp(-np.maximum(y, np.float32(-60)))
+        e += 1
+        y /= e
+        return y
+
+
+#: Bounds of ln(standard deviation / UNIT), and the unit of the means at the start of training.
+SPREAD = (-4.0, 2.0)
+MEAN_SCALE = 0.6
+
+
+def _single(array: NDArray[np.floating]) -> Matrix:
+    return np.ascontiguousarray(array, dtype=np.float32)

@@ -1,0 +1,338 @@
+"""How well a detector finds contacts: every number defined once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.contact import Detector, WindowDecisions, closings, latch
+from firstcontact.core import Block, Contact, Dataset, InputError, Record
+from firstcontact.signal import lookahead, samples_in
+
+#: A contact younger than this, s, need not show in a window yet.
+GUARD = 0.001
+#: One window counts each so often, s, as published.
+WINDOW_STEP = 0.003
+#: How far from the strip a first trigger may be, s.
+TOLERANCE = 0.003
+
+
+class Delays(Record, frozen=True, kw_only=True):
+    """Median and 95th percentile, ms."""
+
+    median: float
+    p95: float
+
+
+class DetectionScores(Record, frozen=True, kw_only=True):
+    """Scores of a detector over pinches whose first contact is known.
+
+    A share of nothing is None.
+
+    Windows are counted whatever the detector said before, one each 3 ms as published: of a
+    detector that looks oftener, all looks of such a step are one, which fires if any of
+    them does. One counts as quiet
+    when it ends before the contact (each finger's windows count), and as
+    contact when it is the touching finger's first that holds at least 1 ms of
+    it. The touching finger's windows in between may say either and are left
+    out, as is everything after.
+
+    Parameters
+    ----------
+    n
+        Pinches scored.
+    left_out
+        Pinches without a known first contact.
+    too_soon
+        Pinches whose contact came before a window could show it as new: until
+        then the motor settled or the steady state was measured. They are in
+        ``n``, with whatever outcome.
+    windows, quiet_windows
+        Windows counted, and how many of them are quiet.
+    window_accuracy
+        Share of all counted windows judged right. Quiet ones are many: read it
+        with the two shares below.
+    quiet_windows_silent, contact_windows_found
+        Shares right of quiet and of contact windows.
+    pinch_success
+        Share of pinches whose first trigger is the touching finger's and
+        places the contact within 3 ms of where it was. The trigger itself
+        comes later than the contact it places: see the next.
+    decided_within_3_ms
+        Share of pinches that succeeded and in which the trigger was decided
+        no earlier than the contact and no later than 3 ms after it.
+    false_alarms
+        Pinches whose first trigger places a contact more than 3 ms too early.
+    wrong_finger
+        Pinches whose first trigger is in time but the other finger's.
+    late
+        Pinches whose first trigger places the contact more than 3 ms too late.
+    misses
+        Pinches without any trigger.
+    false_alarms_per_minute
+        Runs of firing quiet windows (of each finger) per minute of closing
+        without a contact, which is the number of quiet steps times their
+        length; None where there was none.
+    delay_ms
+        Median and 95th percentile of the time from the contact to the sample
+        that decided, over all first triggers that are the touching finger's
+        and neither placed early nor decided before the contact, late ones too;
+        None where there are none.
+    lookahead_ms
+        How long the resampler waited for later samples, which is in both of
+        these; None where nothing was resampled.
+    """
+
+    n: int
+    left_out: int
+    too_soon: int
+    windows: int
+    quiet_windows: int
+    window_accuracy: float | None = None
+    quiet_windows_silent: float | None = None
+    contact_windows_found: float | None = None
+    pinch_success: float
+    decided_within_3_ms: float
+    false_alarms: int
+    wrong_finger: int
+    late: int
+    misses: int
+    false_alarms_per_minute: float | None = None
+    delay_ms: Delays | None = None
+    lookahead_ms: float | None = None
+
+    @property
+    def median_delay(self) -> float | None:
+        """Of :attr:`delay_ms`, ms."""
+        return None if self.delay_ms is None else self.delay_ms.median
+
+
+def _pooled(verdicts: WindowDecisions, looks: int) -> WindowDecisions:
+    """Each so many looks as one that ends with the last of them, and fires if any of them does."""
+    n = len(verdicts.ends) // looks
+    if looks == 1 or not n:
+        return verdicts
+    ends = verdicts.ends[: n * looks].reshape(n, looks)[:, -1]
+    fired = np.asarray(verdicts.fired[: n * looks].reshape(n, looks, -1).any(axis=1))
+    return WindowDecisions(ends, fired, np.where(fired, 0, -1))
+
+
+@dataclass(slots=True)
+class _Counts:
+    too_soon: int = 0
+    quiet: int = 0
+    quiet_right: int = 0
+    contact: int = 0
+    contact_right: int = 0
+    seconds: float = 0.0
+    alarms: int = 0
+
+    def add(
+        self, verdicts: WindowDecisions, column: int, truth: int, early: int, guard: int, step: int
+    ) -> int:
+        """Count the windows of one pinch, and return how many quiet steps it had."""
+        if not len(verdicts.ends) or truth <= verdicts.ends[0] - step:
+            self.too_soon += 1
+            return 0
+        fired = verdicts.fired[verdicts.ends < truth - early]
+        starts = fired.copy()
+        starts[1:] &= ~fired[:-1]
+        self.quiet += fired.size
+        self.quiet_right += int((~fired).sum())
+        self.alarms += int(starts.sum())
+        shows = np.flatnonzero(verdicts.ends >= truth + guard - 1)
+        if len(shows):
+            self.contact += 1
+            self.contact_right += int(verdicts.fired[shows[0], column])
+        return len(fired)
+
+
+def score_detector(
+    detector: Detector, dataset: Dataset, early: float = 0.0, tolerance: float = TOLERANCE
+) -> DetectionScores:
+    """Run a detector over pinches and compare with their known first contacts.
+
+    Each is judged from where its closing starts
+    (:func:`firstcontact.contact._closing_start.closings`).
+
+    Parameters
+    ----------
+    detector
+        Fitted, on other pinches.
+    dataset, early, tolerance
+        As :func:`score_decisions` takes them.
+
+    Raises
+    ------
+    InputError
+        When no pinch has a known first contact.
+    """
+    verdicts = judged(detector, closings(dataset))
+    return score_decisions(verdicts, dataset, detector.step, early, tolerance)
+
+
+def judged(detector: Detector, heard: Dataset) -> list[WindowDecisions]:
+    """Decisions on each pinch from its first sample on, as a stream would have given them."""
+    verdicts = []
+    for pinch in heard.pinches:
+        detector.start(pinch.layout)
+        verdicts.append(detector.judge(Block(pinch.data, pinch.first_sample)))
+    return verdicts
+
+
+def score_decisions(
+    verdicts: Sequence[WindowDecisions],
+    dataset: Dataset,
+    step: float,
+    early: float = 0.0,
+    tolerance: float = TOLERANCE,
+) -> DetectionScores:
+    """Compare verdicts with the known first contacts.
+
+    Parameters
+    ----------
+    verdicts
+        Of a detector that did not learn from the pinch, one for each pinch.
+    dataset
+        The pinches.
+    step
+        New part of the detector's windows, s: how often it looks.
+    early
+        The contact may be up to this much earlier than its label, s: windows
+        that end in this span are left out, and triggers in it are in time.
+    tolerance
+        How far from the contact a first trigger may be, s.
+
+    Raises
+    ------
+    InputError
+        When no pinch has a known first contact.
+    """
+    counts = _Counts()
+    outcomes = dict.fromkeys(("success", "false_alarms", "wrong_finger", "late", "misses"), 0)
+    delays: list[float] = []
+    decided = 0
+    waited = resampler_lookahead(dataset)
+    known = [
+        (p, p.first, v)
+        for p, v in zip(dataset.pinches, verdicts, strict=True)
+        if p.first is not None
+    ]
+    if not known:
+        raise InputError("no pinch has a known first contact: detection cannot be scored")
+    for pinch, truth, its in known:
+        rate = pinch.layout.rate
+        fingers = pinch.layout.vibration_fingers
+        if truth.finger in fingers:
+            look = max(1, samples_in(step, rate))
+            looks = max(1, samples_in(WINDOW_STEP, rate) // look)
+            steps = counts.add(
+                _pooled(its, looks),
+                fingers.index(truth.finger),
+                truth.sample,
+                samples_in(early, rate),
+                samples_in(GUARD, rate),
+                looks * look,
+            )
+            counts.seconds += steps * looks * look / rate
+        contacts = latch(its, fingers, set())
+        became = outcome(next(iter(contacts), None), truth, rate, early, tolerance)
+        outcomes[became] += 1
+        if contacts and right_and_not_early(contacts[0], truth, rate, early, tolerance):
+            delay = (contacts[0].decided - truth.sample) / rate + waited
+            delays.append(1e3 * delay)
+            decided += became == "success" and delay <= tolerance
+    return DetectionScores(
+        n=len(known),
+        left_out=len(dataset) - len(known),
+        too_soon=counts.too_soon,
+        quiet_windows=counts.quiet,
+        windows=counts.quiet + counts.contact,
+        window_accuracy=_share(
+            counts.quiet_right + counts.contact_right, counts.quiet + counts.contact
+        ),
+        quiet_windows_silent=_share(counts.quiet_right, counts.quiet),
+        contact_windows_found=_share(counts.contact_right, counts.contact),
+        pinch_success=outcomes["success"] / len(known),
+        decided_within_3_ms=decided / len(known),
+        false_alarms=outcomes["false_alarms"],
+        wrong_finger=outcomes["wrong_finger"],
+        late=outcomes["late"],
+        misses=outcomes["misses"],
+        false_alarms_per_minute=(60.0 * counts.alarms / counts.seconds if counts.seconds else None),
+        delay_ms=quantiles(np.array(delays)) if delays else None,
+        lookahead_ms=1e3 * waited if waited else None,
+    )
+
+
+def resampler_lookahead(dataset: Dataset) -> float:
+    """How long the samples of a resampled dataset waited for later ones, s; else 0."""
+    rate = dataset.layout.rate
+    return lookahead(dataset.recorded_rate or rate, rate)
+
+
+def right_and_not_early(
+    contact: Contact, truth: Contact, rate: float, early: float, tolerance: float = TOLERANCE
+) -> bool:
+    """Whether a first trigger is the touching finger's and does not come before the contact.
+
+    It is placed no more than ``tolerance`` before the contact, and decided after
+    it: what fires before anything has touched is chance, wherever it points.
+
+    Parameters
+    ----------
+    contact, truth
+        As found, and as known.
+    rate
+        Of their samples, Hz.
+    early
+        How much earlier than its label the contact may be, s.
+    tolerance
+        How much earlier still it may be placed, s.
+    """
+    placed = (contact.sample - truth.sample) / rate
+    return (
+        contact.finger is truth.finger
+        and placed >= -(early + tolerance)
+        and contact.decided >= truth.sample - samples_in(early, rate)
+    )
+
+
+def outcome(
+    contact: Contact | None,
+    truth: Contact,
+    rate: float,
+    early: float,
+    tolerance: float = TOLERANCE,
+) -> str:
+    """What became of a pinch: "success", or which of the ways to fail.
+
+    Parameters
+    ----------
+    contact
+        The first trigger, None where there was none.
+    truth
+        The known first contact.
+    rate, early, tolerance
+        As :func:`right_and_not_early` takes them.
+    """
+    if contact is None:
+        return "misses"
+    late = (contact.sample - truth.sample) / rate
+    if late < -(early + tolerance):
+        return "false_alarms"
+    if late > tolerance:
+        return "late"
+    return "success" if contact.finger is truth.finger else "wrong_finger"
+
+
+def _share(part: int, whole: int) -> float | None:
+    return part / whole if whole else None
+
+
+def quantiles(delays: NDArray[np.float64]) -> Delays:
+    """Of delays in ms."""
+    return Delays(median=float(np.median(delays)), p95=float(np.percentile(delays, 95)))

@@ -1,0 +1,157 @@
+"""A model to keep: trained on everything, with scores and an interval from what was held out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError, Runner
+from firstcontact.models._conformal import conformal_interval, coverage, held_out_bounds, refusal
+from firstcontact.models._folds import inner_folds
+from firstcontact.models._interval import SHORE_A, Interval
+from firstcontact.models._metrics import classification_scores, regression_scores
+from firstcontact.models._model import WindowModel
+from firstcontact.models._registry import ESTIMATORS
+from firstcontact.models._scores import TaskScores
+from firstcontact.models._spec import Task, Values
+from firstcontact.models._splits import Group, Split, by_session
+from firstcontact.models._training import (
+    Fit,
+    LabelledWindows,
+    Question,
+    fit_model,
+    held_out_with_spread,
+)
+
+#: Fewer pinches cannot be learned from and held out, too.
+LEAST = 10
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FinalModel:
+    """A model and what is known of its errors.
+
+    Parameters
+    ----------
+    model
+        Learned from all examples.
+    scores
+        Of models of the same kind, each asked about a fold that it did not
+        learn from.
+    split
+        What the folds were, in words.
+    interval
+        From the same answers; None where there is none.
+    conformal
+        For the card.
+    """
+
+    model: WindowModel
+    scores: TaskScores
+    split: str
+    interval: Interval | None
+    conformal: Mapping[str, Any]
+
+
+def train_final_model(
+    data: LabelledWindows,
+    model: str,
+    task: Task,
+    seed: int,
+    level: float,
+    runner: Runner,
+    shore: bool = True,
+) -> FinalModel:
+    """Train, score and put an interval around the answers.
+
+    Parameters
+    ----------
+    data
+        What to learn from.
+    model
+        Name in the registry of estimators.
+    task
+        Regression or classification.
+    seed
+        Of the folds, the search and the training.
+    level
+        Of the interval around the answers of a regression.
+    runner
+        Does the trainings.
+    shore
+        Whether the target is on the Shore A scale, which has ends.
+
+    Raises
+    ------
+    InputError
+        Too few examples.
+    """
+    if len(data) < LEAST:
+        raise InputError(
+            f"{len(data)} labelled pinches are too few to learn from and to score: "
+            f"record {LEAST} or more"
+        )
+    estimator = ESTIMATORS.find(model)
+    splits, words = _splits(data, estimator.folds, seed)
+    question = Question(model, task, data, splits)
+    answers, spreads = held_out_with_spread(runner, [question], seed)[0]
+    [whole] = runner.map(fit_model, [Fit(model, task, data, data.X[:0], seed)])
+    asked = np.isfinite(answers)
+    scores = score(task, data.take(asked), answers[asked], seed)
+    interval, conformal = None, _none(data, task, level)
+    if not conformal:
+        limits = SHORE_A if shore else None
+        folds = np.zeros(len(data), dtype=np.intp)
+        for number, split in enumerate(splits):
+            folds[split.test] = number
+        interval = conformal_interval(answers, data.y, level, limits, spreads)
+        tested = held_out_bounds(answers, data.y, folds, level, limits, spreads)
+        conformal = {
+            "pinches": len(data),
+            "sessions": len(np.unique(data.sessions)),
+            "folds": len(splits),
+            "held_out": coverage(tested, answers, data.y, spreads),
+        }
+    return FinalModel(whole, scores, words, interval, conformal)
+
+
+def _none(data: LabelledWindows, task: Task, level: float) -> dict[str, Any]:
+    """Why there can be no interval, or nothing."""
+    if task is Task.CLASSIFICATION:
+        return {"none": "a classification answers one of its classes"}
+    why = refusal(data.y, data.sessions, level)
+    return {"none": why} if why else {}
+
+
+def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], str]:
+    """Folds of whole sessions where they are known, else one fifth at random."""
+    if data.has_sessions:
+        splits = by_session(data.sessions, data.y, seed, folds)
+        return splits, f"{len(np.unique(data.sessions))} sessions in {len(splits)} folds"
+    learn, ask = next(inner_folds(data.y, None, seed, k=5))
+    shares = frozenset({Group.SESSION, Group.SPECIMEN})
+    words = "random pinches, which flatters: there are no two known sessions"
+    return [Split("random fifth", learn, ask, shares)], words
+
+
+def score(task: str, asked: LabelledWindows, answers: Values, seed: int) -> TaskScores:
+    """Scores of answers about pinches that their model did not learn from."""
+    of: Callable[..., TaskScores] = (
+        regression_scores if task == "regression" else classification_scores
+    )
+    return of(asked.y, answers, asked.clusters, seed)
+
+
+def covered(
+    interval: Interval | None, answers: Values, truth: Values, spreads: Values | None = None
+) -> dict[str, float]:
+    """Coverage and mean width of an interval on pinches; empty without an interval.
+
+    See :func:`firstcontact.models._conformal.coverage`.
+    """
+    everyone: NDArray[np.bool_] = np.ones(len(answers), dtype=np.bool_)
+    return {} if interval is None else coverage([(interval, everyone)], answers, truth, spreads)

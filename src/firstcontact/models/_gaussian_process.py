@@ -1,0 +1,210 @@
+"""Gaussian-process regression, trained by scikit-learn: answers with a spread of their own.
+
+C. E. Rasmussen and C. K. I. Williams: Gaussian Processes for Machine Learning, 2006,
+chapter 2. Many windows are thinned to a subset (section 8.3.3): memory and time of an
+answer grow with the square of their number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import INPUT, PURPLE, InputError, Program, RbfKernel, steps
+from firstcontact.models._estimator import Estimator, Reference, target_scale, training_spec
+from firstcontact.models._model import ArraysModel, WindowModel
+from firstcontact.models._spec import Spec, Task, Values, Windows
+from firstcontact.models._svm_model import LEVEL_WEIGHT, level_of, shape_and_level
+
+#: Windows that a model keeps, and those on which the kernel is chosen.
+KEPT = 800
+SEARCHED = 300
+
+
+class GaussianProcessModel(ArraysModel):
+    """A squared exponential kernel with noise.
+
+    Parameters
+    ----------
+    spec
+        What it takes and answers.
+    level
+        As :func:`firstcontact.models._svm_model.shape_and_level` takes it.
+    inputs
+        Of the windows kept, shape (m, inputs).
+    weights
+        Of the mean, shape (m,).
+    inverse
+        Of the Cholesky factor of their covariance, shape (m, m).
+    kernel
+        Variance of the signal, length, variance of the noise.
+    target
+        Mean and standard deviation of the targets.
+
+    Raises
+    ------
+    InputError
+        If the arrays do not fit together.
+    """
+
+    kind: ClassVar[str] = "gaussian_process"
+    names = ("level", "inputs", "weights", "inverse", "kernel", "target")
+
+    def __init__(
+        self,
+        spec: Spec,
+        level: NDArray[np.float64],
+        inputs: NDArray[np.float32],
+        weights: NDArray[np.float64],
+        inverse: NDArray[np.float32],
+        kernel: NDArray[np.float64],
+        target: NDArray[np.float64],
+    ) -> None:
+        given: tuple[NDArray[Any], ...] = (level, inputs, weights, inverse, kernel, target)
+        m = len(inputs) if inputs.ndim else 0
+        shapes = ((2,), (m, spec.samples * spec.channels + 1), (m,), (m, m), (3,), (2,))
+        if tuple(a.shape for a in given) != shapes:
+            raise InputError("the arrays of the Gaussian process do not fit together: train again")
+        if not (level[1] > 0 and target[1] > 0 and (kernel > 0).all()):
+            raise InputError("a scale of the Gaussian process is not above 0: train again")
+        super().__init__(spec, *given)
+        self._signal, self._length, self._noise = (float(k) for k in kernel)
+        self._shape = RbfKernel(inputs.astype(np.float64) / self._length, 0.5)
+
+    @property
+    def notes(self) -> Mapping[str, Any]:
+        """The kernel that was chosen, and how many windows are kept."""
+        return {
+            "signal": self._signal,
+            "length": self._length,
+            "noise": self._noise,
+            "windows": len(self._shape),
+        }
+
+    def _covariance(self, X: Windows) -> NDArray[np.float64]:
+        """Of windows with those kept, shape (n, m)."""
+        x = shape_and_level(X, self._arrays["level"]).astype(np.float64) / self._length
+        covariance: NDArray[np.float64] = self._signal * self._shape.rows(x)
+        return covariance
+
+    def outputs(self, X: Windows) -> Values:
+        """The mean for each window, shape (n, 1)."""
+        mean: Values = self._covariance(X) @ self._arrays["weights"][:, None]
+        return mean
+
+    def spread(self, X: Windows) -> Values:
+        """Standard deviation of each answer, noise included, in the unit of the target."""
+        known = self._covariance(X) @ self._arrays["inverse"].T
+        variance = self._signal + self._noise - np.einsum("ij,ij->i", known, known)
+        spread: Values = np.sqrt(np.maximum(variance, self._noise)) * self.target[1]
+        return spread
+
+    def program(self) -> Program:
+        """Shape and level, covariances, and from them mean and deviation."""
+        a = self._arrays
+        n = self.spec.samples * self.spec.channels
+        slope = LEVEL_WEIGHT / float(a["level"][1])
+        gamma = 0.5 / self._length**2
+        least, most = self._noise, self._signal + self._noise
+        lower = self._signal * a["inverse"].astype(np.float64)
+        chain = (
+            steps.shape_and_level(INPUT, "shape", n, float(a["level"][0]), slope),
+            steps.rbf("shape", "near", a["inputs"], gamma),
+            steps.dense("near", "mean", self._signal * a["weights"][None], np.zeros(1)),
+            steps.deviation("near", "spread", lower, most, least, self.target[1]),
+        )
+        return Program(n, chain, "mean", "spread")
+
+
+@dataclass(frozen=True)
+class GaussianProcess(Estimator):
+    """Gaussian-process regression on the shape and the level of a window.
+
+    Parameters
+    ----------
+    task, rate
+        As for every estimator; regression only.
+    kept
+        The model keeps at most this many windows, evenly spaced in the order of targets.
+    """
+
+    name: ClassVar[str] = "gaussian_process"
+    title: ClassVar[str] = "Gaussian process"
+    colour: ClassVar[str] = PURPLE
+    model: ClassVar[type[WindowModel]] = GaussianProcessModel
+    tasks: ClassVar[tuple[Task, ...]] = (Task.REGRESSION,)
+    quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"kept": 300})
+
+    kept: int = KEPT
+
+    def fit(
+        self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
+    ) -> GaussianProcessModel:
+        """See :meth:`Estimator.fit`; the kernel has the highest marginal likelihood."""
+        spec = training_spec(self.task, self.rate, X, y, groups)
+        level = level_of(X)
+        which = _spaced(y, self.kept, seed)
+        inputs = shape_and_level(X[which], level)
+        target = target_scale(self.task, y)
+        wanted = (y[which] - target[0]) / target[1]
+        few = _spaced(wanted, SEARCHED, seed)
+        signal, length, noise = _kernel(inputs[few], wanted[few])
+        scaled = inputs.astype(np.float64) / length
+        covariance = signal * RbfKernel(scaled, 0.5).rows(scaled) + noise * np.eye(len(which))
+        inverse = np.linalg.inv(np.linalg.cholesky(covariance))
+        return GaussianProcessModel(
+            spec,
+            level,
+            inputs,
+            inverse.T @ (inverse @ wanted),
+            inverse.astype(np.float32),
+            np.array([signal, length, noise]),
+            target,
+        )
+
+    def reference(self, model: GaussianProcessModel, X: Windows, y: Values) -> Reference:
+        """scikit-learn's process with the same kernel on the same windows."""
+        from sklearn.gaussian_process import GaussianProcessRegressor
+
+        arrays = model.to_arrays()
+        process = GaussianProcessRegressor(_form(*arrays["kernel"]), optimizer=None)
+        process.fit(arrays["inputs"], np.zeros(len(arrays["inputs"])))
+        inputs = shape_and_level(X, arrays["level"])
+        return Reference("scikit-learn predict", process.predict, list(inputs[:, None, :]))
+
+
+def _spaced(y: Values, most: int, seed: int) -> NDArray[np.intp]:
+    """At most so many positions, soft and hard ones in their shares, ascending."""
+    shuffled = np.random.default_rng(seed).permutation(len(y))
+    ordered = shuffled[np.argsort(y[shuffled], kind="stable")]
+    spaced = np.linspace(0, len(y) - 1, min(most, len(y))).round().astype(np.intp)
+    return np.sort(ordered[spaced])
+
+
+def _form(signal: float, length: float, noise: float) -> Any:
+    from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
+
+    return ConstantKernel(signal, (1e-2, 1e3)) * RBF(length, (1e-1, 1e3)) + WhiteKernel(
+        noise, (1e-3, 1e1)
+    )
+
+
+def _kernel(inputs: NDArray[np.float32], wanted: Values) -> tuple[float, float, float]:
+    """Variance of the signal, length and variance of the noise of the likeliest kernel."""
+    import warnings
+
+    from sklearn.exceptions import ConvergenceWarning
+    from sklearn.gaussian_process import GaussianProcessRegressor
+
+    process = GaussianProcessRegressor(_form(1.0, float(np.sqrt(inputs.shape[1])), 0.1))
+    with warnings.catch_warnings():
+        # A parameter at the end of its range: the likeliest within it is what is wanted.
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        process.fit(inputs.astype(np.float64), wanted)
+    signal, length, noise = np.exp(process.kernel_.theta)
+    return float(signal), float(length), float(noise)

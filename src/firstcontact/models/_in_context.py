@@ -1,0 +1,238 @@
+"""The in-context network: knows any rig from a few pinches of its blocks, without training.
+
+It was trained once on thousands of random rigs (``firstcontact pretrain``); what it knows of
+one rig is an input. At the user's nothing is learned: the rig's own pinches are summed up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import FINGERTIP_RATE, InputError, parse_int, same_rate, take_array
+from firstcontact.models._anytime_model import Answers, AnytimeModel, Arrays
+from firstcontact.models._contact_features import Shape
+from firstcontact.models._context_network import Context, Network
+from firstcontact.models._interval import SHORE_A
+from firstcontact.models._motor_pitch import POINTS, MotorPitch
+from firstcontact.models._network_inputs import BESIDE, beside, network_inputs
+from firstcontact.models._out_of_range import Familiar, shape_traits
+from firstcontact.models._rig import GENERAL, STAGES, TOKEN, Rig, stage_of
+from firstcontact.models._spec import Values
+from firstcontact.models._touches import Touches, lengths
+
+#: Number of the rig that stands for any finger.
+ANY = -1
+#: Lowest and highest level of a rig, V.
+LOUD = 1e-9, 1e9
+
+
+class InContextModel(AnytimeModel):
+    """A pre-trained network and the rigs that it is told of.
+
+    Parameters
+    ----------
+    network, familiar
+        Pre-trained.
+    factors
+        Half width of the interval in the model's own spreads at each stage, shape (stages,).
+    level
+        Share that intervals hold.
+    rigs
+        By number of the finger; that of ``ANY`` is for all others.
+
+    Raises
+    ------
+    InputError
+        Arrays that do not fit together.
+    """
+
+    kind: ClassVar[str] = "in_context"
+
+    def __init__(
+        self,
+        network: Network,
+        familiar: Familiar,
+        factors: NDArray[np.float64],
+        level: float,
+        rigs: Mapping[int, Rig],
+    ) -> None:
+        if factors.shape != (len(STAGES),) or not (factors > 0).all():
+            raise InputError("the widths of the intervals do not fit")
+        if ANY not in rigs:
+            raise InputError("the rig for any finger is missing")
+        self.rate = FINGERTIP_RATE
+        self.level = level
+        self._network, self._familiar, self._factors = network, familiar, factors
+        self.rigs = dict(rigs)
+        self._contexts: dict[int, Context] = {
+            finger: network.context(rig.tokens, rig.general) for finger, rig in rigs.items()
+        }
+
+    @property
+    def network(self) -> Network:
+        """The pre-trained network."""
+        return self._network
+
+    @property
+    def familiar(self) -> Familiar:
+        """What contacts are like that it learned from."""
+        return self._familiar
+
+    @property
+    def factors(self) -> NDArray[np.float64]:
+        """Half width of the interval in spreads at each stage, shape (stages,)."""
+        return self._factors
+
+    def context(self, finger: int) -> Context:
+        """What the network makes of a rig."""
+        return self._contexts[finger]
+
+    def half_widths(
+        self, spreads: Values, samples: NDArray[np.intp] | int, rate: float = FINGERTIP_RATE
+    ) -> Values:
+        """Half widths of intervals of answers with these spreads after so many samples."""
+        return spreads * self._factors[stage_of(samples, rate)]
+
+    @property
+    def shortest(self) -> int:
+        """Fewest valid samples that an answer takes."""
+        return lengths(self.rate)[0]
+
+    def told_of(self, rigs: Mapping[int, Rig]) -> InContextModel:
+        """The same network for other rigs."""
+        return InContextModel(self._network, self._familiar, self._factors, self.level, rigs)
+
+    def widened(self, scales: NDArray[np.float64]) -> InContextModel:
+        """The same model with intervals so many times as wide at each stage, shape (stages,)."""
+        factors = self._factors * scales
+        return InContextModel(self._network, self._familiar, factors, self.level, self.rigs)
+
+    def known(self, touches: Touches) -> NDArray[np.float64]:
+        """What :meth:`answers` needs to know beside the signal after the contacts."""
+        out = np.empty((len(touches), BESIDE))
+        for finger, which in self.by_rig(touches):
+            out[which] = beside(touches.take(which), self.rigs[finger])
+        return out
+
+    def answers(self, touches: Touches, known: NDArray[np.float64] | None = None) -> Answers:
+        """See :meth:`AnytimeModel.answers`; ``known`` saves working it out again."""
+        self._check(touches)
+        n = len(touches)
+        values, spreads = np.empty(n), np.empty(n)
+        strange = np.zeros(n, np.bool_)
+        told = self.known(touches) if known is None else known
+        stages = stage_of(touches.valid, touches.rate)
+        for finger, which in self.by_rig(touches):
+            rig = self.rigs[finger]
+            its = touches if len(which) == n else touches.take(which)
+            level, sign = np.full(len(its), rig.level), np.full(len(its), rig.sign)
+            shape = Shape.of(its.after, its.valid, level, sign)
+            x = network_inputs(shape, told[which])
+            mixture = self._network.outputs(x, self._contexts[finger], stages[which])
+            values[which], spreads[which] = mean_and_spread(mixture)
+            found = shape_traits(shape, its.signals[:, : its.before])
+            has_level = rig.tokens.shape[1] > 0
+            strange[which] = self._familiar.strange(found, stages[which], has_level)
+        wrong = np.flatnonzero(~np.isfinite(values + spreads))
+        if len(wrong):
+            raise InputError(
+                f"the model predicts no finite number for contact {wrong[0]}: leave the contact "
+                "out, or make the model again"
+            )
+        half = self.half_widths(spreads, touches.valid, touches.rate)
+        values = np.clip(values, *SHORE_A)
+        low, high = (np.clip(values + way * half, *SHORE_A) for way in (-1, 1))
+        return Answers(values, spreads, low, high, strange)
+
+    def _check(self, touches: Touches) -> None:
+        if not same_rate(touches.rate, self.rate):
+            raise InputError(
+                f"the model takes contacts at {self.rate:g} Hz but these have {touches.rate:g} Hz: "
+                "resample the pinches first"
+            )
+        if len(touches) and touches.valid.min() < self.shortest:
+            raise InputError(
+                f"an answer takes {self.shortest} samples after the contact, and "
+                f"{touches.valid.min()} are there: wait for more"
+            )
+
+    def by_rig(self, touches: Touches) -> list[tuple[int, NDArray[np.intp]]]:
+        """Numbers of rigs, and which touches are of each."""
+        numbers = [f if f in self.rigs else ANY for f in touches.fingers.tolist()]
+        if len(set(numbers)) == 1:
+            return [(numbers[0], np.arange(len(numbers)))]
+        finger = np.array(numbers, np.intp)
+        return [(f, np.flatnonzero(finger == f)) for f in sorted(set(numbers))]
+
+    @classmethod
+    def network_of(cls, arrays: Mapping[str, NDArray[Any]]) -> Network:
+        """The network in a file's arrays."""
+        return Network(arrays)
+
+    def to_arrays(self) -> Arrays:
+        """Network, what is familiar, widths, and each rig as ``rig.FINGER.NAME``."""
+        arrays = {**self._network.to_arrays(), **self._familiar.to_arrays()}
+        arrays["factors"] = self._factors
+        for finger, rig in self.rigs.items():
+            for name, array in _rig_arrays(rig).items():
+                arrays[f"rig.{finger}.{name}"] = array
+        return arrays
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], level: float) -> Self:
+        """The inverse of :meth:`to_arrays`.
+
+        Raises
+        ------
+        InputError
+            Arrays that are missing or do not fit together.
+        """
+        fingers = {_finger(name) for name in arrays if name.startswith("rig.")}
+        rigs = {f: _rig(arrays, f"rig.{f}.") for f in fingers} or {ANY: Rig.unknown()}
+        factors = take_array(arrays, "factors", len(STAGES)).astype(np.float64)
+        return cls(cls.network_of(arrays), Familiar.from_arrays(arrays), factors, level, rigs)
+
+
+def mean_and_spread(mixture: NDArray[np.float64]) -> tuple[Values, Values]:
+    """Mean and standard deviation of mixtures, as :meth:`Network.outputs` gives them."""
+    weight, mean, sd = mixture
+    value: Values = (weight * mean).sum(axis=1)
+    square = (weight * (sd * sd + mean * mean)).sum(axis=1)
+    return value, np.sqrt(np.maximum(square - value * value, 1e-4))
+
+
+def _rig_arrays(rig: Rig) -> Arrays:
+    arrays: Arrays = {
+        # Files hold finite numbers only: a speed of 0 stands for one that was not told.
+        "scalars": np.array([rig.level, rig.sign, np.nan_to_num(rig.speed)]),
+        "tokens": rig.tokens.astype(np.float32),
+        "general": rig.general,
+    }
+    if rig.pitch is not None:
+        arrays["reference"] = rig.pitch.reference
+        arrays["usual"] = np.array([rig.pitch.usual])
+    return arrays
+
+
+def _finger(name: str) -> int:
+    try:
+        return parse_int(name.split(".")[1])
+    except ValueError:
+        raise InputError(f"the array {name} names no finger") from None
+
+
+def _rig(arrays: Mapping[str, NDArray[Any]], at: str) -> Rig:
+    level, sign, speed = take_array(arrays, at + "scalars", 3).astype(np.float64).tolist()
+    if not LOUD[0] <= level <= LOUD[1] or sign not in (1.0, -1.0) or speed < 0:
+        raise InputError(f"the array {at}scalars holds no level, sign and speed of a rig")
+    tokens = take_array(arrays, at + "tokens", len(STAGES), None, TOKEN).astype(np.float64)
+    general = take_array(arrays, at + "general", GENERAL).astype(np.float64)
+    pitch = None
+    if at + "reference" in arrays:
+        reference = take_array(arrays, at + "reference", POINTS).astype(np.float64)
+        pitch = MotorPitch(reference, float(take_array(arrays, at + "usual", 1)[0]))
+    return Rig(level, sign, pitch, speed or float("nan"), tokens, general)

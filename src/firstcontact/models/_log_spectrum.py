@@ -1,0 +1,243 @@
+"""A linear model of the log spectrum without its level: it asks little, so it moves further.
+
+The kernel machines on waveforms learn a sensor by heart; this one has some twenty weights a
+class, is deaf to gain, and weighs every group of windows alike, however many there are of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import SKY, InputError, Program
+from firstcontact.models._estimator import Estimator, target_scale, training_spec
+from firstcontact.models._folds import inner_folds
+from firstcontact.models._model import ArraysModel, WindowModel
+from firstcontact.models._spec import Spec, Task, Values, Windows
+from firstcontact.models._spectral_features import KINDS, features
+from firstcontact.models._spectral_steps import spectral_program
+
+#: Inverse strength of the regularisation, strongest first; with each kind of input it is
+#: searched on groups that the candidate has not seen.
+C_GRID = (1e-3, 1e-2, 1e-1, 1.0)
+SEARCH_WINDOWS = 1000
+#: Up to so many groups each is left out in turn; more are dealt into so many folds.
+MOST_GROUPS, FOLDS = 12, 5
+#: A probability counts as at least this: one window does not decide a search.
+LEAST = 1e-3
+
+
+class LogSpectrumModel(ArraysModel):
+    """Weights of standardised features.
+
+    Parameters
+    ----------
+    spec
+        What it takes and answers.
+    kind
+        Number of its features in the order of ``KINDS``, shape (1,).
+    scale
+        Mean and standard deviation of each feature, shape (2, inputs).
+    weights, bias
+        Shapes (inputs, outputs) and (outputs,); an output for each class, or one.
+    target
+        Mean and standard deviation of the targets.
+    parameters
+        C that was chosen, shape (1,).
+
+    Raises
+    ------
+    InputError
+        If the arrays do not fit together.
+    """
+
+    kind: ClassVar[str] = "log_spectrum"
+    names = ("kind", "scale", "weights", "bias", "target", "parameters")
+
+    def __init__(
+        self,
+        spec: Spec,
+        kind: Values,
+        scale: Values,
+        weights: Values,
+        bias: Values,
+        target: Values,
+        parameters: Values,
+    ) -> None:
+        given: tuple[NDArray[Any], ...] = (kind, scale, weights, bias, target, parameters)
+        if kind.shape != (1,) or float(kind[0]) not in range(len(KINDS)):
+            raise InputError("the inputs of the log spectrum are not known: train again")
+        self._features = list(KINDS)[int(kind[0])]
+        blank = np.ones((1, spec.samples, spec.channels), np.float32)
+        inputs = features(self._features, blank, spec.rate).shape[1]
+        outputs = len(spec.classes) or 1
+        shapes = ((1,), (2, inputs), (inputs, outputs), (outputs,), (2,), (1,))
+        if tuple(a.shape for a in given) != shapes:
+            raise InputError("the arrays of the log spectrum do not fit together: train again")
+        if not ((scale[1] > 0).all() and target[1] > 0):
+            raise InputError("a scale of the log spectrum is not above 0: train again")
+        super().__init__(spec, *given)
+
+    @property
+    def notes(self) -> Mapping[str, Any]:
+        """What was chosen."""
+        return {"inputs": self._features, "C": float(self._arrays["parameters"][0])}
+
+    def outputs(self, X: Windows) -> Values:
+        """Evidence for each class, or the answer in the scale of the target."""
+        mean, deviation = self._arrays["scale"]
+        inputs = (features(self._features, X, self.spec.rate) - mean) / deviation
+        out: Values = inputs @ self._arrays["weights"] + self._arrays["bias"]
+        return out
+
+    def program(self) -> Program:
+        """Features of each channel, and what their weights make of them."""
+        a, spec = self._arrays, self.spec
+        weights = a["weights"] / a["scale"][1][:, None]
+        offset = a["bias"] - a["scale"][0] @ weights
+        return spectral_program(self._features, spec, weights.T, offset)
+
+
+@dataclass(frozen=True)
+class LogSpectrum(Estimator):
+    """Logistic or ridge regression on the log spectrum without its level.
+
+    Parameters
+    ----------
+    task, rate
+        As for every estimator.
+    search_windows
+        The search learns from at most this many windows; the answer is refitted on all.
+    """
+
+    name: ClassVar[str] = "log_spectrum"
+    title: ClassVar[str] = "Log spectrum"
+    colour: ClassVar[str] = SKY
+    model: ClassVar[type[WindowModel]] = LogSpectrumModel
+    moves: ClassVar[bool] = True
+    quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"search_windows": 300})
+
+    search_windows: int = SEARCH_WINDOWS
+
+    def fit(
+        self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
+    ) -> LogSpectrumModel:
+        """See :meth:`Estimator.fit`; kind of input and C are chosen on groups left out."""
+        spec = training_spec(self.task, self.rate, X, y, groups)
+        target = target_scale(self.task, y)
+        wanted = (y - target[0]) / target[1]
+        kind, c = self._search(X, wanted, groups, seed)
+        fitted = _fit(self.task, features(kind, X, self.rate), wanted, groups, c)
+        number = np.array([float(list(KINDS).index(kind))])
+        return LogSpectrumModel(spec, number, *fitted, target, np.array([c]))
+
+    def _search(
+        self, X: Windows, y: Values, groups: NDArray[Any] | None, seed: int
+    ) -> tuple[str, float]:
+        """The kind of input and C with the least loss on groups that were left out."""
+        rng = np.random.default_rng(seed)
+        chosen = np.sort(rng.permutation(len(y))[: self.search_windows])
+        y, groups = y[chosen], None if groups is None else groups[chosen]
+        folds = [
+            (train, held)
+            for train, held in _folds(y, groups, seed)
+            if self.task is Task.REGRESSION or set(y[held]) <= set(y[train]) != {y[train[0]]}
+        ]
+        best = (np.inf, next(iter(KINDS)), C_GRID[0])
+        for kind in KINDS if folds else ():
+            inputs = features(kind, X[chosen], self.rate)
+            for c in C_GRID:
+                loss = self._loss(inputs, y, groups, folds, c)
+                best = min(best, (loss, kind, c), key=lambda found: found[0])
+        return best[1], best[2]
+
+    def _loss(
+        self,
+        inputs: Values,
+        y: Values,
+        groups: NDArray[Any] | None,
+        folds: list[tuple[NDArray[np.intp], NDArray[np.intp]]],
+        c: float,
+    ) -> float:
+        """Mean over held-out windows: minus log probability, or squared error."""
+        losses, held_out = [], []
+        for train, held in folds:
+            learned = None if groups is None else groups[train]
+            scale, weights, bias = _fit(self.task, inputs[train], y[train], learned, c)
+            outputs = (inputs[held] - scale[0]) / scale[1] @ weights + bias
+            if self.task is Task.REGRESSION:
+                losses.append((outputs[:, 0] - y[held]) ** 2)
+            else:
+                column = np.searchsorted(np.unique(y[train]), y[held])
+                outputs -= outputs.max(axis=1, keepdims=True)
+                shares = np.exp(outputs) / np.exp(outputs).sum(axis=1, keepdims=True)
+                right = shares[np.arange(len(held)), column]
+                losses.append(-np.log(np.maximum(right, LEAST)))
+            held_out.append(held)
+        which = np.concatenate(held_out)
+        share = _evenly(self.task, y, groups)[which]
+        return float(np.average(np.concatenate(losses), weights=share))
+
+
+def _folds(
+    y: Values, groups: NDArray[Any] | None, seed: int
+) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """Each group left out in turn, or folds of several where there are many or none."""
+    names = np.unique(groups) if groups is not None else np.array([])
+    if not 2 <= len(names) <= MOST_GROUPS:
+        yield from inner_folds(y, groups, seed, FOLDS)
+        return
+    for name in names:
+        yield np.flatnonzero(groups != name), np.flatnonzero(groups == name)
+
+
+def _evenly(task: Task, y: Values, groups: NDArray[Any] | None) -> Values:
+    """Weights with which every group counts alike, and every class; their mean is 1."""
+    weights = np.ones(len(y))
+    if groups is not None:
+        if task is Task.CLASSIFICATION:
+            pairs = np.stack(
+                [np.unique(y, return_inverse=True)[1], np.unique(groups, return_inverse=True)[1]]
+            )
+            _, number = np.unique(pairs, axis=1, return_inverse=True)
+        else:
+            _, number = np.unique(groups, return_inverse=True)
+        weights /= np.bincount(number)[number]
+    if task is Task.CLASSIFICATION:
+        _, number = np.unique(y, return_inverse=True)
+        weights /= np.bincount(number, weights)[number]
+    even: Values = weights * (len(y) / weights.sum())
+    return even
+
+
+def _fit(
+    task: Task, inputs: Values, y: Values, groups: NDArray[Any] | None, c: float
+) -> tuple[Values, Values, Values]:
+    """Mean and deviation of the inputs, weights and bias."""
+    import warnings
+
+    from sklearn.exceptions import ConvergenceWarning
+    from sklearn.linear_model import LogisticRegression, Ridge
+
+    share = _evenly(task, y, groups)
+    mean = np.average(inputs, axis=0, weights=share)
+    deviation = np.sqrt(np.average((inputs - mean) ** 2, axis=0, weights=share))
+    # What does not vary says nothing, and what hardly does is not blown up.
+    deviation = np.where(deviation > 1e-9, deviation, 1.0)
+    scaled = (inputs - mean) / deviation
+    scale = np.stack([mean, deviation])
+    if task is Task.REGRESSION:
+        line = Ridge(alpha=1.0 / c).fit(scaled, y, sample_weight=share)
+        return scale, line.coef_.reshape(-1, 1), np.atleast_1d(line.intercept_)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)  # close enough for a candidate
+        found = LogisticRegression(C=c, max_iter=3000).fit(scaled, y, sample_weight=share)
+    weights, bias = found.coef_.T, found.intercept_
+    if len(found.classes_) == 2:  # a single output, for the second class
+        weights, bias = np.hstack([np.zeros_like(weights), weights]), np.append(0.0, bias)
+    return scale, weights, bias

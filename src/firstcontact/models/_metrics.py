@@ -1,0 +1,210 @@
+"""Scores with their intervals: per pinch, per object, resampled by group."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.models._scores import (
+    ClassificationScores,
+    Ends,
+    MeanErrors,
+    RankCorrelation,
+    RegressionScores,
+    SpecimenErrors,
+)
+
+Values = NDArray[np.float64]
+#: Resamples of a bootstrap interval.
+RESAMPLES = 2000
+#: Coverage of every interval.
+CONFIDENCE = 0.95
+
+
+def _sums(clusters: NDArray[Any], columns: Values) -> Values:
+    """Sum of each column within each cluster, shape (clusters, columns)."""
+    _, inverse = np.unique(clusters, return_inverse=True)
+    out = np.zeros((int(inverse.max()) + 1, columns.shape[1]))
+    np.add.at(out, inverse, columns)
+    return out
+
+
+def cluster_intervals(
+    columns: Values,
+    statistics: Mapping[str, Callable[[Values], Values]],
+    clusters: NDArray[Any],
+    seed: int,
+) -> dict[str, Ends]:
+    """Percentile bootstrap over whole clusters (Davison and Hinkley 1997, 3.8).
+
+    Pinches of one session or specimen are alike, so they are drawn together;
+    intervals over single pinches would be too narrow.
+
+    Parameters
+    ----------
+    columns
+        What each pinch adds up to, shape (pinches, columns).
+    statistics
+        From sums of the columns, shape (..., columns), to a score, shape (...).
+    clusters
+        Session or specimen of each pinch, shape (pinches,).
+    seed
+        Of the resampling.
+
+    Returns
+    -------
+    dict
+        Low and high end for each statistic; empty with fewer than two clusters.
+    """
+    from scipy.stats import bootstrap
+
+    sums = _sums(clusters, columns)
+    if len(sums) < 2:
+        return {}
+    intervals = {}
+    for name, statistic in statistics.items():
+
+        def resampled(
+            drawn: NDArray[np.intp], axis: int = -1, of: Callable[[Values], Values] = statistic
+        ) -> Values:
+            return of(sums[drawn].sum(axis=axis - 1 if axis < 0 else axis))
+
+        found = bootstrap(
+            (np.arange(len(sums)),),
+            resampled,
+            n_resamples=RESAMPLES,
+            confidence_level=CONFIDENCE,
+            method="percentile",
+            vectorized=True,
+            rng=np.random.default_rng(seed),
+        ).confidence_interval
+        intervals[name] = (float(found.low), float(found.high))
+    return intervals
+
+
+def regression_scores(
+    truth: Values, predicted: Values, clusters: NDArray[Any], seed: int
+) -> RegressionScores:
+    """RMSE, MAE, MSE, bias and Spearman's rho over pinches, with intervals.
+
+    Parameters
+    ----------
+    truth, predicted
+        Shape (pinches,), in the unit of the target (Shore A).
+    clusters
+        What is resampled as a whole, shape (pinches,).
+    seed
+        Of the resampling.
+    """
+    from scipy.stats import spearmanr
+
+    error = predicted - truth
+    columns = np.stack([np.ones_like(error), error, np.abs(error), error**2], axis=1)
+    statistics: dict[str, Callable[[Values], Values]] = {
+        "rmse": lambda s: np.sqrt(s[..., 3] / s[..., 0]),
+        "mae": lambda s: s[..., 2] / s[..., 0],
+        "mse": lambda s: s[..., 3] / s[..., 0],
+        "bias": lambda s: s[..., 1] / s[..., 0],
+    }
+    total = columns.sum(axis=0)
+    vary = np.ptp(truth) > 0 and np.ptp(predicted) > 0
+    return RegressionScores(
+        **{name: float(f(total)) for name, f in statistics.items()},
+        n=len(error),
+        spearman=float(spearmanr(truth, predicted).statistic) if vary else None,
+        intervals=cluster_intervals(columns, statistics, clusters, seed),
+    )
+
+
+def classification_scores(
+    truth: Values, predicted: Values, clusters: NDArray[Any], seed: int
+) -> ClassificationScores:
+    """Accuracy with its interval, and the confusion matrix."""
+    from sklearn.metrics import confusion_matrix
+
+    right = (truth == predicted).astype(np.float64)
+    columns = np.stack([np.ones_like(right), right], axis=1)
+    classes = np.unique(np.concatenate([truth, predicted]))
+    numbers = range(len(classes))  # scikit-learn takes values with a fraction for no classes
+    with warnings.catch_warnings(action="ignore"):  # of a single class, though it is named
+        confusion = confusion_matrix(
+            np.searchsorted(classes, truth), np.searchsorted(classes, predicted), labels=numbers
+        )
+    return ClassificationScores(
+        accuracy=float(right.mean()),
+        n=len(right),
+        classes=classes.tolist(),
+        confusion=confusion.tolist(),
+        intervals=cluster_intervals(
+            columns, {"accuracy": lambda s: s[..., 1] / s[..., 0]}, clusters, seed
+        ),
+    )
+
+
+def per_object(
+    truth: Values, predicted: Values, specimens: NDArray[np.str_], objects: NDArray[np.str_]
+) -> dict[str, SpecimenErrors]:
+    """Errors of each specimen by itself: of its pinches, and of their mean."""
+    out = {}
+    for specimen in np.unique(specimens):
+        its = specimens == specimen
+        error = predicted[its] - truth[its]
+        out[str(specimen)] = SpecimenErrors(
+            object=str(objects[its][0]),
+            n=int(its.sum()),
+            true=float(truth[its].mean()),
+            mean=float(predicted[its].mean()),
+            # Of a single pinch there is no spread to tell.
+            sd=float(predicted[its].std(ddof=1)) if its.sum() > 1 else None,
+            bias=float(error.mean()),
+            rmse=float(np.sqrt((error**2).mean())),
+            mae=float(np.abs(error).mean()),
+            mse=float((error**2).mean()),
+        )
+    return out
+
+
+def over_objects(each: Mapping[str, SpecimenErrors]) -> MeanErrors:
+    """Errors of the objects' mean predictions: one number an object, all alike."""
+    error = np.array([o.mean - o.true for o in each.values()])
+    return MeanErrors(
+        rmse=float(np.sqrt((error**2).mean())),
+        mae=float(np.abs(error).mean()),
+        mse=float((error**2).mean()),
+        bias=float(error.mean()),
+        n=len(error),
+    )
+
+
+def rank_correlation(truth: Values, score: Values, seed: int) -> RankCorrelation:
+    """Spearman's rho with a permutation p-value, exact for small n.
+
+    Parameters
+    ----------
+    truth, score
+        One value a group, shape (n,); ties take their mean rank.
+    seed
+        Used only where n! is too many to go through.
+    """
+    from math import factorial
+
+    from scipy.stats import permutation_test, spearmanr
+
+    n = len(truth)
+    if n < 3 or np.ptp(truth) == 0 or np.ptp(score) == 0:
+        return RankCorrelation(n=n)
+    resamples = 9999
+    found = permutation_test(
+        (truth,),
+        lambda x: spearmanr(x, score).statistic,
+        permutation_type="pairings",
+        n_resamples=resamples,
+        rng=np.random.default_rng(seed),
+    )
+    return RankCorrelation(
+        rho=float(found.statistic), n=n, p=float(found.pvalue), exact=factorial(n) <= resamples
+    )

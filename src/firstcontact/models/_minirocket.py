@@ -1,0 +1,234 @@
+"""MiniRocket with a ridge: fixed kernels, what share of a window each exceeds, a linear model.
+
+A. Dempster, D. F. Schmidt, G. I. Webb: MiniRocket: A Very Fast (Almost) Deterministic
+Transform for Time Series Classification, KDD 2021. Written in NumPy: the packages that
+have it (aeon, sktime) bring Numba, pandas and megabytes with them for a hundred lines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import INPUT, ORANGE, InputError, Program, steps
+from firstcontact.core.shape_steps import shares_above
+from firstcontact.models._estimator import Estimator, target_scale, training_spec
+from firstcontact.models._model import ArraysModel, WindowModel
+from firstcontact.models._spec import Spec, Task, Values, Windows
+from firstcontact.models._svm_model import log_rms
+
+#: Taps of a kernel, and the weight of the three that are not -1.
+TAPS, HIGH = 9, 2.0
+#: Features are about so many: a few biases for each of the 84 kernels and its dilations.
+FEATURES = 1008
+#: Strengths of the ridge that are tried, on whole sessions left out.
+RIDGES = tuple(10.0**k for k in range(6))
+#: Windows that are transformed at once.
+_BATCH = 128
+_TRIPLES = np.array(list(combinations(range(TAPS), 3)))
+#: The 84 kernels, shape (84, 9).
+KERNELS = np.full((len(_TRIPLES), TAPS), -1.0, dtype=np.float32)
+np.put_along_axis(KERNELS, _TRIPLES, np.float32(HIGH), axis=1)
+
+
+def dilations(samples: int) -> NDArray[np.int64]:
+    """Distances between the taps for windows of this length, ascending."""
+    most = max(1.0, (samples - 1) / (TAPS - 1))
+    return np.unique(np.logspace(0, np.log2(most), 5, base=2.0).astype(np.int64))
+
+
+def convolve(X: Values, dilation: int) -> Values:
+    """All kernels over windows (n, samples), zeros around them: (n, 84, samples)."""
+    reach = dilation * (TAPS // 2)
+    padded = np.pad(X, ((0, 0), (reach, reach)))
+    starts = dilation * np.arange(TAPS)[:, None] + np.arange(X.shape[1])
+    return np.asarray(KERNELS @ padded[:, starts])
+
+
+def normalised(X: Windows) -> Values:
+    """Windows (n, samples, channels) end to end, divided by their RMS: (n, samples * channels).
+
+    In double precision, in which no sum lies so near a bias that the order of its terms, another
+    on each machine, decides.
+    """
+    flat = X.transpose(0, 2, 1).reshape(len(X), -1).astype(np.float64)
+    rms = np.sqrt(np.einsum("ij,ij->i", flat, flat) / flat.shape[1])
+    return np.asarray(flat / rms[:, None])
+
+
+class MiniRocketModel(ArraysModel):
+    """Shares of a window above biases, and the logarithm of its level, in a linear model.
+
+    Parameters
+    ----------
+    spec
+        What it takes and answers.
+    steps
+        Dilations, shape (d,).
+    biases
+        Shape (d, 84, k).
+    mean, scale
+        Of each feature, shape (84 d k + 1,).
+    weights
+        A row for each output, the last one its offset, shape (outputs, features + 1).
+    target
+        Mean and standard deviation of the targets of a regression, else (0, 1).
+    ridge
+        Strength that was chosen, shape (1,).
+
+    Raises
+    ------
+    InputError
+        If the arrays do not fit together.
+    """
+
+    kind: ClassVar[str] = "minirocket"
+    names = ("dilations", "biases", "mean", "scale", "weights", "target", "ridge")
+
+    def __init__(
+        self,
+        spec: Spec,
+        steps: NDArray[np.float64],
+        biases: NDArray[np.float32],
+        mean: NDArray[np.float32],
+        scale: NDArray[np.float32],
+        weights: NDArray[np.float32],
+        target: NDArray[np.float64],
+        ridge: NDArray[np.float64],
+    ) -> None:
+        given: tuple[NDArray[Any], ...] = (steps, biases, mean, scale, weights, target, ridge)
+        features = biases.size + 1
+        rows = len(spec.classes) or 1
+        k = biases.shape[-1] if biases.ndim else 0
+        shapes = ((len(steps),) if steps.ndim else (-1,), (len(given[0]), len(KERNELS), k))
+        expected = (*shapes, (features,), (features,), (rows, features + 1), (2,), (1,))
+        if tuple(a.shape for a in given) != expected:
+            raise InputError("the arrays of MiniRocket do not fit together: train again")
+        longest = spec.samples * spec.channels
+        if not ((steps >= 1) & (steps <= longest) & (steps == np.floor(steps))).all():
+            raise InputError("a dilation of MiniRocket does not fit its windows: train again")
+        if not ((scale > 0).all() and target[1] > 0):
+            raise InputError("a scale of MiniRocket is not above 0: train again")
+        super().__init__(spec, *given)
+        self._weights = (weights[:, :-1] / scale).astype(np.float32)
+        self._offsets = weights[:, -1] - self._weights @ mean
+
+    @property
+    def notes(self) -> Mapping[str, Any]:
+        """How many features there are, and the ridge that was chosen."""
+        return {"features": self._weights.shape[1], "ridge": float(self._arrays["ridge"][0])}
+
+    def outputs(self, X: Windows) -> NDArray[np.float32]:
+        """The linear model's, shape (n, outputs)."""
+        steps, biases = self._arrays["dilations"], self._arrays["biases"]
+        parts = [
+            features(X[i : i + _BATCH], steps, biases) @ self._weights.T
+            for i in range(0, len(X), _BATCH)
+        ]
+        none = np.zeros((0, len(self._weights)), dtype=np.float32)
+        out: NDArray[np.float32] = np.concatenate([none, *parts]) + self._offsets
+        return out
+
+    def program(self) -> Program:
+        """Shape and level, shares above the biases, and the linear model."""
+        own, spec = self._arrays, self.spec
+        n = spec.samples * spec.channels
+        dilated = [int(step) for step in own["dilations"]]
+        chain = (
+            shares_above(INPUT, "shares", spec.samples, spec.channels, dilated, own["biases"]),
+            steps.dense("shares", "outputs", self._weights, self._offsets),
+        )
+        return Program(n, chain, "outputs")
+
+
+def features(
+    X: Windows, distances: NDArray[Any], biases: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Share of each window above each bias, and the logarithm of its RMS: (n, features)."""
+    waves = normalised(X)
+    shares = [
+        (convolve(waves, int(step))[:, :, None, :] > bias[:, :, None]).mean(axis=3)
+        for step, bias in zip(distances, biases, strict=True)
+    ]
+    every = [*(s.reshape(len(X), -1) for s in shares), log_rms(X)]
+    return np.column_stack(every).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class MiniRocket(Estimator):
+    """MiniRocket's features of the shape of a window, its level, and a ridge.
+
+    For classification the ridge answers one of several targets of 1 and -1. Biases are
+    quantiles of what the kernels give on training windows.
+    """
+
+    name: ClassVar[str] = "minirocket"
+    title: ClassVar[str] = "MiniRocket"
+    colour: ClassVar[str] = ORANGE
+    model: ClassVar[type[WindowModel]] = MiniRocketModel
+
+    def fit(
+        self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
+    ) -> MiniRocketModel:
+        """See :meth:`Estimator.fit`; the ridge is chosen on whole sessions left out."""
+        spec = training_spec(self.task, self.rate, X, y, groups)
+        steps = dilations(X.shape[1] * X.shape[2])
+        biases = _biases(normalised(X), steps, seed)
+        known = np.concatenate(
+            [features(X[i : i + _BATCH], steps, biases) for i in range(0, len(X), _BATCH)]
+        )
+        mean, scale = known.mean(axis=0), known.std(axis=0)
+        scale = np.where(scale > 1e-6, scale, 1.0).astype(np.float32)
+        regression = self.task is Task.REGRESSION
+        target = target_scale(self.task, y)
+        wanted = (
+            ((y - target[0]) / target[1])[:, None]
+            if regression
+            else np.where(y[:, None] == np.array(spec.classes), 1.0, -1.0)
+        )
+        weights, ridge = _ridge((known - mean) / scale, wanted, y, groups, seed)
+        return MiniRocketModel(
+            spec, steps.astype(np.float64), biases, mean, scale, weights, target, np.array([ridge])
+        )
+
+
+def _biases(waves: Values, steps: NDArray[np.int64], seed: int) -> NDArray[np.float32]:
+    """Quantiles of each kernel's output on some windows: (d, 84, k)."""
+    k = max(1, FEATURES // (len(KERNELS) * len(steps)))
+    # Low-discrepancy quantiles by the golden ratio, as published.
+    golden = (np.arange(1, len(steps) * len(KERNELS) * k + 1) * (np.sqrt(5) - 1) / 2) % 1.0
+    levels = golden.reshape(len(steps), len(KERNELS), k)
+    some = np.random.default_rng(seed).permutation(len(waves))[:_BATCH]
+    biases = np.empty(levels.shape, dtype=np.float32)
+    for i, step in enumerate(steps):
+        ordered = np.sort(convolve(waves[some], int(step)).transpose(1, 0, 2).reshape(84, -1))
+        places = (levels[i] * (ordered.shape[1] - 1)).round().astype(np.intp)
+        biases[i] = np.take_along_axis(ordered, places, axis=1)
+    return biases
+
+
+def _ridge(
+    known: NDArray[np.float32],
+    wanted: NDArray[np.float64],
+    y: Values,
+    groups: NDArray[Any] | None,
+    seed: int,
+) -> tuple[NDArray[np.float32], float]:
+    """Weights and offsets, (outputs, features + 1), and the strength that errs least."""
+    from sklearn.linear_model import Ridge
+    from sklearn.model_selection import GridSearchCV
+
+    from firstcontact.models._folds import inner_folds
+
+    folds = [(learn, held) for learn, held in inner_folds(y, groups, seed) if len(held)]
+    search = GridSearchCV(
+        Ridge(), {"alpha": RIDGES}, scoring="neg_mean_squared_error", cv=folds, refit=True
+    ).fit(known.astype(np.float64), wanted)
+    best = search.best_estimator_
+    weights = np.column_stack([np.atleast_2d(best.coef_), np.atleast_1d(best.intercept_)])
+    return weights.astype(np.float32), float(best.alpha)

@@ -1,0 +1,150 @@
+"""How fast the hand closes, heard in the pitch of its motor before the contact.
+
+Rotor, gears and their harmonics all turn in proportion to the speed: on a logarithmic axis
+of frequency the whole spectrum moves by the logarithm of the speed. How far it moved against
+the rig's usual spectrum needs no knowledge of what the lines are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.models._spec import Values
+from firstcontact.models._touches import BEFORE, Signals
+from firstcontact.signal import BASELINE_GUARD, samples_in
+
+#: Range of frequencies that is listened to, Hz, and the points that it is told in.
+LOWEST, HIGHEST, POINTS = 100.0, 2300.0, 400
+#: Between two points: ln(frequency).
+STEP = float(np.log(HIGHEST / LOWEST)) / (POINTS - 1)
+#: The farthest shift that is looked for, points: a factor of two in speed.
+FARTHEST = 88
+#: A shift is believed where spectrum and reference have this correlation.
+BELIEVED = 0.5
+#: A count of the converter, V.
+COUNT = 3.2e-3
+_FFT = 2048
+_SMOOTH = 61
+_FLOOR = -1.0
+_ROUNDS = 4
+
+Spectra = NDArray[np.float64]
+
+
+def spectra(signals: Signals, before: int, rate: float) -> Spectra:
+    """Lines above the smooth part of the spectrum before each contact.
+
+    Parameters
+    ----------
+    signals
+        As of :class:`firstcontact.models._touches.Touches`, shape (n, samples).
+    before
+        Samples before the contact.
+    rate
+        Hz; below 4.6 kHz the highest frequencies are missing and count as silent.
+
+    Returns
+    -------
+    ndarray
+        Natural logarithm of power, on an axis of ln(frequency), shape (n, POINTS).
+    """
+    quiet = signals[:, : quiet_samples(before, rate)].astype(np.float64)
+    quiet = (quiet - quiet.mean(axis=1, keepdims=True)) * np.hanning(quiet.shape[1])
+    power = np.abs(np.fft.rfft(quiet, _FFT, axis=1)) ** 2
+    # In converter counts, so that what is added is far below any noise.
+    power = power / COUNT**2
+    cell, part = _places(rate)
+    level = np.log(power[:, cell] * (1 - part) + power[:, cell + 1] * part + 1e-3)
+    padded = np.pad(level, ((0, 0), (_SMOOTH // 2 + 1, _SMOOTH // 2)), mode="edge")
+    sums = np.cumsum(padded, axis=1)
+    lines = np.maximum(level - (sums[:, _SMOOTH:] - sums[:, :-_SMOOTH]) / _SMOOTH, _FLOOR)
+    out: Spectra = lines - lines.mean(axis=1, keepdims=True)
+    return out
+
+
+def quiet_samples(before: int, rate: float) -> int:
+    """So many of the samples before a contact are surely before it."""
+    return before - samples_in(BASELINE_GUARD, rate)
+
+
+def _places(rate: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Line below each point of the axis, and how far the point is on the way to the next."""
+    place = np.geomspace(LOWEST, HIGHEST, POINTS) * (_FFT / rate)
+    cell = np.minimum(place.astype(np.intp), _FFT // 2 - 1)
+    return cell, np.clip(place - cell, 0.0, 1.0)
+
+
+def ear_constants(rate: float) -> dict[str, float | NDArray[np.generic]]:
+    """What :meth:`MotorPitch.listen` is made of, for where there is no Python."""
+    heard = quiet_samples(samples_in(BEFORE, rate), rate)
+    cell, part = _places(rate)
+    angles = 2 * np.pi * np.arange(_FFT + _FFT // 4) / _FFT
+    even = np.sqrt((POINTS - np.arange(FARTHEST + 1)) * POINTS)
+    return {
+        "turn": np.sin(angles).astype(np.float32),
+        "fade": (np.hanning(heard) / COUNT).astype(np.float32),
+        "cell": cell.astype(np.int16),
+        "part": part.astype(np.float32),
+        "each": (1.0 / even).astype(np.float32),
+        "step": STEP,
+    }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotorPitch:
+    """What a rig's motor sounds like at its usual speed.
+
+    Parameters
+    ----------
+    reference
+        Spectrum, shape (POINTS,).
+    usual
+        Median shift of the rig's own contacts against the reference.
+    """
+
+    reference: NDArray[np.float64]
+    usual: float
+
+    @classmethod
+    def of(cls, heard: Spectra) -> MotorPitch:
+        """Learned from a rig's contacts, shape (n, POINTS), at least one."""
+        reference = heard[np.argmax(heard.std(axis=1))]
+        for _ in range(_ROUNDS):
+            shift, alike = _shifts(heard, reference)
+            weight = np.maximum(alike, 0.0) ** 2
+            moved = [
+                w * np.roll(spectrum, -round(s / STEP))
+                for w, s, spectrum in zip(weight, shift, heard, strict=True)
+            ]
+            reference = np.sum(moved, axis=0) / max(float(weight.sum()), 1e-9)
+        shift, _ = _shifts(heard, reference)
+        return cls(reference, float(np.median(shift)))
+
+    def listen(self, heard: Spectra) -> tuple[Values, Values]:
+        """Speed relative to the rig's usual one.
+
+        Returns
+        -------
+        speed, alike : ndarray
+            ln(speed / usual speed), and correlation with the reference, between 0 and 1;
+            below ``BELIEVED`` the former is a guess. Shape (n,).
+        """
+        shift, alike = _shifts(heard, self.reference)
+        return shift - self.usual, np.clip(alike, 0.0, 1.0)
+
+
+def _shifts(heard: Spectra, reference: NDArray[np.float64]) -> tuple[Values, Values]:
+    """Shift in ln(frequency) where each spectrum is most like the reference, and how much."""
+    size = 2 * POINTS
+    product = np.fft.irfft(
+        np.fft.rfft(heard, size, axis=1) * np.conj(np.fft.rfft(reference, size)), size, axis=1
+    )
+    near = np.concatenate([product[:, -FARTHEST:], product[:, : FARTHEST + 1]], axis=1)
+    shifts = np.arange(-FARTHEST, FARTHEST + 1)
+    near = near / np.sqrt((POINTS - np.abs(shifts)) * POINTS)
+    near = near / (heard.std(axis=1, keepdims=True) * reference.std() + 1e-9)
+    best = near.argmax(axis=1)
+    return shifts[best] * STEP, near[np.arange(len(near)), best]

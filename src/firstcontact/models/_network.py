@@ -1,0 +1,159 @@
+"""A network that came with a file: what it may hold, and ONNX Runtime on one thread."""
+
+from __future__ import annotations
+
+from math import prod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError, import_onnxruntime
+
+#: Old enough for every ONNX Runtime that we allow.
+OPSET = 18
+#: What windows are called in the graph.
+INPUT = "window"
+#: What the exporter makes of the network, and nothing else.
+OPERATORS = frozenset({"Add", "Conv", "Gemm", "Mul", "ReduceMean", "Sigmoid", "Unsqueeze"})
+#: Most bytes of a graph (ours has 200 kB), largest number in an attribute, and how much
+#: larger than the window what an operator makes of it may be.
+LARGEST = 1 << 20
+_ATTRIBUTE = 1024
+_GROWTH, _SMALL = 64, 4096
+
+
+class Network:
+    """An ONNX graph that was looked through before it is run.
+
+    Parameters
+    ----------
+    raw
+        A serialised ONNX model, from a file.
+    samples, channels
+        Of a window.
+    outputs
+        Of an answer.
+
+    Raises
+    ------
+    InputError
+        The graph is not one that this program exports: another operator, a function, a
+        reference to a file, another shape, more than there is room for.
+    """
+
+    def __init__(self, raw: bytes, samples: int, channels: int, outputs: int) -> None:
+        runtime = import_onnxruntime()
+        model = _checked(raw, (channels, 1, samples), outputs)
+        #: Numbers that were learned.
+        self.parameters = sum(prod(t.dims) for t in model.graph.initializer if t.data_type == 1)
+        options = runtime.SessionOptions()
+        options.intra_op_num_threads = options.inter_op_num_threads = 1
+        options.log_severity_level = 4
+        try:
+            self._session = runtime.InferenceSession(
+                model.SerializeToString(), options, providers=["CPUExecutionProvider"]
+            )
+            for n in (1, 2):
+                got = self.run(np.zeros((n, channels, 1, samples), dtype=np.float32))
+                _require(got.shape == (n, outputs), "its answers have another shape")
+        except InputError:
+            raise
+        except Exception:  # ONNX Runtime's errors have no common class
+            raise _refusal("ONNX Runtime cannot run it") from None
+
+    def run(self, windows: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Answers (n, outputs) for contiguous windows (n, channels, 1, samples)."""
+        answers: NDArray[np.float32] = self._session.run(None, {INPUT: windows})[0]
+        return answers
+
+
+def _refusal(why: str) -> InputError:
+    return InputError(f"the network of the CNN is not one of ours ({why}): train it again")
+
+
+def _require(fulfilled: bool, why: str) -> None:
+    if not fulfilled:
+        raise _refusal(why)
+
+
+def _checked(raw: bytes, window: tuple[int, ...], outputs: int) -> Any:
+    """The model, all of it of kinds that are known, its values of sizes that are bounded."""
+    from google.protobuf.message import DecodeError
+    from onnx import ModelProto, checker, shape_inference
+
+    _require(len(raw) <= LARGEST, f"it has {len(raw)} bytes, more than {LARGEST}")
+    model = ModelProto()
+    try:
+        model.ParseFromString(raw)
+    except DecodeError:
+        raise _refusal("it is no ONNX") from None
+    model.DiscardUnknownFields()
+    graph = model.graph
+    _require(
+        [(o.domain, o.version) for o in model.opset_import] == [("", OPSET)]
+        and not (model.functions or model.training_info or graph.sparse_initializer),
+        "it holds more than a graph of ONNX's own operators",
+    )
+    for node in graph.node:
+        _require(
+            node.domain == "" and node.op_type in OPERATORS,
+            f"it holds the operator {node.op_type[:40]!r}",
+        )
+        _require(all(map(_plain, node.attribute)), f"an attribute of its {node.op_type}")
+    for tensor in graph.initializer:
+        _require(_whole(tensor), "a weight is not plain, finite numbers in the graph itself")
+    _require(
+        _shapes(graph.input) == [(INPUT, "n", *window)]
+        and [shape[1:] for shape in _shapes(graph.output)] == [("n", outputs)],
+        "it takes or answers something else",
+    )
+    try:
+        checker.check_model(model)
+        known = shape_inference.infer_shapes(model, check_type=True, strict_mode=True).graph
+    except Exception:  # the checkers' errors have no common class
+        raise _refusal("it does not fit together") from None
+    most = _GROWTH * prod(window) + _SMALL
+    sizes = {name: size for name, *size in [*_shapes(known.value_info), *_shapes(graph.output)]}
+    for name in (name for node in graph.node for name in node.output):
+        size = [d for d in sizes.get(name, [0]) if d != "n"]
+        _require(
+            all(isinstance(d, int) and d > 0 for d in size) and prod(size) <= most,
+            "a value in it has no size or is too large",
+        )
+    return model
+
+
+def _plain(attribute: Any) -> bool:
+    """Whether it is a number of ordinary size, or some, or a word."""
+    kinds = type(attribute)
+    numbers = [attribute.i, *attribute.ints]
+    return attribute.type in (
+        kinds.FLOAT,
+        kinds.INT,
+        kinds.INTS,
+        kinds.STRING,
+    ) and all(abs(number) <= _ATTRIBUTE for number in numbers)
+
+
+def _whole(tensor: Any) -> bool:
+    """Whether all numbers of a tensor are in it, of a known type, and finite."""
+    from onnx import numpy_helper
+
+    kinds = type(tensor)
+    if tensor.data_location != kinds.DEFAULT or tensor.external_data:
+        return False
+    if tensor.data_type not in (kinds.FLOAT, kinds.INT64):
+        return False
+    try:
+        return bool(np.isfinite(numpy_helper.to_array(tensor)).all())
+    except (ValueError, TypeError):
+        return False
+
+
+def _shapes(values: Any) -> list[tuple[Any, ...]]:
+    """Name and shape of each value, ``n`` for the number of windows."""
+    return [
+        (v.name, *(d.dim_param or d.dim_value for d in v.type.tensor_type.shape.dim))
+        for v in values
+    ]

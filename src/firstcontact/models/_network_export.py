@@ -1,0 +1,134 @@
+"""Makes ONNX of the network, with PyTorch's own exporter. Importing this imports PyTorch."""
+
+from __future__ import annotations
+
+import logging
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import cache
+from threading import RLock
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from firstcontact.core import InputError
+from firstcontact.models._efficientnet import ConvNorm, EfficientNet
+from firstcontact.models._network import INPUT, OPSET
+from firstcontact.models._spec import Arrays
+
+
+def export(network: EfficientNet, samples: int) -> bytes:
+    """The network as ONNX: windows (n, channels, 1, samples) to answers (n, outputs).
+
+    Parameters
+    ----------
+    network
+        Trained.
+    samples
+        Of a window.
+
+    Returns
+    -------
+    bytes
+        A serialised ONNX model. Same weights and libraries, same bytes.
+    """
+    folded = network.folded()
+    weights = {name: tensor.detach().numpy() for name, tensor in folded.state_dict().items()}
+    return _filled(samples, network.channels, network.last.out_features, weights)
+
+
+def export_older(weights: Arrays, samples: int, channels: int, outputs: int) -> bytes:
+    """The same of the folded weights that model files held before they held ONNX.
+
+    Raises
+    ------
+    InputError
+        A weight is missing or has another shape.
+    """
+    network = EfficientNet(channels, outputs).folded()
+    blocks = {name for name, module in network.named_modules() if isinstance(module, ConvNorm)}
+    found: dict[str, NDArray[np.float32]] = {}
+    for name, tensor in network.state_dict().items():
+        layer, kind = name.rsplit(".", 1)
+        block = layer.removesuffix(".0")  # of the convolution in a block
+        older = f"{block}.{kind}" if block in blocks else name
+        array = weights.get(older)
+        if array is None or array.shape != tuple(tensor.shape) or array.dtype != np.float32:
+            raise InputError(
+                f"the weight {older} of the CNN is missing or of another network: train it again"
+            )
+        found[name] = array
+    return _filled(samples, channels, outputs, found)
+
+
+def _filled(
+    samples: int, channels: int, outputs: int, weights: Mapping[str, NDArray[np.float32]]
+) -> bytes:
+    """The exported graph with these weights, by their names in the folded network."""
+    from onnx import ModelProto, numpy_helper
+
+    model = ModelProto()
+    model.CopyFrom(_graph(channels, outputs))
+    model.graph.input[0].type.tensor_type.shape.dim[3].dim_value = samples
+    for tensor in model.graph.initializer:
+        if tensor.name in weights:
+            array = np.ascontiguousarray(weights[tensor.name])
+            tensor.CopyFrom(numpy_helper.from_array(array, tensor.name))
+    serialised: bytes = model.SerializeToString(deterministic=True)
+    return serialised
+
+
+@cache
+def _graph(channels: int, outputs: int) -> Any:
+    """The exported graph, for windows of any length.
+
+    Kept, because an export takes seconds, and folds and window lengths ask for many.
+    """
+    with torch.random.fork_rng(devices=[]), _quiet():
+        torch.manual_seed(0)
+        network = EfficientNet(channels, outputs).folded()
+        for parameter in network.parameters():
+            torch.nn.init.normal_(parameter)  # equal tensors would become one
+        exported = torch.onnx.export(
+            network,
+            (torch.zeros(2, channels, 1, 74),),
+            input_names=[INPUT],
+            output_names=["outputs"],
+            opset_version=OPSET,
+            dynamic_shapes=({0: torch.export.Dim("n"), 3: torch.export.Dim("samples")},),
+            external_data=False,
+            dynamo=True,
+            verbose=False,
+        )
+    assert exported is not None
+    model = exported.model_proto
+    graph = model.graph
+    # The exporter notes where in the source each operator comes from, with paths of this machine.
+    for part in (model, graph, *graph.node, *graph.initializer, *graph.input, *graph.output):
+        del part.metadata_props[:]
+        part.ClearField("doc_string")
+    del graph.value_info[:]
+    missing = set(network.state_dict()) - {tensor.name for tensor in graph.initializer}
+    assert not missing, f"the exporter renamed {sorted(missing)}"
+    return model
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Without what the exporter says about torchvision and its own future."""
+    # PyTorch makes a progress bar that it never shows. Its lock is a semaphore between processes,
+    # which a worker that is ended leaves behind; threads are all that there is to lock out.
+    tqdm.set_lock(RLock())
+    log = logging.getLogger("torch.onnx")
+    level = log.level
+    log.setLevel(logging.ERROR)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        log.setLevel(level)

@@ -1,0 +1,107 @@
+"""What the in-context network is given about one contact, beside the rig's context."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.models._contact_features import LEAST, NAMES, Shape
+from firstcontact.models._motor_pitch import BELIEVED, spectra
+from firstcontact.models._rig import STAGES, Rig
+from firstcontact.models._spec import Values
+from firstcontact.models._touches import Touches
+
+#: Radius that curvature is told relative to, m: a fingertip's.
+TIP = 0.010
+#: Numbers about closing speed and radius.
+BESIDE = 5
+#: Inputs of the network: waveform over the rig's level and over its own peak, which samples
+#: there are yet, features, what is known beside.
+INPUTS = 3 * STAGES[-1] + len(NAMES) + BESIDE
+
+
+def beside(touches: Touches, rig: Rig) -> NDArray[np.float64]:
+    """What is known of closing speed and radius, told or heard, shape (n, BESIDE).
+
+    It is the same at any time after the contact.
+    """
+    if np.isfinite(rig.speed) and np.isfinite(touches.speeds).all():
+        speed: Values = np.log(np.maximum(touches.speeds, 1e-6) / rig.speed)
+        alike = np.ones(len(touches))
+    elif rig.pitch is not None:
+        speed, alike = rig.pitch.listen(spectra(touches.signals, touches.before, touches.rate))
+    else:
+        speed, alike = np.zeros(len(touches)), np.zeros(len(touches))
+    return facts(speed, alike, touches.radii)
+
+
+def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
+    """What is known beside the signal, shape (n, BESIDE).
+
+    Parameters
+    ----------
+    speed
+        ln(closing speed / the rig's usual one), shape (n,).
+    alike
+        How sure that is, from 0 to 1, shape (n,).
+    radii
+        As of :class:`firstcontact.models._touches.Touches`.
+    """
+    believed = alike > BELIEVED
+    told = ~np.isnan(radii)
+    with np.errstate(divide="ignore"):
+        curvature = np.log1p(TIP / np.where(told, radii, np.inf))
+    return np.stack(
+        [
+            np.where(believed, np.clip(speed, -1.0, 1.0), 0.0) * 4,
+            believed,
+            alike,
+            told,
+            np.where(told, curvature, 0.0),
+        ],
+        axis=1,
+    )
+
+
+def relative_inputs(
+    after: NDArray[np.floating],
+    valid: NDArray[np.intp],
+    level: Values,
+    sign: Values,
+    known: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Inputs about the valid part of each contact.
+
+    Parameters
+    ----------
+    after, valid
+        As of :class:`firstcontact.models._touches.Touches`.
+    level, sign
+        Of the rig of each, V, shape (n,).
+    known
+        As :func:`beside` gives it.
+
+    Returns
+    -------
+    ndarray
+        Shape (n, INPUTS).
+    """
+    return network_inputs(Shape.of(after, valid, level, sign), known)
+
+
+def network_inputs(shape: Shape, known: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The same where the shape of the contacts is known already."""
+    v = shape.v
+    peak = np.maximum(v.max(axis=1), LEAST * shape.level)[:, None]
+    # A hard thing on a soft rig is many times the level: its logarithm keeps it in bounds.
+    scaled = np.copysign(np.log1p(np.abs(v) * (2 / shape.level[:, None])), v) / 2
+    waves = [_resampled(w) for w in (scaled, v / peak, shape.there)]
+    return np.concatenate([*waves, shape.features, known], axis=1)
+
+
+def _resampled(wave: NDArray[np.generic]) -> NDArray[np.generic]:
+    """At as many points as the network takes; as it is at the rate of the fingertip."""
+    if wave.shape[1] == STAGES[-1]:
+        return wave
+    places = np.linspace(0, wave.shape[1] - 1, STAGES[-1])
+    return wave[:, places.round().astype(np.intp)]

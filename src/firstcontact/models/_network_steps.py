@@ -1,0 +1,143 @@
+"""The convolutional network as steps, read from the graph that a model file holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError, Step
+from firstcontact.core import layer_steps as layers
+from firstcontact.core.steps import dense
+
+#: Length and channels of a vector; of one that has no samples the length is 1.
+Shape = tuple[int, int]
+
+
+class NetworkSteps:
+    """Walks the graph node by node; only what our exporter makes is known.
+
+    Parameters
+    ----------
+    raw
+        A graph that :class:`firstcontact.models._network.Network` accepted.
+    samples, channels
+        Of a window.
+    compressed
+        Name of the vector that the network takes, all channels of each sample.
+
+    Raises
+    ------
+    InputError
+        The graph holds something that the steps cannot say.
+    """
+
+    def __init__(self, raw: bytes, samples: int, channels: int, compressed: str) -> None:
+        from onnx import ModelProto, numpy_helper
+
+        model = ModelProto()
+        model.ParseFromString(raw)
+        graph = model.graph
+        self.steps: list[Step] = []
+        self._constants = {t.name: numpy_helper.to_array(t) for t in graph.initializer}
+        self._vectors = {graph.input[0].name: compressed}
+        self._shapes: dict[str, Shape] = {graph.input[0].name: (samples, channels)}
+        #: What a logistic function was asked of: it becomes a step with what it is multiplied by.
+        self._logistic: dict[str, str] = {}
+        for node in graph.node:
+            self._known[node.op_type](self, node)
+        #: Name of the vector of answers.
+        self.output = self._vectors[graph.output[0].name]
+
+    def _add(self, node: Any, make: Callable[[str], Step], shape: Shape) -> None:
+        """A step of a node, named after its place: names of a file are not taken over."""
+        gives = f"layer{len(self.steps)}"
+        self.steps.append(make(gives))
+        self._vectors[node.output[0]], self._shapes[node.output[0]] = gives, shape
+
+    def _conv(self, node: Any) -> None:
+        told = {a.name: list(a.ints) or a.i for a in node.attribute}
+        weight: NDArray[Any] = self._constants[node.input[1]][:, :, 0, :]
+        bias = self._constants[node.input[2]]
+        takes, (samples, channels) = self._vectors[node.input[0]], self._shapes[node.input[0]]
+        stride, group, taps = told["strides"][-1], told.get("group", 1), weight.shape[2]
+        plain = told.get("pads") == [0, taps // 2, 0, taps // 2] and taps % 2 == 1
+        plain &= set(told.get("dilations", [1])) == {1} and group in (1, channels)
+        _require(plain and (group == 1 or len(weight) == channels))
+        shape = (samples - 1) // stride + 1, len(weight)
+        if group == 1:
+            self._add(node, lambda to: layers.conv(takes, to, samples, weight, bias, stride), shape)
+        else:
+            own = weight[:, 0]
+            self._add(
+                node, lambda to: layers.depthwise(takes, to, samples, own, bias, stride), shape
+            )
+
+    def _gemm(self, node: Any) -> None:
+        told = {a.name: a.f if a.type == a.FLOAT else a.i for a in node.attribute}
+        _require(told.get("transB", 0) == 1 and told.get("transA", 0) == 0)
+        _require({told.get("alpha", 1.0), told.get("beta", 1.0)} == {1.0})
+        weight, bias = self._constants[node.input[1]], self._constants[node.input[2]]
+        takes = self._vectors[node.input[0]]
+        self._add(node, lambda to: dense(takes, to, weight, bias), (1, len(weight)))
+
+    def _sigmoid(self, node: Any) -> None:
+        self._logistic[node.output[0]] = node.input[0]
+        self._shapes[node.output[0]] = self._shapes[node.input[0]]
+
+    def _mul(self, node: Any) -> None:
+        x, by = sorted(node.input, key=lambda name: name in self._logistic)
+        _require(x not in self._logistic and by in self._logistic)
+        asked, (samples, channels) = self._logistic[by], self._shapes[x]
+        takes = self._vectors[x]
+        if asked == x:
+            size = samples * channels
+            self._add(node, lambda to: layers.silu(takes, to, size), (samples, channels))
+            return
+        _require(self._shapes[asked] == (1, channels))
+        both = takes, self._vectors[asked]
+        self._add(node, lambda to: layers.gate(both, to, samples, channels), (samples, channels))
+
+    def _plus(self, node: Any) -> None:
+        first, second = node.input
+        samples, channels = shape = self._shapes[first]
+        _require(shape == self._shapes[second])
+        both = self._vectors[first], self._vectors[second]
+        self._add(node, lambda to: layers.plus(both, to, samples * channels), shape)
+
+    def _mean(self, node: Any) -> None:
+        samples, channels = self._shapes[node.input[0]]
+        axes = sorted(int(a) % 4 for a in self._constants[node.input[1]])
+        _require(axes == [2, 3])
+        takes = self._vectors[node.input[0]]
+        self._add(node, lambda to: layers.means(takes, to, samples, channels), (1, channels))
+
+    def _unsqueeze(self, node: Any) -> None:
+        """Another name: a vector of channels has length 1 already."""
+        source, to = node.input[0], node.output[0]
+        _require(self._shapes[source][0] == 1)
+        self._shapes[to] = self._shapes[source]
+        if source in self._logistic:
+            self._logistic[to] = self._logistic[source]
+        else:
+            self._vectors[to] = self._vectors[source]
+
+    _known: ClassVar[Mapping[str, Callable[[NetworkSteps, Any], None]]] = {
+        "Conv": _conv,
+        "Gemm": _gemm,
+        "Sigmoid": _sigmoid,
+        "Mul": _mul,
+        "Add": _plus,
+        "ReduceMean": _mean,
+        "Unsqueeze": _unsqueeze,
+    }
+
+
+def _require(fulfilled: bool | np.bool_) -> None:
+    if not fulfilled:
+        raise InputError(
+            "the network of the CNN is built otherwise than those of this program, and an export "
+            "needs to know each of its layers: train it again"
+        )

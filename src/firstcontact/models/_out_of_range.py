@@ -1,0 +1,147 @@
+"""Whether a contact is like anything that was learned from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError, take_array
+from firstcontact.models._contact_features import NAMES, Shape
+from firstcontact.models._rig import STAGES
+
+#: Numbers that are looked at: features, the noise before the contact, and how long it is flat.
+TRAITS = len(NAMES) + 2
+#: A converter that repeats itself in this share of its samples is dead or at its end.
+STILL = 0.5
+#: Share of what was learned from that is called strange.
+FALSE_ALARMS = 0.01
+#: Direction in which all traits move when the gain of the sensor changes.
+_GAIN = np.isin(np.arange(TRAITS), [NAMES.index(n) for n in ("peak", "steepest rise", "power")])
+_GAIN[len(NAMES)] = True  # the noise before the contact
+#: A gain may differ so much between sessions that a distance says nothing below this.
+_SHRINK = 1e-3
+
+
+def traits(
+    signals: NDArray[np.floating],
+    before: int,
+    valid: NDArray[np.intp],
+    level: NDArray[np.float64],
+    sign: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """What tells a strange contact, shape (n, TRAITS).
+
+    Parameters
+    ----------
+    signals, before, valid
+        As of :class:`firstcontact.models._touches.Touches`.
+    level, sign
+        Of the rig, shape (n,).
+    """
+    return shape_traits(Shape.of(signals[:, before:], valid, level, sign), signals[:, :before])
+
+
+def shape_traits(shape: Shape, before: NDArray[np.floating]) -> NDArray[np.float64]:
+    """The same where the shape of the contacts is known already; signals before them."""
+    quiet = before[:, : before.shape[1] // 2]
+    noise = quiet.std(axis=1)
+    # A converter at its end, or a dead one, repeats itself.
+    counted = shape.there[:, 1:]
+    still = (shape.v[:, 1:] == shape.v[:, :-1]) & counted
+    flat = still.sum(axis=1) / counted.sum(axis=1)
+    loud = np.log(np.maximum(noise, 1e-7) / shape.level)
+    return np.concatenate([shape.features, loud[:, None], 10 * flat[:, None]], axis=1)
+
+
+def still(found: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which traits (n, TRAITS) are of a sensor that is dead or at its end half of the time."""
+    out: NDArray[np.bool_] = found[:, -1] > 10 * STILL
+    return out
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Familiar:
+    """What contacts are like that were learned from, at each stage.
+
+    Parameters
+    ----------
+    mean, whitening
+        Of the traits, shape (stages, TRAITS) and (stages, TRAITS, TRAITS).
+    limit
+        Largest distance of a familiar contact, shape (stages,).
+
+    Raises
+    ------
+    InputError
+        Arrays that do not fit together.
+    """
+
+    mean: NDArray[np.float64]
+    whitening: NDArray[np.float64]
+    limit: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        shapes = ((len(STAGES), TRAITS), (len(STAGES), TRAITS, TRAITS), (len(STAGES),))
+        if (self.mean.shape, self.whitening.shape, self.limit.shape) != shapes:
+            raise InputError("the arrays of what is familiar do not fit together")
+
+    @classmethod
+    def of(cls, seen: list[NDArray[np.float64]]) -> Familiar:
+        """Learned from traits at each stage, shape (n, TRAITS) each."""
+        means, whitenings, limits = [], [], []
+        for found in seen:
+            mean = np.median(found, axis=0)
+            covariance = np.cov(found, rowvar=False) + _SHRINK * np.eye(TRAITS)
+            whitening = np.linalg.inv(np.linalg.cholesky(covariance))
+            distance = _distance(found - mean, whitening)
+            means.append(mean)
+            whitenings.append(whitening)
+            limits.append(np.quantile(distance, 1 - FALSE_ALARMS))
+        return cls(np.array(means), np.array(whitenings), np.array(limits))
+
+    def strange(
+        self, found: NDArray[np.float64], stages: NDArray[np.intp], has_level: bool = True
+    ) -> NDArray[np.bool_]:
+        """Return True for traits (n, TRAITS) that lie outside at their stages, shape (n,).
+
+        Without the level of the rig, the gain that makes each contact least strange is taken,
+        and a sensor that is dead or at its end is strange anyway.
+        """
+        far = found - self.mean[stages]
+        # At a stage all have the same length: between stages it would be the strangest of all.
+        far[:, NAMES.index("length")] = 0.0
+        away = np.einsum("nij,nj->ni", self.whitening[stages], far)
+        square = (away * away).sum(axis=1)
+        if not has_level:
+            along = self.whitening @ _GAIN
+            along /= np.maximum(np.linalg.norm(along, axis=1), 1e-30)[:, None]
+            square = np.maximum(square - np.einsum("ni,ni->n", away, along[stages]) ** 2, 0.0)
+        out: NDArray[np.bool_] = np.sqrt(square) > self.limit[stages]
+        return out if has_level else out | still(found)
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """By name, for :meth:`from_arrays`."""
+        return {
+            "familiar.mean": self.mean,
+            "familiar.whitening": self.whitening.astype(np.float32),
+            "familiar.limit": self.limit,
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Familiar:
+        """Return the inverse of :meth:`to_arrays`; InputError where arrays do not fit."""
+        whole = (len(STAGES), TRAITS)
+        mean = take_array(arrays, "familiar.mean", *whole)
+        whitening = take_array(arrays, "familiar.whitening", *whole, TRAITS)
+        limit = take_array(arrays, "familiar.limit", len(STAGES))
+        return cls(*(a.astype(np.float64) for a in (mean, whitening, limit)))
+
+
+def _distance(away: NDArray[np.float64], whitening: NDArray[np.float64]) -> NDArray[np.float64]:
+    whitened = away @ whitening.T
+    out: NDArray[np.float64] = np.sqrt((whitened * whitened).sum(axis=1))
+    return out

@@ -1,0 +1,69 @@
+"""The same kernel machine with fewer vectors: chosen one by one, all weights fitted anew.
+
+B. Schölkopf et al.: Input space versus feature space in kernel-based methods, 1999, section V:
+a reduced set. Here it is fitted to what the machine says of the windows that it learned from, by
+orthogonal matching pursuit: the vector is taken next that explains most of what is left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import RbfKernel
+
+Real = NDArray[np.float64]
+#: Share of the kernel's mean square that is added, so that weights stay small.
+RIDGE = 1e-8
+
+
+def reduced_sets(
+    vectors: NDArray[Any],
+    gamma: float,
+    weights: NDArray[Any],
+    inputs: NDArray[Any],
+    sizes: Sequence[int],
+) -> Iterator[tuple[NDArray[np.intp], Real, Real]]:
+    """Fits of several sizes.
+
+    Parameters
+    ----------
+    vectors, gamma, weights
+        Of the machine, shape (m, inputs), and (rows, m) for its decisions without their bias.
+    inputs
+        Where the fit is to be good, shape (n, inputs).
+    sizes
+        Ascending; those of m and more are left out.
+
+    Yields
+    ------
+    chosen, weights, bias
+        Which vectors, shape (size,); their weights, shape (rows, size), and what is added to
+        each decision, shape (rows,).
+    """
+    wide = vectors.astype(np.float64)
+    kernel = RbfKernel(wide, gamma).rows(inputs.astype(np.float64))
+    wanted = kernel @ weights.T.astype(np.float64)
+    mean = wanted.mean(axis=0)
+    left = wanted - mean
+    columns = kernel - kernel.mean(axis=0)
+    chosen: list[int] = []
+    for size in [s for s in sizes if s < len(wide)]:
+        while len(chosen) < size:
+            power = np.maximum((columns**2).sum(axis=0), 1e-12)
+            gain = ((columns.T @ left) ** 2).sum(axis=1) / power
+            gain[chosen] = -1.0
+            best = int(gain.argmax())
+            chosen.append(best)
+            axis = columns[:, best] / np.sqrt(power[best])
+            left = left - np.outer(axis, axis @ left)
+            columns = columns - np.outer(axis, axis @ columns)
+        part = kernel[:, chosen]
+        middle = part.mean(axis=0)
+        away = part - middle
+        gram = away.T @ away + RIDGE * len(away) * np.eye(size)
+        fitted = np.linalg.solve(gram, away.T @ (wanted - mean))
+        yield np.array(chosen, np.intp), fitted.T, mean - middle @ fitted

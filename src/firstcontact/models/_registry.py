@@ -1,0 +1,69 @@
+"""All estimators by name; a new one is one file and one line here."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from firstcontact.core import InputError, Registry
+
+if TYPE_CHECKING:
+    from firstcontact.models._estimator import Estimator
+    from firstcontact.models._model import WindowModel
+    from firstcontact.models._spec import Task
+
+ESTIMATORS: Registry[type[Estimator]] = Registry(
+    "estimator",
+    "firstcontact.estimators",
+    {
+        "train_mean": "firstcontact.models._baselines:TrainMean",
+        "peak": "firstcontact.models._baselines:Peak",
+        "svm": "firstcontact.models._svm:Svm",
+        "cnn": "firstcontact.models._cnn:Cnn",
+        "gaussian_process": "firstcontact.models._gaussian_process:GaussianProcess",
+        "minirocket": "firstcontact.models._minirocket:MiniRocket",
+        "log_spectrum": "firstcontact.models._log_spectrum:LogSpectrum",
+    },
+    default="svm",
+    base="firstcontact.models._estimator:Estimator",
+)
+
+
+def model_kind(kind: str) -> type[WindowModel]:
+    """What a model of this kind, as its card says, is read with.
+
+    Raises
+    ------
+    InputError
+        No estimator that is registered makes any.
+    """
+    # Those of this package come first: no plug-in is imported for them.
+    models = (entry.model for entry in ESTIMATORS.values())
+    found = next((model for model in models if model.kind == kind), None)
+    if found is None:
+        kinds = ", ".join(entry.model.kind for entry in ESTIMATORS.values())
+        raise InputError(f"no model is of kind {kind!r} (there are {kinds})")
+    return found
+
+
+def make_estimator(name: str, task: Task, rate: float, **options: Any) -> Estimator:
+    """An estimator that has learned nothing yet.
+
+    Parameters
+    ----------
+    name
+        One of :data:`ESTIMATORS`.
+    task, rate
+        What it is to learn, and the sampling rate of its windows in Hz.
+    options
+        Further fields of the estimator, such as its ``quick`` ones.
+
+    Raises
+    ------
+    InputError
+        When there is none of that name, or it does not learn that.
+    """
+    entry = ESTIMATORS.find(name)
+    with ESTIMATORS.calling(name):
+        if task not in entry.tasks:
+            raise InputError(f"{name} does not learn {task}: choose {' or '.join(entry.tasks)}")
+        return entry(task, rate, **options)

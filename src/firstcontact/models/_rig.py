@@ -1,0 +1,159 @@
+"""What a rig's own block pinches say about the rig: the context of the in-context network."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError
+from firstcontact.models._contact_features import NAMES, Shape, masked
+from firstcontact.models._motor_pitch import BELIEVED, MotorPitch, spectra
+from firstcontact.models._spec import Values
+from firstcontact.models._touches import Touches, lengths
+
+#: Shares of the longest window at which the context is kept; answers use the next longer one.
+STAGES = (10, 12, 15, 18, 22, 26, 32, 40, 50, 61, 74)
+#: Most levels of Shore A that a context tells apart; more are joined.
+LEVELS = 8
+#: Points of a level's median waveform.
+WAVE = 25
+#: Numbers of a level at a stage: Shore A and how many, medians and spreads of features, waveform.
+TOKEN = 2 + 2 * len(NAMES) + WAVE
+#: Numbers about the rig as a whole.
+GENERAL = 6
+#: Level of a rig that nothing is known of, V.
+USUAL_LEVEL = 0.35
+#: Spreads larger than this say no more.
+_WIDEST = 3.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rig:
+    """A fingertip as its own pinches of things of known Shore A show it.
+
+    Parameters
+    ----------
+    level
+        Geometric mean over the levels of Shore A of their median peak, V.
+    sign
+        Of the largest swing in 15 ms, 1 or -1: how the disc is wired.
+    pitch
+        What its motor sounds like; None where it cannot be heard.
+    speed
+        Usual closing speed as told by the hand, m/s; NaN where it was not told.
+    tokens
+        What is known of each level of Shore A at each stage, shape (stages, levels, TOKEN).
+    general
+        Shape (GENERAL,).
+    """
+
+    level: float
+    sign: float
+    pitch: MotorPitch | None
+    speed: float
+    tokens: NDArray[np.float64]
+    general: NDArray[np.float64]
+
+    @classmethod
+    def unknown(cls) -> Rig:
+        """A rig of which no pinch is known."""
+        tokens = np.zeros((len(STAGES), 0, TOKEN))
+        return cls(USUAL_LEVEL, 1.0, None, float("nan"), tokens, np.zeros(GENERAL))
+
+    @classmethod
+    def of(cls, touches: Touches, shore_a: Values) -> Rig:
+        """Learned from contacts with things of known Shore A, shape (n,).
+
+        Raises
+        ------
+        InputError
+            There is none.
+        """
+        if not len(touches):
+            raise InputError("a rig is learned from pinches of known Shore A: there is none")
+        after = touches.after.astype(np.float64)
+        heard = spectra(touches.signals, touches.before, touches.rate)
+        pitch = MotorPitch.of(heard)
+        speed, alike = pitch.listen(heard)
+        longest = masked(after, touches.valid)
+        extreme = np.where(-longest.min(axis=1) > longest.max(axis=1), -1.0, 1.0)
+        sign = 1.0 if np.median(extreme) >= 0 else -1.0
+        peaks = np.log(np.maximum((sign * longest).max(axis=1), 1e-5))
+        level_of = _levels(shore_a)
+        groups = [np.flatnonzero(level_of == g) for g in np.unique(level_of)]
+        level = float(np.exp(np.mean([np.median(peaks[g]) for g in groups])))
+        told = touches.speeds[np.isfinite(touches.speeds)]
+        believed = alike > BELIEVED
+        noise = touches.signals[:, : touches.before // 2].std(axis=1).mean()
+        general = np.array(
+            [
+                np.log(max(float(noise), 1e-6) / level) + 4,
+                np.median(alike),
+                np.std(speed[believed]) if believed.sum() > 3 else 0.2,
+                np.log(len(touches)) - 4,
+                len(groups) / 4 - 1,
+                float(len(told) > 0),
+            ]
+        )
+        usual = float(np.median(told)) if len(told) else float("nan")
+        tokens = np.stack([_tokens(touches, sign, level, s, shore_a, groups) for s in STAGES])
+        return cls(level, sign, pitch, usual, tokens, general)
+
+
+def stage_of(valid: NDArray[np.intp] | int, rate: float) -> NDArray[np.intp]:
+    """Place in ``STAGES`` of the context that goes with so many valid samples."""
+    share = np.asarray(valid) * (STAGES[-1] / lengths(rate)[1])
+    place = np.searchsorted(STAGES, share - 1e-9)
+    return np.minimum(place, len(STAGES) - 1).astype(np.intp)
+
+
+def _levels(shore_a: Values) -> NDArray[np.intp]:
+    """Group of each pinch: its level of Shore A; neighbours are joined where there are many."""
+    values, group = np.unique(shore_a, return_inverse=True)
+    if len(values) <= LEVELS:
+        return group.astype(np.intp)
+    return (np.arange(len(values)) * LEVELS // len(values))[group].astype(np.intp)
+
+
+def _tokens(
+    touches: Touches,
+    sign: float,
+    level: float,
+    stage: int,
+    shore_a: Values,
+    groups: list[NDArray[np.intp]],
+) -> NDArray[np.float64]:
+    """What is known of each level at a stage, shape (levels, TOKEN)."""
+    samples = round(stage * lengths(touches.rate)[1] / STAGES[-1])
+    valid = np.minimum(touches.valid, samples)
+    n = len(touches)
+    after = touches.after.astype(np.float64)
+    found = Shape.of(after, valid, np.full(n, level), np.full(n, sign)).features
+    places = np.linspace(0, after.shape[1] - 1, WAVE).round().astype(np.intp)
+    waves = np.where(places < touches.valid[:, None], sign * touches.after[:, places], np.nan)
+    out = np.empty((len(groups), TOKEN))
+    for row, group in enumerate(groups):
+        ordered = np.sort(found[group], axis=0)
+        low, middle, high = (ordered[round(q * (len(group) - 1))] for q in (0.25, 0.5, 0.75))
+        out[row] = np.concatenate(
+            [
+                [shore_a[group].mean() / 40 - 1, np.log(len(group)) / 2 - 1],
+                middle,
+                np.minimum(high - low, _WIDEST),
+                _median(waves[group]) / level,
+            ]
+        )
+    return out
+
+
+def _median(waves: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Median of what is known at each point; 0 where nothing is."""
+    known = np.isfinite(waves)
+    filled = np.where(known, waves, np.inf)
+    filled.sort(axis=0)
+    count = known.sum(axis=0)
+    columns = np.arange(waves.shape[1])
+    middle = filled[np.maximum(count - 1, 0) // 2, columns]
+    return np.where(count > 0, middle, 0.0)

@@ -1,0 +1,124 @@
+"""What a model takes and what it answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError, same_rate
+
+Arrays = dict[str, NDArray[Any]]
+Windows = NDArray[np.float32]
+Values = NDArray[np.float64]
+
+
+class Task(StrEnum):
+    """What is asked of an estimator."""
+
+    REGRESSION = "regression"
+    CLASSIFICATION = "classification"
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """What a model takes and what it answers.
+
+    Parameters
+    ----------
+    task
+        Regression answers any real number, classification one of ``classes``.
+    rate
+        Sampling rate of the windows, Hz.
+    samples, channels
+        Shape of one window.
+    classes
+        Values of the classes in ascending order; empty for regression.
+
+    Examples
+    --------
+    >>> spec = Spec(Task.REGRESSION, rate=4936.0, samples=74)
+    >>> round(1e3 * spec.duration)
+    15
+    """
+
+    task: Task
+    rate: float
+    samples: int
+    channels: int = 1
+    classes: tuple[float, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """Length of the window, s."""
+        return self.samples / self.rate
+
+    def require_rate(self, rate: float) -> None:
+        """Refuse windows of another sampling rate.
+
+        Raises
+        ------
+        InputError
+            If ``rate`` (Hz) differs by more than one per cent.
+        """
+        if not same_rate(rate, self.rate):
+            raise InputError(
+                f"the model takes windows at {self.rate:g} Hz but these have {rate:g} Hz: "
+                f"make one for them with `firstcontact train --rate {rate:g}`"
+            )
+
+    def check_one(self, window: NDArray[Any]) -> None:
+        """Refuse a window that the model cannot answer for.
+
+        Raises
+        ------
+        InputError
+            Another shape than (samples, channels), a non-finite value, or a
+            constant channel (an unplugged sensor).
+        """
+        if window.shape != (self.samples, self.channels):
+            raise InputError(
+                f"the model takes windows of {self.samples} samples and {self.channels} "
+                f"channel(s), shape ({self.samples}, {self.channels}), not {window.shape}: "
+                f"cut {1e3 * self.duration:.3g} ms at {self.rate:g} Hz"
+            )
+        for channel in window.T:
+            # NaN fails both comparisons, an infinity the second one.
+            if not 0.0 < np.maximum.reduce(channel) - np.minimum.reduce(channel) < np.inf:
+                raise InputError(
+                    "the window is constant or has values that are not finite: "
+                    "check the sensor's plug and leave this pinch out"
+                )
+
+    def check(self, X: NDArray[Any]) -> None:
+        """Refuse windows, shape (n, samples, channels), as :meth:`check_one` does.
+
+        Raises
+        ------
+        InputError
+            Names the first window that cannot be used.
+        """
+        if X.ndim != 3 or X.shape[1:] != (self.samples, self.channels):
+            raise InputError(
+                f"the model takes windows of shape (n, {self.samples}, {self.channels}), "
+                f"not {X.shape}: cut {1e3 * self.duration:.3g} ms at {self.rate:g} Hz"
+            )
+        bad = np.flatnonzero(~usable(X))
+        if len(bad):
+            raise InputError(
+                f"window {bad[0]} ({len(bad)} in all) is constant or has values that are not "
+                "finite: check the sensor's plug and leave these pinches out"
+            )
+
+
+def usable(X: NDArray[Any]) -> NDArray[np.bool_]:
+    """Which windows (n, samples, channels) are finite and constant in no channel: shape (n,)."""
+    if X.shape[1] == 0:
+        return np.zeros(len(X), dtype=np.bool_)
+    with np.errstate(invalid="ignore", over="ignore"):
+        span = X.max(axis=1) - X.min(axis=1)
+    good: NDArray[np.bool_] = ((span > 0) & (span < np.inf)).all(axis=1)
+    return good

@@ -1,0 +1,118 @@
+"""What of a window survives another gain: its spectrum without its level, its course in time.
+
+A harder thing is touched for a shorter time (Hertz), which moves energy to higher frequencies
+and earlier in the window; how loud it is depends on the sensor more than on the thing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.models._spec import Values, Windows
+
+#: Bands of the coarse spectrum, their lowest edge, Hz, and the length that windows are padded to.
+BANDS = 16
+LOWEST = 100.0
+PADDED = 256
+#: Added to each share of the energy before the logarithm, as a part of an even share: what lies
+#: 30 dB below it is noise, whose level belongs to the sensor.
+FLOOR = 1e-3
+#: Of the energy, by when the window is described.
+QUANTILES = (0.10, 0.25, 0.50, 0.75, 0.90)
+_TINY = 1e-300
+
+Features = Callable[[Values, float], Values]
+
+
+def features(kind: str, X: Windows, rate: float) -> Values:
+    """Inputs of windows (n, samples, channels), shape (n, inputs); ``kind`` is one of KINDS."""
+    waves = X.astype(np.float64)
+    # Squares of the largest and the smallest floats stay within range.
+    waves /= np.maximum(np.abs(waves).max(axis=(1, 2), keepdims=True), _TINY)
+    return np.concatenate([KINDS[kind](waves[:, :, c], rate) for c in range(X.shape[2])], axis=1)
+
+
+def log_bands(waves: Values, rate: float) -> Values:
+    """Level-free log spectrum in bands of even width on a logarithmic scale, shape (n, BANDS)."""
+    padded = padded_length(waves.shape[1])
+    return _level_free(_power(waves, padded) @ in_bands(padded, rate))
+
+
+def padded_length(samples: int) -> int:
+    """What windows of this length are padded to for the coarse spectrum."""
+    return max(PADDED, 1 << (samples - 1).bit_length())
+
+
+def log_bins(waves: Values, rate: float) -> Values:
+    """Level-free log spectrum, line by line, shape (n, samples // 2 + 1)."""
+    return _level_free(_power(waves, waves.shape[1]))
+
+
+def course(waves: Values, rate: float) -> Values:
+    """When the energy has come, how often the sign turns, how rough it is, when the peak is.
+
+    Times are shares of the window. Shape (n, 8).
+    """
+    n = waves.shape[1]
+    energy = np.cumsum(waves**2, axis=1)
+    total = np.maximum(energy[:, -1:], _TINY)
+    come = np.stack([(energy < q * total).sum(axis=1) / n for q in QUANTILES], axis=1)
+    signs = np.sign(waves)
+    turns = (signs[:, 1:] != signs[:, :-1]).mean(axis=1)
+    steps = (np.diff(waves, axis=1) ** 2).sum(axis=1)
+    rough = np.log(np.maximum(steps, _TINY) / total[:, 0])
+    peak = np.abs(waves).argmax(axis=1) / n
+    return np.column_stack([come, turns, rough, peak])
+
+
+def _power(waves: Values, length: int) -> Values:
+    power: Values = np.abs(np.fft.rfft(waves * _fade(waves.shape[1]), length, axis=1)) ** 2
+    return power
+
+
+def _fade(n: int) -> Values:
+    """The contact is at the window's start: only its end is faded out."""
+    fade: Values = np.hanning(2 * n + 1)[n : 2 * n]
+    return fade
+
+
+def faded_lines(samples: int, length: int) -> NDArray[np.complex128]:
+    """What makes the spectrum of a faded window of one of its samples, shape (lines, samples)."""
+    each: NDArray[np.complex128] = np.fft.rfft(np.diag(_fade(samples)), length, axis=1).T
+    return each
+
+
+def _level_free(power: Values) -> Values:
+    share = power / np.maximum(power.sum(axis=1, keepdims=True), _TINY)
+    logs = np.log(share + FLOOR / power.shape[1])
+    free: Values = logs - logs.mean(axis=1, keepdims=True)
+    return free
+
+
+@cache
+def in_bands(padded: int, rate: float) -> NDArray[np.float64]:
+    """Weights that take the mean of a spectrum's lines in each band, shape (lines, BANDS).
+
+    A band between two lines has the one nearest to its middle.
+    """
+    lines = np.fft.rfftfreq(padded, 1.0 / rate)
+    edges = np.geomspace(min(LOWEST, rate / 8), rate / 2, BANDS + 1)
+    inside = (lines[:, None] >= edges[:-1]) & (lines[:, None] <= edges[1:])
+    nearest = np.abs(lines[:, None] - np.sqrt(edges[:-1] * edges[1:])).argmin(axis=0)
+    inside[nearest, np.arange(BANDS)] |= ~inside.any(axis=0)
+    weights: NDArray[np.float64] = inside / inside.sum(axis=0)
+    return weights
+
+
+#: What a model may be given, the fewest inputs first.
+KINDS: Mapping[str, Features] = {
+    "bands": log_bands,
+    "bands and course": lambda waves, rate: np.concatenate(
+        [log_bands(waves, rate), course(waves, rate)], axis=1
+    ),
+    "lines": log_bins,
+}

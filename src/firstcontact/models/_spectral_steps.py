@@ -1,0 +1,71 @@
+"""The features of the log spectrum as steps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from firstcontact.core import INPUT, Program, Step
+from firstcontact.core import shape_steps as shapes
+from firstcontact.core.layer_steps import plus
+from firstcontact.core.steps import dense
+from firstcontact.models._spec import Spec, Values
+from firstcontact.models._spectral_features import (
+    FLOOR,
+    KINDS,
+    QUANTILES,
+    faded_lines,
+    in_bands,
+    padded_length,
+)
+
+#: Numbers that the course in time is told in.
+COURSE = len(QUANTILES) + 3
+
+
+def spectral_program(kind: str, spec: Spec, weights: Values, offset: Values) -> Program:
+    """What a linear model makes of the features of each channel.
+
+    Parameters
+    ----------
+    kind
+        One of ``KINDS``.
+    spec
+        Of the windows.
+    weights, offset
+        Of the features themselves, shapes (outputs, features) and (outputs,).
+    """
+    n, channels = spec.samples, spec.channels
+    made: list[Step] = [shapes.over_peak(INPUT, "waves", n * channels)]
+    parts: list[str] = []
+    columns = np.split(weights, channels, axis=1)
+    for channel, own in enumerate(columns):
+        at = f"_{channel}"
+        spectral, rest = own, own[:, :0]
+        if "course" in kind:
+            spectral, rest = own[:, :-COURSE], own[:, -COURSE:]
+        length = padded_length(n) if "bands" in kind else n
+        lines = faded_lines(n, length)
+        heard = np.zeros((2 * len(lines), n, channels))
+        heard[:, :, channel] = np.concatenate([lines.real, lines.imag])
+        made.append(
+            dense("waves", "lines" + at, heard.reshape(len(heard), -1), np.zeros(len(heard)))
+        )
+        made.append(shapes.powers("lines" + at, "power" + at, len(lines)))
+        level, size = "power" + at, len(lines)
+        if "bands" in kind:
+            bands = in_bands(length, spec.rate).T
+            level, size = "bands" + at, len(bands)
+            made.append(dense("power" + at, level, bands, np.zeros(size)))
+        made.append(shapes.level_free(level, "spectrum" + at, size, FLOOR / size))
+        made.append(dense("spectrum" + at, "said" + at, spectral, offset / channels))
+        parts.append("said" + at)
+        if rest.size:
+            made.append(shapes.course(INPUT, "course" + at, n, channels, channel, QUANTILES))
+            made.append(dense("course" + at, "when" + at, rest, np.zeros(len(rest))))
+            parts.append("when" + at)
+    total = parts[0]
+    for number, part in enumerate(parts[1:]):
+        made.append(plus((total, part), f"sum_{number}", len(offset)))
+        total = f"sum_{number}"
+    assert kind in KINDS
+    return Program(n * channels, tuple(made), total)

@@ -1,0 +1,190 @@
+"""Support vector machines with a radial basis function kernel, trained by scikit-learn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from types import MappingProxyType
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import BLUE
+from firstcontact.models._estimator import Estimator, Reference, target_scale, training_spec
+from firstcontact.models._folds import inner_folds
+from firstcontact.models._model import WindowModel
+from firstcontact.models._spec import Spec, Task, Values, Windows
+from firstcontact.models._svm_model import SvmModel, level_of, shape_and_level
+
+#: Windows of a search, unless told otherwise.
+SEARCH_WINDOWS = 800
+#: What is searched. gamma is given as a multiple of 1 / inputs (each input has
+#: unit variance), epsilon in standard deviations of the target.
+C_GRID = (1.0, 10.0, 100.0)
+GAMMA_GRID = (0.1, 0.3, 1.0, 3.0)
+EPSILON_GRID = (0.3, 0.15, 0.05)
+#: The first candidate this close to the best is taken: wide tubes and small C
+#: come first, and with them fewer support vectors and a quicker answer.
+TOLERANCE = 1.02
+
+
+@dataclass(frozen=True)
+class Svm(Estimator):
+    """SVC (one against one) or SVR on the shape and the level of a window.
+
+    Parameters
+    ----------
+    task, rate
+        As for every estimator.
+    search_windows
+        The search learns from at most this many windows; the answer is refitted on all.
+    """
+
+    name: ClassVar[str] = "svm"
+    title: ClassVar[str] = "SVM"
+    colour: ClassVar[str] = BLUE
+    model: ClassVar[type[WindowModel]] = SvmModel
+    quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"search_windows": 400})
+
+    search_windows: int = SEARCH_WINDOWS
+
+    def fit(
+        self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
+    ) -> SvmModel:
+        """See :meth:`Estimator.fit`; the search is described at :func:`search`."""
+        spec = training_spec(self.task, self.rate, X, y, groups)
+        level = level_of(X)
+        inputs = shape_and_level(X, level)
+        target = target_scale(self.task, y)
+        scaled = (y - target[0]) / target[1]
+        parameters = search(self.task, inputs, scaled, groups, seed, self.search_windows)
+        machine = machine_of(self.task, parameters).fit(inputs, scaled)
+        return _model(spec, level, machine, target, np.array(parameters))
+
+    def reference(self, model: SvmModel, X: Windows, y: Values) -> Reference:
+        """scikit-learn's machine, fitted again with the same parameters."""
+        arrays = model.to_arrays()
+        mean, deviation = arrays["target"]
+        inputs = shape_and_level(X, arrays["level"])
+        c, gamma, epsilon = (float(p) for p in arrays["parameters"])
+        machine = machine_of(self.task, (c, gamma, epsilon)).fit(inputs, (y - mean) / deviation)
+        return Reference("scikit-learn predict", machine.predict, list(inputs[:, None, :]))
+
+
+def machine_of(task: Task, parameters: tuple[float, float, float]) -> Any:
+    """An untrained SVC or SVR with these C, gamma and epsilon."""
+    from sklearn.svm import SVC, SVR
+
+    c, gamma, epsilon = parameters
+    if task is Task.CLASSIFICATION:
+        return SVC(C=c, gamma=gamma)
+    return SVR(C=c, gamma=gamma, epsilon=epsilon)
+
+
+def search(
+    task: Task,
+    inputs: NDArray[np.float32],
+    y: Values,
+    groups: NDArray[Any] | None,
+    seed: int,
+    most: int = SEARCH_WINDOWS,
+) -> tuple[float, float, float]:
+    """Choose C, gamma and epsilon on three grouped folds of at most ``most`` windows.
+
+    Parameters
+    ----------
+    task
+        Error rate or RMSE is minimised.
+    inputs
+        Shape (n, inputs), unit variance.
+    y
+        Classes, or standardised targets, shape (n,).
+    groups
+        Session of each window.
+    seed
+        Of the sample and the folds.
+    most
+        Windows to search with.
+
+    Returns
+    -------
+    tuple
+        C, gamma, epsilon (0 for classification).
+    """
+    from sklearn.metrics import make_scorer, root_mean_squared_error, zero_one_loss
+    from sklearn.model_selection import GridSearchCV
+
+    rng = np.random.default_rng(seed)
+    chosen = np.sort(rng.permutation(len(y))[:most])
+    inputs, y = inputs[chosen], y[chosen]
+    folds = [
+        (train, held)
+        for train, held in inner_folds(y, None if groups is None else groups[chosen], seed)
+        if len(np.unique(y[train])) > 1
+    ]
+    regression = task is Task.REGRESSION
+    loss = root_mean_squared_error if regression else zero_one_loss
+    gammas = [multiple / inputs.shape[1] for multiple in GAMMA_GRID]
+    # One grid for each epsilon, widest first: see TOLERANCE.
+    grids: list[dict[str, Any]] = [{"C": C_GRID, "gamma": gammas}]
+    if regression:
+        grids = [{"epsilon": [epsilon], **grids[0]} for epsilon in EPSILON_GRID]
+    if not folds:
+        return C_GRID[0], gammas[0], EPSILON_GRID[0] if regression else 0.0
+    found = GridSearchCV(
+        machine_of(task, (1.0, 1.0, 0.0)),
+        grids,
+        scoring=make_scorer(loss, greater_is_better=False),
+        cv=folds,
+        refit=_first_close,
+    ).fit(inputs, y)
+    best = found.best_params_
+    return best["C"], best["gamma"], best.get("epsilon", 0.0)
+
+
+def _first_close(results: Mapping[str, Any]) -> int:
+    """Number of the first candidate close to the best, of scikit-learn's results."""
+    losses = -results["mean_test_score"]
+    return int(np.argmax(losses <= TOLERANCE * losses.min()))
+
+
+def _model(
+    spec: Spec,
+    level: NDArray[np.float64],
+    machine: Any,
+    target: NDArray[np.float64],
+    parameters: NDArray[np.float64],
+) -> SvmModel:
+    """Bring scikit-learn's machine into the form of the runtime."""
+    weights, bias = machine.dual_coef_, machine.intercept_
+    if spec.task is Task.CLASSIFICATION:
+        if len(spec.classes) == 2:  # the one case in which a positive value means the second class
+            weights, bias = -weights, -bias
+        weights = _one_against_one(weights, machine.n_support_)
+    return SvmModel(
+        spec,
+        level,
+        machine.support_vectors_.astype(np.float32),
+        weights.astype(np.float32),
+        bias.astype(np.float32),
+        target,
+        parameters,
+    )
+
+
+def _one_against_one(dual: NDArray[np.float64], counts: NDArray[Any]) -> NDArray[np.float64]:
+    """A row of weights for each pair of classes, from libsvm's packed coefficients.
+
+    ``dual`` is (classes - 1, m); the vector of class i holds its coefficient
+    against class j in row j - 1 if j > i, else in row j.
+    """
+    end = np.cumsum(counts)
+    start = end - counts
+    pairs = list(combinations(range(len(counts)), 2))
+    rows = np.zeros((len(pairs), dual.shape[1]))
+    for row, (i, j) in zip(rows, pairs, strict=True):
+        row[start[i] : end[i]] = dual[j - 1, start[i] : end[i]]
+        row[start[j] : end[j]] = dual[i, start[j] : end[j]]
+    return rows

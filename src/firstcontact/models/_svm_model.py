@@ -1,0 +1,186 @@
+"""The support vector machine at work: a few NumPy calls, no training library."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+from math import log, nan, sqrt
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import INPUT, InputError, Program, RbfKernel, steps
+from firstcontact.models._model import ArraysModel
+from firstcontact.models._reduced_set import reduced_sets
+from firstcontact.models._spec import Spec, Task, Windows
+
+#: Weight of the level beside the samples of the shape, each of unit variance.
+#: With 74 samples the level then carries about a tenth of all variance.
+LEVEL_WEIGHT = 3.0
+#: Vectors of smaller machines.
+SIZES = (25, 50, 75, 100, 150, 200, 300, 500)
+
+
+def log_rms(X: Windows) -> NDArray[np.float64]:
+    """How loud each window (n, samples, channels) is: the logarithm of its RMS, shape (n,)."""
+    flat = X.reshape(len(X), -1).astype(np.float64)
+    loud: NDArray[np.float64] = 0.5 * np.log((flat**2).mean(axis=1))
+    return loud
+
+
+def level_of(X: Windows) -> NDArray[np.float64]:
+    """What :func:`shape_and_level` takes of training windows (n, samples, channels)."""
+    loud = log_rms(X)
+    return np.array([loud.mean(), loud.std() or 1.0])
+
+
+def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float32]:
+    """What the machine sees: the window divided by its own RMS, and how loud it was.
+
+    A sensor's gain moves the level and leaves the shape alone.
+
+    Parameters
+    ----------
+    X
+        Windows (n, samples, channels).
+    level
+        Mean and standard deviation of the log RMS of the training windows.
+
+    Returns
+    -------
+    ndarray
+        Shape (n, samples * channels + 1); NaN throughout where float32 cannot hold the power.
+    """
+    flat = X.reshape(len(X), X.shape[1] * X.shape[2]).astype(np.float32)
+    power = np.einsum("ij,ij->i", flat, flat)
+    power[~((power > steps.LEAST_POWER) & (power < steps.MOST_POWER))] = np.nan
+    rms = np.sqrt(power / flat.shape[1])
+    loud = (np.log(rms) - level[0]) * (LEVEL_WEIGHT / level[1])
+    return np.column_stack([flat / rms[:, None], loud]).astype(np.float32)
+
+
+class SvmModel(ArraysModel):
+    """Support vectors with a radial basis function kernel.
+
+    One window costs what :class:`RbfKernel` says and one small product, in float32.
+
+    Parameters
+    ----------
+    spec
+        What it takes and answers.
+    level
+        Mean and standard deviation of the log RMS of the training windows.
+    vectors
+        Support vectors as :func:`shape_and_level` gives them, shape (m, inputs).
+    weights
+        One row for regression; for classification one for each pair of
+        classes (one against one; positive votes for the first), shape (rows, m).
+    bias
+        Shape (rows,).
+    target
+        Mean and standard deviation of the targets of a regression, else (0, 1).
+    parameters
+        C, gamma and epsilon (0 for classification), as the search chose them.
+
+    Raises
+    ------
+    InputError
+        If the arrays do not fit together.
+    """
+
+    kind: ClassVar[str] = "svm"
+    names = ("level", "vectors", "weights", "bias", "target", "parameters")
+
+    def __init__(
+        self,
+        spec: Spec,
+        level: NDArray[np.float64],
+        vectors: NDArray[np.float32],
+        weights: NDArray[np.float32],
+        bias: NDArray[np.float32],
+        target: NDArray[np.float64],
+        parameters: NDArray[np.float64],
+    ) -> None:
+        k = len(spec.classes)
+        rows = 1 if spec.task is Task.REGRESSION else k * (k - 1) // 2
+        m = vectors.shape[0] if vectors.ndim else 0
+        expected = ((2,), (m, spec.samples * spec.channels + 1), (rows, m), (rows,), (2,), (3,))
+        given: tuple[NDArray[Any], ...] = (level, vectors, weights, bias, target, parameters)
+        if tuple(a.shape for a in given) != expected:
+            raise InputError("the arrays of the SVM do not fit together: train it again")
+        if not (level[1] > 0 and target[1] > 0 and parameters[1] > 0):
+            raise InputError("a scale of the SVM is not above 0: train it again")
+        super().__init__(spec, *given)
+        self.parameters = parameters
+        self._level, self._slope = float(level[0]), LEVEL_WEIGHT / float(level[1])
+        self._kernel = RbfKernel(vectors.astype(np.float32), float(parameters[1]))
+        self._weights = np.ascontiguousarray(weights, dtype=np.float32)
+        self._bias = bias.astype(np.float32)
+        pairs = np.array(list(combinations(range(k), 2)), dtype=np.intp).reshape(-1, 2)
+        self._first, self._second = pairs[:, 0].copy(), pairs[:, 1].copy()
+
+    @property
+    def notes(self) -> Mapping[str, Any]:
+        """What the search chose, and how many support vectors that took."""
+        c, gamma, epsilon = (float(p) for p in self.parameters)
+        chosen = {"C": c, "gamma": gamma, "support_vectors": len(self._kernel)}
+        return chosen | ({"epsilon": epsilon} if self.spec.task is Task.REGRESSION else {})
+
+    def outputs(self, X: Windows) -> NDArray[np.float32]:
+        """Decisions about windows (n, samples, channels), shape (n, rows)."""
+        inputs = shape_and_level(X, self._arrays["level"])
+        decisions: NDArray[np.float32] = self._kernel.rows(inputs) @ self._weights.T + self._bias
+        return decisions
+
+    def output(self, window: Windows) -> NDArray[np.float32]:
+        """Decisions about one window (samples, channels), shape (rows,)."""
+        flat = window.ravel()
+        power = float(flat.dot(flat))
+        # What float32 cannot hold has no level, and there is no decision.
+        if not steps.LEAST_POWER < power < steps.MOST_POWER:
+            return np.full(self._bias.shape, nan, dtype=np.float32)
+        rms = sqrt(power / len(flat))
+        loud = (log(rms) - self._level) * self._slope
+        inputs = np.empty(len(flat) + 1, dtype=np.float32)
+        np.multiply(flat, 1.0 / rms, out=inputs[:-1], casting="same_kind")
+        inputs[-1] = loud
+        kernel = self._kernel.row(inputs, len(flat) + loud * loud)  # the shape's norm is known
+        decisions: NDArray[np.float32] = self._weights.dot(kernel) + self._bias
+        return decisions
+
+    def program(self) -> Program:
+        """Shape and level, kernel, weights, and the votes of pairs of classes."""
+        a, spec = self._arrays, self.spec
+        n = spec.samples * spec.channels
+        chain = (
+            steps.shape_and_level(INPUT, "shape", n, self._level, self._slope),
+            steps.rbf("shape", "near", a["vectors"], float(self.parameters[1])),
+            steps.dense("near", "decisions", a["weights"], a["bias"]),
+        )
+        if spec.task is Task.REGRESSION:
+            return Program(n, chain, "decisions")
+        k = len(spec.classes)
+        return Program(n, (*chain, steps.votes("decisions", "votes", k)), "votes")
+
+    def smaller(self, X: Windows) -> Iterator[SvmModel]:
+        """The same with a reduced set of vectors."""
+        a = self._arrays
+        inputs = shape_and_level(X, a["level"])
+        gamma = float(self.parameters[1])
+        for chosen, weights, bias in reduced_sets(a["vectors"], gamma, a["weights"], inputs, SIZES):
+            yield SvmModel(
+                self.spec,
+                a["level"],
+                a["vectors"][chosen],
+                weights.astype(np.float32),
+                (a["bias"] + bias).astype(np.float32),
+                a["target"],
+                a["parameters"],
+            )
+
+    def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
+        """The class that wins most pairs."""
+        winners = np.where(outputs > steps.LEAST_DECISION, self._first, self._second)
+        votes = (winners[:, :, None] == np.arange(len(self.spec.classes))).sum(axis=1)
+        return np.asarray(votes.argmax(axis=1))

@@ -1,0 +1,154 @@
+"""How long one window takes, beside the library that trained the model."""
+
+from __future__ import annotations
+
+import os
+import resource
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Record
+from firstcontact.models._estimator import Reference
+from firstcontact.models._model import WindowModel
+from firstcontact.models._spec import Windows
+
+#: Calls before the clock counts: caches and parts that are built late.
+WARM_UP = 200
+#: The reference is slow; a tenth of the calls gives its percentiles well enough.
+REFERENCE_SHARE = 10
+
+Call = Callable[[Any], object]
+
+
+#: Switches are counted for this thread alone where the system can.
+_WHOSE = getattr(resource, "RUSAGE_THREAD", resource.RUSAGE_SELF)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Timed:
+    """Single calls, each of shape (calls,).
+
+    Parameters
+    ----------
+    microseconds
+        How long each took.
+    preempted
+        Whether the core was taken away during it: its time is another program's, too.
+    """
+
+    microseconds: NDArray[np.float64]
+    preempted: NDArray[np.bool_]
+
+    @property
+    def own(self) -> NDArray[np.float64]:
+        """Times of the calls that ran through; of all where none did."""
+        return self.microseconds if self.preempted.all() else self.microseconds[~self.preempted]
+
+
+def timed(call: Call, windows: Sequence[Any] | NDArray[Any], calls: int) -> Timed:
+    """Time ``calls`` single calls over the windows in turn, after a warm-up."""
+    for i in range(min(WARM_UP, calls)):
+        call(windows[i % len(windows)])
+    spent = np.empty(calls)
+    preempted = np.zeros(calls, dtype=np.bool_)
+    switches = preemptions()
+    for i in range(calls):
+        window = windows[i % len(windows)]
+        began = time.perf_counter_ns()
+        call(window)
+        spent[i] = time.perf_counter_ns() - began
+        before, switches = switches, preemptions()
+        preempted[i] = switches > before
+    return Timed(spent / 1e3, preempted)
+
+
+def preemptions() -> int:
+    """How often other processes have taken the core away from this thread."""
+    return resource.getrusage(_WHOSE).ru_nivcsw
+
+
+def load() -> float:
+    """Processes that wanted a core in the last minute, on average."""
+    return os.getloadavg()[0]
+
+
+class InferenceTime(Record, frozen=True, kw_only=True):
+    """Single-window inference on one thread, µs: of the calls that no other process interrupted.
+
+    ``reference`` is the training library, ``speedup`` the ratio of the medians; ``load`` and
+    ``cores`` are of the machine when it began.
+    """
+
+    p50: float
+    p99: float
+    p99_with_preempted: float
+    calls: int
+    preempted: int
+    load: float
+    cores: int
+    reference: str | None = None
+    reference_p50: float | None = None
+    reference_p99: float | None = None
+    reference_calls: int | None = None
+    speedup: float | None = None
+    support_vectors: int | None = None
+
+
+def time_inference(
+    model: WindowModel, X: Windows, reference: Reference | None, calls: int = 10_000
+) -> InferenceTime:
+    """Single-window inference on one thread, beside the training library in the same run.
+
+    Parameters
+    ----------
+    model
+        Trained.
+    X
+        Windows (n, samples, channels) to ask about in turn.
+    reference
+        What to compare with, if there is anything.
+    calls
+        Single calls to time.
+    """
+    import threadpoolctl
+
+    found = msgspec.structs.replace(
+        time_calls(model.predict_one, X, calls),
+        support_vectors=model.notes.get("support_vectors"),
+    )
+    if reference is None:
+        return found
+    with threadpoolctl.threadpool_limits(1):
+        theirs = timed(reference.call, reference.inputs, max(1, calls // REFERENCE_SHARE))
+    return msgspec.structs.replace(
+        found,
+        reference=reference.name,
+        reference_p50=float(np.percentile(theirs.own, 50)),
+        reference_p99=float(np.percentile(theirs.own, 99)),
+        reference_calls=len(theirs.microseconds),
+        speedup=float(np.percentile(theirs.own, 50)) / found.p50,
+    )
+
+
+def time_calls(call: Call, inputs: Sequence[Any] | NDArray[Any], calls: int) -> InferenceTime:
+    """Single calls on one thread over the inputs in turn, with nothing to compare them with."""
+    import threadpoolctl
+
+    busy = load()
+    with threadpoolctl.threadpool_limits(1):
+        own = timed(call, inputs, calls)
+    return InferenceTime(
+        p50=float(np.percentile(own.own, 50)),
+        p99=float(np.percentile(own.own, 99)),
+        p99_with_preempted=float(np.percentile(own.microseconds, 99)),
+        calls=calls,
+        preempted=int(own.preempted.sum()),
+        load=busy,
+        cores=os.cpu_count() or 1,
+    )

@@ -1,0 +1,120 @@
+"""A contact as it goes on, from a stream: what is known of it after each millisecond."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from firstcontact.core import Block, ChannelKind, Contact, Layout, Physical
+from firstcontact.models._touches import (
+    BEFORE,
+    LONGEST,
+    SHORTEST,
+    Touches,
+    cut_touch,
+    finger_number,
+)
+from firstcontact.signal import MEMORY, AsSent, samples_in
+
+#: From one answer to the next, s.
+STEP = 0.001
+
+
+def moments(rate: float) -> tuple[int, ...]:
+    """Samples after a contact at which there is an answer: each whole millisecond's."""
+    first, last = round(SHORTEST / STEP), round(LONGEST / STEP)
+    return tuple(samples_in(n * STEP, rate) for n in range(first, last + 1))
+
+
+class TouchStream:
+    """The live form of :func:`firstcontact.models.touches_of`: the same numbers, block by block.
+
+    A stream is for one contact, as a closing has one first contact. Nothing is looked ahead:
+    what is known after a sample is given with it.
+
+    Parameters
+    ----------
+    layout
+        The columns of the blocks.
+    radius
+        Of the thing, m, as told: infinite for a flat one, NaN where it is not told.
+    """
+
+    def __init__(self, layout: Layout, radius: float = np.nan) -> None:
+        self._layout = layout
+        self._radius = radius
+        self._columns = layout.columns(ChannelKind.VIBRATION)
+        self._fingers = layout.vibration_fingers
+        self._volts = Physical(layout, self._columns)
+        self._remember = samples_in(BEFORE + MEMORY + LONGEST, layout.rate)
+        self._contact: Contact | None = None
+        self._left: tuple[int, ...] = moments(layout.rate)
+        #: Why nothing more comes, "" where all is well.
+        self.refused = ""
+        self._restart(0, 0)
+
+    def _restart(self, first_sample: int, epoch: int) -> None:
+        if self._contact is not None and self._left:
+            self._refuse("samples were lost")
+        self._smoothing = AsSent(self._layout, self._columns)
+        self._past = np.zeros((0, len(self._columns)))
+        self._end = first_sample
+        self._epoch = epoch
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing more comes."""
+        return not self._left
+
+    @property
+    def due(self) -> int | None:
+        """So many more samples complete the next moment; None where none is to come."""
+        if self._contact is None or not self._left:
+            return None
+        return self._contact.sample + self._left[0] - self._end
+
+    def update(self, block: Block, contact: Contact | None = None) -> Touches | None:
+        """Take the next block, and the contact where it was found in it.
+
+        Returns
+        -------
+        Touches or None
+            The contact after each whole millisecond that these samples completed, the shortest
+            first; None where there is none. What the block holds of later samples is not valid.
+        """
+        if not self._left:
+            return None
+        if block.first_sample != self._end or block.epoch != self._epoch:
+            self._restart(block.first_sample, block.epoch)
+        smooth = self._smoothing.update(self._volts(block.data))
+        self._past = np.concatenate([self._past[-self._remember :], smooth])
+        self._end = block.end
+        if contact is not None:
+            self._contact = contact
+        return self._complete()
+
+    def _complete(self) -> Touches | None:
+        contact = self._contact
+        if contact is None:
+            return None
+        there = self._end - contact.sample
+        now = np.array([n for n in self._left if n <= there], np.intp)
+        if not len(now):
+            return None
+        start = len(self._past) - there
+        signal = None
+        if contact.finger in self._fingers and start >= 0:
+            column = self._past[:, self._fingers.index(contact.finger)]
+            signal = cut_touch(column, start, self._layout.rate)
+        if signal is None:
+            self._refuse("too little signal before the contact, or the piezo is dead")
+            return None
+        self._left = self._left[len(now) :]
+        n = len(now)
+        fingers = np.full(n, finger_number(contact.finger), np.intp)
+        touches = Touches.untold(np.tile(signal, (n, 1)), now, fingers, self._layout.rate)
+        return replace(touches, radii=np.full(n, self._radius))
+
+    def _refuse(self, why: str) -> None:
+        self.refused, self._left = why, ()

@@ -1,0 +1,196 @@
+"""What is known of a contact while it goes on: the signal so far, and what is known beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import ChannelKind, Contact, Dataset, Finger, Pinch
+from firstcontact.signal import BASELINE, BASELINE_GUARD, AsSent, samples_in
+
+#: So much of the signal before the contact is looked at, s: there the motor is heard.
+BEFORE = 0.040
+#: Answers come from so long after the contact on, and until so long after it, s.
+SHORTEST = 0.002
+LONGEST = 0.015
+#: Times after the contact that answers are scored at, ms.
+TIMES = (2, 3, 5, 8, 15)
+
+Signals = NDArray[np.float32]
+Values = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Touches:
+    """Contacts of single fingers with what is known of each; all arrays share their first axis.
+
+    Parameters
+    ----------
+    signals
+        Vibration in V as the device sends it, from ``BEFORE`` before each contact to
+        ``LONGEST`` after it, its baseline removed, shape (n, samples). What comes after
+        ``valid`` is never looked at.
+    valid
+        Samples from the contact on that may be used: they end where the second finger
+        touches, shape (n,).
+    fingers
+        Number of the finger, -1 where it is not known, shape (n,).
+    speeds
+        Closing speed as told by the hand, m/s, NaN where it is not told, shape (n,).
+    radii
+        Radius of the object where it is touched, m, as told; infinite for a flat one, NaN
+        where it is not told, shape (n,).
+    rate
+        Sampling rate, Hz.
+    """
+
+    signals: Signals
+    valid: NDArray[np.intp]
+    fingers: NDArray[np.intp]
+    speeds: Values
+    radii: Values
+    rate: float
+
+    def __len__(self) -> int:
+        return len(self.signals)
+
+    @classmethod
+    def untold(
+        cls, signals: Signals, valid: NDArray[np.intp], fingers: NDArray[np.intp], rate: float
+    ) -> Touches:
+        """With neither speed nor radius told."""
+        nothing = np.full(len(signals), np.nan)
+        return cls(signals, valid, fingers, nothing, nothing.copy(), rate)
+
+    @property
+    def answerable(self) -> NDArray[np.bool_]:
+        """Which have enough valid samples for an answer, shape (n,)."""
+        return self.valid >= lengths(self.rate)[0]
+
+    @property
+    def before(self) -> int:
+        """Samples before each contact."""
+        return samples_in(BEFORE, self.rate)
+
+    @property
+    def after(self) -> Signals:
+        """Signals from the contacts on, shape (n, samples)."""
+        return self.signals[:, self.before :]
+
+    def take(self, which: NDArray[Any]) -> Touches:
+        """Those at these positions, or where a mask is true."""
+        arrays = {f.name: getattr(self, f.name)[which] for f in fields(self) if f.name != "rate"}
+        return Touches(rate=self.rate, **arrays)
+
+    def until(self, samples: int) -> Touches:
+        """The same contacts after so many samples."""
+        return replace(self, valid=np.minimum(self.valid, samples))
+
+
+def lengths(rate: float) -> tuple[int, int]:
+    """Fewest and most samples after a contact that an answer takes."""
+    return samples_in(SHORTEST, rate), samples_in(LONGEST, rate)
+
+
+def cut_touch(volts: NDArray[Any], start: int, rate: float) -> Signals | None:
+    """Cut the signal of one contact and take its baseline off.
+
+    Parameters
+    ----------
+    volts
+        One vibration channel as the device sends it, V, shape (samples,).
+    start
+        Position of the contact. Where fewer samples come after it than are looked at, zeros
+        stand for them.
+    rate
+        Hz.
+
+    Returns
+    -------
+    ndarray or None
+        Shape (samples,); None where too little comes before the contact or after it, where it
+        is not finite, or where the sensor does not move at all.
+    """
+    before, longest = samples_in(BEFORE, rate), samples_in(LONGEST, rate)
+    here = volts[max(start - before, 0) : start + longest]
+    if start < before or len(here) < before + lengths(rate)[0]:
+        return None
+    quiet_end = before - samples_in(BASELINE_GUARD, rate)
+    baseline = here[quiet_end - samples_in(BASELINE, rate) : quiet_end].mean()
+    if not np.isfinite(here).all() or np.ptp(here) == 0.0:
+        return None
+    out = np.zeros(before + longest, np.float32)
+    out[: len(here)] = here - baseline
+    return out
+
+
+def touches_of(
+    dataset: Dataset,
+    contacts: Sequence[Contact | None],
+    seconds: Sequence[Contact | None] | None = None,
+) -> tuple[Touches, NDArray[np.intp]]:
+    """Touches of pinches.
+
+    Parameters
+    ----------
+    dataset
+        The pinches.
+    contacts
+        The first contact of each, None where none is known.
+    seconds
+        The second contacts; by default those that the pinches themselves know. Samples from
+        there on are not valid: none is where the first was placed no earlier.
+
+    Returns
+    -------
+    touches : Touches
+        Of those pinches whose signal can be used.
+    which : ndarray
+        Their positions in the dataset, shape (n,).
+    """
+    others = [p.second for p in dataset.pinches] if seconds is None else list(seconds)
+    signals, valid, fingers, which = [], [], [], []
+    for place, (pinch, first, second) in enumerate(
+        zip(dataset.pinches, contacts, others, strict=True)
+    ):
+        signal = None if first is None else _signal(pinch, first)
+        if first is None or signal is None:
+            continue
+        start = first.sample - pinch.first_sample
+        most = min(samples_in(LONGEST, pinch.layout.rate), len(pinch.data) - start)
+        if second is not None:
+            # What was placed behind the second contact has no samples of the first alone.
+            most = min(most, max(second.sample - first.sample, 0))
+        signals.append(signal)
+        valid.append(most)
+        fingers.append(finger_number(first.finger))
+        which.append(place)
+    rate = dataset.layout.rate
+    width = samples_in(BEFORE, rate) + samples_in(LONGEST, rate)
+    return (
+        Touches.untold(
+            np.array(signals, np.float32).reshape(-1, width),
+            np.array(valid, np.intp),
+            np.array(fingers, np.intp),
+            rate,
+        ),
+        np.array(which, np.intp),
+    )
+
+
+def finger_number(finger: Finger | None) -> int:
+    """Place of a finger among all, -1 for none."""
+    return -1 if finger is None else list(Finger).index(finger)
+
+
+def _signal(pinch: Pinch, contact: Contact) -> Signals | None:
+    columns = pinch.layout.columns(ChannelKind.VIBRATION, contact.finger)
+    if not columns:
+        return None
+    volts = pinch.layout.physical(pinch.data, columns)
+    smooth = AsSent(pinch.layout, columns).update(volts)
+    return cut_touch(smooth[:, 0], contact.sample - pinch.first_sample, pinch.layout.rate)

@@ -1,0 +1,248 @@
+"""Fit on one side of a split, answer for the other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Contact, Dataset, Label, Runner
+from firstcontact.models._model import WindowModel
+from firstcontact.models._spec import Task
+from firstcontact.models._splits import Split
+from firstcontact.signal import contact_windows
+
+Windows = NDArray[np.float32]
+Values = NDArray[np.float64]
+#: The window that stiffness is read from, s.
+DURATION = 0.015
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LabelledWindows:
+    """Windows with what is known of them; all arrays share their first axis.
+
+    Parameters
+    ----------
+    X
+        Windows in V, shape (n, samples, 1).
+    y
+        Target: Shore A, a hardness rank or a class, shape (n,).
+    sessions, specimens, objects
+        Shape (n,).
+    test
+        Role ``test``, shape (n,).
+    which
+        Position in the dataset, shape (n,).
+    rate
+        Of the windows, Hz.
+    """
+
+    X: Windows
+    y: Values
+    sessions: NDArray[np.str_]
+    specimens: NDArray[np.str_]
+    objects: NDArray[np.str_]
+    test: NDArray[np.bool_]
+    which: NDArray[np.intp]
+    rate: float
+
+    def __len__(self) -> int:
+        return len(self.X)
+
+    @property
+    def has_sessions(self) -> bool:
+        """Whether these windows lie in two known sessions or more."""
+        return len(np.unique(self.sessions)) > 1 and bool((self.sessions != "").all())
+
+    @property
+    def clusters(self) -> NDArray[np.str_]:
+        """What an interval resamples as a whole: sessions, else specimens, else pinches."""
+        if self.has_sessions:
+            return self.sessions
+        if len(np.unique(self.specimens)) > 1 and (self.specimens != "").all():
+            return self.specimens
+        return np.arange(len(self)).astype(np.str_)
+
+    def take(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> LabelledWindows:
+        """Those at these positions, or where a mask is true."""
+        return LabelledWindows(
+            self.X[which],
+            self.y[which],
+            self.sessions[which],
+            self.specimens[which],
+            self.objects[which],
+            self.test[which],
+            self.which[which],
+            self.rate,
+        )
+
+
+def distinct_specimens(dataset: Dataset) -> NDArray[np.str_]:
+    """Specimen of each pinch, one name for one thing, shape (pinches,).
+
+    People number the specimens of each object, or call all of them after the
+    material. A name that comes with several objects, levels or ranks is several
+    specimens: it is then told with what it belongs to.
+    """
+
+    def kind(label: Label) -> tuple[str, ...]:
+        level = label.hardness_rank if label.shore_a is None else label.shore_a
+        return tuple(s for s in (label.object, "" if level is None else f"{level:g}") if s)
+
+    labels = [pinch.label for pinch in dataset.pinches]
+    kinds: dict[str, set[tuple[str, ...]]] = {}
+    for label in labels:
+        kinds.setdefault(label.specimen, set()).add(kind(label))
+    names = [
+        label.specimen
+        if len(kinds[label.specimen]) == 1
+        else f"{label.specimen or 'unnamed'} ({', '.join(kind(label)) or 'unknown'})"
+        for label in labels
+    ]
+    return np.array(names, dtype=np.str_)
+
+
+def labelled_windows(
+    dataset: Dataset,
+    contacts: Sequence[Contact | None],
+    duration: float,
+    target: Values,
+    *,
+    conditioned: bool = True,
+) -> LabelledWindows:
+    """Windows of the pinches that have a contact, a whole window and a target.
+
+    Parameters
+    ----------
+    dataset
+        The pinches.
+    contacts
+        Where each window starts, None where none was found.
+    duration
+        Of the windows, s.
+    target
+        Shape (pinches,), NaN where not known.
+    conditioned
+        As for :func:`firstcontact.signal.contact_windows`.
+    """
+    X, kept = contact_windows(dataset, contacts, duration, conditioned=conditioned)
+    known = np.isfinite(target[kept])
+    which = np.flatnonzero(kept)[known]
+    return LabelledWindows(
+        X[known],
+        target[which],
+        dataset.sessions[which],
+        dataset.specimens[which],
+        dataset.objects[which],
+        dataset.test[which],
+        which,
+        dataset.layout.rate,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """One training and what is asked of its model.
+
+    Parameters
+    ----------
+    model
+        Name in the registry of estimators.
+    task
+        Regression or classification.
+    learn
+        To learn from.
+    ask
+        Windows to answer for, shape (m, samples, 1).
+    seed
+        Of the training.
+    options
+        Further fields of the estimator.
+    """
+
+    model: str
+    task: Task
+    learn: LabelledWindows
+    ask: Windows
+    seed: int
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+def fit_model(fit: Fit) -> WindowModel:
+    """Train the model of a fit."""
+    from firstcontact.models._model import WindowModel
+    from firstcontact.models._registry import ESTIMATORS, make_estimator
+
+    estimator = make_estimator(fit.model, fit.task, fit.learn.rate, **fit.options)
+    sessions = fit.learn.sessions
+    groups = sessions if (sessions != "").all() else None
+    with ESTIMATORS.calling(fit.model):
+        model = estimator.fit(fit.learn.X, fit.learn.y, groups, seed=fit.seed)
+        if not isinstance(model, WindowModel):
+            raise TypeError(f"{type(model).__name__} is no model, and fit returned it")
+    return model
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Question:
+    """A model, a task, the splits to do it in, and options of the estimator."""
+
+    model: str
+    task: Task
+    data: LabelledWindows
+    splits: Sequence[Split]
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+def held_out(runner: Runner, questions: Sequence[Question], seed: int) -> list[Values]:
+    """Predictions for every pinch by a model that did not learn from it.
+
+    Returns
+    -------
+    list of ndarray
+        One a question, shape (n,); NaN where no split has the pinch in its
+        test side.
+
+    Raises
+    ------
+    ValueError
+        A split that mixes what it does not say it mixes.
+    """
+    return [answers for answers, _ in held_out_with_spread(runner, questions, seed)]
+
+
+def held_out_with_spread(
+    runner: Runner, questions: Sequence[Question], seed: int
+) -> list[tuple[Values, Values | None]]:
+    """As :func:`held_out`, each with the spread that the models themselves give, if they do."""
+    folds = []
+    for number, question in enumerate(questions):
+        for place, split in enumerate(question.splits):
+            split.check(question.data.sessions, question.data.specimens)
+            folds.append((number, place))
+    # Views of mappings, as registries have them, do not travel.
+    plain = [replace(question, options=dict(question.options)) for question in questions]
+    answers = runner.map(_held_out, folds, plain, seed)
+    out = [np.full((2, len(q.data)), np.nan) for q in questions]
+    told = dict.fromkeys(range(len(questions)), True)
+    for (number, place), (predicted, spread) in zip(folds, answers, strict=True):
+        asked = questions[number].splits[place].test
+        out[number][0, asked] = predicted
+        told[number] &= spread is not None
+        out[number][1, asked] = np.nan if spread is None else spread
+    return [(found[0], found[1] if told[number] else None) for number, found in enumerate(out)]
+
+
+def _held_out(
+    fold: tuple[int, int], questions: Sequence[Question], seed: int
+) -> tuple[Values, Values | None]:
+    """Answers for the test side of one split of one question."""
+    question = questions[fold[0]]
+    data, split = question.data, question.splits[fold[1]]
+    learn, ask = data.take(split.train), data.X[split.test]
+    model = fit_model(Fit(question.model, question.task, learn, ask, seed, question.options))
+    return model.predict(ask), model.spread(ask)

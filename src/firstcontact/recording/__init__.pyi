@@ -1,0 +1,34 @@
+"""Recordings: one MCAP file each, a writer that survives being killed, a tolerant reader."""
+
+from ._arrays import from_arrays as from_arrays
+from ._checks import HIGHEST_RATE as HIGHEST_RATE
+from ._checks import FileSettings as FileSettings
+from ._checks import check_rate as check_rate
+from ._checks import make_layout as make_layout
+from ._dataset import cut as cut
+from ._dataset import find_recordings as find_recordings
+from ._dataset import load_dataset as load_dataset
+from ._dataset import write_dataset as write_dataset
+from ._event_table import Event as Event
+from ._event_table import spans as spans
+from ._events import NO_CONTACTS as NO_CONTACTS
+from ._exporting import export as export
+from ._figure_text import PLAIN as PLAIN
+from ._figure_text import figure_label as figure_label
+from ._formats import EXPORTERS as EXPORTERS
+from ._formats import IMPORTERS as IMPORTERS
+from ._formats import Exporter as Exporter
+from ._formats import Importer as Importer
+from ._header import LAST_SAMPLE as LAST_SAMPLE
+from ._header import SOURCES as SOURCES
+from ._header import Header as Header
+from ._header import Marker as Marker
+from ._header import PinchMark as PinchMark
+from ._importing import find_importer as find_importer
+from ._importing import import_path as import_path
+from ._plot import plot_pinch as plot_pinch
+from ._quoting import shown as shown
+from ._reader import Recording as Recording
+from ._reader import read_recording as read_recording
+from ._table import read_rows as read_rows
+from ._writer import RecordingWriter as RecordingWriter

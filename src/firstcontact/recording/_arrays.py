@@ -1,0 +1,151 @@
+"""Import arrays from HDF5 or NPZ.
+
+Arrays: ``piezo`` (pinches, samples, 1 or 2); optional ``force`` (pinches,
+samples, 2, 6), ``strip`` (pinches, samples, 2), and one value a pinch of
+``first_contact``, ``second_contact``, ``motor_start`` (-1 not known), ``first_finger``,
+``object``, ``shore_a`` or ``hardness_rank``, ``specimen``, ``session``,
+``role``. Attributes (of the file or of ``piezo``; 0-d arrays in an NPZ):
+``sample_rate_hz``, ``piezo_unit``, optional ``force_unit``, ``smoothing_alpha``, ``source``.
+Another sensor has its name (``accelerometer``, ``microphone``, ``hydrophone``) in the
+place of piezo; vectors have the shape (pinches, samples, 1 or 2, axes), and ``axis`` says
+which stands for them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from firstcontact.core import TAXELS, Dataset, InputError, VibrationSensor
+from firstcontact.recording._checks import (
+    SETTINGS,
+    check_force,
+    check_samples,
+    find_sensor,
+    joined,
+    make_layout,
+    read_settings,
+)
+from firstcontact.recording._formats import Importer
+from firstcontact.recording._hdf5 import read_hdf5
+from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
+from firstcontact.recording._npz import read_npz
+from firstcontact.recording._quoting import listed
+
+_SHAPES = {"force": (2, TAXELS), "strip": (2,)}
+_KNOWN = {*VibrationSensor, *_SHAPES, *SETTINGS, *LABEL_COLUMNS, *CONTACT_COLUMNS}
+
+Arrays = Mapping[str, NDArray[Any]]
+
+
+def import_hdf5(path: Path, rate: float | None = None) -> Dataset:
+    """Pinches out of an HDF5 file, which says its rate.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or names the array or attribute at fault.
+    """
+    return from_arrays(path, *read_hdf5(path, _KNOWN, SETTINGS))
+
+
+def import_npz(path: Path, rate: float | None = None) -> Dataset:
+    """Pinches out of a NumPy archive, which says its rate; pickled objects in it are refused.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or names the array at fault.
+    """
+    return from_arrays(path, *read_npz(path, _KNOWN))
+
+
+def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Dataset:
+    """Pinches out of named arrays, as both kinds of file hold them.
+
+    Parameters
+    ----------
+    path
+        That messages name.
+    arrays
+        Of the names that this module knows.
+    unknown
+        Names of others that the file holds, for the notes.
+
+    Raises
+    ------
+    InputError
+        Names the array at fault.
+    """
+    sensor = find_sensor(str(path), arrays, "array piezo: add it, shape (pinches, samples, 1 or 2)")
+    given = {name: _one(path, arrays, name) for name in SETTINGS if name in arrays}
+    settings = read_settings(str(path), given, sensor)
+    data = _signals(path, arrays, sensor)
+    if "force" in arrays:
+        check_force(f"{path}: force", arrays["force"], settings.force_unit)
+    pinches = len(data)
+    sensors, *axes = arrays[sensor].shape[2:]
+    layout = make_layout(
+        settings,
+        sensors,
+        axes=axes[0] if axes else 1,
+        force="force" in arrays,
+        strip="strip" in arrays,
+    )
+    columns = {
+        name: list(_per_pinch(path, name, arrays[name], pinches))
+        for name in (*LABEL_COLUMNS, *CONTACT_COLUMNS)
+        if name in arrays
+    }
+    notes = list(settings.notes)
+    if unknown:
+        notes.append(f"{path.name}: arrays not known and left out: {listed(unknown)}")
+    return labelled(str(path), list(data), layout, columns, settings.source, notes)
+
+
+def _signals(path: Path, arrays: Arrays, sensor: VibrationSensor) -> NDArray[Any]:
+    """All columns side by side, shape (pinches, samples, columns)."""
+    parts = []
+    shape: tuple[int, ...] = ()
+    for name in (sensor, *_SHAPES):
+        if name not in arrays:
+            continue
+        values = arrays[name]
+        if name == sensor:
+            wanted = "(pinches, samples, 1 or 2), of vectors (pinches, samples, 1 or 2, axes)"
+            right = values.ndim in (3, 4) and values.shape[2] in (1, 2)
+        else:
+            wanted = f"(pinches, samples, {', '.join(map(str, _SHAPES[name]))})"
+            right = values.shape[2:] == _SHAPES[name]
+        if not right or (shape and values.shape[:2] != shape):
+            raise InputError(
+                f"{path}: {name} has the shape {values.shape} and must have {wanted}"
+                + (f" with {shape[0]} pinches of {shape[1]} samples, as {sensor}" if shape else "")
+            )
+        shape = values.shape[:2]
+        checked = check_samples(f"{path}: {name}", values)
+        parts.append(checked.reshape(*shape, -1))
+    return joined(parts)
+
+
+def _per_pinch(path: Path, name: str, values: NDArray[Any], pinches: int) -> NDArray[Any]:
+    if values.shape != (pinches,):
+        raise InputError(
+            f"{path}: {name} has the shape {values.shape} and there are {pinches} pinches: "
+            "give one value for each"
+        )
+    return values
+
+
+def _one(path: Path, arrays: Arrays, name: str) -> Any:
+    values = arrays[name]
+    if values.size != 1:
+        raise InputError(f"{path}: {name} has the shape {values.shape} and must be one value")
+    return values.reshape(-1)[0]
+
+
+HDF5 = Importer("hdf5", "a .h5 or .hdf5 file", import_hdf5, suffixes=(".h5", ".hdf5"))
+NPZ = Importer("npz", "a .npz file", import_npz, suffixes=(".npz",))

@@ -1,0 +1,225 @@
+"""Import one long CSV: a row a sample, the labels of a pinch repeated in each of its rows.
+
+Columns: ``pinch`` (what it is called; its rows follow each other),
+``piezo_index``, optional ``piezo_thumb`` (or another sensor's: ``accelerometer_index_x``;
+``microphone`` where it belongs to no finger), ``force_index_0`` ...
+``force_thumb_5``, ``strip_index``, ``strip_thumb``; optional ``time_s``; per
+pinch the labels and contacts of :mod:`firstcontact.recording._labels`; one
+value for all rows of ``sample_rate_hz``, ``piezo_unit`` (V where it is not
+said), ``force_unit`` (likewise), ``smoothing_alpha``, ``source`` and ``axis``.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from itertools import groupby, pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import TAXELS, Dataset, InputError, VibrationSensor, parse_float, parse_int
+from firstcontact.recording._checks import (
+    SETTINGS,
+    check_force,
+    check_rate,
+    check_samples,
+    find_sensor,
+    joined,
+    make_layout,
+    read_settings,
+)
+from firstcontact.recording._formats import Importer
+from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
+from firstcontact.recording._quoting import listed, shown
+from firstcontact.recording._table import Table, read_columns
+
+FORCE = tuple(f"force_{f}_{k}" for f in ("index", "thumb") for k in range(TAXELS))
+STRIP = ("strip_index", "strip_thumb")
+_KNOWN = {
+    *("pinch", "time_s", "comment"),
+    *(*FORCE, *STRIP),
+    *(*SETTINGS, *LABEL_COLUMNS, *CONTACT_COLUMNS),
+}
+#: Two ways to say the rate agree within this share.
+_RATES_AGREE = 0.01
+
+
+def import_csv(path: Path, rate: float | None = None) -> Dataset:
+    """Pinches out of a long CSV.
+
+    Parameters
+    ----------
+    path
+        The file.
+    rate
+        Hz, for a file that says neither ``sample_rate_hz`` nor ``time_s``.
+
+    Raises
+    ------
+    InputError
+        Names the column, and the line or pinch at fault.
+    """
+    columns = read_columns(path)
+    if "pinch" not in columns:
+        raise InputError(f"{path} has no column pinch: add it (one row is one sample)")
+    remedy = "column piezo_index: add it (one row is one sample)"
+    sensor = find_sensor(str(path), columns, remedy, "_index")
+    sensors = _vibration(path, sensor, columns)
+    own = [name for names in sensors for name in names]
+    names = [
+        *own,
+        *_all_or_none(path, columns, FORCE),
+        *_all_or_none(path, columns, STRIP),
+    ]
+    data = joined([_signal(path, columns, name)[:, None] for name in names])
+    bounds = _bounds(path, columns)
+
+    given = {n: _constant(path, columns, n, [(0, len(data))])[0] for n in SETTINGS if n in columns}
+    given["sample_rate_hz"] = str(_rate(path, columns, bounds, given.get("sample_rate_hz"), rate))
+    settings = read_settings(str(path), {f"{sensor}_unit": "V", **given}, sensor)
+    for column, name in enumerate(names):
+        if name in FORCE:
+            check_force(f"{path}: {name}", data[:, column], settings.force_unit)
+    labels = {
+        name: _constant(path, columns, name, bounds)
+        for name in (*LABEL_COLUMNS, *CONTACT_COLUMNS)
+        if name in columns
+    }
+    of_pinches = columns.of_rows(labels, [start for start, _ in bounds])
+    notes = list(settings.notes)
+    unknown = sorted(set(columns) - _KNOWN - set(own))
+    if unknown:
+        notes.append(f"{path.name}: columns not known and left out: {listed(unknown)}")
+    layout = make_layout(
+        settings,
+        len(sensors),
+        axes=len(sensors[0]),
+        force=FORCE[0] in columns,
+        strip=STRIP[0] in columns,
+    )
+    cuts = [data[start:stop] for start, stop in bounds]
+    return labelled(str(path), cuts, layout, of_pinches, settings.source, notes)
+
+
+def _vibration(path: Path, sensor: VibrationSensor, columns: Table) -> list[list[str]]:
+    """Columns of the sensor that is alone, or of the index finger's and the thumb's."""
+
+    def of(named: str) -> list[str]:
+        axes = (f"{named}_{axis}" for axis in "xyz")
+        return [named] if named in columns else [name for name in axes if name in columns]
+
+    alone = of(sensor)
+    found = [alone] if alone else [of(f"{sensor}_index"), of(f"{sensor}_thumb")]
+    there = [names for names in found if names]
+    if len({len(names) for names in there}) > 1:
+        raise InputError(f"{path}: the {sensor} of one finger has more axes than the other's")
+    return there
+
+
+def _all_or_none(path: Path, columns: Table, names: tuple[str, ...]) -> tuple[str, ...]:
+    missing = [n for n in names if n not in columns]
+    if 0 < len(missing) < len(names):
+        raise InputError(
+            f"{path} has no column {missing[0]}: give all of {names[0]} to {names[-1]}, or none"
+        )
+    return () if missing else names
+
+
+def _signal(path: Path, columns: Table, name: str) -> NDArray[Any]:
+    """A column of samples; integers stay integers."""
+    values = np.array(_numbers(path, columns, name, 0, len(columns[name])))
+    with suppress(ValueError, OverflowError):  # fractions, and what is beyond 64 bits
+        values = np.array([parse_int(cell) for cell in columns[name]], np.int64)
+    return check_samples(f"{path}: {name}", values)
+
+
+def _numbers(path: Path, columns: Table, name: str, start: int, stop: int) -> list[float]:
+    """Return the numbers in some rows of a column."""
+    numbers = []
+    for row in range(start, stop):
+        cell = columns[name][row]
+        try:
+            numbers.append(parse_float(cell))
+        except ValueError as error:
+            raise InputError(
+                f"{path}: {name} of {columns.place(row)} is {shown(cell)}, {error}: correct it"
+            ) from None
+    return numbers
+
+
+def _bounds(path: Path, columns: Table) -> list[tuple[int, int]]:
+    """First row and end of each pinch."""
+    bounds = []
+    seen = set()
+    start = 0
+    for name, rows in groupby(columns["pinch"]):
+        if name in seen:
+            raise InputError(
+                f"{path}: pinch {shown(name)} comes again in {columns.place(start)}: put its "
+                "rows one after another"
+            )
+        seen.add(name)
+        stop = start + sum(1 for _ in rows)
+        bounds.append((start, stop))
+        start = stop
+    return bounds
+
+
+def _constant(path: Path, columns: Table, name: str, bounds: list[tuple[int, int]]) -> list[str]:
+    """The one value of a column in each pinch."""
+    cells = columns[name]
+    for start, stop in bounds:
+        for row in range(start, stop):
+            if cells[row] != cells[start]:
+                raise InputError(
+                    f"{path}: {name} changes from {shown(cells[start])} to {shown(cells[row])} in "
+                    f"{columns.place(row)} where it must stay the same: correct the rows"
+                )
+    return [cells[start] for start, _ in bounds]
+
+
+def _rate(
+    path: Path,
+    columns: Table,
+    bounds: list[tuple[int, int]],
+    written: str | None,
+    asked: float | None,
+) -> float:
+    """The rate, from what says it; where several do they must agree."""
+    said: list[tuple[str, float]] = []
+    if asked is not None:
+        said.append(("--rate", check_rate("--rate", asked)))
+    if written is not None:
+        said.append(("sample_rate_hz", check_rate(f"{path}: sample_rate_hz", written)))
+    if "time_s" in columns:
+        said += [("time_s", _rate_of_time(path, columns, *b)) for b in bounds]
+    if not said:
+        raise InputError(
+            f"{path} does not say its rate: add a column time_s or sample_rate_hz, or give --rate"
+        )
+    for name, rate in said[1:]:
+        if abs(rate - said[0][1]) > _RATES_AGREE * said[0][1]:
+            raise InputError(
+                f"{path}: {name} says {rate:g} Hz and {said[0][0]} {said[0][1]:g} Hz: correct one"
+            )
+    return said[0][1]
+
+
+def _rate_of_time(path: Path, columns: Table, start: int, stop: int) -> float:
+    """Mean rate of a pinch, whose times must rise evenly."""
+    times = _numbers(path, columns, "time_s", start, stop)
+    if len(times) < 2:
+        raise InputError(f"{path}: the pinch of {columns.place(start)} has one sample: remove it")
+    step = (times[-1] - times[0]) / (len(times) - 1)
+    for row, (a, b) in enumerate(pairwise(times), start + 1):
+        if not 0.5 * step < b - a < 1.5 * step:
+            raise InputError(
+                f"{path}: time_s leaps from {a:g} to {b:g} in {columns.place(row)}: samples are "
+                "missing or out of order; leave the pinch out"
+            )
+    return check_rate(f"{path}: the rate of time_s", 1 / step)
+
+
+CSV = Importer("csv", "a .csv file", import_csv, suffixes=(".csv",), asks_rate=True)

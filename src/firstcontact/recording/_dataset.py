@@ -1,0 +1,222 @@
+"""Recordings into a dataset and back."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from firstcontact.core import AnyPath, Block, Dataset, InputError, Pinch, files_below
+from firstcontact.recording._header import Header, PinchMark
+from firstcontact.recording._reader import Recording, read_recording
+from firstcontact.recording._writer import RecordingWriter
+
+#: Marked pinches may hold so many times the samples of their recording: those that overlap
+#: more were not marked by a hand that closed.
+_OVERLAP = 8
+
+
+def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
+    """All pinches of a recording, of several, or of a folder with all below it.
+
+    The samples keep their type and are not copied once they are read. The
+    notes hold those of the headers, and what is damaged or left out. Of several files
+    those that cannot be read are left out and named in the notes.
+
+    Raises
+    ------
+    InputError
+        No recording or no whole pinch is there, a file that is the only one cannot be
+        read, or two recordings differ in layout, rate or source.
+    """
+    paths = [Path(p) for p in ([path] if isinstance(path, str | os.PathLike) else path)]
+    files = [file for p in paths for file in find_recordings(p)]
+    pinches: list[Pinch] = []
+    notes: list[str] = []
+    losses: list[str] = []
+    assumed = False
+    first: Recording | None = None
+    for file in files:
+        try:
+            recording = read_recording(file)
+        except InputError as error:
+            if len(files) == 1:
+                raise
+            losses.append(f"left out, since it cannot be read: {error}")
+            continue
+        if first is None:
+            first = recording
+        _same_kind(first, recording)
+        assumed |= recording.header.session_assumed
+        said = recording.header.notes.splitlines()
+        notes += [line for line in said if line not in notes]
+        losses += [f"{file.name}: {sentence}" for sentence in recording.skipped]
+        lengths = (mark.end - mark.first_sample for mark in recording.pinches)
+        # One that is longer than its recording lies across missing samples, not on others.
+        marked = sum(length for length in lengths if length <= recording.samples)
+        if marked > _OVERLAP * recording.samples:
+            losses.append(f"{file.name}: its pinches lie on top of each other and are left out")
+            continue
+        for mark in recording.pinches:
+            pinch = cut(recording, mark)
+            if pinch is None:
+                losses.append(
+                    f"{file.name}: pinch {mark.number} lies across missing samples and is left out"
+                )
+            else:
+                pinches.append(pinch)
+    if first is None or not pinches:
+        raise InputError(
+            f"{_name(paths)} holds no whole pinch{_first_of(losses)}: record some with their "
+            "marks, or use `firstcontact import` or `firstcontact simulate`"
+        )
+    source = first.header.source
+    return Dataset(
+        tuple(pinches),
+        source,
+        (*notes, *losses),
+        losses=tuple(losses),
+        sessions_assumed=assumed,
+    )
+
+
+def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
+    """The samples of a pinch, or None if any of them is missing."""
+    data = _within(recording.stretches, mark.epoch, mark.first_sample, mark.end)
+    if data is None:
+        return None
+    groups = {}
+    for group in recording.header.layout.groups:
+        pace = group.layout.rate / recording.header.layout.rate
+        first, end = (math.ceil(sample * pace) for sample in (mark.first_sample, mark.end))
+        its = _within(recording.groups[group.name], mark.epoch, first, end)
+        if its is not None:
+            groups[group.name] = Block(its, first, mark.epoch)
+    label = mark.label
+    if not label.session:
+        label = replace(label, session=recording.header.session)
+    header = recording.header
+    return Pinch(
+        data,
+        header.layout,
+        label,
+        mark.first_sample,
+        mark.truth,
+        mark.motor_start,
+        header.calibration,
+        groups,
+    )
+
+
+def _within(stretches: Sequence[Block], epoch: int, first: int, end: int) -> NDArray[Any] | None:
+    """Samples of an epoch, or None if any of them is missing."""
+    place = bisect_right(stretches, (epoch, first), key=lambda s: (s.epoch, s.first_sample))
+    stretch = stretches[place - 1] if place else None
+    if stretch is None or stretch.epoch != epoch or end > stretch.end:
+        return None
+    return stretch.data[first - stretch.first_sample : end - stretch.first_sample]
+
+
+def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple[Path, ...]:
+    """Write one recording a session into a folder that exists.
+
+    Parameters
+    ----------
+    dataset
+        The pinches; those of a session are written in their order, each as an
+        epoch of its own unless its samples follow the last.
+    directory
+        Where the files go, named after number and session.
+    header
+        For every file, with the session filled in.
+
+    Returns
+    -------
+    tuple of Path
+        The files, in the order of the sessions' first pinches.
+    """
+    by_session: dict[str, list[Pinch]] = {}
+    for pinch in dataset.pinches:
+        by_session.setdefault(pinch.label.session, []).append(pinch)
+    files = []
+    for number, (session, pinches) in enumerate(by_session.items()):
+        readable = re.sub(r"[^\w.-]+", "-", session)[:40] or "session"
+        file = Path(directory) / f"{number:03d}_{readable}.mcap"
+        with RecordingWriter(file, replace(header, session=session)) as writer:
+            for pinch in pinches:
+                writer.pinch(pinch)
+        files.append(file)
+    return tuple(files)
+
+
+def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
+    """Number pinches one after the other, with one number left out between two.
+
+    For sources that do not count samples: the hole says that a pinch does not
+    continue the one before.
+    """
+    numbered = []
+    start = 0
+    for pinch in pinches:
+        numbered.append(shifted(pinch, start - pinch.first_sample))
+        start += len(pinch.data) + 1
+    return tuple(numbered)
+
+
+def shifted(pinch: Pinch, by: int) -> Pinch:
+    """A pinch whose samples are numbered so many higher; not those of its groups."""
+    truth = tuple(replace(c, sample=c.sample + by, decided=c.decided + by) for c in pinch.truth)
+    motor = None if pinch.motor_start is None else pinch.motor_start + by
+    return replace(pinch, first_sample=pinch.first_sample + by, truth=truth, motor_start=motor)
+
+
+def find_recordings(path: Path) -> list[Path]:
+    """A file as it is; of a folder every recording in and below it, in the order of their names.
+
+    What is being made there, or was left by a command that was killed, is none.
+
+    Raises
+    ------
+    InputError
+        It is a folder without any.
+    """
+    if not path.is_dir():
+        return [path]
+    files = files_below(path, ".mcap")
+    if not files:
+        raise InputError(
+            f"{path} holds no recording (*.mcap): make some with `firstcontact simulate` or "
+            "`firstcontact import`"
+        )
+    return files
+
+
+def _first_of(losses: list[str]) -> str:
+    return f" ({losses[0]})" if losses else ""
+
+
+def _name(paths: Sequence[Path]) -> str:
+    return ", ".join(map(str, paths)) or "an empty list of recordings"
+
+
+def _same_kind(first: Recording, other: Recording) -> None:
+    a, b = first.header, other.header
+    for field, one, two in (
+        ("rate", f"{a.layout.rate:g} Hz", f"{b.layout.rate:g} Hz"),
+        ("layout", a.layout, b.layout),
+        ("dtype", a.dtype, b.dtype),
+        ("source", a.source, b.source),
+    ):
+        if one != two:
+            detail = "" if field == "layout" else f" ({two}, not {one})"
+            raise InputError(
+                f"{other.path}: its {field} differs from that of {first.path}{detail}: "
+                "study the two apart"
+            )

@@ -1,0 +1,200 @@
+"""Where the contacts of long files are: a CSV with a row each, or an Audacity label track.
+
+A CSV has ``onset_s`` (seconds from the start of the file) or ``onset_sample`` (from 0), ``file``
+where there are several, ``channel`` (from 0) where one channel of each is wanted, and any of
+the labels of :mod:`firstcontact.recording._labels`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError
+from firstcontact.recording import _cells as cells
+from firstcontact.recording._label_track import ONSET, is_track, read_track
+from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS
+from firstcontact.recording._quoting import shown
+from firstcontact.recording._table import Table, read_columns
+from firstcontact.recording._table_columns import unknown_columns
+
+#: What is cut out around a contact, s: quiet that a detector measures its noise in, and a
+#: window with what filters look ahead. Between two that are closer it is shared out alike.
+BEFORE, AFTER = 0.080, 0.060
+SECONDS, SAMPLE = ONSET, "onset_sample"
+CHANNEL = "channel"
+_FINGER = "first_finger"
+_KNOWN = {"file", CHANNEL, SECONDS, SAMPLE, _FINGER, "source", "comment", *LABEL_COLUMNS}
+
+Columns = Table
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """A contact: row of the table, number of its file, its channel if one is named, its sample."""
+
+    row: int
+    file: int
+    channel: int | None
+    sample: int
+
+
+def read_event_table(table: Path) -> Columns:
+    """Its columns, whichever of the two kinds it is.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or has contacts that count within a pinch.
+    """
+    columns = read_track(table) if is_track(table) else read_columns(table)
+    for name in CONTACT_COLUMNS:
+        if name in columns and name != _FINGER:
+            raise InputError(
+                f"{table} has {name}, which counts within a pinch: give the time of each contact "
+                f"in {SECONDS} or its sample in {SAMPLE}"
+            )
+    return columns
+
+
+def find_events(
+    table: Path,
+    columns: Columns,
+    of_rows: Sequence[int | None],
+    files: Sequence[Path],
+    shapes: Sequence[tuple[int, ...]],
+    rate: float,
+) -> list[Event]:
+    """The contacts in the order of the rows.
+
+    Parameters
+    ----------
+    table
+        That messages name.
+    columns
+        Its own.
+    of_rows
+        Number of each row's file, None of a file not asked for; empty where there is one file.
+    files, shapes
+        The files, and the shape of the samples of each: (samples, channels).
+    rate
+        Hz.
+
+    Raises
+    ------
+    InputError
+        Names the row that cannot be used.
+    """
+    given = [name for name in (SECONDS, SAMPLE) if name in columns]
+    if len(given) != 1:
+        raise InputError(
+            f"{table} has {' and '.join(given) or f'neither {SECONDS} nor {SAMPLE}'}: give the "
+            f"time of each contact in {SECONDS} or its sample in {SAMPLE}"
+        )
+    (name,) = given
+    of = cells.each(str(table), columns, CHANNEL, cells.whole)
+    out = []
+    for row, cell in enumerate(columns[name]):
+        file = of_rows[row] if of_rows else 0
+        if file is None:
+            continue
+        try:
+            value = cells.number(cell)
+        except ValueError as error:
+            raise InputError(
+                f"{table}: {name} of {columns.place(row)} is {shown(cell)}, {error}: correct it"
+            ) from None
+        at = value * rate if name == SECONDS else value
+        end, channels = shapes[file]
+        if of is not None and not 0 <= of[row] < channels:
+            raise InputError(
+                f"{table}: channel of {columns.place(row)} is {shown(of[row])}, and "
+                f"{files[file].name} has {channels}: count from 0"
+            )
+        if not 0 <= at <= end - 1:
+            last = f"{(end - 1) / rate:g} s" if name == SECONDS else end - 1
+            raise InputError(
+                f"{table}: {name} of {columns.place(row)} is {shown(cell)}, outside "
+                f"{files[file].name} (0 to {last}): correct the row"
+            )
+        if name == SAMPLE and at != int(at):
+            raise InputError(
+                f"{table}: {name} of {columns.place(row)} is {shown(cell)}, which is not a whole "
+                f"number: give samples, or seconds in {SECONDS}"
+            )
+        out.append(Event(row, file, None if of is None else of[row], round(at)))
+    for one, other in pairwise(sorted(out, key=_place)):
+        if (one.file, one.sample) == (other.file, other.sample):
+            raise InputError(
+                f"{table}: {columns.place(one.row)} and {columns.place(other.row)} are one "
+                f"contact, at sample {one.sample} of {files[one.file].name}: remove one"
+            )
+    return out
+
+
+def labels_of(
+    table: Path, columns: Columns, found: Sequence[Event], starts: Sequence[int]
+) -> tuple[Columns, list[str]]:
+    """Labels and contact of each event, as labels of pinches that begin there; and notes."""
+    given = {
+        name: [cell[event.row] for event in found]
+        for name, cell in columns.items()
+        if name in (*LABEL_COLUMNS, _FINGER)
+    }
+    given["first_contact"] = [
+        str(event.sample - start) for event, start in zip(found, starts, strict=True)
+    ]
+    rows = [event.row for event in found]
+    return columns.of_rows(given, rows), unknown_columns(table, columns, _KNOWN)
+
+
+def spans(
+    events: Sequence[Event], lengths: Sequence[int], rate: float
+) -> tuple[list[int], list[int]]:
+    """First sample and end of what is cut out around each contact.
+
+    Parameters
+    ----------
+    events
+        The contacts.
+    lengths
+        Samples of each file.
+    rate
+        Hz.
+    """
+    before, after = round(BEFORE * rate), round(AFTER * rate)
+    starts = [max(0, event.sample - before) for event in events]
+    stops = [min(lengths[event.file], event.sample + after) for event in events]
+    for one, other in pairwise(sorted(range(len(events)), key=lambda i: _place(events[i]))):
+        if events[one].file == events[other].file:
+            border = _border(events[one].sample, events[other].sample)
+            stops[one] = min(stops[one], border)
+            starts[other] = max(starts[other], border)
+    return starts, stops
+
+
+def cut_events(
+    events: Sequence[Event], whole: Sequence[NDArray[Any]], rate: float
+) -> tuple[list[NDArray[Any]], list[int]]:
+    """Samples around each contact, shape (samples, channels), and where they start."""
+    starts, stops = spans(events, [len(data) for data in whole], rate)
+    cuts = []
+    for event, start, stop in zip(events, starts, stops, strict=True):
+        wanted = slice(None) if event.channel is None else slice(event.channel, event.channel + 1)
+        cuts.append(np.ascontiguousarray(whole[event.file][start:stop, wanted]))
+    return cuts, starts
+
+
+def _place(event: Event) -> tuple[int, int]:
+    return event.file, event.sample
+
+
+def _border(one: int, other: int) -> int:
+    """Where the cut of a contact ends and that of the next one begins, behind the former."""
+    return min(other, one + max(1, round((other - one) * AFTER / (BEFORE + AFTER))))

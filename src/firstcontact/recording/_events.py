@@ -1,0 +1,131 @@
+"""Import long sound files, as pinches around each contact that a table or label track names.
+
+Without one, a file is a single pinch of which no contact is known: for `firstcontact label`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from firstcontact.core import Dataset, InputError, VibrationSensor, files_below
+from firstcontact.recording._event_table import (
+    AFTER,
+    BEFORE,
+    CHANNEL,
+    Columns,
+    cut_events,
+    find_events,
+    labels_of,
+    read_event_table,
+)
+from firstcontact.recording._formats import Importer
+from firstcontact.recording._labels import labelled
+from firstcontact.recording._quoting import shown
+from firstcontact.recording._sound import SUFFIXES, read_sound
+from firstcontact.recording._table_columns import source_of
+from firstcontact.recording._wav import check_alike, sound_layout, wav_samples
+
+#: What is said of a file that nobody named the contacts of.
+NO_CONTACTS = "no contacts are known: give --events, or mark them with `firstcontact label`"
+
+__all__ = ["AFTER", "BEFORE", "EVENTS", "import_events"]
+
+
+def import_events(
+    path: Path,
+    rate: float | None = None,
+    sensor: VibrationSensor | None = None,
+    events: Path | None = None,
+) -> Dataset:
+    """Pinches around the contacts in a long WAV or FLAC file, or in those of a folder.
+
+    Parameters
+    ----------
+    path
+        The file, or a folder with the files that the table names, there or below.
+    rate
+        Not asked for: the files say it.
+    sensor
+        What was recorded with; a microphone unless said otherwise.
+    events
+        The table, None for one file as one pinch.
+
+    Raises
+    ------
+    InputError
+        Names the table and the row, or the file, that cannot be used.
+    """
+    if events is None:
+        return _as_one(path, sensor)
+    columns = read_event_table(events)
+    files, of_rows, notes = _files(path, events, columns)
+    sounds = [read_sound(file) for file in files]
+    one = CHANNEL in columns
+    check_alike(files, [(rate, data[:, :1] if one else data) for rate, data in sounds])
+    rate, first = sounds[0]
+    shapes = [data.shape for _, data in sounds]
+    found = find_events(events, columns, of_rows, files, shapes, rate)
+    whole = [wav_samples(file, data) for file, (_, data) in zip(files, sounds, strict=True)]
+    cuts, starts = cut_events(found, whole, rate)
+    given, left_out = labels_of(events, columns, found, starts)
+    if "session" not in given:
+        given["session"] = [files[event.file].stem for event in found]
+        notes.append("sessions are not said: each sound file was taken as one")
+    source = source_of(events, columns)
+    layout = sound_layout(sensor, rate, cuts[0].shape[1], first.dtype)
+    return labelled(str(events), cuts, layout, given, source, [*notes, *left_out])
+
+
+def _as_one(file: Path, sensor: VibrationSensor | None) -> Dataset:
+    rate, data = read_sound(file)
+    check_alike([file], [(rate, data)])
+    whole = wav_samples(file, data)
+    layout = sound_layout(sensor, rate, whole.shape[1], data.dtype)
+    return labelled(str(file), [whole], layout, {"session": [file.stem]}, "unknown", [NO_CONTACTS])
+
+
+def _files(
+    path: Path, table: Path, columns: Columns
+) -> tuple[list[Path], list[int | None], list[str]]:
+    """Files that have contacts, number of each row's (None: of a file not asked for), notes."""
+    names = columns.get("file")
+    if not path.is_dir():
+        if names is None:
+            return [path], [], []
+        mine: list[int | None] = [0 if name.strip() == path.name else None for name in names]
+        if 0 not in mine:
+            raise InputError(f"{table}: no row has file {path.name!r}: correct its column file")
+        others = mine.count(None)
+        return [path], mine, [f"{others} contacts are in other files"] if others else []
+    if names is None:
+        raise InputError(f"{table} has no column file: name the sound file of each row")
+    by_name: dict[str, list[Path]] = {}
+    there = [file for suffix in SUFFIXES for file in files_below(path, suffix)]
+    for file in there:
+        for name in {file.name, file.relative_to(path).as_posix()}:
+            by_name.setdefault(name, []).append(file)
+    files: list[Path] = []
+    rows: list[int | None] = []
+    for row, name in enumerate(names):
+        found = by_name.get(name.strip(), [])
+        if len(found) != 1:
+            what = "is in two folders" if found else "is not in the folder"
+            raise InputError(
+                f"{table}: file of {columns.place(row)} is {shown(name)}, which {what} {path}: "
+                "correct the row or the folder"
+            )
+        if found[0] not in files:
+            files.append(found[0])
+        rows.append(files.index(found[0]))
+    left = len(there) - len(files)
+    return files, rows, [f"{left} sound files have no contact in {table.name}"] if left else []
+
+
+EVENTS = Importer(
+    "events",
+    "a .wav or .flac file, or a folder of them with --events",
+    import_events,
+    suffixes=SUFFIXES,
+    asks_sensor=True,
+    asks_events=True,
+)

@@ -1,0 +1,26 @@
+"""A CSV with a row a sample, as :mod:`firstcontact.recording._csv` reads it."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+from firstcontact.core import Dataset
+from firstcontact.recording._exporting import file_values, pinch_values, sample_values
+from firstcontact.recording._formats import Exporter
+
+
+def _write(dataset: Dataset, path: Path) -> None:
+    of_pinch, of_file = pinch_values(dataset), file_values(dataset)
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(["pinch", *sample_values(dataset.pinches[0]), *of_pinch, *of_file])
+        for i, pinch in enumerate(dataset.pinches):
+            same = [*(column[i] for column in of_pinch.values()), *of_file.values()]
+            time, *signals = sample_values(pinch).values()
+            for now, *row in zip(time, *signals, strict=True):
+                # Nine digits give every float32 back exactly.
+                writer.writerow([i, f"{now:.9f}", *(f"{v:.9g}" for v in row), *same])
+
+
+CSV = Exporter("csv", _write)

@@ -1,0 +1,40 @@
+"""A Parquet file with a row a sample."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from firstcontact.core import Dataset
+from firstcontact.recording._exporting import file_values, pinch_values, sample_values
+from firstcontact.recording._formats import Exporter
+
+#: Pinches that share a row group.
+_PINCHES_A_GROUP = 50
+
+
+def _write(dataset: Dataset, path: Path) -> None:
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    of_pinch, of_file = pinch_values(dataset), file_values(dataset)
+
+    def table(first: int) -> Any:
+        parts = []
+        for i, pinch in enumerate(dataset.pinches[first : first + _PINCHES_A_GROUP], first):
+            samples = len(pinch.data)
+            same = {name: [column[i]] * samples for name, column in of_pinch.items()}
+            whole = {name: [value] * samples for name, value in of_file.items()}
+            parts.append(
+                pa.table({"pinch": np.full(samples, i), **sample_values(pinch), **same, **whole})
+            )
+        return pa.concat_tables(parts)
+
+    with parquet.ParquetWriter(path, table(0).schema) as writer:
+        for first in range(0, len(dataset), _PINCHES_A_GROUP):
+            writer.write_table(table(first))
+
+
+PARQUET = Exporter("parquet", _write, extra="parquet", modules=("pyarrow",))

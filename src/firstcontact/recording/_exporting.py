@@ -1,0 +1,93 @@
+"""Write a dataset for other tools, whole or not at all.
+
+Signals are in their physical units, contacts count from a pinch's first sample.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from firstcontact.core import AnyPath, Dataset, Finger, InputError, Pinch, creating
+from firstcontact.recording._formats import EXPORTERS, Exporter
+
+
+def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
+    """Write a dataset in a format.
+
+    Raises
+    ------
+    InputError
+        The file exists or cannot be written, or the format cannot hold the dataset.
+    """
+    out = Path(out)
+    try:
+        with creating(out) as temporary, EXPORTERS.calling(to.name):
+            to.write(dataset, temporary)
+    except OSError as error:
+        if isinstance(error, FileExistsError) and os.path.lexists(out):
+            raise InputError(f"{out} exists: choose another --out") from error
+        raise InputError(
+            f"{out} cannot be written ({error.strerror or error}): check the folder and its disk"
+        ) from error
+
+
+def pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
+    """One value a pinch of every label and contact that is known for all of them."""
+    pinches = dataset.pinches
+    values: dict[str, list[Any]] = {
+        "object": [p.label.object for p in pinches],
+        "shore_a": [p.label.shore_a for p in pinches],
+        "hardness_rank": [p.label.hardness_rank for p in pinches],
+        "specimen": [p.label.specimen for p in pinches],
+        "session": [p.label.session for p in pinches],
+        "role": [str(p.label.role) for p in pinches],
+        "first_contact": [
+            -1 if p.first is None else p.first.sample - p.first_sample for p in pinches
+        ],
+        "second_contact": [
+            -1 if p.second is None else p.second.sample - p.first_sample for p in pinches
+        ],
+        "first_finger": [
+            Finger.INDEX.value if p.first is None else p.first.finger for p in pinches
+        ],
+    }
+    if any(p.motor_start is not None for p in pinches):
+        values["motor_start"] = [
+            -1 if p.motor_start is None else p.motor_start - p.first_sample for p in pinches
+        ]
+    return {name: column for name, column in values.items() if not {None, ""} & set(column)}
+
+
+def file_values(dataset: Dataset) -> dict[str, Any]:
+    """What holds for all pinches, under the names that the importers know.
+
+    Raises
+    ------
+    InputError
+        Vibration channels differ in it.
+    """
+    layout = dataset.layout
+    first, *others = layout.vibration
+    for name in ("sensor", "unit", "smoothing_alpha", "axes", "axis"):
+        if any(getattr(c, name) != getattr(first, name) for c in others):
+            raise InputError(f"vibration channels differ in {name}, of which the format has one")
+    return {
+        "sample_rate_hz": layout.rate,
+        f"{first.sensor}_unit": first.unit,
+        "smoothing_alpha": first.smoothing_alpha,
+        "source": dataset.source,
+        **({"axis": first.axis} if first.axes > 1 else {}),
+    }
+
+
+def sample_values(pinch: Pinch) -> dict[str, Any]:
+    """The columns of a pinch that have a value for every sample."""
+    layout = pinch.layout
+    physical = layout.physical(pinch.data, tuple(range(layout.width))).astype(np.float32)
+    time = (pinch.first_sample + np.arange(len(pinch.data))) / layout.rate
+    signals = {name: physical[:, i] for i, name in enumerate(layout.column_names)}
+    return {"time_s": time, **signals}

@@ -1,0 +1,182 @@
+"""Bring in what others have: finds the importer, writes recordings whole or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from firstcontact.core import (
+    AnyPath,
+    Dataset,
+    InputError,
+    VibrationSensor,
+    need_for,
+    resolved,
+    temporary_beside,
+)
+from firstcontact.recording._dataset import write_dataset
+from firstcontact.recording._formats import IMPORTERS, Importer
+from firstcontact.recording._header import Header
+
+
+def import_path(
+    path: AnyPath,
+    out: AnyPath,
+    rate: float | None = None,
+    source: str | None = None,
+    sensor: VibrationSensor | None = None,
+    events: AnyPath | None = None,
+    channels: AnyPath | None = None,
+    labels: AnyPath | None = None,
+) -> Dataset:
+    """Import what one of the importers takes into a new folder.
+
+    Parameters
+    ----------
+    path
+        What to import.
+    out
+        Folder for the recordings; must be missing or empty.
+    rate
+        Hz, for a file that need not say it and does not.
+    source
+        One of :data:`firstcontact.recording._header.SOURCES`, for a file that does not
+        say it.
+    sensor
+        What was recorded with, for a file that does not say it.
+    events
+        Table of where the contacts are, for long files.
+    channels
+        Table of what the signals of a file are, where they have names of its maker's.
+    labels
+        Table of what was touched in each file of a folder, where it is not in the folder.
+
+    Returns
+    -------
+    Dataset
+        What was written; its notes tell what was assumed.
+
+    Raises
+    ------
+    InputError
+        The input cannot be used or says another source, or ``out`` is in use; then
+        nothing is written.
+    """
+    path, out = Path(path), resolved(Path(out))
+    try:
+        if out.exists() and (not out.is_dir() or any(out.iterdir())):
+            raise InputError(f"{out} is there and not an empty folder: choose another --out")
+    except OSError as error:
+        raise _unwritable(out, error) from error
+    named = {"events": events, "channels": channels, "labels": labels}
+    tables = {name: None if table is None else Path(table) for name, table in named.items()}
+    importer = find_importer(
+        path, rate, [name for name, table in tables.items() if table is not None]
+    )
+    if sensor is not None and not importer.asks_sensor:
+        raise InputError(f"{path} says what its sensor is: leave --sensor out")
+    need_for(importer)
+    given: dict[str, object] = {
+        name: value
+        for name, value in {"sensor": sensor, **tables}.items()
+        if getattr(importer, f"asks_{name}")
+    }
+    with IMPORTERS.calling(importer.name):
+        dataset = importer.read(path, rate, **given)
+        if not isinstance(dataset, Dataset):
+            raise TypeError(f"{type(dataset).__name__} is no dataset")
+    dataset = _from(dataset, path, source)
+    first = dataset.pinches[0]
+    name = path.name.encode("utf-8", "replace").decode()
+    notes = "\n".join((f"imported from {name}", *dataset.notes))
+    header = Header(
+        first.layout,
+        dataset.source,
+        str(first.data.dtype),
+        notes=notes,
+        session_assumed=dataset.sessions_assumed,
+    )
+    try:
+        with temporary_beside(out) as temporary:
+            temporary.mkdir()
+            write_dataset(dataset, temporary, header)
+            temporary.replace(out)  # refused where it is not empty any more
+    except OSError as error:
+        raise _unwritable(out, error) from error
+    except InputError as error:
+        # The writer speaks of its own file and of what stays in it; here nothing stays.
+        if isinstance(error.__cause__, OSError):
+            raise _unwritable(out, error.__cause__) from error
+        raise
+    return dataset
+
+
+def _from(dataset: Dataset, path: Path, source: str | None) -> Dataset:
+    """The dataset with its source: what the file says, or else what the user does."""
+    if source is not None and dataset.source not in ("unknown", source):
+        raise InputError(
+            f"{path} says that its source is {dataset.source} and --source {source}: leave "
+            "--source out, or correct the file"
+        )
+    dataset = replace(dataset, source=source or dataset.source)
+    if dataset.source != "unknown":
+        return dataset
+    note = "where the data come from is not known: import them with --source to say it"
+    return replace(dataset, notes=(*dataset.notes, note))
+
+
+def _unwritable(out: Path, error: OSError) -> InputError:
+    return InputError(f"{out} cannot be written ({error.strerror}): check the folder and its disk")
+
+
+def _accepting(path: Path, given: Sequence[str]) -> Importer | None:
+    """Return the first importer that takes a path; later plug-ins are not imported."""
+    for name in IMPORTERS:
+        with IMPORTERS.calling(name):
+            if IMPORTERS[name].accepts(path, given):
+                return IMPORTERS[name]
+    return None
+
+
+def find_importer(path: Path, rate: float | None = None, given: Sequence[str] = ()) -> Importer:
+    """The first that takes it; what a folder lacks is said by the first that takes folders.
+
+    Parameters
+    ----------
+    path
+        To be imported.
+    rate
+        What a person said of it, Hz.
+    given
+        Names of the tables that a person gave beside it.
+
+    Raises
+    ------
+    InputError
+        None takes it, or not with these.
+    """
+    if not path.exists():
+        raise InputError(f"{path} does not exist: check the path")
+    found = _accepting(path, given)
+    every = list(IMPORTERS.values()) if found is None else []
+    for name in given if found is None else []:
+        able = [i for i in every if getattr(i, f"asks_{name}")]
+        if not any(i.accepts(path, [name]) for i in able):
+            asked = " or ".join(i.title for i in able)
+            raise InputError(f"{path} is not for --{name}: give {asked}, or leave --{name} out")
+    if found is None and len(given) > 1:
+        options = " and ".join(f"--{name}" for name in given)
+        raise InputError(f"{path} takes {options}, but not together: leave one of them out")
+    if found is None and path.is_dir():
+        if not any(path.iterdir()):
+            raise InputError(f"{path} is an empty folder: check the path")
+        found = next((i for i in every if i.marker is not None), None)
+    if rate is not None and (found is None or not found.asks_rate):
+        asked = " or ".join(i.title for i in IMPORTERS.values() if i.asks_rate)
+        raise InputError(f"{path} says its own rate: leave --rate out (it is for {asked})")
+    if found is None:
+        hint = ": it is a recording already" if path.suffix == ".mcap" else ""
+        *others, last = (i.title for i in IMPORTERS.values())
+        raise InputError(f"{path} cannot be imported{hint}: give {', '.join(others)}, or {last}")
+    return found

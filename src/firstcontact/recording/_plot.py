@@ -1,0 +1,137 @@
+"""A pinch as a picture: vibration, force and strips of both fingers over time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from firstcontact.core import ChannelKind, Finger, Pinch, finger_name, replacing
+from firstcontact.recording._figure_text import PLAIN, figure_label
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: One colour a finger, told apart also by those who see no red or green.
+COLOURS = {Finger.INDEX: "#0b6e99", Finger.THUMB: "#d9722e", None: "#0b6e99"}
+#: Most characters of the heading.
+TITLE = 80
+_QUIET = "#8a8f98"
+_HEIGHTS = {ChannelKind.VIBRATION: 3.0, ChannelKind.FORCE: 2.2, ChannelKind.STRIP: 0.9}
+
+
+def plot_pinch(pinch: Pinch, title: str, path: Path) -> None:
+    """Draw all channels of a pinch into an image file.
+
+    Parameters
+    ----------
+    pinch
+        What to draw. Time counts from its first contact, where known.
+    title
+        Heading of the picture.
+    path
+        A .png, .svg or .pdf file; an older one is replaced.
+    """
+    from matplotlib import rc_context
+
+    # Names and units come from the recording: they are text, not formulas.
+    with rc_context(PLAIN), replacing(path) as temporary:
+        figure = _figure(pinch, title)
+        figure.savefig(temporary, dpi=150, format=path.suffix.lstrip(".").lower() or "png")
+
+
+def _figure(pinch: Pinch, title: str) -> Figure:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    kinds = [kind for kind in _HEIGHTS if pinch.layout.columns(kind)]
+    heights = [_HEIGHTS[kind] for kind in kinds]
+    figure = Figure(figsize=(9.0, 1.1 + sum(heights)), layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.subplots(len(kinds), 1, sharex=True, squeeze=False, height_ratios=heights)
+    zero = pinch.first.sample if pinch.first else pinch.first_sample
+    number = pinch.first_sample + np.arange(len(pinch.data))
+    time = (number - zero) / pinch.layout.rate * 1e3
+    for kind, axes in zip(kinds, grid[:, 0], strict=True):
+        _DRAW[kind](axes, pinch, time)
+        _contacts(axes, pinch, zero)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.margins(x=0)
+        axes.grid(axis="y", color=_QUIET, alpha=0.2, lw=0.6)
+    grid[0, 0].margins(y=0.14)  # room for the names above the highest peak
+    _name_contacts(grid[0, 0], pinch, zero)
+    figure.align_ylabels(grid[:, 0])
+    grid[0, 0].legend(loc="upper left", frameon=False, ncols=2)
+    since = "first contact" if pinch.first else "the start of the pinch"
+    grid[-1, 0].set_xlabel(f"time since {since} (ms)")
+    figure.suptitle(figure_label(title, TITLE), x=0.02, ha="left", fontsize=12, fontweight="bold")
+    return figure
+
+
+def _vibration(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
+    values = pinch.vibration()
+    for i, finger in enumerate(pinch.layout.vibration_fingers):
+        axes.plot(time, values[:, i], color=COLOURS[finger], lw=0.9, label=finger_name(finger))
+    first = pinch.layout.vibration[0]
+    axes.set_ylabel(f"{first.sensor} ({figure_label(first.unit, 12)})")
+
+
+def _force(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
+    unit = ""
+    for finger in Finger:
+        columns = pinch.layout.columns(ChannelKind.FORCE, finger)
+        if not columns:
+            continue
+        values = pinch.force(finger)
+        axes.plot(time, values, color=COLOURS[finger], lw=0.6, alpha=0.35)
+        axes.plot(time, values.mean(axis=1), color=COLOURS[finger], lw=1.6)
+        unit = figure_label(pinch.layout.of_columns[columns[0]].unit, 12)
+    axes.set_ylabel(f"force ({unit})" if unit else "force (raw)")
+    axes.text(
+        0.012, 0.95, "thin: taxels, thick: their mean", transform=axes.transAxes,
+        va="top", fontsize=8, color=_QUIET,
+    )  # fmt: skip
+
+
+def _strip(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
+    for finger in Finger:
+        if not pinch.layout.columns(ChannelKind.STRIP, finger):
+            continue
+        closed = pinch.strip(finger)[:, 0] > 0.5
+        level = -float(finger)
+        axes.fill_between(
+            time,
+            level - 0.3,
+            level + 0.3,
+            where=closed.tolist(),
+            color=COLOURS[finger],
+            step="post",
+            lw=0,
+        )
+    axes.set_yticks([0.0, -1.0], [finger_name(finger) for finger in Finger])
+    axes.set_ylim(-1.6, 0.6)
+    axes.set_ylabel("strip closed")
+
+
+_DRAW = {ChannelKind.VIBRATION: _vibration, ChannelKind.FORCE: _force, ChannelKind.STRIP: _strip}
+
+
+def _contacts(axes: Axes, pinch: Pinch, zero: int) -> None:
+    for contact in pinch.truth:
+        at = (contact.sample - zero) / pinch.layout.rate * 1e3
+        axes.axvline(at, color=COLOURS[contact.finger], lw=1, ls=(0, (4, 3)), zorder=0)
+
+
+def _name_contacts(axes: Axes, pinch: Pinch, zero: int) -> None:
+    for contact, word, side in zip(
+        pinch.truth, ("first", "second"), ("right", "left"), strict=False
+    ):
+        at = (contact.sample - zero) / pinch.layout.rate * 1e3
+        axes.annotate(
+            f"{word}: {finger_name(contact.finger)}",
+            (at, 1.0), xycoords=("data", "axes fraction"),
+            xytext=(-4 if side == "right" else 4, -2), textcoords="offset points",
+            ha=side, va="top", fontsize=9, color=COLOURS[contact.finger],
+        )  # fmt: skip

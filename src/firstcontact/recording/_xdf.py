@@ -1,0 +1,202 @@
+"""Import XDF files, as LabRecorder and others write them of Lab Streaming Layer streams.
+
+The vibration is the one stream of numbers at 2 kHz or more, or what ``--channels`` says; slower
+streams go along as groups. Contacts are the markers of the one stream of texts, or those of
+``--events``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from firstcontact.core import Dataset, InputError, VibrationSensor, counted, parse_float
+from firstcontact.recording._channel_table import read_signals
+from firstcontact.recording._checks import HIGHEST_RATE
+from firstcontact.recording._event_table import (
+    SAMPLE,
+    SECONDS,
+    Columns,
+    find_events,
+    labels_of,
+    read_event_table,
+    spans,
+)
+from firstcontact.recording._events import NO_CONTACTS
+from firstcontact.recording._formats import Importer
+from firstcontact.recording._label_track import label_columns
+from firstcontact.recording._quoting import listed, shown
+from firstcontact.recording._signals import pinches_of
+from firstcontact.recording._stamps import Run, check_stamps
+from firstcontact.recording._table_columns import source_of
+from firstcontact.recording._xdf_file import Stream, read_xdf
+from firstcontact.recording._xdf_signals import Part, guessed_signals, unbroken_parts
+
+
+def import_xdf(
+    path: Path,
+    rate: float | None = None,
+    sensor: VibrationSensor | None = None,
+    events: Path | None = None,
+    channels: Path | None = None,
+) -> Dataset:
+    """Pinches around the markers of an XDF file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    rate
+        Not asked for: streams say theirs.
+    sensor
+        What the vibration was recorded with; a piezo unless said otherwise.
+    events
+        Table of the contacts, in seconds or samples from the first of the vibration; the
+        markers are then not looked at.
+    channels
+        Which streams are wanted, and what they are.
+
+    Raises
+    ------
+    InputError
+        Names the stream, or the row of a table, that cannot be used.
+    """
+    if path.is_dir():
+        raise InputError(f"{path} is a folder: give one .xdf file")
+    streams = read_xdf(path)
+    _check(path, streams)
+    signals = guessed_signals(path, streams, sensor) if channels is None else read_signals(channels)
+    if channels is not None and sensor is not None:
+        raise InputError(f"{channels} says what the sensor is: leave --sensor out")
+    notes = [
+        f"stream {s.name}: its recording was not ended properly, samples may lack at the end"
+        for s in streams
+        if not s.closed
+    ]
+    parts, whole = unbroken_parts(path, streams, signals, notes)
+    columns, table = _contacts(path, streams, whole.begin, events, notes)
+    source = source_of(table, columns)
+    pace = parts[0].its.layout.rate
+    lengths = [len(part.its.data) for part in parts]
+    if not columns:
+        notes.append(NO_CONTACTS)
+        starts, stops, of = [0] * len(parts), lengths, list(range(len(parts)))
+        given = Columns({}, ())
+    else:
+        rows, local = _placed(table, columns, parts, whole, notes)
+        found = find_events(
+            table, local, rows, [path] * len(parts), [(n, 1) for n in lengths], pace
+        )
+        starts, stops = spans(found, lengths, pace)
+        of = [event.file for event in found]
+        given, left_out = labels_of(table, columns, found, starts)
+        notes += left_out
+    given.setdefault("session", [path.stem] * len(of))
+    places = list(zip(of, starts, stops, strict=True))
+    return pinches_of(table, [part.its for part in parts], places, given, source, notes)
+
+
+def _check(path: Path, streams: Sequence[Stream]) -> None:
+    names = [s.name for s in streams]
+    doubled = sorted({name for name in names if names.count(name) > 1})
+    if doubled:
+        raise InputError(
+            f"{path} has two streams of the name {shown(doubled[0])}: record them again under "
+            "names of their own, or remove one"
+        )
+    for stream in streams:
+        if not 0 <= stream.rate <= HIGHEST_RATE:
+            raise InputError(
+                f"{path}: stream {shown(stream.name)} says {stream.rate:g} Hz and must say 0 (no "
+                f"regular rate) to {HIGHEST_RATE:g} Hz: record it again"
+            )
+        check_stamps(f"{path}: stream {shown(stream.name)}", stream.stamps)
+
+
+def _contacts(
+    path: Path,
+    streams: Sequence[Stream],
+    begin: float,
+    events: Path | None,
+    notes: list[str],
+) -> tuple[Columns, Path]:
+    """A table of the contacts in seconds from the vibration's first sample, or nothing."""
+    if events is not None:
+        return read_event_table(events), events
+    says = [s for s in streams if s.says and len(s.stamps)]
+    if len(says) > 1:
+        raise InputError(
+            f"{path} has several streams of texts ({listed([s.name for s in says])}): give the "
+            "contacts with --events"
+        )
+    if not says:
+        return Columns({}, ()), path
+    texts = [str(text) for text in says[0].values[:, 0]]
+    seconds = [f"{float(stamp - begin)!r}" for stamp in says[0].stamps]
+    notes.append(f"contacts are the {counted(len(texts), 'marker')} of stream {says[0].name}")
+    marks = Columns({SECONDS: seconds}, range(1, len(texts) + 1), "marker")
+    return label_columns(f"{path}: stream {says[0].name}", marks, texts), path
+
+
+def _placed(
+    table: Path, columns: Columns, parts: Sequence[Part], whole: Run, notes: list[str]
+) -> tuple[list[int | None], Columns]:
+    """Which part each row lies in, and the columns counted from the start of that part.
+
+    None of a row that lies in a stretch of the vibration that is no part of the recording.
+    """
+    unbroken = len(parts) == 1 and parts[0].run == whole
+    if unbroken or (SECONDS in columns) == (SAMPLE in columns):
+        return [0] * len(next(iter(columns.values()))), columns
+    name = SECONDS if SECONDS in columns else SAMPLE
+    bounds = [_bounds(name, part.run, whole) for part in parts]
+    end = _bounds(name, whole, whole)[1]
+    rows: list[int | None] = []
+    local: list[str] = []
+    for row, cell in enumerate(columns[name]):
+        try:
+            at = parse_float(cell)
+        except ValueError:
+            at = np.nan
+        place = next((k for k, (a, b) in enumerate(bounds) if a <= at <= b), None)
+        if place is None and not 0 <= at <= end:
+            raise InputError(
+                f"{table}: {name} of {columns.place(row)} is {shown(cell)}, where the vibration "
+                "has no samples: correct or remove the row"
+            )
+        rows.append(place)
+        local.append(cell if place is None else f"{at - bounds[place][0]!r}")
+    left = rows.count(None)
+    if left == len(rows):
+        raise InputError(
+            f"{table}: each of its {left} contacts lies in a gap, or where another stream lacks: "
+            "record the streams together, or leave one out of the table of channels"
+        )
+    if left:
+        notes.append(
+            f"{left} of {len(rows)} contacts lie in a gap, or where another stream lacks: they are "
+            "left out"
+        )
+    return rows, columns.of_rows({**columns, name: local}, range(len(rows)))
+
+
+def _bounds(name: str, run: Run, whole: Run) -> tuple[float, float]:
+    """Its first and last sample as that column counts them."""
+    if name == SECONDS:
+        return run.begin - whole.begin, run.last - whole.begin
+    return run.first, run.end - 1
+
+
+XDF = Importer(
+    "xdf",
+    "an .xdf file",
+    import_xdf,
+    suffixes=(".xdf",),
+    asks_sensor=True,
+    asks_events=True,
+    asks_channels=True,
+    extra="files",
+    modules=("pyxdf",),
+)

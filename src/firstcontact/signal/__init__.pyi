@@ -1,0 +1,17 @@
+"""Filters that carry their state, resampling, and windows after a contact."""
+
+from ._resample import lookahead as lookahead
+from ._resample import resample as resample
+from ._resample import resample_dataset as resample_dataset
+from ._resample_stream import CausalResampler as CausalResampler
+from ._savgol import SavitzkyGolay as SavitzkyGolay
+from ._smoothing import AsSent as AsSent
+from ._smoothing import ExponentialSmoothing as ExponentialSmoothing
+from ._windowing import BASELINE as BASELINE
+from ._windowing import BASELINE_GUARD as BASELINE_GUARD
+from ._windowing import MEMORY as MEMORY
+from ._windowing import Conditioner as Conditioner
+from ._windowing import ContactWindow as ContactWindow
+from ._windowing import WindowStream as WindowStream
+from ._windowing import contact_windows as contact_windows
+from ._windowing import samples_in as samples_in

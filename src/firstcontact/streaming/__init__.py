@@ -1,0 +1,5 @@
+"""Streaming: samples in, contacts and estimates out, in real time; the page and other outputs."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

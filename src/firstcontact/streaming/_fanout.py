@@ -1,0 +1,130 @@
+"""Updates to viewers and other programs: each in a thread of its own, none holds up the rest."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Sequence
+from contextlib import suppress
+
+from firstcontact.device import Descriptor
+from firstcontact.streaming._sink import Sink, Update
+
+#: Updates that may wait for a sink: at 50 a second this is 4 s.
+WAITING = 200
+
+
+class _Feeder:
+    """One sink, its thread, and what waits for it."""
+
+    def __init__(self, sink: Sink, descriptor: Descriptor) -> None:
+        self.sink = sink
+        self.dropped = 0
+        self.failed = ""
+        self.left = False  # who read it went away: that is no fault
+        self._descriptor = descriptor
+        self._waiting: deque[Update] = deque()
+        self._changed = threading.Condition()
+        self._closing = False
+        self._thread = threading.Thread(target=self._run, name=f"sink {sink.name}", daemon=True)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def put(self, update: Update, patient: bool) -> None:
+        with self._changed:
+            if patient:
+                self._changed.wait_for(lambda: self.failed or len(self._waiting) < WAITING)
+            if self.failed:
+                self.dropped += 1
+                return
+            if len(self._waiting) >= WAITING:
+                # The oldest goes: who looks at this wants to know how things are now.
+                self._waiting.popleft()
+                self.dropped += 1
+            self._waiting.append(update)
+            self._changed.notify_all()
+
+    def close(self, timeout: float | None) -> None:
+        with self._changed:
+            self._closing = True
+            self._changed.notify()
+        self._thread.join(timeout)
+        if self._thread.is_alive():
+            # It is not waited for any longer: what it will not get is lost, and counted.
+            with self._changed:
+                self.dropped += len(self._waiting)
+                self._waiting.clear()
+
+    def _run(self) -> None:
+        try:
+            self.sink.open(self._descriptor)
+            while (update := self._next()) is not None:
+                self.sink.take(update)
+        # Whatever a viewer does wrong is its own: it is told, and the rest goes on.
+        except Exception as error:
+            with self._changed:
+                self.failed = f"{type(error).__name__}: {error}"
+                self.left = isinstance(error, BrokenPipeError)
+                self.dropped += len(self._waiting)
+                self._waiting.clear()
+                self._changed.notify_all()
+        finally:
+            with suppress(Exception):
+                self.sink.close()
+
+    def _next(self) -> Update | None:
+        with self._changed:
+            while not self._waiting and not self._closing:
+                self._changed.wait()
+            update = self._waiting.popleft() if self._waiting else None
+            self._changed.notify_all()
+            return update
+
+
+class Fanout:
+    """Hands every update to every sink.
+
+    Parameters
+    ----------
+    sinks
+        Who wants updates.
+    descriptor
+        Of the source.
+    patient
+        Wait for slow sinks, so that none misses anything: where samples can wait, too.
+        Otherwise none is ever waited for.
+    """
+
+    def __init__(
+        self, sinks: Sequence[Sink], descriptor: Descriptor, patient: bool = False
+    ) -> None:
+        self._patient = patient
+        self._feeders = [_Feeder(sink, descriptor) for sink in sinks]
+        for feeder in self._feeders:
+            feeder.start()
+
+    def put(self, update: Update) -> None:
+        """Queue an update for each sink."""
+        for feeder in self._feeders:
+            feeder.put(update, self._patient)
+
+    @property
+    def dropped(self) -> dict[str, int]:
+        """Updates that each sink did not get, by its name; who left wanted none."""
+        return {f.sink.name: f.dropped for f in self._feeders if not f.left}
+
+    @property
+    def failed(self) -> dict[str, str]:
+        """What each sink that failed died of, by its name; who left did not fail."""
+        return {f.sink.name: f.failed for f in self._feeders if f.failed and not f.left}
+
+    @property
+    def deserted(self) -> bool:
+        """Whether there were sinks, and all of them have failed or left."""
+        return bool(self._feeders) and all(f.failed for f in self._feeders)
+
+    def close(self, timeout: float = 2.0) -> None:
+        """Let each sink finish what waits for it; without patience ``timeout`` s at most."""
+        for feeder in self._feeders:
+            feeder.close(None if self._patient else timeout)

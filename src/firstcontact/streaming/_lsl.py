@@ -1,0 +1,153 @@
+"""Samples and events for programs that listen to the Lab Streaming Layer."""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from firstcontact.core import finger_name
+from firstcontact.device import Arrival, Descriptor, DeviceClock, lsl_library
+from firstcontact.streaming import _event_json as event_json
+from firstcontact.streaming._events import (
+    Armed,
+    Estimated,
+    Event,
+    FromHand,
+    HandAsked,
+    HandPinch,
+    PinchDone,
+    Running,
+    SameObject,
+    Settled,
+    Touched,
+)
+from firstcontact.streaming._sink import Update
+
+#: What is kept for a slow listener, s.
+BUFFERED = 60
+
+
+class LslSink:
+    """Two LSL streams: samples in physical units, and events as JSON.
+
+    Parameters
+    ----------
+    name
+        Of the streams: "NAME samples" of type Tactile, "NAME events" of type
+        Markers.
+
+    Raises
+    ------
+    InputError
+        pylsl, or the library that it brings, is missing.
+    """
+
+    every = 0.02
+
+    def __init__(self, name: str = "firstcontact") -> None:
+        self._lsl: Any = lsl_library()
+        self._name = name
+        self._samples: Any = None
+        self._events: Any = None
+
+    @property
+    def name(self) -> str:
+        """What drops are reported under."""
+        return "lsl"
+
+    def open(self, descriptor: Descriptor) -> None:
+        """Make the streams findable."""
+        layout = descriptor.layout
+        self._layout = layout
+        self._columns = tuple(range(layout.width))
+        self._clock = DeviceClock(layout.rate)
+        # Both are clocks of this machine that count seconds; where they begin may differ.
+        self._shift = self._lsl.local_clock() - time.monotonic()
+        self._told = -np.inf
+        self._failed: Mapping[str, str] = {}
+        identity = f"{self._name}@{socket.gethostname()}"
+        samples = self._lsl.StreamInfo(
+            f"{self._name} samples",
+            "Tactile",
+            layout.width,
+            layout.rate,
+            self._lsl.cf_float32,
+            f"{identity} samples",
+        )
+        _describe(samples, descriptor)
+        channels = samples.desc().append_child("channels")
+        for name, c in zip(layout.column_names, layout.of_columns, strict=True):
+            channel = channels.append_child("channel")
+            channel.append_child_value("label", name)
+            channel.append_child_value("type", c.sensor or c.kind.value)
+            channel.append_child_value("unit", c.unit)
+            channel.append_child_value("finger", finger_name(c.finger))
+        events = self._lsl.StreamInfo(
+            f"{self._name} events",
+            "Markers",
+            1,
+            self._lsl.IRREGULAR_RATE,
+            self._lsl.cf_string,
+            f"{identity} events",
+        )
+        _describe(events, descriptor)
+        self._samples = self._lsl.StreamOutlet(samples, max_buffered=BUFFERED)
+        self._events = self._lsl.StreamOutlet(events, max_buffered=BUFFERED)
+
+    def take(self, update: Update) -> None:
+        """Send samples, then what was found in them."""
+        for arrival in update.arrivals:
+            self._send(arrival)
+        for what, why in update.failed.items() - self._failed.items():
+            at = self._told if np.isfinite(self._told) else self._lsl.local_clock()
+            self._events.push_sample([event_json.text(event_json.of_failure(what, why))], at)
+        self._failed = update.failed
+        for event in update.events:
+            at = self._clock.at(_known(event), event.epoch)
+            self._say(event_json.text(event_json.of_event(event)), at)
+
+    def close(self) -> None:
+        """Take both streams off the network. Closing twice is fine."""
+        self._samples = self._events = None
+
+    def _send(self, arrival: Arrival) -> None:
+        block = arrival.block
+        if len(block.data):
+            stamps = self._clock.stamps(block, arrival.host) + self._shift
+            values = self._layout.physical(block.data, self._columns)
+            self._samples.push_chunk(values.astype(np.float32), stamps.tolist())
+        for marker in arrival.markers:
+            at = self._clock.at(marker.sample, marker.epoch)
+            self._say(event_json.text(event_json.of_marker(marker)), at)
+
+    def _say(self, text: str, host: float) -> None:
+        self._told = max(self._told, host + self._shift)
+        self._events.push_sample([text], self._told)
+
+
+def _known(event: Event) -> int:
+    """Number of the sample with which an event was known."""
+    match event:
+        case Armed() | HandAsked() | HandPinch():
+            return event.sample
+        case FromHand():
+            return event.told.known
+        case Estimated() | Running() | Settled():
+            return event.complete
+        case PinchDone() | SameObject():
+            return event.end - 1
+        case Touched():
+            return event.contact.decided
+        case _:
+            # When a window was refused is not told: no earlier than this.
+            return event.contact.decided
+
+
+def _describe(info: Any, descriptor: Descriptor) -> None:
+    acquisition = info.desc().append_child("acquisition")
+    for field in ("firmware", "sensor", "hand", "source"):
+        acquisition.append_child_value(field, getattr(descriptor, field))

@@ -1,0 +1,184 @@
+"""Serves the page's files and its socket, in one event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import socket
+import struct
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from http import HTTPStatus
+from typing import Any
+
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+from firstcontact.streaming._sink import Controls
+from firstcontact.streaming.page._allowance import Allowance
+from firstcontact.streaming.page._commands import EACH, HERE, LONGEST, Commands
+from firstcontact.streaming.page._state import State
+from firstcontact.streaming.page.guard import Guard
+from firstcontact.streaming.page.serving import answer, plain, serve_page
+
+#: Between two messages to a viewer, s.
+TICK = 0.05
+#: Viewers at a time; what each costs is small, and bounded by this.
+VIEWERS = 16
+#: A viewer that takes nothing for this long is let go, s.
+PATIENCE = 10.0
+#: A viewer that had the hand close and is silent for this long is let go, and the hand opens, s.
+SILENCE = 1.5
+#: Bytes that wait for one viewer before it skips.
+WAITING_BYTES = 32_768
+_HEAD = struct.Struct("<IId")
+
+
+@dataclass(slots=True)
+class _Viewer:
+    """Viewer on the other end of a socket.
+
+    Parameters
+    ----------
+    name
+        Name of the viewer to the hand.
+    heard
+        Time of its newest message, s of the monotonic clock.
+    closes
+        Whether it had the hand close, and has not had it open since.
+    """
+
+    name: str
+    heard: float = 0.0
+    closes: bool = False
+
+    async def watch(self) -> None:
+        """Raise TimeoutError once the viewer is silent while it has the hand close.
+
+        The library's own keepalive does not see a page that hangs: the browser answers for it.
+        """
+        while not self.closes or time.monotonic() - self.heard < SILENCE:
+            await asyncio.sleep(TICK)
+        raise TimeoutError
+
+
+class PageServer:
+    """The page for as long as :meth:`run` runs.
+
+    Parameters
+    ----------
+    state
+        What is shown.
+    guard
+        Who may see it.
+    files
+        What is served: content type and bytes, by path.
+    controls
+        What viewers may ask for, None for nothing.
+    """
+
+    def __init__(
+        self,
+        state: State,
+        guard: Guard,
+        files: Mapping[str, tuple[str, bytes]],
+        controls: Controls | None,
+    ) -> None:
+        self._state = state
+        self._guard = guard
+        self._files = files
+        self._commands = Commands(controls)
+        self._viewers = 0
+        self._number = 0  # of the viewer that came last
+
+    async def run(self, listening: socket.socket, stop: asyncio.Event) -> None:
+        """Serve until ``stop`` is set; then viewers are told and let go."""
+        server = serve_page(
+            self._view,
+            listening,
+            self._answer,
+            LONGEST,
+            ping_interval=PATIENCE / 2,
+            ping_timeout=PATIENCE,
+            max_queue=4,
+            write_limit=WAITING_BYTES,
+        )
+        async with server:
+            await stop.wait()
+
+    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
+        answered = answer(request, self._guard, self._files)
+        # The loop does nothing else between this and `_view`, which counts: a test holds it.
+        if answered is None and self._viewers >= VIEWERS:
+            return plain(
+                HTTPStatus.SERVICE_UNAVAILABLE,
+                f"{VIEWERS} viewers are watching: close one of them.",
+            )
+        return answered
+
+    async def _view(self, connection: ServerConnection) -> None:
+        self._viewers += 1
+        self._number += 1
+        viewer = _Viewer(f"viewer {self._number} of the page")
+        try:
+            async with asyncio.TaskGroup() as tasks:
+                others = [tasks.create_task(c) for c in (self._tell(connection), viewer.watch())]
+                await self._listen(connection, viewer)
+                for task in others:
+                    task.cancel()
+        except* (ConnectionClosed, TimeoutError):
+            pass
+        finally:
+            self._viewers -= 1
+            self._commands.gone(viewer.name)
+
+    async def _listen(self, connection: ServerConnection, viewer: _Viewer) -> None:
+        """Do what a viewer asks for until it closes the socket."""
+        own = Allowance(*EACH)
+        async for message in connection:
+            viewer.heard = time.monotonic()
+            if message == HERE:
+                await asyncio.sleep(TICK)
+                continue
+            answer, wait = await self._commands.obey(message, own, viewer.name)
+            if answer["ok"] and answer["do"] in ("close", "open"):
+                viewer.closes = answer["do"] == "close"
+            await self._send(connection, json.dumps({"answer": answer}))
+            # What this viewer says meanwhile waits on its side of the line.
+            await asyncio.sleep(wait)
+
+    async def _tell(self, connection: ServerConnection) -> None:
+        """Give a viewer what it has not seen, at its own pace."""
+        await self._send(connection, f'{{"hello":{self._state.hello}}}')
+        seen: dict[str, int] = {}
+        column, skipped = -1, 0
+        about: dict[str, Any] = {}
+        while True:
+            first, values = self._state.columns(max(column, 0))
+            if column >= 0:
+                skipped += first - column
+            column = first + len(values)
+            parts = self._state.changed(seen)
+            now = {"viewers": self._viewers, "skipped": skipped}
+            if now != about:
+                parts["viewer"], about = json.dumps(now), now
+            if len(values):
+                head = _HEAD.pack(values.shape[0], values.shape[1], first)
+                await self._send(connection, head + values.astype("<f4").tobytes())
+            if parts:
+                said = ",".join(f'"{name}":{text}' for name, text in parts.items())
+                await self._send(connection, f"{{{said}}}")
+            await asyncio.sleep(TICK)
+
+    async def _send(self, connection: ServerConnection, message: str | bytes) -> None:
+        try:
+            async with asyncio.timeout(PATIENCE):
+                await connection.send(message)
+        except TimeoutError:
+            # It does not read: no closing handshake, which it would not read either.
+            with suppress(AttributeError):
+                connection.transport.abort()
+            raise

@@ -1,0 +1,133 @@
+"""The page as a sink of the live session."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+import secrets
+import threading
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from firstcontact.core import InputError
+from firstcontact.device import Descriptor
+from firstcontact.streaming._sink import Controls, Update
+from firstcontact.streaming.page._server import PageServer
+from firstcontact.streaming.page._state import State
+from firstcontact.streaming.page.guard import TOKEN_LENGTH, Guard, is_loopback
+from firstcontact.streaming.page.serving import listen, load
+
+_NONE: Mapping[str, float] = MappingProxyType({})
+
+
+class PageSink:
+    """Shows what happens on a page, from :meth:`open` to :meth:`close`.
+
+    The port is taken here, so that a busy one is told before anything starts.
+
+    Parameters
+    ----------
+    host
+        Address to serve on: this machine only unless another is asked for.
+    port
+        Of the page, 0 for a free one.
+    token
+        What a viewer must know. Made up where ``host`` is not loopback and
+        none is given; None otherwise.
+    controls
+        What viewers may ask for; None where they may only look.
+    landmarks
+        Shore A of known objects by name, marked on the scale.
+
+    Raises
+    ------
+    InputError
+        The port is taken, the address is not of this machine, the token is
+        too short, or a known object's Shore A is no number.
+    """
+
+    name = "page"
+    every = 0.05  # as often as viewers are told
+
+    def __init__(
+        self,
+        host: str = "127.0.0.1",
+        port: int = 8765,
+        token: str | None = None,
+        controls: Controls | None = None,
+        landmarks: Mapping[str, float] = _NONE,
+    ) -> None:
+        if token is None and not is_loopback(host):
+            token = secrets.token_urlsafe(24)
+        if token is not None and len(token) < TOKEN_LENGTH:
+            raise InputError(
+                f"the page's token has {len(token)} characters, too few to keep others out: "
+                f"give at least {TOKEN_LENGTH}, or none and one is made up"
+            )
+        odd = [name for name, shore in landmarks.items() if not math.isfinite(shore)]
+        if odd:
+            raise InputError(
+                f"the Shore A of {odd[0]!r} is not a finite number: train the model again"
+            )
+        self._files = load("firstcontact.streaming.page")
+        #: What viewers may ask for; may be given until the page is opened.
+        self.controls = controls
+        self._landmarks = dict(landmarks)
+        self._socket = listen(host, port)
+        self._guard = Guard(host, self._socket.getsockname()[1], token)
+        self._state: State | None = None
+        self._thread: threading.Thread | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._stop: asyncio.Event | None = None
+        self._started = threading.Event()
+        self._died = ""
+
+    @property
+    def url(self) -> str:
+        """Address to open in a browser, with the token, quoted, where there is one."""
+        return self._guard.url
+
+    def open(self, descriptor: Descriptor) -> None:
+        """Serve from now on."""
+        self._state = State(descriptor, self._landmarks, self.controls)
+        self._thread = threading.Thread(target=self._serve, name="page", daemon=True)
+        self._thread.start()
+        self._started.wait()
+
+    def take(self, update: Update) -> None:
+        """Show an update; takes no longer with viewers than without.
+
+        Raises
+        ------
+        RuntimeError
+            The page's thread has ended by a fault.
+        """
+        if self._died:
+            raise RuntimeError(f"the page is served no more: {self._died}")
+        if self._state is not None:
+            self._state.take(update)
+
+    def close(self) -> None:
+        """Tell viewers, let them go and free the port. Closing twice is fine."""
+        if self._thread is not None and self._loop is not None and self._stop is not None:
+            with contextlib.suppress(RuntimeError):  # the loop ended by itself
+                self._loop.call_soon_threadsafe(self._stop.set)
+            self._thread.join()
+            self._thread = None
+        self._socket.close()
+
+    def _serve(self) -> None:
+        try:
+            asyncio.run(self._run())
+        except Exception as error:  # told by the next update
+            self._died = f"{type(error).__name__}: {error}"
+        finally:
+            self._started.set()
+
+    async def _run(self) -> None:
+        self._loop, self._stop = asyncio.get_running_loop(), asyncio.Event()
+        assert self._state is not None
+        server = PageServer(self._state, self._guard, self._files, self.controls)
+        self._started.set()
+        await server.run(self._socket, self._stop)

@@ -1,0 +1,148 @@
+"""What a page of ours is served with: its own files, and heads that keep others out."""
+
+from __future__ import annotations
+
+import logging
+import socket
+from collections.abc import Awaitable, Callable, Mapping
+from contextlib import AbstractAsyncContextManager
+from http import HTTPStatus
+from importlib.resources import files
+from typing import Any
+
+from websockets.asyncio.server import ServerConnection, serve
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
+
+from firstcontact.core import InputError
+from firstcontact.streaming.page.guard import Guard, NotAllowedError
+
+#: Where a page's scripts open their socket.
+SOCKET = "/socket"
+LAST_PORT = 65_535
+#: Content type and bytes, by path.
+Files = Mapping[str, tuple[str, bytes]]
+#: What the system holds back for a viewer that does not read, bytes.
+SENDING_BYTES = 131_072
+_SAFE = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
+        "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    ),
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-cache",
+}
+TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".svg": "image/svg+xml",
+}
+
+
+def load(package: str) -> Files:
+    """A package's own files, read once: what is not in this table does not exist.
+
+    Content type and bytes of each file in its folder ``static``, by the path under which it is
+    served.
+    """
+    table = {}
+    for item in files(package).joinpath("static").iterdir():
+        suffix = "." + item.name.rpartition(".")[2]
+        if suffix in TYPES:
+            table["/" + item.name] = TYPES[suffix], item.read_bytes()
+    table["/"] = table["/index.html"]
+    return table
+
+
+def answer(request: Request, guard: Guard, served: Files) -> Response | None:
+    """What a request gets; None lets it open the socket."""
+    path = request.path.partition("?")[0]
+    websocket = path == SOCKET
+    try:
+        fresh = guard.check(request.path, request.headers, websocket)
+    except NotAllowedError as error:
+        return plain(error.status, error.sentence)
+    if websocket:
+        return None
+    if path not in served:
+        return plain(HTTPStatus.NOT_FOUND, "There is no such page.")
+    response = _response(HTTPStatus.OK, *served[path])
+    if fresh:
+        response.headers["Set-Cookie"] = (
+            f"{guard.cookie}={guard.quoted}; Path=/; HttpOnly; SameSite=Strict"
+        )
+    return response
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """A socket that listens; InputError where the address cannot be had."""
+    if not 0 <= port <= LAST_PORT:  # the system takes the rest of its division for it
+        raise InputError(
+            f"port {port} is none: name one from 1 to {LAST_PORT}, or 0 for a free port"
+        )
+    try:
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+        family, _, _, _, address = found[0]
+        listening = socket.create_server(address[:2], family=family, backlog=64)
+    except (OSError, OverflowError) as error:
+        raise InputError(
+            f"the page cannot be served on {host} port {port} ({error}): name another port or "
+            "address, or 0 for a free port"
+        ) from error
+    # What the system holds back for a viewer that does not read; its connections inherit it.
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SENDING_BYTES)
+    return listening
+
+
+def serve_page(
+    view: Callable[[ServerConnection], Awaitable[None]],
+    listening: socket.socket,
+    answers: Callable[[ServerConnection, Request], Response | None],
+    longest: int,
+    **more: Any,
+) -> AbstractAsyncContextManager[object]:
+    """A page's server, to be entered: quiet, and patient with nobody.
+
+    Parameters
+    ----------
+    view
+        Speaks with whoever opened the socket.
+    listening
+        Of :func:`listen`.
+    answers
+        What a request gets; None lets it open the socket.
+    longest
+        Bytes of a message that a viewer may send.
+    more
+        What else the server is told.
+    """
+    # The log of a library is not a place where users look.
+    log = logging.getLogger("firstcontact.page")
+    log.setLevel(logging.CRITICAL)
+    return serve(
+        view,
+        sock=listening,
+        process_request=answers,
+        server_header=None,
+        compression=None,
+        logger=log,
+        open_timeout=3,
+        close_timeout=1,
+        max_size=longest,
+        **more,
+    )
+
+
+def plain(status: HTTPStatus, sentence: str) -> Response:
+    """A sentence."""
+    return _response(status, "text/plain; charset=utf-8", sentence.encode())
+
+
+def _response(status: HTTPStatus, kind: str, body: bytes) -> Response:
+    headers = Headers(
+        **{"Content-Type": kind, "Content-Length": str(len(body)), "Connection": "close", **_SAFE}
+    )
+    return Response(status.value, status.phrase, headers, body)

@@ -1,0 +1,8 @@
+"""What every registered thing must do, as functions for whoever writes one: plain asserts."""
+
+from ._closings import closings as closings
+from ._detector import check_detector as check_detector
+from ._estimator import check_estimator as check_estimator
+from ._hand import check_hand as check_hand
+from ._policy import check_policy as check_policy
+from ._source import check_source as check_source

@@ -1,0 +1,178 @@
+"""Both fingertips' converters: from motion to raw scans, piece by piece."""
+
+from __future__ import annotations
+
+import copy
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import FINGERTIP_RATE, TAXELS, Contact, Finger, first_closed
+from firstcontact.twin._draw import PinchDraw
+from firstcontact.twin._mechanics import BUFFER, CONTACT_FORCE, INDENTATION
+from firstcontact.twin._noise import pickup
+from firstcontact.twin._sensor import SCAN, VelostatParameters, force_readings, piezo_readings
+
+ForceSheets = tuple[VelostatParameters, VelostatParameters]
+Pickup = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
+class Fingertips(ABC):
+    """What the converters read, unloaded at first.
+
+    Parameters
+    ----------
+    draw
+        The pinch whose sensors these are.
+    sheets
+        Force arrays of index and thumb; those of the draw by default.
+
+    Attributes
+    ----------
+    sample
+        Number of the next scan.
+    """
+
+    def __init__(self, draw: PinchDraw, sheets: ForceSheets | None = None) -> None:
+        self._draw = draw
+        self.sheets = draw.velostat if sheets is None else sheets
+        self.sample = 0
+        self._felt = np.zeros((2, 2, TAXELS))
+
+    def fork(self) -> Self:
+        """Converters that go on from here by themselves, with the same noise."""
+        other = copy.copy(self)
+        other._felt = self._felt.copy()
+        return other
+
+    @abstractmethod
+    def _pickup(self, samples: int) -> list[Pickup]:
+        """As of :func:`firstcontact.twin._noise.pickup`, of either fingertip's next samples."""
+
+    def read(self, motion: NDArray[np.float64]) -> NDArray[np.uint16]:
+        """Scans of the next samples.
+
+        Parameters
+        ----------
+        motion
+            As of :func:`firstcontact.twin._mechanics.integrate`, shape (n, 2, 5).
+
+        Returns
+        -------
+        ndarray
+            Shape (n, 6), in the order of :data:`firstcontact.twin._sensor.SCAN`.
+        """
+        scans = np.empty((len(motion), len(SCAN)), np.uint16)
+        for f, (piezo, force) in enumerate(self._pickup(len(motion))):
+            scans[:, f] = piezo_readings(motion[:, f, BUFFER] + piezo)
+            # The array lies between pad and board: it feels the contact, not the mount.
+            scans[:, 2 + f] = force_readings(
+                motion[:, f, CONTACT_FORCE], self._draw.shares[f], self.sheets[f], force,
+                1 / FINGERTIP_RATE, self._felt[f], self.sample,
+            )  # fmt: skip
+            scans[:, 4 + f] = motion[:, f, INDENTATION] > 0
+        self.sample += len(motion)
+        return scans
+
+
+class PinchFingertips(Fingertips):
+    """The converters through one pinch; their noise is drawn at once.
+
+    Parameters
+    ----------
+    draw
+        The pinch; uses up some of its random numbers.
+    times
+        Sampling instants of the longest pinch, s, shape (samples,).
+    sheets
+        Force arrays of index and thumb; those of the draw by default.
+    """
+
+    def __init__(
+        self, draw: PinchDraw, times: NDArray[np.float64], sheets: ForceSheets | None = None
+    ) -> None:
+        super().__init__(draw, sheets)
+        self._noise = []
+        for f in range(2):
+            phase = draw.rng.uniform(0, 2 * math.pi)
+            angle = 2 * math.pi * draw.noise[f].mains_rate * times + phase
+            self._noise.append(pickup(draw.noise[f], self.sheets[f].noise, angle, draw.rng))
+        if draw.recorded is not None:
+            piezos = draw.recorded.draw(len(times), draw.rng)
+            self._noise = [(p, force) for p, (_, force) in zip(piezos, self._noise, strict=True)]
+
+    def _pickup(self, samples: int) -> list[Pickup]:
+        here = slice(self.sample, self.sample + samples)
+        return [(piezo[here], force[here]) for piezo, force in self._noise]
+
+
+class StreamFingertips(Fingertips):
+    """The converters of a running twin.
+
+    Hum and sheets have a past, so nothing jumps where one pinch follows another.
+
+    Parameters
+    ----------
+    draw
+        The pinch whose sensors these are at first.
+    rng
+        Where hum's phase and the converters' noise come from.
+    """
+
+    def __init__(self, draw: PinchDraw, rng: np.random.Generator) -> None:
+        super().__init__(draw)
+        self._rng = rng
+        self._phases = rng.uniform(0, 2 * math.pi, 2)
+
+    def take(self, draw: PinchDraw) -> None:
+        """Go on with the sensors of another pinch of the same hand and session.
+
+        A sheet repeats poorly from loading to loading. What is left of the last one
+        conducts as it did, so that no reading jumps.
+        """
+        for f, (old, new) in enumerate(zip(self.sheets, draw.velostat, strict=True)):
+            self._felt[f] *= (old.conductance / new.conductance) ** (1 / new.exponent)
+        self._draw, self.sheets = draw, draw.velostat
+
+    def _pickup(self, samples: int) -> list[Pickup]:
+        count = np.arange(self.sample, self.sample + samples)
+        # Turns since the start, without its whole ones: exact after days, too.
+        turns = count * self._draw.noise[0].mains_rate % FINGERTIP_RATE
+        angle = 2 * math.pi * turns / FINGERTIP_RATE
+        return [
+            pickup(noise, sheet.noise, angle + phase, self._rng)
+            for noise, sheet, phase in zip(self._draw.noise, self.sheets, self._phases, strict=True)
+        ]
+
+
+def strip_contacts(
+    scans: NDArray[np.uint16], first_sample: int = 0, known: Sequence[Contact] = ()
+) -> list[Contact]:
+    """Contacts that the strips of some scans tell, in the order of time.
+
+    Parameters
+    ----------
+    scans
+        Shape (n, 6).
+    first_sample
+        Number of ``scans[0]``.
+    known
+        Contacts before: a finger touches once.
+    """
+    return contacts_of(scans[:, 4:6] != 0, first_sample, known)
+
+
+def contacts_of(
+    closed: NDArray[np.bool_], first_sample: int, known: Sequence[Contact]
+) -> list[Contact]:
+    """As of :func:`strip_contacts`, from whether the strips are closed, shape (n, 2)."""
+    found = []
+    for f in () if len(known) == 2 else Finger:
+        sample = first_closed(closed[:, f], first_sample)
+        if sample is not None and all(c.finger != f for c in known):
+            found.append(Contact(f, sample, sample))
+    return sorted(found, key=lambda c: c.sample)

@@ -1,0 +1,283 @@
+"""The mechanics of a pinch, integrated with a fixed fine step.
+
+Each finger is a chain drive - link - phalanx - mount - board - pad - skin; the
+skin meets a face of the object (Hertz with a Maxwell arm and Hunt-Crossley
+loss); the two faces are joined by the bulk and held by a clamp. The piezo disc
+is driven by the force through the mount. All of it along the closing axis.
+
+The offset between the contacts is given, not the gap: a finger that has not
+touched acts on nothing, so the gap that makes it touch at the wanted instant is
+read off its own free motion when that instant comes.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from firstcontact.core import contact_modulus, hertz_stiffness
+from firstcontact.twin._compiled import compiled
+from firstcontact.twin._parameters import FingerParameters, ObjectParameters
+
+#: States of a finger: positions and speeds of drive, phalanx, board and skin,
+#: the Maxwell arms of pad and contact, the piezo's leaked voltage, the buffer.
+FINGER_STATES = 12
+#: Two fingers, then position and speed of the object's two faces.
+STATES = 2 * FINGER_STATES + 4
+#: What :func:`integrate` writes per sample and finger.
+OUTPUTS = 5
+BUFFER, CONTACT_FORCE, INDENTATION, FACE, DRIVE_SPEED = range(OUTPUTS)
+#: A face so near is about to be touched, m.
+NEAR = 2e-4
+
+_Vector = NDArray[np.float64]
+# No "fastmath": the bytes must not depend on what a compiler makes of the formulas. Instead of
+# divisions by parameters there are products with reciprocals, which it takes out of the loop:
+# a third of the time. Inlined, parameters stay in registers and are not copied into each call.
+_inlined = njit(error_model="numpy", inline="always")
+
+
+def contact_stiffness(p: FingerParameters, o: ObjectParameters) -> float:
+    """K of the finger against the object, N/m^1.5."""
+    radius = 1 / (1 / p.tip_radius + 1 / o.radius)
+    return hertz_stiffness(contact_modulus(p.pad_modulus, o.modulus), radius)
+
+
+@_inlined
+def _finger(
+    x: _Vector, dx: _Vector, b: int, p: FingerParameters, o: ObjectParameters, stiffness: float,
+    touching: bool, depth: float, rate: float, push: float, speed: float, motor_force: float,
+    back_damping: float,
+) -> float:  # fmt: skip
+    """Derivatives of one finger's states from ``b`` on; returns the contact force, N."""
+    drive, phalanx, board, skin = x[b], x[b + 2], x[b + 4], x[b + 6]
+    drive_v, phalanx_v, board_v, skin_v = x[b + 1], x[b + 3], x[b + 5], x[b + 7]
+    pad_arm, arm, leaked, buffer = x[b + 8], x[b + 9], x[b + 10], x[b + 11]
+    motor = p.speed_gain * (speed - drive_v)
+    motor = min(max(motor, -p.drive_force), motor_force)
+    if back_damping > 0.0 and drive_v < 0.0 and speed >= 0.0:
+        motor -= back_damping * drive_v  # pushed back against its will
+    link = p.link_stiffness * (drive - phalanx) + p.link_damping * (drive_v - phalanx_v)
+    mount = p.mount_stiffness * (phalanx - board) + p.mount_damping * (phalanx_v - board_v)
+    squeeze = board - skin
+    squeezing = board_v - skin_v
+    pad = (
+        (p.pad_stiffness + p.pad_stiffening * squeeze * squeeze) * squeeze
+        + p.pad_arm_stiffness * pad_arm
+        + p.pad_damping * squeezing
+    )
+    force = 0.0
+    arm_v = -arm * (1.0 / o.arm_relaxation)
+    if touching and depth >= 0.0:
+        arm_v += rate
+        slow = stiffness * depth * math.sqrt(depth) * (1.0 + 1.5 * o.contact_loss * rate)
+        # A face that recovers more slowly than the finger leaves does not pull.
+        pressed = max(arm, 0.0)
+        force = max(slow + o.arm_share * stiffness * pressed * math.sqrt(pressed), 0.0)
+    volts = p.piezo_volts_per_newton * mount - leaked
+    dx[b] = drive_v
+    dx[b + 1] = (motor - link) * (1.0 / p.drive_mass)
+    dx[b + 2] = phalanx_v
+    dx[b + 3] = (link - mount + push) * (1.0 / p.phalanx_mass)
+    dx[b + 4] = board_v
+    dx[b + 5] = (mount - pad) * (1.0 / p.board_mass)
+    dx[b + 6] = skin_v
+    dx[b + 7] = (pad - force) * (1.0 / p.skin_mass)
+    dx[b + 8] = squeezing - pad_arm * (1.0 / p.pad_relaxation)
+    dx[b + 9] = arm_v
+    dx[b + 10] = volts * (1.0 / p.piezo_time_constant)
+    dx[b + 11] = 2.0 * math.pi * p.buffer_cutoff * (p.gain * volts - buffer)
+    return force
+
+
+@_inlined
+def _derivative(
+    x: _Vector, dx: _Vector, index: FingerParameters, thumb: FingerParameters,
+    o: ObjectParameters, stiffness: _Vector, gap: _Vector, push_i: float, push_t: float,
+    speeds: _Vector, motor_force: float, back_damping: float,
+) -> tuple[float, float]:  # fmt: skip
+    """All derivatives. ``gap`` is NaN for a finger that has not touched yet."""
+    n = 2 * FINGER_STATES
+    on_i = not math.isnan(gap[0])
+    on_t = not math.isnan(gap[1])
+    f_i = _finger(
+        x, dx, 0, index, o, stiffness[0], on_i, x[6] - x[n] - gap[0], x[7] - x[n + 1], push_i,
+        speeds[0], motor_force, back_damping,
+    )  # fmt: skip
+    f_t = _finger(
+        x, dx, 12, thumb, o, stiffness[1], on_t, x[18] + x[n + 2] - gap[1], x[19] + x[n + 3],
+        push_t, speeds[1], motor_force, back_damping,
+    )  # fmt: skip
+    bulk = o.bulk_stiffness * (x[n] - x[n + 2]) + o.bulk_damping * (x[n + 1] - x[n + 3])
+    dx[n] = x[n + 1]
+    dx[n + 1] = (f_i - bulk - 0.5 * (o.clamp_stiffness * x[n] + o.clamp_damping * x[n + 1])) * (
+        1.0 / o.face_mass
+    )
+    dx[n + 2] = x[n + 3]
+    dx[n + 3] = (bulk - f_t - 0.5 * (o.clamp_stiffness * x[n + 2] + o.clamp_damping * x[n + 3])) * (
+        1.0 / o.face_mass
+    )
+    return f_i, f_t
+
+
+@_inlined
+def _step(
+    x: _Vector, k: _Vector, t: float, dt: float, index: FingerParameters,
+    thumb: FingerParameters, o: ObjectParameters, stiffness: _Vector, gap: _Vector,
+    noise: _Vector, noise_dt: float, loudness: float, speeds: _Vector, motor_force: float,
+    back_damping: float,
+) -> None:  # fmt: skip
+    """One classical Runge-Kutta step of ``x``, in place."""
+    for stage in range(4):
+        h = 0.0 if stage == 0 else (dt if stage == 3 else 0.5 * dt)
+        if stage == 0:
+            k[4, :] = x
+        else:
+            for j in range(STATES):
+                k[4, j] = x[j] + h * k[stage - 1, j]
+        place = (t + h) * (1.0 / noise_dt)
+        cell = min(max(int(place), 0), noise.shape[1] - 2)
+        part = place - cell
+        _derivative(
+            k[4], k[stage], index, thumb, o, stiffness, gap,
+            loudness * (noise[0, cell] + part * (noise[0, cell + 1] - noise[0, cell])),
+            loudness * (noise[1, cell] + part * (noise[1, cell + 1] - noise[1, cell])),
+            speeds, motor_force, back_damping,
+        )  # fmt: skip
+    for j in range(STATES):
+        x[j] += dt * (1.0 / 6.0) * (k[0, j] + 2.0 * (k[1, j] + k[2, j]) + k[3, j])
+
+
+@compiled(error_model="numpy")
+def integrate(
+    index: FingerParameters,
+    thumb: FingerParameters,
+    o: ObjectParameters,
+    stiffness: _Vector,
+    touch: _Vector,
+    times: _Vector,
+    noise: _Vector,
+    noise_dt: float,
+    substeps: int,
+    speeds: _Vector,
+    motor_force: float,
+    back_damping: float,
+    full_speed: float,
+    limit: float,
+    calm: float,
+    calm_steps: int,
+    x: _Vector,
+    gap: _Vector,
+    touched: _Vector,
+    out: _Vector,
+) -> int:
+    """Run a pinch, or a piece of one.
+
+    With ``x``, ``gap`` and ``touched`` a next piece, which starts at ``times[-1]``, has all that
+    it needs.
+
+    Parameters
+    ----------
+    index, thumb, o
+        The two fingers and the object.
+    stiffness
+        :func:`contact_stiffness` of either finger, shape (2,).
+    touch
+        Instants at which index and thumb touch, s; beyond the end for never.
+    times
+        Sampling instants, s, increasing; ``times[0]`` is where the state starts.
+    noise
+        Force on each phalanx, N, shape (2, points), from t = 0.
+    noise_dt
+        Between two points of it, s.
+    substeps
+        Steps per sampling interval once a finger has touched; half as many before.
+    speeds
+        What the drives of index and thumb are to follow in each sampling interval, m/s,
+        shape (samples - 1, 2); one row where there is one sample.
+    motor_force
+        The most that either motor presses with, N.
+    back_damping
+        Damping of a drive that is pushed back while it should close or stand, N s/m.
+    full_speed
+        Speed of the drives at which their noise has its full strength, m/s; below it
+        has that share of it. 0 for full strength at any speed.
+    limit
+        Contact force at which the object breaks, N: the run stops at the sample
+        that shows it.
+    calm
+        So long after both contacts fewer steps will do, s.
+    calm_steps
+        Steps per sampling interval from then on.
+    x
+        State at ``times[0]``, shape (28,), changed in place to that at ``times[-1]``.
+    gap
+        Where the faces were put when index and thumb touched, m, shape (2,), NaN
+        before that; changed in place. A number before its finger has touched is where
+        the face is: the finger touches when it gets there.
+    touched
+        First sampling instants at which index and thumb were seen to touch, s, NaN
+        before that, shape (2,); changed in place.
+    out
+        Shape (samples, 2, 5): buffer (V), contact force (N), indentation (m; negative
+        while apart, NaN where it is not known where the face is), how far the face is
+        pushed in (m), speed of the drive (m/s).
+
+    Returns
+    -------
+    int
+        Samples that were taken, ``times.size`` if nothing broke.
+    """
+    k = np.empty((5, STATES))
+    n = 2 * FINGER_STATES
+    first = 0 if touch[0] <= touch[1] else 1
+    for sample in range(times.size):
+        wanted = speeds[min(sample, len(speeds) - 1)]
+        f_i, f_t = _derivative(
+            x, k[0], index, thumb, o, stiffness, gap, 0.0, 0.0, wanted, motor_force, back_damping
+        )
+        row = out[sample]
+        row[0, CONTACT_FORCE], row[1, CONTACT_FORCE] = f_i, f_t
+        row[0, INDENTATION] = x[6] - x[n] - gap[0]
+        row[1, INDENTATION] = x[18] + x[n + 2] - gap[1]
+        row[0, FACE], row[1, FACE] = x[n], -x[n + 2]
+        near = times[min(sample + 1, times.size - 1)] >= touch[first]
+        for f in range(2):
+            row[f, BUFFER] = x[f * FINGER_STATES + 11]
+            row[f, DRIVE_SPEED] = x[f * FINGER_STATES + 1]
+            if row[f, INDENTATION] > 0.0 and math.isnan(touched[f]):
+                touched[f] = times[sample]
+            near = near or row[f, INDENTATION] > -NEAR
+        if max(f_i, f_t) > limit:
+            return sample + 1
+        if sample == times.size - 1:
+            break
+        steps = substeps
+        if times[sample] - max(touched[0], touched[1]) > calm and not math.isnan(touched.sum()):
+            steps = calm_steps
+        elif not near:
+            steps = max(substeps // 2, 1)
+        moving = 0.5 * (row[0, DRIVE_SPEED] + row[1, DRIVE_SPEED])
+        loudness = 1.0 if full_speed <= 0.0 else min(abs(moving) * (1.0 / full_speed), 1.0)
+        interval = times[sample + 1] - times[sample]
+        for s in range(steps):
+            t = times[sample] + interval * s * (1.0 / steps)
+            end = times[sample] + interval * (s + 1) * (1.0 / steps)
+            # A step in which a finger touches is cut in two at that instant.
+            for _ in range(3):
+                stop, touching = end, -1
+                for f in (1 - first, first):
+                    if math.isnan(gap[f]) and touch[f] < end:
+                        stop, touching = max(touch[f], t), f
+                _step(
+                    x, k, t, stop - t, index, thumb, o, stiffness, gap, noise, noise_dt, loudness,
+                    wanted, motor_force, back_damping,
+                )  # fmt: skip
+                if touching < 0:
+                    break
+                gap[touching] = x[6] - x[n] if touching == 0 else x[18] + x[n + 2]
+                t = stop
+    return int(times.size)

@@ -1,0 +1,171 @@
+"""What is pinched: the paper's blocks and everyday objects, and what breaks in a hand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from firstcontact.core import InputError, Role, gent_modulus
+from firstcontact.twin._parameters import ObjectParameters
+
+#: Of silicone on silicone, and of silicone on the skin of fruit.
+FRICTION = 0.7
+SKIN_FRICTION = 0.5
+#: What is left of the stiffness of what is broken.
+CRUSHED = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Fragility:
+    """The force at which one finger breaks the object, a Weibull's.
+
+    Parameters
+    ----------
+    scale
+        63 of 100 break at less, N.
+    modulus
+        Weibull's: the higher, the less scatter.
+    """
+
+    scale: float
+    modulus: float
+
+    def draw(self, rng: np.random.Generator) -> float:
+        """The limit of one object, N."""
+        return self.scale * float(rng.weibull(self.modulus))
+
+
+@dataclass(frozen=True, slots=True)
+class TwinObject:
+    """An object as labelled, and as the mechanics sees its kind.
+
+    ``nominal`` has the modulus that the durometer reading stands for; a
+    specimen's own modulus scatters around it.
+    """
+
+    name: str
+    shore_a: float
+    role: Role
+    nominal: ObjectParameters
+    modulus_scatter: float
+    """Standard deviation of ln E between specimens of one reading."""
+    friction: float = FRICTION
+    """Coefficient of friction against the pad's silicone."""
+    fragility: Fragility | None = None
+    """None for what no fingertip of this hand breaks."""
+
+    @property
+    def mass(self) -> float:
+        """Of the whole object, kg."""
+        return 2 * self.nominal.face_mass
+
+
+def block(shore_a: float) -> TwinObject:
+    """A block as the paper's, of any Shore A."""
+    # 7 x 7 x 3.5 cm, pinched across the 3.5 cm; silicone of 1.1 g/cm3.
+    mass = 0.07 * 0.07 * 0.035 * 1100
+    bulk = gent_modulus(shore_a) * 0.07 * 0.07 / 0.035
+    nominal = solid(shore_a, mass, bulk, 0.12)
+    return TwinObject(f"block {shore_a:g}", shore_a, Role.TRAIN, nominal, 0.06)
+
+
+def solid(shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParameters:
+    """What has this reading, mass in kg and static stiffness in N/m; the loss is its bulk's."""
+    return ObjectParameters(
+        modulus=gent_modulus(shore_a),
+        face_mass=mass / 2,
+        bulk_stiffness=bulk,
+        bulk_damping=loss * math.sqrt(bulk * mass / 4),
+    )
+
+
+def lossy_solid(shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParameters:
+    """The same with a loss factor that shows in its relaxation and its contact, too."""
+    return solid(shore_a, mass, bulk, loss)._replace(arm_share=2 * loss, contact_loss=loss)
+
+
+def _round(
+    shore_a: float, radius: float, mass: float, loss: float, bulk: float | None = None
+) -> ObjectParameters:
+    # A ball squeezed across its diameter, as a column of its own cross-section.
+    column = gent_modulus(shore_a) * math.pi * radius / 2
+    return lossy_solid(shore_a, mass, column if bulk is None else bulk, loss)._replace(
+        radius=radius, clamp_stiffness=60.0, clamp_damping=0.8
+    )
+
+
+def _fruit(
+    name: str, shore_a: float, radius: float, mass: float, loss: float, scatter: float = 0.15
+) -> TwinObject:
+    nominal = _round(shore_a, radius, mass, loss)
+    return TwinObject(name, shore_a, Role.TEST, nominal, scatter, SKIN_FRICTION)
+
+
+def _tennis_ball(name: str, shore_a: float) -> TwinObject:
+    # Hollow. The wall is compressed where it is touched, which is the contact; then
+    # it bends, which is the bulk here: twice the static stiffness that the rules
+    # of tennis ask for at 6 mm. The mass of the bending cap alone is left out.
+    shell = _round(shore_a, 0.033, 0.0577, 0.15)._replace(bulk_stiffness=2.4e4, bulk_damping=6.0)
+    return TwinObject(name, shore_a, Role.TEST, shell, 0.06)
+
+
+def _brittle(
+    name: str, shore_a: float, mass: float, radius: float, bulk: float, loss: float,
+    fragility: Fragility,
+) -> TwinObject:  # fmt: skip
+    # Lying loosely: too light to be held by its weight.
+    nominal = _round(shore_a, radius, mass, loss, bulk)._replace(
+        clamp_stiffness=20.0, clamp_damping=0.2
+    )
+    return TwinObject(name, shore_a, Role.TEST, nominal, 0.15, SKIN_FRICTION, fragility)
+
+
+BLOCKS = tuple(block(s) for s in (10, 20, 29, 43, 60))
+EVERYDAY_OBJECTS = (
+    _fruit("apple 1", 28, 0.037, 0.18, 0.15),
+    _fruit("apple 2", 26, 0.037, 0.18, 0.15),
+    _fruit("orange 1", 35, 0.037, 0.20, 0.45),
+    _fruit("orange 2", 37, 0.037, 0.20, 0.45),
+    _tennis_ball("tennis ball 1", 45),
+    _tennis_ball("tennis ball 2", 46),
+    _fruit("avocado 1", 59, 0.034, 0.19, 0.25, 0.18),
+    _fruit("avocado 2", 67, 0.034, 0.19, 0.25, 0.18),
+)
+#: What breaks: a quail's egg, pinched across; a crisp through its middle, where it
+#: bends; a berry like a ripe raspberry. How stiff a thing is says little about what it bears.
+BRITTLE = (
+    _brittle("egg shell", 95, 0.0127, 0.013, 7.0e3, 0.05, Fragility(10.8, 6.0)),
+    _brittle("crisp", 95, 0.002, 0.03, 2.5e3, 0.05, Fragility(2.2, 4.0)),
+    _brittle("berry", 5, 0.005, 0.010, 4.4e3, 0.4, Fragility(3.0, 5.0)),
+)
+#: The paper's, by name.
+OBJECTS = {kind.name: kind for kind in (*BLOCKS, *EVERYDAY_OBJECTS)}
+
+
+def object_named(name: str) -> TwinObject:
+    """The object of that name.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    if name not in OBJECTS:
+        raise InputError(f"object {name!r} is not known: use one of {', '.join(OBJECTS)}")
+    return OBJECTS[name]
+
+
+def stiffened(parameters: ObjectParameters, factor: float) -> ObjectParameters:
+    """The same object of a material whose modulus is ``factor`` times as large."""
+    return parameters._replace(
+        modulus=parameters.modulus * factor,
+        bulk_stiffness=parameters.bulk_stiffness * factor,
+    )
+
+
+def specimen(kind: TwinObject, deviate: float, widen: float = 1.0) -> TwinObject:
+    """One specimen: its modulus ``deviate`` standard deviations off, times ``widen``."""
+    factor = math.exp(kind.modulus_scatter * widen * deviate)
+    return replace(kind, nominal=stiffened(kind.nominal, factor))

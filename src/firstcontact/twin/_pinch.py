@@ -1,0 +1,85 @@
+"""One pinch of the twin: mechanics, then what the fingertip makes of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import FINGERTIP_RATE, Finger, Label, Pinch, fingertip_layout
+from firstcontact.twin._draw import PinchDraw
+from firstcontact.twin._filter import settled_filter
+from firstcontact.twin._fingertips import PinchFingertips, strip_contacts
+from firstcontact.twin._run import SUBSTEPS, PinchRun
+
+#: Length of a pinch, s.
+DURATION = 0.3
+#: Samples before the first that let the vibration build up.
+BURN_IN = 100
+_LAYOUT = fingertip_layout()
+
+
+def excerpt(draw: PinchDraw, before: float) -> PinchDraw:
+    """The same pinch, beginning so long before its first contact, s.
+
+    With a short duration, this is for sets that want the moments around the contact only:
+    60 ms take a quarter of the time of a whole pinch. What is left out is the hand closing
+    freely, after a settling time that both have.
+    """
+    timing = draw.timing
+    offset = timing.second - timing.first
+    return replace(draw, timing=timing._replace(first=before, second=before + offset))
+
+
+def mechanics_of(
+    draw: PinchDraw, substeps: int = SUBSTEPS, duration: float = DURATION
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Integrate a drawn pinch.
+
+    Returns
+    -------
+    tuple
+        Sampling instants (s, the first contact at ``draw.timing.first``), shape
+        (samples,), and :func:`firstcontact.twin._mechanics.integrate`'s output,
+        shape (samples, 2, 5).
+    """
+    run = PinchRun(draw, duration, BURN_IN, substeps=substeps)
+    out = run.advance(run.times.size)
+    return run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE, out[BURN_IN:]
+
+
+def pinch_scans(draw: PinchDraw, duration: float = DURATION) -> NDArray[np.uint16]:
+    """What the converters read during one pinch, shape (samples, 6), in the order of ``SCAN``."""
+    times, out = mechanics_of(draw, duration=duration)
+    return PinchFingertips(draw, times).read(out)
+
+
+def simulate_pinch(
+    draw: PinchDraw, label: Label, first_sample: int = 0, duration: float = DURATION
+) -> Pinch:
+    """What the device sends for one pinch.
+
+    Parameters
+    ----------
+    draw
+        The pinch; uses up some of its random numbers.
+    label
+        What is pinched.
+    first_sample
+        Sample number of the first sample.
+    duration
+        Length of the pinch, s.
+
+    Returns
+    -------
+    Pinch
+        int16, :func:`firstcontact.core._layout.fingertip_layout`; its truth is
+        read off the strips.
+    """
+    scans = pinch_scans(draw, duration)
+    data = settled_filter(scans[0], draw.velostat).update(scans)
+    first = Finger.INDEX if draw.timing.first_is_index else Finger.THUMB
+    truth = strip_contacts(scans, first_sample)
+    truth.sort(key=lambda c: (c.sample, c.finger != first))
+    return Pinch(data, _LAYOUT, label, first_sample, tuple(truth))

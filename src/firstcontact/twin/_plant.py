@@ -1,0 +1,320 @@
+"""A hand that closes on one object and takes commands while it does."""
+
+from __future__ import annotations
+
+import copy
+import math
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import (
+    FINGERTIP_RATE,
+    GRAVITY,
+    Command,
+    Contact,
+    fingertip_layout,
+    holding_force,
+)
+from firstcontact.twin._draw import PinchDraw
+from firstcontact.twin._drive import Drive
+from firstcontact.twin._fingertips import PinchFingertips, contacts_of
+from firstcontact.twin._lift import Lift
+from firstcontact.twin._mechanics import BUFFER, CONTACT_FORCE, FACE, INDENTATION, OUTPUTS
+from firstcontact.twin._objects import TwinObject
+from firstcontact.twin._outcome import DROPPED, GraspOutcome, slide, stable_from
+from firstcontact.twin._pinch import BURN_IN
+from firstcontact.twin._readings import PinchReadings
+from firstcontact.twin._run import PinchRun
+from firstcontact.twin._sensor import VelostatParameters
+from firstcontact.twin._slip_sound import SlipParameters, SlipSound
+
+#: The lifted object is watched for this long, s.
+WATCHED = 0.20
+#: No pinch is longer, s: without a contact it ends here.
+LONGEST = 1.5
+#: Samples that are made at a time: the fewest after a command, the most long after it.
+PIECE = (64, 256)
+
+
+class GraspPlant:
+    """One pinch from the closing hand to the lifted object.
+
+    It begins as a simulated pinch does: both fingers closing at their drawn speed, the
+    motor heard, 130 ms or more before the first contact. Never commanded it is that pinch.
+    The same draw and commands give the same bytes, however it is advanced.
+
+    Samples are made ahead, in long pieces; a command that takes effect among them has them made
+    again. Readings are made of those that are asked for by :meth:`advance` only.
+
+    Parameters
+    ----------
+    draw
+        The pinch; a plant uses up some of its random numbers.
+    drive
+        What the commands go through.
+    held
+        What is pinched: its mass, friction and how much it bears.
+    velostat
+        Force array of both fingers in place of the draw's own.
+    lift
+        When the support goes after the first contact, and how.
+    longest
+        The longest that it can take, s.
+    calm_steps
+        Steps per sampling interval once the hand is calm, as few as
+        :data:`firstcontact.twin._run.QUICK`; as many as before the contacts by default.
+    slip, slip_seed
+        What the piezos hear of a slip, modelled; nothing unless it is given. What is drawn for
+        it changes nothing else.
+
+    Attributes
+    ----------
+    nominal
+        The command that it begins with: the drawn speed, the drive's force.
+    sample
+        Number of the next sample.
+    limit
+        Contact force at which this object breaks, N.
+    """
+
+    def __init__(
+        self,
+        draw: PinchDraw,
+        drive: Drive,
+        held: TwinObject,
+        velostat: VelostatParameters | None = None,
+        *,
+        lift: Lift | None = None,
+        longest: float = LONGEST,
+        calm_steps: int | None = None,
+        slip: SlipParameters | None = None,
+        slip_seed: int = 0,
+    ) -> None:
+        self._run = PinchRun(draw, longest, BURN_IN, drive, damped=True, calm_steps=calm_steps)
+        times = self._run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE
+        if times[-1] <= draw.timing.second:
+            raise ValueError(f"{longest} s is over before the second contact of the pinch")
+        sheets = None if velostat is None else (velostat, velostat)
+        self._readings = PinchReadings(PinchFingertips(draw, times, sheets))
+        self._run.limit = math.inf if held.fragility is None else held.fragility.draw(draw.rng)
+        self._run.advance(BURN_IN)
+        self._delay = drive.delay
+        self._friction = held.friction
+        # As the mechanics has it, the share of what the object gives of an indentation.
+        moduli = np.array([p.pad_modulus for p in draw.fingers])
+        self._give = moduli / (moduli + draw.held.modulus)
+        self._mass = 2 * draw.held.face_mass
+        self._lift = Lift() if lift is None else lift
+        self._watched = round(WATCHED * FINGERTIP_RATE)
+        self._motion = np.zeros((times.size, 2, OUTPUTS))
+        self._contacts: list[Contact] = []
+        # How far the object has slid down, m, and how fast it slides, m/s, at each sample.
+        self._slid = np.zeros((times.size, 2))
+        self._data = np.zeros((times.size, fingertip_layout().width), np.int16)
+        self._made, self._piece = 0, PIECE[0]
+        self._end = times.size
+        # As it was before the newest piece was made, and before the newest samples were read.
+        self._mark = (self._run.fork(), 0)
+        self._unread = self._readings.fork()
+        self._sound = self._unheard = None
+        if slip is not None:
+            rng = np.random.default_rng(slip_seed)
+            self._sound = SlipSound(draw.fingers, self._mass, self._friction, slip, rng)
+            self._unheard = self._sound.fork()
+        self.nominal = Command(self._run.nominal_speed, drive.force)
+        self.sample = 0
+
+    @property
+    def limit(self) -> float:
+        """Contact force at which this object breaks, N."""
+        return self._run.limit
+
+    @property
+    def now(self) -> float:
+        """Instant of the newest sample, s from the first; 0 before it."""
+        return max(self.sample - 1, 0) / FINGERTIP_RATE
+
+    @property
+    def ended(self) -> bool:
+        """Whether the object has been lifted and watched, or never was touched."""
+        return self.sample >= self._end
+
+    def command(self, command: Command) -> None:
+        """Order; takes effect the drive's latency after the newest sample."""
+        effect = self.sample - 1 + self._delay
+        if effect < self._made - 1:
+            self._unmake()
+        self._run.order(command, BURN_IN + effect)
+        self._piece = PIECE[0]
+        self._make(self.sample)
+
+    def advance(self, samples: int) -> NDArray[np.int16]:
+        """Take the next samples as the device sends them.
+
+        Returns
+        -------
+        ndarray
+            Shape (samples, 16), in the order of
+            :func:`firstcontact.core._layout.fingertip_layout`; less at the longest's end.
+        """
+        first = self.sample
+        self.move(samples)
+        read = self._readings.sample
+        if read < self.sample:
+            self._unread = self._readings.fork()
+            self._data[read : self._made] = self._readings.read(self._heard(read))
+        return self._data[first : self.sample].copy()
+
+    def move(self, samples: int) -> None:
+        """Go on as :meth:`advance` does, without readings, which cost as much as the motion."""
+        stop = min(self.sample + samples, len(self._motion))
+        if stop > self._made:
+            self._make(stop)
+        self.sample = stop
+
+    def copy(self, lift: Lift | None = None) -> Self:
+        """Another as it is now, to go on by itself; lifted otherwise if asked for.
+
+        What was drawn and has happened is shared: a copy costs a hundredth of a closing.
+        """
+        other = copy.copy(self)
+        other._run = self._run.fork()
+        other._readings = self._readings.fork()
+        other._sound = None if self._sound is None else self._sound.fork()
+        for name in ("_motion", "_slid", "_data"):
+            mine = getattr(self, name)
+            its = np.zeros_like(mine)
+            its[: self._made] = mine[: self._made]
+            setattr(other, name, its)
+        if lift is not None:
+            other._lift = lift
+            other._note([])
+            other._slide(self.sample, other._motion[self.sample : self._made])
+        return other
+
+    def _heard(self, first: int) -> NDArray[np.float64]:
+        """The motion from that sample on, with what the piezos hear of a slip."""
+        motion = self._motion[first : self._made]
+        if self._sound is None:
+            return motion
+        self._unheard = self._sound.fork()
+        hanging = np.zeros(len(motion))
+        if self._contacts:
+            hanging = self._lift.hanging(first - self._contacts[0].sample, len(motion))
+        speeds = np.ascontiguousarray(self._slid[first : self._made, 1])
+        motion = motion.copy()
+        motion[..., BUFFER] += self._sound.hear(motion[..., CONTACT_FORCE], speeds, hanging)
+        return motion
+
+    def _make(self, stop: int) -> None:
+        """Make all samples before that one, and some more."""
+        while self._made < stop:
+            first = self._made
+            self._mark = (self._run.fork(), first)
+            # What is asked for beyond the end is made, but nothing ahead.
+            samples = max(stop - first, min(self._piece, self._end - first))
+            motion = self._run.advance(samples)
+            self._motion[first : first + samples] = motion
+            self._made += samples
+            self._note(contacts_of(motion[..., INDENTATION] > 0, first, self._contacts))
+            self._slide(first, motion)
+            self._piece = min(2 * self._piece, PIECE[1])
+
+    def _unmake(self) -> None:
+        """Go back to before the newest piece, the newest sample may be among it."""
+        run, self._made = self._mark
+        self._run = run.fork()
+        known, self._contacts = self._contacts, []
+        self._end = len(self._motion)
+        self._note([c for c in known if c.sample < self._made])
+        if self._readings.sample > self._made:
+            self._readings = self._unread.fork()
+            self._sound = None if self._unheard is None else self._unheard.fork()
+
+    def _note(self, contacts: list[Contact]) -> None:
+        self._contacts = self._contacts + contacts
+        if self._contacts:
+            end = self._contacts[0].sample + self._lift.samples + self._watched
+            self._end = min(len(self._motion), end)
+
+    def _slide(self, first: int, motion: NDArray[np.float64]) -> None:
+        if self._contacts:
+            hanging = self._lift.hanging(first - self._contacts[0].sample, len(motion))
+            slide(
+                motion[..., CONTACT_FORCE], hanging, self._mass, self._friction,
+                1 / FINGERTIP_RATE, self._slid[max(first - 1, 0)].copy(),
+                self._slid[first : first + len(motion)],
+            )  # fmt: skip
+
+    @property
+    def contacts(self) -> tuple[Contact, ...]:
+        """Contacts so far, as the strips tell them, in the order of time."""
+        return tuple(c for c in self._contacts if c.sample < self.sample)
+
+    @property
+    def slipped(self) -> float:
+        """How far the object has slid down until the newest sample, m."""
+        return float(self._slid[self.sample - 1, 0]) if self.sample else 0.0
+
+    @property
+    def lost(self) -> bool:
+        """Whether it has slid down so far that it is dropped."""
+        return self.slipped > DROPPED
+
+    @property
+    def slipping_since(self) -> float | None:
+        """When the slip began that the newest sample is in, s; None where nothing slips."""
+        speeds = self._slid[: self.sample, 1]
+        if not (speeds.size and speeds[-1] > 0):
+            return None
+        still = np.flatnonzero(speeds == 0)
+        return float(still[-1] + 1) / FINGERTIP_RATE
+
+    @property
+    def grip(self) -> float:
+        """Grip force at the newest sample, the smaller one of both contacts', N."""
+        return float(self._motion[self.sample - 1, :, CONTACT_FORCE].min()) if self.sample else 0.0
+
+    @property
+    def forces(self) -> NDArray[np.float64]:
+        """Contact force of index and thumb so far, N, shape (samples, 2)."""
+        return self._motion[: self.sample, :, CONTACT_FORCE].copy()
+
+    @property
+    def gaps(self) -> NDArray[np.float64]:
+        """Of each finger to its face so far, m, negative where it presses; NaN where not known."""
+        return -self._motion[: self.sample, :, INDENTATION]
+
+    @property
+    def outcome(self) -> GraspOutcome:
+        """How it went, as far as it has gone."""
+        broken = self._run.broken_at
+        crack = None if broken is None or broken - BURN_IN >= self.sample else broken - BURN_IN
+        # What is left of a broken object is not what was to be held.
+        end = self.sample if crack is None else crack + 1
+        motion = self._motion[:end]
+        forces = motion[..., CONTACT_FORCE]
+        grip = forces.min(axis=1)
+        seen = [c.sample for c in self.contacts]
+        way, speed = map(float, self._slid[end - 1]) if end else (0.0, 0.0)
+        pull = 0.0
+        if seen:
+            pull = GRAVITY * float(self._lift.hanging(end - 1 - seen[0], 1)[0])
+        lost = speed > 0 and self._friction * float(forces[-1].sum()) < self._mass * pull
+        since = None
+        if seen and crack is None:
+            since = stable_from(grip, holding_force(self._mass, self._friction))
+        depths = np.nan_to_num(motion[..., INDENTATION]).clip(0.0)
+        squeeze = motion[..., FACE].sum(axis=1) + depths @ self._give
+        return GraspOutcome(
+            peak_force=float(grip.max(initial=0.0)),
+            squeeze=float(squeeze.max(initial=0.0)),
+            time_to_grasp=None if since is None else (since - seen[0]) / FINGERTIP_RATE,
+            slipped=way,
+            dropped=way > DROPPED or lost or (not seen and self.ended),
+            broken=crack is not None,
+            first_contact=seen[0] / FINGERTIP_RATE if seen else None,
+            second_contact=seen[1] / FINGERTIP_RATE if len(seen) > 1 else None,
+        )

@@ -1,0 +1,328 @@
+"""Random rigs and random things to touch: what a network learns from that is to know any rig.
+
+Drawn wide, around a hand that is not the twin's; limits are those of mechanics and
+electronics, none was chosen by a score. :mod:`firstcontact.twin._rig_families` leaves what is
+drawn here: another law of the pad or of the material, another sensor, other noise, edges.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from firstcontact.core import FINGERTIP_RATE, TAXELS, gent_modulus
+from firstcontact.twin._draw import PinchDraw
+from firstcontact.twin._filter import smoothed
+from firstcontact.twin._mechanics import BUFFER
+from firstcontact.twin._noise import MotorNoise
+from firstcontact.twin._objects import lossy_solid, stiffened
+from firstcontact.twin._parameters import FingerParameters, ObjectParameters, Timing
+from firstcontact.twin._pinch import BURN_IN
+from firstcontact.twin._run import PinchRun
+from firstcontact.twin._sensor import VelostatParameters, piezo_readings
+
+#: Softest and hardest thing, Shore A.
+SOFTEST, HARDEST = 5.0, 80.0
+#: The hand in the middle of all: about one standard deviation off the twin's own, each way.
+MIDDLE = FingerParameters()._replace(
+    speed=0.105,
+    drive_mass=0.35,
+    speed_gain=300.0,
+    link_stiffness=3.1e3,
+    link_damping=2.4,
+    phalanx_mass=0.0215,
+    mount_stiffness=3.4e5,
+    mount_damping=3.3,
+    board_mass=0.0025,
+    pad_stiffness=3.7e4,
+    pad_stiffening=8.5e11,
+    pad_arm_stiffness=2.7e4,
+    pad_relaxation=0.95e-3,
+    pad_damping=1.9,
+    skin_mass=0.00045,
+    pad_modulus=3.8e6,
+    tip_radius=0.0116,
+    piezo_time_constant=3.6e-3,
+    buffer_cutoff=1.5e3,
+)
+#: Standard deviation of ln(parameter) between rigs.
+RIG_SPREAD: Mapping[str, float] = {
+    "speed": 0.35,
+    "drive_mass": 0.25,
+    "speed_gain": 0.20,
+    "link_stiffness": 0.25,
+    "link_damping": 0.25,
+    "phalanx_mass": 0.20,
+    "mount_stiffness": 0.25,
+    "mount_damping": 0.30,
+    "board_mass": 0.20,
+    "pad_stiffness": 0.22,
+    "pad_stiffening": 0.45,
+    "pad_arm_stiffness": 0.25,
+    "pad_relaxation": 0.30,
+    "pad_damping": 0.25,
+    "skin_mass": 0.25,
+    "pad_modulus": 0.18,
+    "tip_radius": 0.18,
+    "piezo_time_constant": 0.30,
+    "buffer_cutoff": 0.20,
+}
+#: The same between the sessions of a rig, and between the pinches of a session, for a rig that
+#: repeats as badly as everyday ones; each rig has a share of it.
+SESSION_SPREAD: Mapping[str, float] = {
+    "speed": 0.10, "tip_radius": 0.05, "pad_stiffness": 0.10, "phalanx_mass": 0.05,
+    "link_stiffness": 0.05, "gain": 0.10, "clamp": 0.30, "noise": 0.30, "modulus": 0.08,
+}  # fmt: skip
+PINCH_SPREAD: Mapping[str, float] = {
+    "speed": 0.15, "tip_radius": 0.17, "pad_stiffness": 0.05, "phalanx_mass": 0.08,
+    "link_stiffness": 0.10, "gain": 0.02, "clamp": 0.40, "noise": 0.30, "modulus": 0.03,
+}  # fmt: skip
+#: Least and most of these spreads that a rig has.
+REPEATS = (0.15, 1.5)
+#: Peak of a hard block at the converter, V: a rig is adjusted so that it is seen.
+PEAK = (0.12, 2.2)
+#: Scatter of ln(modulus) between specimens of one reading: blocks, and things of a kind.
+BLOCK_SCATTER = 0.06
+SCATTER = (0.03, 0.25)
+
+_SHEETS = (VelostatParameters(), VelostatParameters())
+_SHARES = np.full((2, TAXELS), 1 / TAXELS)
+Rng = np.random.Generator
+
+
+@dataclass(frozen=True, slots=True)
+class Resonance:
+    """Of whatever holds the disc, beside the board on its mount: Hz, damping ratio, strength."""
+
+    frequency: float
+    damping: float
+    strength: float
+
+    def added(self, volts: NDArray[np.float64]) -> NDArray[np.float64]:
+        """A voltage, shape (samples,), with its ringing."""
+        turn = 2 * math.pi * self.frequency / FINGERTIP_RATE
+        radius = math.exp(-self.damping * turn)
+        swing = 2 * radius * math.cos(turn * math.sqrt(1 - self.damping**2))
+        gain = 1.5 * (1 - radius)
+        ringing = lfilter([gain, -0.98 * gain], [1.0, -swing, radius * radius], volts)
+        out: NDArray[np.float64] = volts + self.strength * ringing
+        return out
+
+
+@dataclass(frozen=True, slots=True)
+class RandomRig:
+    """One fingertip on one hand.
+
+    Parameters
+    ----------
+    finger, noise
+        Nominal.
+    session, pinch
+        Standard deviations of ln(parameter) between sessions and between pinches.
+    block_scatter
+        Of ln(modulus) between the specimens of a block.
+    resonance
+        None for a disc that its mount holds alone.
+    jitter
+        Of the sampling instants, s.
+    """
+
+    finger: FingerParameters
+    noise: MotorNoise
+    session: Mapping[str, float]
+    pinch: Mapping[str, float]
+    block_scatter: float
+    resonance: Resonance | None
+    jitter: float
+
+
+@dataclass(frozen=True, slots=True)
+class RandomObject:
+    """Something to touch: its reading, and one specimen of it."""
+
+    shore_a: float
+    parameters: ObjectParameters
+
+
+Day = Mapping[str, float]
+
+
+def draw_rig(rng: Rng) -> RandomRig:
+    """A rig, its gain set so that a hard block is seen."""
+    finger = MIDDLE._replace(
+        **{name: getattr(MIDDLE, name) * _about(rng, sd) for name, sd in RIG_SPREAD.items()}
+    )
+    m = MotorNoise()
+    loud = _about(rng, 0.3)
+    noise = replace(
+        m,
+        rotor_rate=_between(rng, 60.0, 400.0),
+        rotor=m.rotor * loud * _about(rng, 0.4),
+        mesh_ratio=_between(rng, 3.0, 20.0),
+        mesh=m.mesh * loud * _about(rng, 0.4),
+        friction=m.friction * loud * _about(rng, 0.3),
+        click_rate=float(rng.uniform(0.0, 2.0)),
+        mains_rate=float(rng.choice([50.0, 60.0])),
+        mains=m.mains * _about(rng, 0.4),
+        hum=m.hum * _about(rng, 0.4),
+        electronics=m.electronics * _about(rng, 0.25),
+    )
+    repeats = rng.uniform(*REPEATS)
+    landing = repeats * rng.uniform(0.4, 1.3)
+    pinch = {name: repeats * sd for name, sd in PINCH_SPREAD.items()}
+    pinch["tip_radius"] = PINCH_SPREAD["tip_radius"] * landing
+    resonance = None
+    if rng.random() < 0.3:
+        strength = float(rng.uniform(0.1, 0.8) * rng.choice([-1.0, 1.0]))
+        resonance = Resonance(_between(rng, 300.0, 2300.0), _between(rng, 0.05, 0.5), strength)
+    rig = RandomRig(
+        finger, noise, {name: repeats * sd for name, sd in SESSION_SPREAD.items()}, pinch,
+        BLOCK_SCATTER * rng.uniform(0.5, 1.6), resonance, _between(rng, 1e-6, 1e-5),
+    )  # fmt: skip
+    return adjusted(rig, rng)
+
+
+def adjusted(rig: RandomRig, rng: Rng) -> RandomRig:
+    """The rig with a gain at which a hard block is seen."""
+    quiet = replace(
+        rig,
+        finger=rig.finger._replace(gain=1.0),
+        session=dict.fromkeys(rig.session, 0.0),
+        pinch=dict.fromkeys(rig.pinch, 0.0),
+    )
+    block = RandomObject(60.0, _block(60.0, 0.07, 0.035, 1100.0, 0.12))
+    volts, _ = _touch_volts(quiet, draw_day(rng), block, rng, 0.005, 0.015)
+    return replace(rig, finger=rig.finger._replace(gain=_between(rng, *PEAK) / np.ptp(volts)))
+
+
+def draw_day(rng: Rng) -> Day:
+    """How a session differs from others, in standard deviations."""
+    return {name: float(rng.standard_normal()) for name in SESSION_SPREAD}
+
+
+def draw_block(rng: Rng, shore_a: float, scatter: float) -> RandomObject:
+    """A specimen of a block of a reading."""
+    side, height = _between(rng, 0.04, 0.10), _between(rng, 0.02, 0.06)
+    block = _block(
+        shore_a, side, height, float(rng.uniform(1000, 1300)), float(rng.uniform(0.05, 0.2))
+    )
+    block = block._replace(clamp_stiffness=_between(rng, 30, 400))
+    return RandomObject(shore_a, stiffened(_material(rng, block), _scattered(rng, scatter)))
+
+
+def draw_object(rng: Rng) -> RandomObject:
+    """A specimen of something: flat or round, solid or hollow, light or heavy, lossy or not."""
+    shore_a = float(rng.uniform(SOFTEST, HARDEST))
+    modulus = gent_modulus(shore_a)
+    loss = _between(rng, 0.05, 0.6)
+    kind = rng.choice(4, p=[0.25, 0.45, 0.15, 0.15])
+    if kind == 0:  # flat
+        side, height = _between(rng, 0.02, 0.12), _between(rng, 0.01, 0.08)
+        held = _block(shore_a, side, height, float(rng.uniform(500, 1500)), loss)
+    else:
+        if kind == 1:  # solid and round
+            radius = _between(rng, 0.008, 0.06)
+            mass = 4 / 3 * math.pi * radius**3 * rng.uniform(500, 1200) * _between(rng, 0.7, 1.6)
+            bulk = modulus * math.pi * radius / 2 * _between(rng, 0.7, 1.4)
+        elif kind == 2:  # hollow: its wall bends
+            radius, mass = _between(rng, 0.012, 0.06), _between(rng, 0.01, 0.6)
+            bulk = _between(rng, 2e3, 8e4)
+        else:  # anything
+            radius, mass = _between(rng, 0.005, 0.2), _between(rng, 0.01, 0.6)
+            bulk = _between(rng, 3e3, 1e6)
+        held = lossy_solid(shore_a, float(mass), float(bulk), loss)._replace(radius=radius)
+    held = held._replace(
+        clamp_stiffness=_between(rng, 15, 400), clamp_damping=_between(rng, 0.2, 4.0),
+        face_mass=max(held.face_mass, 0.004),
+    )  # fmt: skip
+    scatter = float(rng.uniform(*SCATTER))
+    return RandomObject(shore_a, stiffened(_material(rng, held), _scattered(rng, scatter)))
+
+
+def touch(
+    rig: RandomRig, day: Day, held: RandomObject, rng: Rng, before: float, after: float
+) -> tuple[NDArray[np.int16], float]:
+    """One finger touches something.
+
+    Parameters
+    ----------
+    rig, day, held
+        Who touches, when, and what.
+    rng
+        Of everything that differs between pinches.
+    before, after
+        What is wanted around the contact, s.
+
+    Returns
+    -------
+    ndarray, float
+        What the device sends of the piezo, in 1/32 counts, shape (samples,): the contact is
+        ``before`` after the first, or up to a sample later; and the closing speed, m/s.
+    """
+    volts, speed = _touch_volts(rig, day, held, rng, before, after)
+    return smoothed(piezo_readings(volts))[BURN_IN:], speed
+
+
+def _touch_volts(
+    rig: RandomRig, day: Day, held: RandomObject, rng: Rng, before: float, after: float
+) -> tuple[NDArray[np.float64], float]:
+    def factor(name: str) -> float:
+        return math.exp(rig.session[name] * day[name] + rig.pinch[name] * rng.standard_normal())
+
+    f = rig.finger
+    speed = factor("speed")
+    finger = f._replace(
+        speed=f.speed * speed,
+        **{
+            name: getattr(f, name) * factor(name)
+            for name in ("tip_radius", "pad_stiffness", "phalanx_mass", "link_stiffness", "gain")
+        },
+    )
+    m = rig.noise
+    noise = m.scaled(speed, factor("noise"))
+    o = stiffened(held.parameters, factor("modulus"))
+    hold = factor("clamp")
+    o = o._replace(clamp_stiffness=o.clamp_stiffness * hold, clamp_damping=o.clamp_damping * hold)
+    # The other finger never touches: until it does, it acts on nothing.
+    timing = Timing(before + rng.uniform(0, 1 / FINGERTIP_RATE), math.inf, True)
+    draw = PinchDraw((finger, finger), o, timing, (noise, noise), _SHEETS, _SHARES, rig.jitter, rng)
+    run = PinchRun(draw, before + after, BURN_IN)
+    volts = run.advance(run.times.size)[:, 0, BUFFER]
+    hum = 2 * math.pi * (m.mains_rate * run.times + rng.random())
+    volts = volts + m.hum * np.sin(hum) + m.electronics * rng.standard_normal(volts.size)
+    if rig.resonance is not None:
+        volts = rig.resonance.added(volts)
+    return volts, float(finger.speed)
+
+
+def _about(rng: Rng, spread: float) -> float:
+    return math.exp(spread * rng.standard_normal())
+
+
+def _between(rng: Rng, least: float, most: float) -> float:
+    return math.exp(rng.uniform(math.log(least), math.log(most)))
+
+
+def _scattered(rng: Rng, scatter: float) -> float:
+    return math.exp(scatter * float(np.clip(rng.standard_normal(), -2.5, 2.5)))
+
+
+def _block(
+    shore_a: float, side: float, height: float, density: float, loss: float
+) -> ObjectParameters:
+    bulk = gent_modulus(shore_a) * side * side / height
+    return lossy_solid(shore_a, side * side * height * density, bulk, loss)
+
+
+def _material(rng: Rng, held: ObjectParameters) -> ObjectParameters:
+    """The same loss shows more or less in relaxation and in the contact."""
+    return held._replace(
+        arm_share=min(held.arm_share * _between(rng, 0.75, 1.33), 1.3),
+        arm_relaxation=_between(rng, 2.5e-3, 6.4e-3),
+        contact_loss=min(held.contact_loss * _between(rng, 0.75, 1.33), 1.0),
+    )

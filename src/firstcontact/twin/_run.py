@@ -1,0 +1,310 @@
+"""One drawn pinch on its way: advanced piece by piece, and commanded while it runs."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections import deque
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import FINGERTIP_RATE, Command
+from firstcontact.twin._approach import Approach
+from firstcontact.twin._draw import PinchDraw
+from firstcontact.twin._drive import Drive, DriveReference
+from firstcontact.twin._mechanics import (
+    CONTACT_FORCE,
+    FINGER_STATES,
+    OUTPUTS,
+    STATES,
+    contact_stiffness,
+    integrate,
+)
+from firstcontact.twin._noise import PhalanxNoise
+from firstcontact.twin._objects import CRUSHED, stiffened
+from firstcontact.twin._parameters import ObjectParameters
+
+#: Steps per sampling interval after the first contact, half as many before: 20 us
+#: each, where halving them moves the piezo's waveform by less than 0.1 %.
+SUBSTEPS = 10
+#: So long after both contacts a commanded hand is stepped more coarsely, s: what is left is slow.
+CALM = 0.03
+#: Steps per sampling interval from then on where quick is good enough, 100 us each: grip forces
+#: differ by less than 0.1 %. One step would not be stable.
+QUICK = 2
+#: Sampling instants are off by no more than this, s: a tenth of the interval or
+#: more would be another fault than jitter.
+LARGEST_WOBBLE = 2e-5
+
+
+class PinchRun:
+    """One drawn pinch on its way.
+
+    It closes as drawn until the first order takes effect, and each finger touches as
+    :class:`firstcontact.twin._approach.Approach` has it. The first order fixes where the object
+    is: where a finger still on its way would have met it at the drawn speed. From then on a
+    finger touches when its skin gets there, and the motor is as loud as it is fast.
+
+    How a run is cut into pieces changes nothing, as long as its loudness stays.
+
+    Parameters
+    ----------
+    draw
+        The pinch; a run uses up some of its random numbers.
+    duration
+        The longest that the run can take, s, without ``lead``.
+    lead
+        Samples before the instant that the draw's timing counts from.
+    drive
+        What the orders go through.
+    at_rest
+        Whether the run begins with fingers and motor at rest, and not at the
+        drawn speed with the motor's noise at its full strength.
+    damped
+        Whether the gears damp a drive that is pushed back from the start on, and not from the
+        first order on.
+    substeps
+        Steps per sampling interval once a finger has touched.
+    calm_steps
+        Steps per sampling interval once a commanded hand is calm; half of ``substeps`` by default.
+
+    Attributes
+    ----------
+    times
+        Sampling instants of the longest run, s from its start, shape (samples,).
+    done
+        Samples that have been taken.
+    nominal_speed
+        Closing speed of the hand as drawn, the mean of both fingers, m/s.
+    released
+        Whether it was ordered to open.
+    limit
+        Force at which the object breaks, N; may be set.
+    broken_at
+        Number of the sample that showed it broken; None while it is whole.
+    """
+
+    def __init__(
+        self,
+        draw: PinchDraw,
+        duration: float,
+        lead: int = 0,
+        drive: Drive | None = None,
+        *,
+        at_rest: bool = False,
+        damped: bool = False,
+        substeps: int = SUBSTEPS,
+        calm_steps: int | None = None,
+    ) -> None:
+        begin = lead / FINGERTIP_RATE
+        nominal = np.arange(-lead, round(duration * FINGERTIP_RATE)) / FINGERTIP_RATE
+        wobble = draw.jitter * draw.rng.standard_normal(nominal.size)
+        wobble = np.clip(wobble, -LARGEST_WOBBLE, LARGEST_WOBBLE)
+        self.times: NDArray[np.float64] = nominal + begin + wobble - wobble[0]
+        length = duration + begin + 1e-3
+        self._noise = PhalanxNoise(draw.noise, length, draw.rng, 0.0 if at_rest else 1.0)
+        self._fingers = draw.fingers
+        self._substeps = substeps
+        self._calm_steps = max(substeps // 2, 1) if calm_steps is None else calm_steps
+        self._speeds = np.array([p.speed for p in draw.fingers])
+        self.nominal_speed = float(self._speeds.sum() / 2)
+        self._state = np.zeros(STATES)
+        if not at_rest:
+            for f in range(2):
+                self._state[f * FINGER_STATES + 1 : f * FINGER_STATES + 8 : 2] = self._speeds[f]
+        self._touched = np.full(2, np.nan)
+        speed = 0.0 if at_rest else self.nominal_speed
+        # Instants count until the object is placed, then where its faces are.
+        self._approach = Approach(draw.timing, begin, self.nominal_speed, speed)
+        self._placed = False
+        # Where the object is if the first order takes effect after that sample; forks share it.
+        self._places: dict[int, NDArray[np.float64]] = {}
+        self._gap = np.full(2, np.nan)
+        self._hold(draw.held)
+        self._drive = Drive() if drive is None else drive
+        self._damped = damped
+        self._orders: deque[tuple[int, Command | None]] = deque()
+        self._reference = DriveReference(self._drive, speed)
+        self.done = 0
+        self.released = False
+        self.limit = math.inf
+        self.broken_at: int | None = None
+
+    def fork(self) -> Self:
+        """A run that goes on from here by itself, with the same noise.
+
+        For runs whose loudness stays.
+        """
+        other = copy.copy(self)
+        other._state = self._state.copy()
+        other._touched = self._touched.copy()
+        other._gap = self._gap.copy()
+        other._approach = copy.copy(self._approach)
+        other._reference = copy.copy(self._reference)
+        other._orders = self._orders.copy()
+        return other
+
+    @property
+    def now(self) -> float:
+        """Instant of the newest sample, s from the run's start; 0 before the first."""
+        return float(self.times[self.done - 1]) if self.done else 0.0
+
+    @property
+    def speed(self) -> float:
+        """Speed that the drives follow from now on, mean of both, m/s; negative opens.
+
+        May be set while no command holds, and takes effect after the newest sample.
+        """
+        return self._reference.at(self.done - 1)
+
+    @speed.setter
+    def speed(self, speed: float) -> None:
+        before = self.speed
+        if speed == before:
+            return
+        self._reference.hold(speed)
+        if not self._placed:
+            self._approach.turn(before, speed, self.now, ~np.isnan(self._gap))
+
+    @property
+    def loudness(self) -> float:
+        """Of the motor before the first order, as a share of its full strength.
+
+        May be set, and is reached evenly by the end of the next piece.
+        """
+        return self._noise.loudness
+
+    @loudness.setter
+    def loudness(self, loudness: float) -> None:
+        self._noise.loudness = loudness
+
+    @property
+    def commanded(self) -> bool:
+        """Whether a command holds."""
+        return self._reference.command is not None
+
+    @property
+    def drive_speed(self) -> float:
+        """How fast the drives move now, mean of both, m/s."""
+        return float(self._state[1] + self._state[FINGER_STATES + 1]) / 2
+
+    @property
+    def touched(self) -> tuple[bool, bool]:
+        """Whether index and thumb have touched yet."""
+        index, thumb = self._touched if self._placed else self._gap
+        return not math.isnan(index), not math.isnan(thumb)
+
+    def order(self, command: Command | None, effect: int) -> None:
+        """Command, or have the hand released by None.
+
+        Parameters
+        ----------
+        command
+            Is clipped by the drive. After a release the speed stays until it is set.
+        effect
+            It takes effect after the sample of this number, lead included; after the newest
+            one where that has been. Orders come in the order of their effects.
+        """
+        clipped = None if command is None else self._drive.clipped(command)
+        self._orders.append((max(effect, self.done - 1), clipped))
+
+    def withdraw(self) -> int:
+        """No order holds from here on, none that waits either: how many commands waited."""
+        waiting = sum(command is not None for _, command in self._orders)
+        self._orders.clear()
+        self._reference.hold(self.speed)
+        return waiting
+
+    def advance(self, samples: int) -> NDArray[np.float64]:
+        """Take the next samples.
+
+        Returns
+        -------
+        ndarray
+            As of :func:`firstcontact.twin._mechanics.integrate`, shape (samples, 2, 5).
+
+        Raises
+        ------
+        ValueError
+            More samples than are left of the longest run, or less than 1.
+        """
+        end = self.done + samples
+        if samples < 1 or end > self.times.size:
+            raise ValueError(f"{samples} samples asked of a run that has {self.times.size} in all")
+        pieces = []
+        while self.done < end:
+            # A piece starts at the newest sample, whose row is known already.
+            begin = max(self.done - 1, 0)
+            while self._orders and self._orders[0][0] <= begin:
+                self._obey(self._orders.popleft()[1], begin)
+            stop = min(end, self._orders[0][0] + 1) if self._orders else end
+            pieces.append(self._piece(begin, stop))
+        return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+
+    def _piece(self, begin: int, stop: int) -> NDArray[np.float64]:
+        reference = self._reference.after(begin, max(stop - begin - 1, 1))[:, np.newaxis]
+        limit = self.limit if self.broken_at is None else math.inf
+        if self._placed:
+            speeds = reference * (self._speeds / self.nominal_speed)
+        else:
+            speeds = reference / self.nominal_speed * self._speeds
+            self._noise.shape(self.times[stop - 1])
+        out = self._integrate(
+            begin, stop, speeds, self._state, self._touched, limit,
+            self._drive.back_damping if self._placed or self._damped else 0.0,
+        )  # fmt: skip
+        if max(out[-1, 0, CONTACT_FORCE], out[-1, 1, CONTACT_FORCE]) > limit:
+            self.broken_at = begin + len(out) - 1
+            self._hold(stiffened(self._held, CRUSHED))
+        fresh = out[self.done - begin :]
+        self.done = begin + len(out)
+        return fresh
+
+    def _integrate(
+        self, begin: int, stop: int, speeds: NDArray[np.float64], state: NDArray[np.float64],
+        touched: NDArray[np.float64], limit: float, damping: float,
+    ) -> NDArray[np.float64]:  # fmt: skip
+        index, thumb = self._fingers
+        out = np.empty((stop - begin, 2, OUTPUTS))
+        taken = integrate(
+            index, thumb, self._held, self._stiffness, self._approach.touch, self.times[begin:stop],
+            self._noise.points, self._noise.dt, self._substeps, speeds, self._reference.force,
+            damping, self.nominal_speed if self._placed else 0.0, limit,
+            CALM if self._placed else math.inf, self._calm_steps,
+            state, self._gap, touched, out,
+        )  # fmt: skip
+        return out[:taken]
+
+    def _hold(self, held: ObjectParameters) -> None:
+        self._held = held
+        self._stiffness = np.array([contact_stiffness(p, held) for p in self._fingers])
+
+    def _obey(self, command: Command | None, sample: int) -> None:
+        if not self._placed:
+            self._place(sample)
+        if command is None:
+            self._reference.hold(self._reference.at(sample))
+            self.released = True
+        else:
+            self._reference.obey(command, sample)
+
+    def _place(self, begin: int) -> None:
+        """Fix where the object is by letting the hand close at the drawn speed, aside."""
+        if not self._damped:
+            # What was not damped swings: the calm is counted from here.
+            self._touched[~np.isnan(self._gap)] = self.now
+        if begin in self._places:
+            self._gap = self._places[begin].copy()
+        elif np.isnan(self._gap).any():
+            speed, self.speed = self.speed, self.nominal_speed
+            stop = int(np.searchsorted(self.times, self._approach.touch.max())) + 1
+            speeds = np.tile(self._speeds, (stop - begin, 1))
+            self._integrate(
+                begin, stop, speeds, self._state.copy(), self._touched.copy(), math.inf, 0.0
+            )
+            self._reference.hold(speed)
+            self._places[begin] = self._gap.copy()
+        self._approach.touch = np.full(2, math.inf)
+        self._placed = True

@@ -1,0 +1,145 @@
+"""What the fingertips' converters read: raw counts, before the microcontroller touches them.
+
+One scan is six readings of one instant: both piezos, one taxel of either force
+array, both strips. What is made of them is in :mod:`firstcontact.twin._filter`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import ADC_COUNTS, ADC_VOLTS, PIEZO_OFFSET_VOLTS, TAXELS
+from firstcontact.twin._compiled import compiled
+
+#: Columns of a scan, uint16.
+SCAN = ("piezo_index", "piezo_thumb", "force_index", "force_thumb", "strip_index", "strip_thumb")
+
+
+class VelostatParameters(NamedTuple):
+    """One fingertip's force array. SI units."""
+
+    threshold: float = 0.30
+    """Force on a taxel below which the sheet does not conduct better, N."""
+    rise: float = 0.030
+    """Time constant when loaded, s."""
+    fall: float = 0.060
+    """Time constant when unloaded: the hysteresis, s."""
+    creep_share: float = 0.15
+    """Share of the response that comes late."""
+    creep: float = 0.4
+    """Time constant of that share, s."""
+    conductance: float = 2.2e-4
+    """Gain, S / N^0.85."""
+    exponent: float = 0.85
+    leak: float = 2.0e-5
+    """Conductance unloaded, S."""
+    resistor: float = 4700.0
+    """Of the divider, ohm."""
+    crosstalk: float = 0.04
+    """Share of its row neighbour's conductance that a reading sees."""
+    noise: float = 0.004
+    """RMS at the converter, V."""
+
+
+#: A sheet better than any: it feels the lightest touch, quickly, and does not creep.
+OPTIMISTIC = VelostatParameters(threshold=0.0, rise=0.005, fall=0.010, creep_share=0.0)
+
+
+@compiled()
+def piezo_readings(volts: NDArray[np.float64]) -> NDArray[np.uint16]:
+    """Convert the piezo's voltage.
+
+    Parameters
+    ----------
+    volts
+        At the converter's input, without the 1.65 V offset, shape (samples,).
+
+    Returns
+    -------
+    ndarray
+        ADC counts, 0 to 1023.
+    """
+    out = np.empty(volts.size, np.uint16)
+    for i in range(volts.size):
+        count = int(np.floor((volts[i] + PIEZO_OFFSET_VOLTS) * (ADC_COUNTS / ADC_VOLTS)))
+        out[i] = min(max(count, 0), ADC_COUNTS - 1)
+    return out
+
+
+@compiled()
+def force_readings(
+    force: NDArray[np.float64],
+    shares: NDArray[np.float64],
+    p: VelostatParameters,
+    noise: NDArray[np.float64],
+    dt: float,
+    felt: NDArray[np.float64],
+    first: int,
+) -> NDArray[np.uint16]:
+    """Read one force array: one taxel a sample, row by row.
+
+    Parameters
+    ----------
+    force
+        Total force on the array, N, shape (samples,).
+    shares
+        Share of it on each taxel, shape (6,).
+    p
+        The sheet and its divider.
+    noise
+        At the converter, V, shape (samples,).
+    dt
+        Sampling interval, s.
+    felt
+        What the sheet still feels of the past, N, changed in place: its quick
+        and its late part, shape (2, 6); zeros for an unloaded sheet.
+    first
+        Number of the first sample: sample i reads taxel i modulo 6.
+
+    Returns
+    -------
+    ndarray
+        ADC counts, 0 to 1023, shape (samples,).
+    """
+    out = np.empty(force.size, np.uint16)
+    quick, late = felt[0], felt[1]
+    for i in range(force.size):
+        for k in range(TAXELS):
+            load = max(force[i] * shares[k] - p.threshold, 0.0)
+            tau = p.rise if load > quick[k] else p.fall
+            quick[k] += (load - quick[k]) * dt / tau
+            late[k] += (load - late[k]) * dt / p.creep
+        taxel = (first + i) % TAXELS
+        # Row neighbours: taxels 2r and 2r + 1 share a row.
+        neighbour = taxel + 1 if taxel % 2 == 0 else taxel - 1
+        out[i] = _divider_count(
+            p,
+            _conductance(p, quick[taxel], late[taxel]),
+            _conductance(p, quick[neighbour], late[neighbour]),
+            noise[i],
+        )
+    return out
+
+
+@compiled()
+def open_reading(p: VelostatParameters) -> int:
+    """ADC count of every taxel of an unloaded sheet, without noise."""
+    return _divider_count(p, p.leak, p.leak, 0.0)
+
+
+@compiled()
+def _conductance(p: VelostatParameters, quick: float, late: float) -> float:
+    """Of a taxel, S, from the two parts of its response (N)."""
+    felt = (1.0 - p.creep_share) * quick + p.creep_share * late
+    return p.leak + p.conductance * float(felt**p.exponent)
+
+
+@compiled()
+def _divider_count(p: VelostatParameters, own: float, neighbour: float, noise: float) -> int:
+    """ADC count of a taxel read through the divider, for conductances in S and noise in V."""
+    g = own + p.crosstalk * neighbour
+    volts = ADC_VOLTS * p.resistor * g / (1.0 + p.resistor * g) + noise
+    return min(max(int(np.floor(volts * (ADC_COUNTS / ADC_VOLTS))), 0), ADC_COUNTS - 1)

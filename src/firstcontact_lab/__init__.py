@@ -1,0 +1,1 @@
+"""Experiments with the instrument: studies, reports, pretraining and benchmarks."""

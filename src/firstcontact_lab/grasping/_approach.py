@@ -1,0 +1,148 @@
+"""A closing of the household's until both fingers touch: what all that is ordered then shares."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from firstcontact.core import Block, Command
+from firstcontact.grasp import ByStiffness, Grip, Stiffness
+from firstcontact.streaming import Grasping, Pipeline, Running, Settled, Touched
+from firstcontact.twin import (
+    Drive,
+    GraspPlant,
+    Lift,
+    TwinObject,
+    condition,
+    draw_household_specimen,
+    draw_pinch,
+    household_named,
+)
+from firstcontact_lab.grasping._closing import BLOCK, LAYOUT, PlantHand
+from firstcontact_lab.grasping._own_hand import CONDITION, OwnHand
+
+#: The longest closing, with the slowest lift, s.
+LONGEST = 2.0
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Pick:
+    """Something picked up by chance.
+
+    Parameters
+    ----------
+    kind
+        Name of the object.
+    hand
+        Seed of the hand.
+    specimen
+        Which one of its kind, in which session.
+    """
+
+    kind: str
+    hand: int
+    specimen: int
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """An answer of the any-time model: so long after the contact, s; Shore A."""
+
+    duration: float
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Approached:
+    """Where both fingers touch, as the hand knows, and nothing has been ordered since.
+
+    Parameters
+    ----------
+    plant
+        As it is then.
+    told
+        The estimate that a policy has by then; None without one.
+    answers
+        Answers that came before the second contact.
+    heard
+        From the first contact to where the second was known, s; None where it was not heard.
+    offset
+        Between the contacts, s; None where the second finger had not touched.
+    """
+
+    plant: GraspPlant
+    told: Stiffness | None
+    answers: tuple[Answer, ...]
+    heard: float | None
+    offset: float | None
+
+
+def specimen_of(pick: Pick) -> TwinObject:
+    """The very thing: its own mass, friction and limit."""
+    thing = household_named(pick.kind)
+    return draw_household_specimen(pick.hand, condition(CONDITION), thing, pick.specimen)
+
+
+def plant_for(pick: Pick, breaks: bool = True, lift: Lift | None = None) -> GraspPlant:
+    """The hand about to close on it."""
+    thing = specimen_of(pick)
+    rig = condition(CONDITION)
+    draw = draw_pinch(pick.hand, rig, f"household-{pick.specimen}", thing, pick.kind)
+    held = thing if breaks else replace(thing, fragility=None)
+    return GraspPlant(draw, Drive(), held, lift=lift, longest=LONGEST)
+
+
+class _Waiting(PlantHand):
+    """Passes on what is ordered until both fingers touch."""
+
+    def __init__(self, plant: GraspPlant, policy: ByStiffness) -> None:
+        super().__init__(plant)
+        self._policy = policy
+
+    def send(self, command: Command) -> None:
+        if not self._policy.both:
+            super().send(command)
+
+
+def approached(pick: Pick, speed: float, own: OwnHand, breaks: bool = False) -> Approached:
+    """Close on it as every policy of the household does, until it would press.
+
+    Parameters
+    ----------
+    pick
+        What.
+    speed
+        Of the approach, m/s.
+    own
+        What the hand knows of itself.
+    breaks
+        Whether it can be damaged.
+    """
+    plant = plant_for(pick, breaks)
+    policy = ByStiffness(Grip(), approach=speed)
+    hand = _Waiting(plant, policy)
+    grasping = Grasping(policy, hand, LAYOUT)
+    pipeline = Pipeline(LAYOUT, own.detector, clock=lambda: 0.0, anytime=own.model)
+    answers: list[Answer] = []
+    first: float | None = None
+    heard: float | None = None
+    while not policy.both and not plant.ended:
+        start = plant.sample
+        block = Block(plant.advance(BLOCK), start)
+        for event in pipeline.update(block, 0.0):
+            match event:
+                case Running():
+                    answers.append(Answer(event.duration, event.value, event.low, event.high))
+                case Settled() if event.answer is not None:
+                    answers = [a for a in answers if a.duration <= event.answer.duration]
+                case Touched() if event.first:
+                    first = event.contact.sample / LAYOUT.rate
+                case Touched() if heard is None and first is not None:
+                    heard = event.contact.decided / LAYOUT.rate - first
+            grasping.happened(event)
+        grasping.came(block)
+    outcome = plant.outcome
+    both = outcome.first_contact is not None and outcome.second_contact is not None
+    offset = (outcome.second_contact or 0.0) - (outcome.first_contact or 0.0) if both else None
+    return Approached(plant, policy.told, tuple(answers), heard, offset)

@@ -1,0 +1,138 @@
+"""One approach and what comes of every force: a row of the table that tuning looks things up in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import FINGERTIP_RATE, GRAVITY, Command
+from firstcontact.grasp import Grip, Stiffness
+from firstcontact.twin import LIFT, GraspPlant, Lift
+from firstcontact_lab.grasping._approach import Answer, Pick, approached, specimen_of
+from firstcontact_lab.grasping._own_hand import OwnHand
+from firstcontact_lab.grasping._slip import SlipWatch
+
+Values = NDArray[np.float64]
+
+#: Ways to be lifted, by name.
+LIFTS = {"abrupt": Lift(), "gradual": Lift(over=1.0)}
+#: Declared times from the beginning of a slip to where the hand knows, s.
+DETECTION = (0.100, 0.300)
+#: Samples that nobody listens to are taken in lots of so many.
+LOT = 100
+
+
+@dataclass(frozen=True, slots=True)
+class Branching:
+    """What a table is made with.
+
+    Parameters
+    ----------
+    speeds
+        Of the approach, m/s.
+    forces
+        N.
+    boosts
+        Of the reflex.
+    """
+
+    speeds: tuple[float, ...]
+    forces: tuple[float, ...]
+    boosts: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Branches:
+    """A pick approached at one speed.
+
+    Parameters
+    ----------
+    pick, speed
+        Which.
+    mass, friction, limit
+        Of the very specimen: kg, and N at which it is damaged, infinite where nothing does.
+    told
+        The estimate that a policy has at the second contact; None without one.
+    answers
+        Before the second contact.
+    heard
+        As of :class:`firstcontact_lab.grasping._approach.Approached`.
+    peak, hold
+        Largest contact force, N, and what both fingers hold with at last, N, by force.
+    slip_peak, slip_drop
+        Largest contact force, and whether it is dropped, with a reflex: by lift, detection,
+        boost and force; NaN where nothing slips.
+    """
+
+    pick: Pick
+    speed: float
+    mass: float
+    friction: float
+    limit: float
+    told: Stiffness | None
+    answers: tuple[Answer, ...]
+    heard: float | None
+    peak: Values
+    hold: Values
+    slip_peak: Values
+    slip_drop: Values
+
+
+def branches(
+    job: tuple[Pick, float], own: dict[tuple[int, float], OwnHand], how: Branching
+) -> Branches:
+    """Approach once, then press with every force, and lift in every way."""
+    pick, speed = job
+    thing = specimen_of(pick)
+    begun = approached(pick, speed, own[pick.hand, speed])
+    shape = (len(LIFTS), len(DETECTION), len(how.boosts), len(how.forces))
+    peak, hold = np.empty(len(how.forces)), np.empty(len(how.forces))
+    slip_peak, slip_drop = np.full(shape, np.nan), np.full(shape, np.nan)
+    for place, force in enumerate(how.forces):
+        plant = begun.plant.copy()
+        plant.command(Grip().pressing(force))
+        _until(plant, LIFT)
+        lifted = plant.copy()
+        _until(lifted, np.inf)
+        forces = lifted.forces
+        peak[place], hold[place] = forces.max(), forces[-1].sum()
+        if thing.friction * hold[place] >= thing.mass * GRAVITY:
+            continue
+        for (a, lift), (b, wait), (c, boost) in product(
+            enumerate(LIFTS.values()), enumerate(DETECTION), enumerate(how.boosts)
+        ):
+            again = plant.copy(lift)
+            slip_peak[a, b, c, place], slip_drop[a, b, c, place] = _reflex(
+                again, force, wait, boost, speed
+            )
+    return Branches(
+        pick, speed, thing.mass, thing.friction,
+        np.inf if thing.fragility is None else thing.fragility.scale,
+        begun.told, begun.answers, begun.heard,
+        peak, hold, slip_peak, slip_drop,
+    )  # fmt: skip
+
+
+def _until(plant: GraspPlant, since: float) -> None:
+    """Let time pass until so long after the first contact, s, or the end."""
+    contacts = plant.contacts
+    end = contacts[0].sample + since * FINGERTIP_RATE if contacts else np.inf
+    while not plant.ended and plant.sample < end:
+        plant.move(int(min(LOT, max(end - plant.sample, 1))))
+
+
+def _reflex(
+    plant: GraspPlant, force: float, wait: float, boost: float, speed: float
+) -> tuple[float, bool]:
+    """Largest contact force and whether it is dropped, of a reflex without a policy around it."""
+    watch = SlipWatch(wait)
+    while not plant.ended and not plant.lost:
+        plant.move(10)
+        if watch.slips(plant):
+            force = min(force * boost, Grip().force)
+            pressing = Grip().pressing(force)
+            plant.command(Command(max(pressing.speed, speed), pressing.force))
+    return float(plant.forces.max()), plant.lost or plant.outcome.dropped

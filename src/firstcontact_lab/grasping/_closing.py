@@ -1,0 +1,116 @@
+"""One closing of the twin's hand, the live pipeline and a policy in the loop."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from firstcontact.core import Block, Command, fingertip_layout
+from firstcontact.grasp import Hand, HandLimits, LoopCounts, Policy
+from firstcontact.streaming import Armed, Estimated, Grasping, Pipeline, Refused, Touched
+from firstcontact.twin import GraspPlant
+
+#: Samples of a block, as the device sends them.
+BLOCK = 5
+#: Samples of a block when nobody listens any more.
+LONG = 50
+LAYOUT = fingertip_layout()
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """A command, and when it was given, s after the closing's first sample."""
+
+    at: float
+    command: Command
+
+
+class PlantHand(Hand):
+    """The hand plant as a hand; it is at hand from its first sample to its last."""
+
+    name = "plant"
+    limits = HandLimits(speed=0.25, force=12.0, rate=math.inf, watchdog=math.inf)
+
+    def __init__(self, plant: GraspPlant) -> None:
+        self.orders: list[Order] = []
+        self._plant = plant
+
+    def send(self, command: Command) -> None:
+        """Order: the drive's latency begins with the newest sample."""
+        self.orders.append(Order(self._plant.now, command))
+        self._plant.command(command)
+
+    def release(self) -> None:
+        """Open."""
+        self.send(Command(-self.limits.speed, 0.0))
+
+    def close(self) -> None:
+        """Nothing is left open."""
+
+
+@dataclass(frozen=True, slots=True)
+class ClosingRecord:
+    """What the hand was told in a closing, and by what.
+
+    ``estimates`` are those that the pipeline gave, whether or not they were used.
+    """
+
+    orders: tuple[Order, ...]
+    estimates: tuple[Estimated, ...]
+    counts: LoopCounts
+
+
+def close(
+    plant: GraspPlant,
+    policy: Policy,
+    pipeline: Pipeline | None = None,
+    windows: int = 0,
+    feels: bool = True,
+) -> ClosingRecord:
+    """Close the hand on what is in the plant, until the object is lifted or lost.
+
+    Computing takes no time here, nor does the cable: both belong to the latency.
+
+    Parameters
+    ----------
+    plant
+        At its first sample.
+    policy
+        What decides.
+    pipeline
+        New; None for a policy that does not look at the piezos. It is asked until the
+        first contact and all estimates are there.
+    windows
+        How many estimates are to come; 0 for a policy that waits for none.
+    feels
+        Whether the policy acts on the force arrays; of others no more is asked, and blocks
+        get long, once all is known.
+    """
+    hand = PlantHand(plant)
+    grasping = Grasping(policy, hand, LAYOUT)
+    estimates: list[Estimated] = []
+    listening = pipeline is not None
+    touched, refused = False, False
+    if pipeline is None:
+        grasping.happened(Armed(0, 0))
+    while not plant.ended:
+        waiting = policy.deadline is not None and not _settled(grasping)
+        step = BLOCK if listening or waiting or feels else LONG
+        first = plant.sample
+        block = Block(plant.advance(step), first)
+        if listening and pipeline is not None:
+            for event in pipeline.update(block, 0.0):
+                touched |= isinstance(event, Touched)
+                refused |= isinstance(event, Refused)
+                if isinstance(event, Estimated):
+                    estimates.append(event)
+                grasping.happened(event)
+            listening = not (touched and (refused or len(estimates) >= windows))
+        grasping.came(block)
+    return ClosingRecord(tuple(hand.orders), tuple(estimates), grasping.loop.counts)
+
+
+def _settled(grasping: Grasping) -> bool:
+    """Whether a first contact's deadline has been met or missed."""
+    counts = grasping.loop.counts
+    return counts.contacts > 0 and counts.misses + counts.estimates > 0

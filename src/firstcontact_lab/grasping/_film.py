@@ -1,0 +1,152 @@
+"""A raspberry and a hammer, picked up by the same hand: without stiffness and with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import FINGERTIP_RATE, GREY, INK, RED, holding_force
+from firstcontact.grasp import POLICIES
+from firstcontact.twin import LIFT
+from firstcontact_lab.grasping._approach import Pick, specimen_of
+from firstcontact_lab.grasping._judgement import SettingsOf
+from firstcontact_lab.grasping._own_hand import OwnHand
+from firstcontact_lab.grasping._real import RealJob, played
+from firstcontact_lab.grasping.results import Filmed
+from firstcontact_lab.report.figures.style import STYLE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: What is filmed where it is there, from so long before the first contact to so long after it, s.
+KINDS, BEFORE, AFTER = ("raspberry", "hammer, at its handle"), 0.05, 0.65
+#: Pictures, and how many a second.
+PICTURES, PACE = 72, 12
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Take:
+    """One closing: time from its first contact (s), grip force (N), and what became of it."""
+
+    policy: str
+    kind: str
+    time: NDArray[np.float64]
+    grip: NDArray[np.float64]
+    second: float | None
+    needed: float
+    limit: float
+    became: str
+
+
+def take(
+    pick: Pick, policy: str, settings: SettingsOf, own: Mapping[tuple[int, float], OwnHand]
+) -> Take:
+    """Close on it in full, as tuned without its family."""
+    found = played(RealJob(pick, policy, settings(pick.kind)), own)
+    outcome, row = found.plant.outcome, found.row
+    thing = specimen_of(pick)
+    first = outcome.first_contact or 0.0
+    second = outcome.second_contact
+    return Take(
+        policy,
+        pick.kind,
+        np.arange(len(found.forces)) / FINGERTIP_RATE - first,
+        found.forces.min(axis=1),
+        None if second is None else second - first,
+        holding_force(thing.mass, thing.friction),
+        np.inf if thing.fragility is None else thing.fragility.scale,
+        "crushed" if row.damaged else "dropped" if row.dropped else "held",
+    )
+
+
+def film(
+    path: Path,
+    kinds: Sequence[str],
+    hand: int,
+    specimen: int,
+    settings: Mapping[str, SettingsOf],
+    own: Mapping[tuple[int, float], OwnHand],
+    pictures: int = PICTURES,
+) -> Filmed:
+    """Write an animated GIF: a row a thing, a column a policy.
+
+    Parameters
+    ----------
+    path
+        Of the file.
+    kinds, hand, specimen
+        What is picked up, by whom.
+    settings
+        Two policies and what each is tuned to, by kind.
+    own
+        What hands know of themselves.
+    pictures
+        How many.
+    """
+    from matplotlib import rc_context
+    from matplotlib.animation import FuncAnimation, PillowWriter
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    takes = [
+        [take(Pick(kind, hand, specimen), policy, its, own) for policy, its in settings.items()]
+        for kind in kinds
+    ]
+    with rc_context(STYLE):
+        figure = Figure(figsize=(7.4, 5.2), layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.subplots(len(kinds), len(settings), sharex=True, sharey=True, squeeze=False)
+        most = 1.25 * max(float(t.grip.max()) for row in takes for t in row)
+        times = np.linspace(-BEFORE, AFTER, pictures)
+
+        def draw(picture: int) -> list[Any]:
+            for row, its in zip(axes, takes, strict=True):
+                for axis, shown in zip(row, its, strict=True):
+                    axis.clear()
+                    _panel(axis, shown, times[picture], most)
+            for axis in axes[:, 0]:
+                axis.set_ylabel("Grip force (N)")
+            for axis in axes[-1]:
+                axis.set_xlabel("Time after first contact (ms)")
+            return []
+
+        draw(pictures - 1)
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")  # found once: every picture has the same places
+        FuncAnimation(figure, draw, frames=pictures, blit=False).save(
+            path, writer=PillowWriter(fps=PACE), dpi=90
+        )
+    return Filmed(objects=list(kinds), hand=hand, specimen=specimen)
+
+
+def _panel(axis: Axes, shown: Take, now: float, most: float) -> None:
+    policy = POLICIES[shown.policy]
+    past = (shown.time <= now) & (shown.time >= -BEFORE)
+    axis.plot(1e3 * shown.time[past], shown.grip[past], color=policy.colour, linewidth=2)
+    axis.axhspan(0, shown.needed, color=GREY, alpha=0.22, linewidth=0)
+    axis.text(
+        640, shown.needed, "slips below", ha="right", va="bottom", fontsize=7.5, color="#52606D"
+    )
+    if shown.limit < most:
+        axis.axhspan(shown.limit, most, color=RED, alpha=0.14, linewidth=0)
+        axis.text(640, most * 0.97, "crushed above", ha="right", va="top", fontsize=7.5, color=RED)
+    if shown.second is not None and now >= shown.second:
+        axis.axvline(1e3 * shown.second, color=GREY, linewidth=0.9, linestyle=":")
+    if now >= LIFT:
+        axis.axvline(1e3 * LIFT, color=GREY, linewidth=0.9, linestyle="--")
+        axis.text(
+            1e3 * LIFT - 8, 0.97 * most, "lifted", ha="right", va="top", fontsize=7.5,
+            color="#52606D",
+        )  # fmt: skip
+    axis.set_xlim(-1e3 * BEFORE, 1e3 * AFTER)
+    axis.set_ylim(0, most)
+    name = shown.kind.split(",")[0].capitalize()
+    over = now >= 0.98 * AFTER
+    title = f"{name}: {policy.title}" + (f" – {shown.became}" if over else "")
+    colour = RED if over and shown.became != "held" else INK
+    axis.set_title(title, color=colour, fontweight="bold" if over else "normal")

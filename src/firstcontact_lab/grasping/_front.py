@@ -1,0 +1,113 @@
+"""Drops against damage as a policy grows more or less cautious."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact_lab.grasping._table import Outcomes, Values
+
+#: What all forces are multiplied by, from the most cautious on.
+SCALES = np.exp(np.linspace(np.log(0.25), np.log(4.0), 41))
+#: Place of the tuned caution among them.
+TUNED = int(np.argmin(np.abs(SCALES - 1.0)))
+#: Share of damaged picks at which drops are compared.
+DAMAGE = 0.10
+#: Shares over which a setting is chosen: one share alone would be chance.
+AROUND = (0.07, 0.10, 0.13)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Front:
+    """Shares of dropped and damaged picks by scale, shape (scales,) or (scales, resamples)."""
+
+    dropped: Values
+    damaged: Values
+
+    def drops_at(self, damage: float | Values = DAMAGE) -> Values:
+        """Share of drops where so much is damaged, shape () or (resamples,).
+
+        Where a policy damages less than that at any scale, the fewest drops; where more, those of
+        the boldest that damages no more than the most cautious, and one for each that is damaged
+        beyond.
+        """
+        dropped, damaged = np.atleast_2d(self.dropped.T), np.atleast_2d(self.damaged.T)
+        wanted = np.broadcast_to(damage, len(dropped))
+        rows = zip(dropped, damaged, wanted.tolist(), strict=True)
+        out = np.array([_at(d, b, w) for d, b, w in rows])
+        return out if self.dropped.ndim > 1 else out[0]
+
+
+def _at(dropped: Values, damaged: Values, damage: float) -> float:
+    rising = np.maximum.accumulate(damaged)
+    if rising[0] > damage:
+        floor = int(np.searchsorted(rising, rising[0], side="right")) - 1
+        return float(dropped[floor] + rising[0] - damage)
+    last = int(np.searchsorted(rising, damage, side="right")) - 1
+    if last >= len(rising) - 1:
+        return float(dropped.min())
+    part = (damage - rising[last]) / (rising[last + 1] - rising[last])
+    return float(dropped[last] + part * (dropped[last + 1] - dropped[last]))
+
+
+def scale_at(front: Front, damage: float = DAMAGE) -> float:
+    """The largest scale at which no more than that is damaged."""
+    within = np.flatnonzero(np.maximum.accumulate(front.damaged) <= damage)
+    return float(SCALES[within[-1]] if within.size else SCALES[0])
+
+
+def front(outcomes: Outcomes, weights: NDArray[np.float64] | None = None) -> Front:
+    """Shares of outcomes of shape (scales, picks).
+
+    Parameters
+    ----------
+    outcomes
+        By scale and pick.
+    weights
+        How often each pick counts, shape (picks,) or (picks, resamples); once by default.
+    """
+    count = np.ones(outcomes.dropped.shape[1]) if weights is None else weights
+    total = count.sum(axis=0)
+    return Front(
+        outcomes.dropped @ count / total,
+        outcomes.damaged @ count / total,
+    )
+
+
+def resampled(
+    kinds: NDArray[np.str_],
+    hands: NDArray[np.intp],
+    groups: NDArray[np.str_],
+    count: int,
+    seed: int,
+) -> NDArray[np.float64]:
+    """How often each pick counts where kinds and hands are drawn with replacement.
+
+    Both are drawn: a rule that works on these things and hands might not on others. Kinds are
+    drawn within their groups, as how many a household has of each was not found by chance.
+
+    Parameters
+    ----------
+    kinds, hands, groups
+        Of each pick, shape (picks,).
+    count, seed
+        Of resamples, and of their chance.
+
+    Returns
+    -------
+    ndarray
+        Shape (picks, resamples).
+    """
+    rng = np.random.default_rng(seed)
+    weights = np.ones((len(kinds), count))
+    everywhere = np.full(len(kinds), "")
+    for of, within in ((kinds, groups), (hands, everywhere)):
+        for group in np.unique(within):
+            its = within == group
+            values, place = np.unique(of[its], return_inverse=True)
+            drawn = rng.integers(len(values), size=(count, len(values)))
+            times = np.stack([np.bincount(d, minlength=len(values)) for d in drawn], axis=1)
+            weights[its] *= times[place]
+    return weights

@@ -1,0 +1,108 @@
+"""Policies as tuned in closings in full: shares with intervals, and what stiffness gains."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Runner
+from firstcontact.grasp import POLICIES, Policy
+from firstcontact_lab.grasping._front import TUNED
+from firstcontact_lab.grasping._household_numbers import Judged, baseline, between, candidate
+from firstcontact_lab.grasping._judgement import FULL, Judgement
+from firstcontact_lab.grasping._own_hand import OwnHand
+from firstcontact_lab.grasping._real import RealJob, RealRow, real
+from firstcontact_lab.grasping._table import Table
+from firstcontact_lab.grasping.results import Between, RealClosings
+
+
+@dataclass(frozen=True, slots=True)
+class FullClosings:
+    """By policy, and how many more end well with stiffness than blind."""
+
+    by_policy: Mapping[str, RealClosings]
+    gain: Between
+
+
+def full_closings(
+    found: Judgement,
+    table: Table,
+    weights: NDArray[np.float64],
+    own: Mapping[tuple[int, float], OwnHand],
+    runner: Runner,
+) -> FullClosings:
+    """Close on every judged pick: blind and with stiffness, each without a reflex and with one.
+
+    Parameters
+    ----------
+    found
+        What they are tuned to, and how they end in the table.
+    table
+        The judged one.
+    weights
+        Of resamples, shape (picks, resamples).
+    own
+        What hands know of themselves.
+    runner
+        Does the closings.
+    """
+    kinds: list[type[Policy]] = [baseline(), candidate(), baseline(True), candidate(True)]
+    chosen, everyone = found.chosen(), found.everyone
+    jobs = [
+        RealJob(p, k.name, chosen[k.name](p.kind), *(FULL if k.has_reflex() else ("abrupt", None)))
+        for k in kinds
+        for p in table.picks
+    ]
+    rows = runner.map(real, jobs, own)
+    by_policy = {
+        k.name: _shares([r for r in rows if r.job.policy == k.name], everyone[k.name], weights)
+        for k in kinds
+    }
+    return FullClosings(by_policy, _gain(rows, weights))
+
+
+def _gain(rows: Sequence[RealRow], weights: NDArray[np.float64]) -> Between:
+    """Of the same picks, in the table's order: how many more end well with stiffness."""
+    fine = [
+        np.array([not (r.dropped or r.damaged) for r in rows if r.job.policy == kind.name], float)
+        for kind in (candidate(), baseline())
+    ]
+    apart = fine[0] - fine[1]
+    return between(float(apart.mean()), apart @ weights / weights.sum(axis=0))
+
+
+def _shares(rows: Sequence[RealRow], found: Judged, weights: NDArray[np.float64]) -> RealClosings:
+    """Of a policy as tuned; picks in the table's order."""
+    dropped = np.array([r.dropped for r in rows])
+    damaged = np.array([r.damaged for r in rows])
+    # What broke is not what was to be held: it counts once.
+    dropped &= ~damaged
+    fine = ~(dropped | damaged)
+    its = found.outcomes
+    alike = fine == (np.maximum(its.dropped[TUNED], its.damaged[TUNED]) < 1)
+    deadline = POLICIES[rows[0].job.policy].deadline
+    times = [1e3 * r.steady for r in rows if r.steady is not None]
+
+    def share(flags: np.ndarray) -> Between:
+        drawn = flags.astype(np.float64) @ weights / weights.sum(axis=0)
+        return between(float(flags.mean()), drawn)
+
+    return RealClosings(
+        n=len(rows),
+        success=float(fine.mean()),
+        dropped=float(dropped.mean()),
+        damaged=float(damaged.mean()),
+        steady=len(times) / len(rows),
+        steady_ms=float(np.mean(times)) if times else None,
+        as_table=float(alike.mean()),
+        in_time=None if deadline is None else float(np.mean([r.estimates > 0 for r in rows])),
+        intervals={
+            name: (b.low, b.high)
+            for name, b in {
+                "success": share(fine), "dropped": share(dropped), "damaged": share(damaged)
+            }.items()
+        },
+    )  # fmt: skip

@@ -1,0 +1,73 @@
+"""The household's part of the study: hands, tables, tuning, judged closings, numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from firstcontact.core import Runner
+from firstcontact_lab.grasping._approach import Pick
+from firstcontact_lab.grasping._branches import Branches, Branching, branches
+from firstcontact_lab.grasping._findings import findings
+from firstcontact_lab.grasping._full_closings import full_closings
+from firstcontact_lab.grasping._household_numbers import Tables, weights_of
+from firstcontact_lab.grasping._judgement import SettingsOf, judgement
+from firstcontact_lab.grasping._own_hand import HandSeed, OwnHand, own_hand
+from firstcontact_lab.grasping._table import Table
+from firstcontact_lab.grasping.results import Household
+from firstcontact_lab.grasping.settings import HouseholdSettings
+
+OwnHands = dict[tuple[int, float], OwnHand]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HouseholdWork:
+    """What is found, and what a film needs beside it."""
+
+    results: Household
+    own: OwnHands
+    chosen: Mapping[str, SettingsOf]
+
+
+def household(
+    settings: HouseholdSettings, seed: int, runner: Runner, stage: Callable[[str], object]
+) -> HouseholdWork:
+    """Run it all.
+
+    Parameters
+    ----------
+    settings
+        Size.
+    seed
+        Of everything.
+    runner
+        Does the closings.
+    stage
+        Is told what comes next.
+    """
+    how = Branching(settings.speeds, settings.forces, settings.boosts)
+    tuning_hands, judged_hands = settings.hands_of(seed)
+    stage("own hands")
+    hands = [HandSeed(h, v) for h in (*tuning_hands, *judged_hands) for v in how.speeds]
+    made = runner.map(own_hand, hands, settings.blocks)
+    own: OwnHands = {(h.seed, h.speed): o for h, o in zip(hands, made, strict=True)}
+
+    def table(title: str, seeds: Sequence[int], specimens: Sequence[int]) -> list[Branches]:
+        stage(title)
+        picks = [Pick(k, h, s) for k in settings.kinds for h in seeds for s in specimens]
+        return runner.map(branches, [(p, v) for p in picks for v in how.speeds], own, how)
+
+    tuning = table("closings to tune on", tuning_hands, settings.tuning_specimens)
+    rows = table("closings to judge", judged_hands, settings.judged_specimens)
+    stage("tuning")
+    tables = Tables(
+        Table.of(tuning, how), Table.of(rows, how), settings.folds, settings.budget,
+        settings.few, seed,
+    )  # fmt: skip
+    weights = weights_of(tables.judged, seed)
+    found = judgement(tables)
+    stage("closings in full")
+    full = full_closings(found, tables.judged, weights, own, runner)
+    stage("controls")
+    results = findings(tables, rows, own, found, full, weights, settings.permutations)
+    return HouseholdWork(results, own, found.chosen())

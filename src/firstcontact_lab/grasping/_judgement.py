@@ -1,0 +1,94 @@
+"""Who is judged on the household: policies, labels with noise, reflexes, each tuned apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from firstcontact_lab.grasping._branches import DETECTION, LIFTS
+from firstcontact_lab.grasping._families import folds
+from firstcontact_lab.grasping._household_numbers import (
+    Judged,
+    Tables,
+    baseline,
+    candidate,
+    conditions,
+    household_policies,
+    judged,
+    labelled,
+)
+
+#: RMSE of labels with noise, Shore A: 0 is the label.
+NOISES = (0.0, 3.0, 5.0, 10.0)
+#: Lift and detection of the closings in full that have a reflex.
+FULL = ("gradual", DETECTION[0])
+
+#: What a policy was tuned to, by the kind of thing that it is judged on.
+SettingsOf = Callable[[str], Mapping[str, float]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judgement:
+    """Everybody on picks that nothing was tuned on.
+
+    Parameters
+    ----------
+    plain
+        Policies without a reflex and labels, by name.
+    reflexes
+        Without stiffness and with it, by what lift and detection are called.
+    fold_of
+        In which fold each kind is left out.
+    """
+
+    plain: Mapping[str, Judged]
+    reflexes: Mapping[str, tuple[Judged, Judged]]
+    fold_of: Mapping[str, int]
+
+    @property
+    def blind(self) -> Judged:
+        """Who knows nothing."""
+        return self.plain[baseline().name]
+
+    @property
+    def ours(self) -> Judged:
+        """Who acts on the estimate."""
+        return self.plain[candidate().name]
+
+    @property
+    def everyone(self) -> dict[str, Judged]:
+        """By name, reflexes as in closings in full."""
+        names = (baseline(True).name, candidate(True).name)
+        return {**self.plain, **dict(zip(names, self.reflexes[_full()], strict=True))}
+
+    def chosen(self) -> dict[str, SettingsOf]:
+        """What everyone was tuned to."""
+        return {name: self._settings_of(found) for name, found in self.everyone.items()}
+
+    def _settings_of(self, found: Judged) -> SettingsOf:
+        return lambda kind: found.chosen[self.fold_of[kind]].settings
+
+
+def judgement(tables: Tables) -> Judgement:
+    """Tune everybody and judge them."""
+    plain = {n: judged(tables, k) for n, k in household_policies().items() if not k.has_reflex()}
+    for noise in NOISES:
+        told = (
+            labelled(tables.tuning, noise, tables.seed),
+            labelled(tables.judged, noise, tables.seed + 1),
+        )
+        plain[_noise(noise)] = judged(tables, candidate(), told)
+    reflexes = {
+        name: (judged(tables, baseline(True), None, at), judged(tables, candidate(True), None, at))
+        for name, at in conditions().items()
+    }
+    return Judgement(plain, reflexes, folds(sorted(set(tables.judged.kinds)), tables.folds))
+
+
+def _full() -> str:
+    place = (list(LIFTS).index(FULL[0]), DETECTION.index(FULL[1]))
+    return next(name for name, at in conditions().items() if at == place)
+
+
+def _noise(rmse: float) -> str:
+    return "label" if rmse == 0 else f"label_rmse_{rmse:g}"

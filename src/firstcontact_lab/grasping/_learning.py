@@ -1,0 +1,120 @@
+"""Detector and models that the study's hand uses, learned from other pinches of it."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from firstcontact.contact import Detector
+from firstcontact.core import Dataset, InputError, Runner, Serial, to_tree
+from firstcontact.models import RegressionScores
+from firstcontact.streaming import ModelWithInterval
+from firstcontact_lab.grasping.settings import GraspStudySettings
+from firstcontact_lab.report.folder import MARK, fresh
+
+if TYPE_CHECKING:
+    from firstcontact.models import Alignment, FinalModel, LabelledWindows
+
+#: The sessions learned from are named by the twin: "blocks-01" and on. Those closed in are not.
+CONDITION = "paper-rig"
+LEVEL = 0.9
+
+
+@dataclass(frozen=True, slots=True)
+class Learned:
+    """Where the models are, and how far they were off on sessions held out."""
+
+    folder: Path
+    rmse: dict[str, float]
+    width: dict[str, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Models:
+    """What the study's hand hears and estimates with."""
+
+    detector: Detector
+    stiffness: tuple[ModelWithInterval, ...]
+
+
+def learn(settings: GraspStudySettings, out: Path, runner: Runner) -> Learned:
+    """Simulate pinches, learn a detector and a model for each length of window, and save them.
+
+    Parameters
+    ----------
+    settings
+        Size and seed.
+    out
+        Folder of the study; recordings and models go below it.
+    runner
+        Trains the models.
+
+    Raises
+    ------
+    InputError
+        Recordings or models are there that no study made.
+    """
+    from firstcontact.contact import save_detector, vouched
+    from firstcontact.models import LearnedFrom, Provenance, fit_detector, found_as_live, save_model
+    from firstcontact.recording import load_dataset
+    from firstcontact.twin import simulate
+
+    models = out / "models"
+    # Models come after recordings that bear the mark: without these, they are somebody's own.
+    if models.exists() and not (out / "recordings" / MARK).exists():
+        raise InputError(f"{models} was not made by a study: choose another --out, or move it away")
+    recordings = fresh(out / "recordings", {"twin": CONDITION, "seed": settings.seed})
+    if models.exists():
+        shutil.rmtree(models)
+    simulate(
+        recordings / "pinches", CONDITION, settings.training, 0, settings.seed, settings.workers
+    )
+    dataset = load_dataset(recordings)
+    detector = fit_detector(dataset, settings.detector)
+    save_detector(detector, models, {"source": dataset.source})
+    contacts = found_as_live(dataset, detector, settings.seed, runner)
+    model, seed = settings.model, settings.seed
+    learned = runner.map(_learned, settings.windows, dataset, contacts, model, seed)
+    rmse, width = {}, {}
+    for duration, (cut, kept) in zip(settings.windows, learned, strict=True):
+        card = Provenance(
+            data=LearnedFrom(
+                source=dataset.source,
+                pinches=len(cut),
+                sessions=tuple(sorted({str(s) for s in cut.sessions})),
+                contacts=contacts.how,
+                seed=settings.seed,
+            ),
+            split=kept.split,
+            scores=to_tree(kept.scores),
+            interval=kept.interval,
+            conformal=kept.conformal,
+            detector=vouched(models),
+        )
+        save_model(kept.model, models / f"{1e3 * duration:04.1f}ms", card)
+        held_out = kept.conformal.get("held_out") or {}
+        assert isinstance(kept.scores, RegressionScores)
+        rmse[f"{1e3 * duration:g}"] = kept.scores.rmse
+        width[f"{1e3 * duration:g}"] = float(held_out.get("mean_width", 0.0))
+    return Learned(models, rmse, width)
+
+
+def _learned(
+    duration: float, dataset: Dataset, contacts: Alignment, model: str, seed: int
+) -> tuple[LabelledWindows, FinalModel]:
+    """A model for one length of window, and the windows that it learned from."""
+    from firstcontact.models import Task, labelled_windows, train_final_model
+
+    cut = labelled_windows(dataset, contacts.contacts, duration, dataset.shore_a)
+    return cut, train_final_model(cut, model, Task.REGRESSION, seed, LEVEL, Serial())
+
+
+def loaded(folder: Path) -> Models:
+    """What was learned and saved."""
+    from firstcontact.contact import load_detector
+    from firstcontact.models import model_folders
+
+    stiffness = tuple(map(ModelWithInterval.load, model_folders(folder)))
+    return Models(load_detector(folder), stiffness)

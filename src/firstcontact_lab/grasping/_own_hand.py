@@ -1,0 +1,91 @@
+"""What a hand of the twin knows of itself: its own pinches of blocks, and what is made of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.contact import Detector
+from firstcontact.core import Command, Dataset, Label, Pinch, Serial
+from firstcontact.grasp import Grip
+from firstcontact.models import (
+    InContextModel,
+    adapt_network,
+    fit_detector,
+    found_as_live,
+    pretrained,
+    touches_of,
+)
+from firstcontact.twin import BLOCKS, Drive, GraspPlant, condition, draw_pinch, draw_specimen
+from firstcontact_lab.grasping._closing import LAYOUT
+
+#: How much the twin varies.
+CONDITION = "paper-rig"
+#: A block is watched for so long after its first contact, s: longer than any window.
+AFTER = 0.060
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OwnHand:
+    """A detector and a model that were made of a hand's own block pinches.
+
+    Parameters
+    ----------
+    detector
+        Learned from them.
+    model
+        The pre-trained network, told of the hand.
+    pinches
+        How many.
+    rmse
+        On those of them that were held out, Shore A.
+    """
+
+    detector: Detector
+    model: InContextModel
+    pinches: int
+    rmse: float
+
+
+@dataclass(frozen=True, slots=True)
+class HandSeed:
+    """A hand by chance, and the speed that it approaches with, m/s."""
+
+    seed: int
+    speed: float
+
+
+def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
+    """Close a hand on so many of each of the twin's five blocks, and make of it what can be made.
+
+    It approaches as it will approach things: the detector finds the contacts, as it will later.
+    """
+    made = [_block(hand, place, n) for place in range(len(BLOCKS)) for n in range(pinches)]
+    dataset = Dataset(tuple(made), "twin")
+    detector = fit_detector(dataset)
+    contacts = found_as_live(dataset, detector, hand.seed, Serial())
+    touches, which = touches_of(dataset, contacts.contacts)
+    found = adapt_network(
+        pretrained(), touches, dataset.shore_a[which], dataset.sessions[which], hand.seed
+    )
+    return OwnHand(detector, found.model, len(which), found.scores.get(found.way, float("nan")))
+
+
+def _block(hand: HandSeed, place: int, number: int) -> Pinch:
+    """One closing on a block at the hand's approach, until a little after the contact."""
+    rig = condition(CONDITION)
+    thing = draw_specimen(hand.seed, rig, BLOCKS[place], 0)
+    session = f"blocks-{number % 3}"
+    draw = draw_pinch(hand.seed, rig, session, thing, (thing.name, number))
+    plant = GraspPlant(draw, Drive(), thing)
+    plant.command(Command(hand.speed, Grip().searching))
+    data: list[NDArray[np.int16]] = []
+    end: int | None = None
+    while not plant.ended and (end is None or plant.sample < end):
+        data.append(plant.advance(50))
+        if end is None and plant.contacts:
+            end = plant.contacts[0].sample + round(AFTER * LAYOUT.rate)
+    label = Label(thing.name, thing.shore_a, specimen=thing.name, session=session)
+    return Pinch(np.concatenate(data), LAYOUT, label, 0, plant.contacts)

@@ -1,0 +1,93 @@
+"""A closing in full: plant, filter, detector, any-time estimator, loop with its deadline, slips."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Block
+from firstcontact.grasp import POLICIES, FinalForce, Grip, Truth, make_policy
+from firstcontact.streaming import Grasping, Pipeline
+from firstcontact.twin import GraspPlant, household_named
+from firstcontact_lab.grasping._approach import Pick, plant_for
+from firstcontact_lab.grasping._branches import LIFTS
+from firstcontact_lab.grasping._closing import BLOCK, LAYOUT, Order, PlantHand
+from firstcontact_lab.grasping._own_hand import OwnHand
+from firstcontact_lab.grasping._slip import SlipWatch
+
+#: Samples between looks at a slip.
+LOOK = 10
+
+
+@dataclass(frozen=True, slots=True)
+class RealJob:
+    """A pick, who closes on it, and how it is lifted.
+
+    ``detection`` is the latency of the declared slip detector, s; None without one.
+    """
+
+    pick: Pick
+    policy: str
+    settings: Mapping[str, float]
+    lift: str = "abrupt"
+    detection: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RealRow:
+    """What became of it; times in s, forces in N."""
+
+    job: RealJob
+    dropped: bool
+    damaged: bool
+    steady: float | None
+    estimates: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Played:
+    """A closing to look at: its plant at the end, and what the hand was told."""
+
+    plant: GraspPlant
+    orders: tuple[Order, ...]
+    forces: NDArray[np.float64]
+    row: RealRow
+
+
+def real(job: RealJob, own: Mapping[tuple[int, float], OwnHand]) -> RealRow:
+    """Close, press, lift."""
+    return played(job, own).row
+
+
+def played(job: RealJob, own: Mapping[tuple[int, float], OwnHand]) -> Played:
+    """The same, to look at."""
+    its = own[job.pick.hand, job.settings["approach"]]
+    plant = plant_for(job.pick, lift=LIFTS[job.lift])
+    numbers = household_named(job.pick.kind).numbers
+    truth = Truth(numbers.shore_a.value, numbers.mass.value)
+    policy = make_policy(POLICIES[job.policy], Grip(), truth, job.settings)
+    if not isinstance(policy, FinalForce):
+        raise TypeError(f"{job.policy} is no policy of the household")
+    hand = PlantHand(plant)
+    grasping = Grasping(policy, hand, LAYOUT)
+    pipeline = Pipeline(LAYOUT, its.detector, clock=lambda: 0.0, anytime=its.model)
+    watch = None if job.detection is None else SlipWatch(job.detection)
+    while not plant.ended:
+        start = plant.sample
+        listening = not policy.both
+        block = Block(plant.advance(BLOCK if listening else LOOK), start)
+        if listening:
+            for event in pipeline.update(block, 0.0):
+                grasping.happened(event)
+        grasping.came(block)
+        if watch is not None and watch.slips(plant):
+            grasping.loop.slipped(plant.now)
+    outcome = plant.outcome
+    row = RealRow(
+        job, outcome.dropped, outcome.broken, outcome.time_to_grasp,
+        grasping.loop.counts.estimates,
+    )  # fmt: skip
+    return Played(plant, tuple(hand.orders), plant.forces, row)

@@ -1,0 +1,95 @@
+"""What can be tuned made as good as it can be, on pinches that are not reported."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from firstcontact.core import Runner
+from firstcontact.grasp import Policy
+from firstcontact_lab.grasping._trials import PinchSetup, Row, Trial, run_trial
+from firstcontact_lab.grasping._variants import Variant, unmodulated, variants
+from firstcontact_lab.grasping.results import Tuning
+from firstcontact_lab.grasping.settings import HEADLINE, KINDS, SOFT, GraspStudySettings
+
+#: The best so many of a first round meet again on more pinches.
+FINALISTS = 12
+#: It may take so much longer than closing without modulation, as a share.
+SLOWER = 0.10
+#: Objects of the first round: a soft one, and the heaviest.
+FIRST_ROUND = ("block 10", "orange 1")
+
+
+@dataclass(frozen=True, slots=True)
+class _Try:
+    variant: Variant
+    settings: dict[str, float]
+    setups: tuple[PinchSetup, ...]
+
+
+def search(settings: GraspStudySettings, runner: Runner) -> dict[str, Tuning]:
+    """Choose the settings of every policy that has some, for each force array.
+
+    The best has the lowest mean peak force on soft objects among those with which every
+    object is held steadily and that take at most a tenth longer than no modulation. It is
+    chosen at the headline's latency. Objects that break have no part in it.
+    """
+    everything = tuple(k for k in settings.kinds if KINDS[k].fragility is None)
+    numbers = range(settings.tuning)
+    wide = tuple(PinchSetup(k, s, "search", settings.seed) for k in everything for s in numbers)
+    short = tuple(PinchSetup(k, s, "search", settings.seed) for k in FIRST_ROUND for s in range(2))
+    tuned = {key: v for key, v in variants().items() if v.policy.tunables}
+    free = unmodulated()
+    limits = {
+        setups: _summary(rows)[1] * (1 + SLOWER)
+        for setups, rows in zip(
+            (short, wide),
+            runner.map(_run, [_Try(free, {}, setups) for setups in (short, wide)]),
+            strict=True,
+        )
+    }
+    found = {}
+    rounds = {key: _candidates(v.policy, settings.coarse) for key, v in tuned.items()}
+    counts = {key: len(tried) for key, tried in rounds.items()}
+    for setups in (short, wide):
+        jobs = [_Try(tuned[k], c, setups) for k, tried in rounds.items() for c in tried]
+        done = iter(runner.map(_run, jobs))
+        for key, tried in rounds.items():
+            scored = [(_worth(_summary(next(done)), limits[setups]), c) for c in tried]
+            scored.sort(key=lambda pair: pair[0])
+            rounds[key] = [c for _, c in scored[:FINALISTS]]
+            (_, peak, time, unsteady), best = scored[0]
+            found[key] = Tuning(
+                settings=best, tried=counts[key], peak=peak, time=time, unsteady=unsteady
+            )
+    return found
+
+
+def _candidates(policy: type[Policy], coarse: bool) -> list[dict[str, float]]:
+    """What is tried: each value of each setting with each of the others."""
+    values = (t.few if coarse else t.tried for t in policy.tunables.values())
+    return [dict(zip(policy.tunables, chosen, strict=True)) for chosen in product(*values)]
+
+
+def _run(one: _Try) -> list[Row]:
+    rows = []
+    for setup in one.setups:
+        trial = Trial(setup, (one.variant,), (HEADLINE,), {one.variant.key: one.settings})
+        rows += run_trial(trial)
+    return rows
+
+
+def _summary(rows: list[Row]) -> tuple[float, float, float]:
+    """Mean peak on soft objects, N; mean time, s; share without a steady grasp."""
+    soft = [r.peak for r in rows if r.shore_a <= SOFT]
+    times = [r.time for r in rows if r.time is not None]
+    unsteady = sum(r.time is None or r.dropped for r in rows) / len(rows)
+    return float(np.mean(soft)), float(np.mean(times)) if times else 1.0, unsteady
+
+
+def _worth(summary: tuple[float, float, float], limit: float) -> tuple[float, float, float, float]:
+    """Sorts the best first: faults, then what is to be low; with the summary."""
+    peak, time, unsteady = summary
+    return (unsteady + max(time / limit - 1, 0.0), peak, time, unsteady)

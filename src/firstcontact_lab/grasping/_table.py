@@ -1,0 +1,199 @@
+"""Branches side by side: what any force would have done to every pick, looked up."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import holding_force
+from firstcontact.grasp import Stiffness
+from firstcontact.twin import household_named
+from firstcontact_lab.grasping._approach import Pick
+from firstcontact_lab.grasping._branches import Branches, Branching
+
+Values = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reflexed:
+    """Which reflex acts: how it is lifted, how late a slip is known, what it does to the force.
+
+    All are places in the table.
+    """
+
+    lift: int
+    detection: int
+    boost: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcomes:
+    """What became of every pick at every force: both of the shape of the forces, (..., picks).
+
+    1 where it happened and 0 where not; between where the pick stands for specimens that differ.
+    """
+
+    dropped: Values
+    damaged: Values
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Table:
+    """Every pick at every speed and force.
+
+    Parameters
+    ----------
+    how
+        Speeds, forces and boosts.
+    picks
+        In order, shape (picks,).
+    needed
+        What both fingers have to hold with, N, shape (picks,).
+    limit
+        Contact force at which it is damaged, N, shape (picks,).
+    told
+        The estimate at the second contact by speed and pick; None where there is none.
+    peak, hold
+        By speed, pick and force, N.
+    slip_peak, slip_drop
+        By speed, pick, lift, detection, boost and force; NaN where nothing slips.
+    """
+
+    how: Branching
+    picks: tuple[Pick, ...]
+    needed: Values
+    limit: Values
+    told: tuple[tuple[Stiffness | None, ...], ...]
+    peak: Values
+    hold: Values
+    slip_peak: Values
+    slip_drop: Values
+
+    @classmethod
+    def of(cls, rows: Sequence[Branches], how: Branching) -> Table:
+        """From branches of every pick at every speed."""
+        by = {(row.speed, row.pick): row for row in rows}
+        picks = tuple(sorted({row.pick for row in rows}))
+        first = [by[how.speeds[0], pick] for pick in picks]
+
+        def stacked(name: str) -> Values:
+            return np.array([[getattr(by[v, p], name) for p in picks] for v in how.speeds])
+
+        return cls(
+            how,
+            picks,
+            np.array([2 * holding_force(row.mass, row.friction) for row in first]),
+            np.array([row.limit for row in first]),
+            tuple(tuple(by[v, p].told for p in picks) for v in how.speeds),
+            stacked("peak"),
+            stacked("hold"),
+            stacked("slip_peak"),
+            stacked("slip_drop"),
+        )
+
+    @property
+    def kinds(self) -> NDArray[np.str_]:
+        """Name of each pick's object, shape (picks,)."""
+        return np.array([pick.kind for pick in self.picks])
+
+    @property
+    def hands(self) -> NDArray[np.intp]:
+        """Seed of each pick's hand, shape (picks,)."""
+        return np.array([pick.hand for pick in self.picks], np.intp)
+
+    @property
+    def shore_a(self) -> Values:
+        """Label of each pick's object, shape (picks,)."""
+        return np.array([household_named(p.kind).numbers.shore_a.value for p in self.picks])
+
+    def otherwise(self, needed: Values | None = None, limit: Values | None = None) -> Table:
+        """The same picks, as if other forces held or damaged them."""
+        return replace(
+            self,
+            needed=self.needed if needed is None else needed,
+            limit=self.limit if limit is None else limit,
+        )
+
+    def pressed(self, speed: int, forces: Values) -> tuple[Values, Values]:
+        """Largest contact force and what both fingers hold with, N.
+
+        Parameters
+        ----------
+        speed
+            Place of the approach.
+        forces
+            N, shape (..., picks); between those of the table it is interpolated.
+
+        Returns
+        -------
+        tuple
+            Both of the shape of the forces.
+        """
+        place, part = self._places(forces)
+        rows = np.arange(len(self.picks))
+
+        def between(values: Values) -> Values:
+            low, high = values[rows, place], values[rows, place + 1]
+            return low + part * (high - low)
+
+        return between(self.peak[speed]), between(self.hold[speed])
+
+    def judge(self, peak: Values, hold: Values, scatter: float = 0.0) -> Outcomes:
+        """What becomes of picks with these largest forces and holds, N, without a reflex."""
+        return Outcomes(exceeds(self.needed, hold, scatter), exceeds(peak, self.limit, scatter))
+
+    def _places(self, forces: Values) -> tuple[NDArray[np.intp], Values]:
+        grid = np.array(self.how.forces)
+        within = np.clip(forces, grid[0], grid[-1])
+        place = np.clip(np.searchsorted(grid, within) - 1, 0, len(grid) - 2)
+        return place, (within - grid[place]) / (grid[place + 1] - grid[place])
+
+    def outcomes(
+        self, speed: int, forces: Values, reflex: Reflexed | None = None, scatter: float = 0.0
+    ) -> Outcomes:
+        """What becomes of every pick at these forces, shape (..., picks).
+
+        Parameters
+        ----------
+        speed
+            Place of the approach.
+        forces
+            N, shape (..., picks).
+        reflex
+            That acts, if one does.
+        scatter
+            By how much specimens differ from these in what they need and bear, as a share;
+            0 for these very ones.
+        """
+        peak, hold = self.pressed(speed, forces)
+        plain = self.judge(peak, hold, scatter)
+        if reflex is None:
+            return plain
+        dropped, damaged = plain.dropped, plain.damaged
+        # Of the forces of the table at which it slips, the nearest.
+        place, part = self._places(forces)
+        rows = np.arange(len(self.picks))
+        at = (speed, slice(None), reflex.lift, reflex.detection, reflex.boost)
+        drops, peaks = self.slip_drop[at], self.slip_peak[at]
+        near = place + (part > 0.5)
+        near = np.where(np.isnan(drops[rows, near]), place, near)
+        slips = ~np.isnan(drops[rows, near])
+        saved = slips & (drops[rows, near] < 0.5)
+        harder = exceeds(np.where(slips, peaks[rows, near], 0.0), self.limit, scatter)
+        # Who does not slip is not pressed harder.
+        damaged = np.maximum(damaged, harder * dropped)
+        return Outcomes(np.where(saved, 0.0, dropped), damaged)
+
+
+def exceeds(one: Values, other: Values, scatter: float) -> Values:
+    """Share of cases in which one is more than the other, where their ratio scatters so."""
+    if scatter <= 0:
+        return (one > other).astype(np.float64)
+    with np.errstate(divide="ignore"):
+        away = (np.log(one) - np.log(other)) / scatter
+    # As a normal's distribution, within a hundredth.
+    share: Values = 1 / (1 + np.exp(-1.702 * np.clip(away, -30, 30)))
+    return share

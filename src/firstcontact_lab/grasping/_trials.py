@@ -1,0 +1,139 @@
+"""The same pinch again and again, closed by every policy: rows of what became of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from firstcontact.grasp import Grip
+from firstcontact.streaming import Pipeline
+from firstcontact.twin import Drive, GraspPlant, condition, draw_pinch, draw_specimen
+from firstcontact_lab.grasping._closing import LAYOUT, ClosingRecord, close
+from firstcontact_lab.grasping._learning import CONDITION, Models
+from firstcontact_lab.grasping._variants import Variant
+from firstcontact_lab.grasping.settings import KINDS
+
+#: By variant: the settings that its policy was tuned to.
+Tuned = Mapping[str, Mapping[str, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class PinchSetup:
+    """One pinch by chance: what is pinched, in which session.
+
+    Parameters
+    ----------
+    kind
+        Name of the object.
+    session
+        Number; with the group and the seed it decides all chance.
+    group
+        Sessions of the report and those of the search have names of their own.
+    seed
+        Of the hand and all else.
+    """
+
+    kind: str
+    session: int
+    group: str = "grasp"
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What became of one closing. Times in s, forces in N."""
+
+    kind: str
+    shore_a: float
+    session: int
+    variant: str
+    latency: float
+    peak: float
+    squeeze: float
+    time: float | None
+    slipped: float
+    dropped: bool
+    broken: bool
+    touched: float | None
+    offset: float | None
+    estimate: float | None
+    misses: int
+    estimates: int
+
+
+def plant_of(setup: PinchSetup, variant: Variant, latency: float) -> GraspPlant:
+    """The hand about to close: same setup and latency, same chance, whatever the policy."""
+    rig = condition(CONDITION)
+    # A specimen for each session, none of them learned from: those are the first ones.
+    thing = draw_specimen(setup.seed, rig, KINDS[setup.kind], 1 + _specimen(setup))
+    draw = draw_pinch(setup.seed, rig, f"{setup.group}-{setup.session}", thing, setup.kind)
+    return GraspPlant(draw, Drive(latency=latency), thing, variant.velostat)
+
+
+def _specimen(setup: PinchSetup) -> int:
+    return 2 * setup.session + (setup.group == "grasp")
+
+
+def played(
+    plant: GraspPlant,
+    setup: PinchSetup,
+    variant: Variant,
+    tuned: Tuned,
+    models: Models | None,
+) -> ClosingRecord:
+    """Close on the setup, with the variant's policy."""
+    # The approach is as it was drawn; the policy is told so.
+    grip = Grip(speed=plant.nominal.speed, force=plant.nominal.force)
+    policy = variant.make(grip, KINDS[setup.kind].shore_a, tuned.get(variant.key, {}))
+    feels = policy.feels()
+    if not policy.hears() or models is None:
+        return close(plant, policy, feels=feels)
+    wanted = models.stiffness if policy.deadline is not None else ()
+    pipeline = Pipeline(LAYOUT, models.detector, wanted, clock=lambda: 0.0)
+    return close(plant, policy, pipeline, len(wanted), feels)
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A setup for all variants and latencies: a job."""
+
+    setup: PinchSetup
+    variants: tuple[Variant, ...]
+    latencies: tuple[float, ...]
+    tuned: Tuned
+
+
+def run_trial(trial: Trial, models: Models | None = None) -> list[Row]:
+    """One row for each latency and variant, in this order."""
+    return [
+        _row(trial, models, variant, latency)
+        for latency in trial.latencies
+        for variant in trial.variants
+    ]
+
+
+def _row(trial: Trial, models: Models | None, variant: Variant, latency: float) -> Row:
+    setup = trial.setup
+    plant = plant_of(setup, variant, latency)
+    told = played(plant, setup, variant, trial.tuned, models)
+    outcome = plant.outcome
+    both = outcome.first_contact is not None and outcome.second_contact is not None
+    last = told.estimates[-1].value if told.estimates else None
+    return Row(
+        kind=setup.kind,
+        shore_a=KINDS[setup.kind].shore_a,
+        session=setup.session,
+        variant=variant.key,
+        latency=latency,
+        peak=outcome.peak_force,
+        squeeze=outcome.squeeze,
+        time=outcome.time_to_grasp,
+        slipped=outcome.slipped,
+        dropped=outcome.dropped,
+        broken=outcome.broken,
+        touched=outcome.first_contact,
+        offset=(outcome.second_contact or 0.0) - (outcome.first_contact or 0.0) if both else None,
+        estimate=last,
+        misses=told.counts.misses,
+        estimates=told.counts.estimates,
+    )

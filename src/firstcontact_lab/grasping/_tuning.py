@@ -1,0 +1,144 @@
+"""Settings of every policy for a household, chosen by looking things up: so many for each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.grasp import FinalForce, Grip, Policy, Stiffness, Truth, make_policy
+from firstcontact.twin import household_named
+from firstcontact_lab.grasping._front import AROUND, SCALES, Front, front, scale_at
+from firstcontact_lab.grasping._table import Outcomes, Reflexed, Table, Values
+
+#: Each pick that is tuned on stands for specimens whose needs and limits scatter so, as a share:
+#: what the household's specimens do, and a rule that depends on one of them is none.
+SCATTER = 0.2
+Settings = Mapping[str, float]
+#: What a policy is told of each pick.
+Told = Sequence[Stiffness | None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """A setting and what it would do to every pick, at any caution.
+
+    Parameters
+    ----------
+    settings
+        Of the policy.
+    outcomes
+        By scale and pick.
+    """
+
+    settings: Settings
+    outcomes: Outcomes
+
+
+@dataclass(frozen=True, slots=True)
+class Chosen:
+    """What was chosen in a fold.
+
+    Parameters
+    ----------
+    settings
+        With the scale at which a tenth is damaged.
+    tried
+        How many.
+    drops, damage
+        Shares, of the picks that it was chosen on.
+    """
+
+    settings: dict[str, float]
+    tried: int
+    drops: float
+    damage: float
+
+
+def settings_of(kind: type[Policy], budget: int, few: bool, seed: int) -> list[dict[str, float]]:
+    """So many settings of a policy: all that there are, or some by chance."""
+    names = list(kind.tunables)
+    values = [t.few if few else t.tried for t in kind.tunables.values()]
+    total = int(np.prod([len(v) for v in values]))
+    if total <= budget:
+        return [dict(zip(names, chosen, strict=True)) for chosen in product(*values)]
+    places = np.random.default_rng(seed).choice(total, budget, replace=False)
+    sizes = [len(v) for v in values]
+    return [
+        {n: v[i] for n, v, i in zip(names, values, np.unravel_index(p, sizes), strict=True)}
+        for p in places
+    ]
+
+
+def forces_of(kind: type[Policy], settings: Settings, table: Table, told: Told) -> Values:
+    """Force that a policy would press every pick with, N, shape (picks,)."""
+    forces = np.empty(len(table.picks))
+    for place, pick in enumerate(table.picks):
+        numbers = household_named(pick.kind).numbers
+        truth = Truth(numbers.shore_a.value, numbers.mass.value)
+        policy = make_policy(kind, Grip(), truth, settings)
+        if not isinstance(policy, FinalForce):
+            raise TypeError(
+                f"{kind.name} is no policy of this household: derive it from FinalForce"
+            )
+        policy.begin()
+        estimate = told[place]
+        if estimate is not None:
+            policy.estimated(estimate)
+        forces[place] = policy.wanted()
+    return forces
+
+
+def speed_place(table: Table, settings: Settings) -> int:
+    """Place of the approach of a setting in the table."""
+    return table.how.speeds.index(settings["approach"])
+
+
+def swept(
+    kind: type[Policy],
+    settings: Settings,
+    table: Table,
+    told: Told,
+    reflex: tuple[int, int] | None,
+    scatter: float = 0.0,
+) -> Outcomes:
+    """Outcomes by scale and pick; ``reflex`` are the places of lift and detection."""
+    forces = forces_of(kind, settings, table, told) * settings.get("scale", 1.0)
+    acting = None
+    if reflex is not None and kind.has_reflex():
+        acting = Reflexed(*reflex, table.how.boosts.index(settings["boost"]))
+    speed = speed_place(table, settings)
+    return table.outcomes(speed, SCALES[:, None] * forces, acting, scatter)
+
+
+def candidates(
+    kind: type[Policy],
+    tried: Sequence[Settings],
+    table: Table,
+    told: Sequence[Told],
+    reflex: tuple[int, int] | None = None,
+) -> list[Candidate]:
+    """Every setting on every pick of a table; ``told`` by speed."""
+    return [
+        Candidate(s, swept(kind, s, table, told[speed_place(table, s)], reflex, SCATTER))
+        for s in tried
+    ]
+
+
+def choose(tried: Sequence[Candidate], which: NDArray[np.bool_]) -> Chosen:
+    """The setting with the fewest drops at about a tenth of damage, of some of the picks."""
+    weights = which.astype(np.float64)
+    fronts = [front(c.outcomes, weights) for c in tried]
+    worth = [np.mean([f.drops_at(d) for d in AROUND]) for f in fronts]
+    best = int(np.argmin(worth))
+    chosen = fronts[best]
+    scale = scale_at(chosen)
+    settings = {**tried[best].settings, "scale": scale}
+    return Chosen(settings, len(tried), float(chosen.drops_at()), _damage(chosen, scale))
+
+
+def _damage(found: Front, scale: float) -> float:
+    return float(found.damaged[int(np.argmin(np.abs(SCALES - scale)))])

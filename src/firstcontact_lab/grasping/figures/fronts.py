@@ -1,0 +1,76 @@
+"""Drops against damage: what a hand pays for being bold or cautious, by what it knows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from firstcontact.core import GREY, INK
+from firstcontact.grasp import POLICIES, Part, Task
+from firstcontact_lab.grasping.results import CEILING, FrontPoints, Household
+from firstcontact_lab.report.figures.style import canvas, uri
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: As a picture of its own and in the report, inch.
+SIZE = (7.4, 4.6)
+#: Shown up to so much of either, %.
+MOST_DAMAGE, MOST_DROPS = 40.0, 60.0
+#: Points beside one another, %.
+APART = 0.35
+
+
+def fronts_figure(found: Household) -> str:
+    """Draw the fronts, as a data URI."""
+    with canvas(size=SIZE) as (figure, axes):
+        _draw(axes[0, 0], found)
+        return uri(figure)
+
+
+def fronts_picture(found: Household, image: Path) -> None:
+    """Write the same as a PNG."""
+    with canvas(size=SIZE) as (figure, axes):
+        _draw(axes[0, 0], found)
+        figure.savefig(image, format="png", dpi=150, metadata={"Software": None})
+
+
+def _draw(axis: Axes, found: Household) -> None:
+    percent = 100 * found.damage
+    axis.axvline(percent, color=GREY, linewidth=0.9, linestyle=":")
+    axis.text(percent + 1.0, MOST_DROPS, "a tenth damaged", va="top", fontsize=8, color="#52606D")
+    shown = {
+        name: policy
+        for name, policy in POLICIES.items()
+        if policy.task is Task.HOUSEHOLD and name in found.fronts
+    }
+    for place, (name, policy) in enumerate(shown.items()):
+        line = "--" if policy.has_reflex() else ":" if policy.part is Part.LIMIT else "-"
+        title = policy.title
+        _front(axis, found.fronts[name], policy.colour, line, title)
+        between = found.drops_between[name]
+        axis.errorbar(
+            percent + APART * (place - (len(shown) - 1) / 2), 100 * between.value,
+            yerr=[
+                [100 * max(between.value - between.low, 0)],
+                [100 * max(between.high - between.value, 0)],
+            ],
+            color=policy.colour, marker="o", markersize=5, capsize=3, linewidth=1.1, zorder=3,
+        )  # fmt: skip
+    if CEILING in found.fronts:
+        _front(axis, found.fronts[CEILING], INK, "*-.", "ceiling: each specimen known")
+    axis.set_xlim(0, MOST_DAMAGE)
+    axis.set_ylim(0, MOST_DROPS)
+    axis.set_xlabel("Damaged (% of closings)")
+    axis.set_ylabel("Dropped (% of closings)")
+    axis.text(0.6, 0.6, "better", va="bottom", fontsize=8, color="#52606D")
+    axis.legend(loc="upper right")
+
+
+def _front(axis: Axes, points: FrontPoints, colour: str, line: str, title: str) -> None:
+    damaged = np.maximum.accumulate(100 * np.array(points.damaged))
+    axis.plot(
+        damaged, 100 * np.array(points.dropped), line, color=colour, label=title, linewidth=1.8
+    )

@@ -1,0 +1,165 @@
+"""A whole grasp study: models, search, closings, files."""
+
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import asdict
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from firstcontact.core import Runner, installed_versions, parallel, write_text
+from firstcontact_lab.grasping._film import KINDS, PICTURES, film
+from firstcontact_lab.grasping._household import HouseholdWork, household
+from firstcontact_lab.grasping._household_numbers import baseline, candidate
+from firstcontact_lab.grasping._learning import Models, learn, loaded
+from firstcontact_lab.grasping._numbers import by_policy
+from firstcontact_lab.grasping._report import render
+from firstcontact_lab.grasping._search import search
+from firstcontact_lab.grasping._trials import PinchSetup, Row, Trial, run_trial
+from firstcontact_lab.grasping._variants import variants
+from firstcontact_lab.grasping.results import (
+    Filmed,
+    GraspData,
+    GraspResults,
+    GraspRun,
+    ModelErrors,
+    Payload,
+    Tuning,
+)
+from firstcontact_lab.grasping.settings import GraspStudySettings
+from firstcontact_lab.report.folder import sole_use
+from firstcontact_lab.report.results.file import write_results
+
+
+def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool, command: str) -> Path:
+    """Run everything and write ``report.html``, ``results.json``, ``film.gif`` and ``grasp.png``.
+
+    Parameters
+    ----------
+    settings
+        Size and seed.
+    out
+        Folder of the study; recordings and models in it are made again.
+    quick
+        Whether the settings are the small ones: the report says so.
+    command
+        What was typed: the report says so.
+
+    Returns
+    -------
+    Path
+        The report.
+
+    Raises
+    ------
+    InputError
+        ``out`` cannot be written to, is another running study's, or holds the results of
+        another one, or recordings or models that no study made.
+    """
+    asked = _asked(settings)
+    with sole_use(out, asked):
+        return _run(settings, out, quick, command, asked)
+
+
+def _run(
+    settings: GraspStudySettings, out: Path, quick: bool, command: str, asked: dict[str, Any]
+) -> Path:
+    from tqdm import tqdm
+
+    began = time.monotonic()
+    started = datetime.now().astimezone().isoformat(timespec="minutes")
+    often = 0.1 if sys.stderr.isatty() else 10.0
+    with tqdm(unit="job", bar_format=_BAR, miniters=0, mininterval=often) as bar:
+
+        def stage(title: str) -> None:
+            bar.reset()
+            bar.set_description(title)
+
+        def within(done: int, total: int) -> None:
+            bar.total, bar.n = total, done
+            bar.update(0)
+
+        with parallel(settings.workers, within) as runner:
+            found = household(settings.household, settings.seed, runner, stage)
+            stage("film")
+            shown = _filmed(out / "film.gif", found, settings, PICTURES // 3 if quick else PICTURES)
+            stage("payload")
+            payload = _payload(settings, out, runner)
+    results = GraspResults(
+        study=GraspRun(
+            command=command,
+            started=started,
+            seconds=time.monotonic() - began,
+            quick=quick,
+            seed=settings.seed,
+            workers=settings.workers,
+            asked=asked,
+            versions=installed_versions(),
+        ),
+        household=found.results,
+        payload=payload,
+        film=shown,
+    )
+    write_results(out / "results.json", results)
+    from firstcontact_lab.grasping.figures.fronts import fronts_picture
+
+    fronts_picture(results.household, out / "grasp.png")
+    report = out / "report.html"
+    write_text(report, render(results, out / "film.gif"))
+    return report
+
+
+def _filmed(
+    path: Path, found: HouseholdWork, settings: GraspStudySettings, pictures: int
+) -> Filmed:
+    its = settings.household
+    kinds = [k for k in KINDS if k in its.kinds] or [its.kinds[0], its.kinds[-1]]
+    hand, specimen = its.hands_of(settings.seed)[1][0], its.judged_specimens[0]
+    shown = {p.name: found.chosen[p.name] for p in (baseline(), candidate())}
+    return film(path, kinds, hand, specimen, shown, found.own, pictures)
+
+
+def _payload(settings: GraspStudySettings, out: Path, runner: Runner) -> Payload:
+    """The older task, small."""
+    learned = learn(settings, out, runner)
+    tuned = search(settings, runner)
+    rows = close_all(settings, tuned, loaded(learned.folder), runner)
+    return Payload(
+        data=GraspData(
+            source="twin",
+            objects=list(settings.kinds),
+            sessions=settings.sessions,
+            pinches=settings.sessions * len(settings.kinds),
+            closings=len(rows),
+            training=5 * settings.training,
+            latencies_ms=[round(1e3 * latency, 3) for latency in settings.latencies],
+        ),
+        models=ModelErrors(rmse=learned.rmse, interval_width=learned.width),
+        feedback=tuned,
+        policies=by_policy(rows, settings.seed),
+    )
+
+
+def close_all(
+    settings: GraspStudySettings, found: dict[str, Tuning], models: Models, runner: Runner
+) -> list[Row]:
+    """Every policy on every pinch at every latency: same pinch, same chance."""
+    tuned = {key: f.settings for key, f in found.items()}
+    compared = tuple(variants().values())
+    trials = [
+        Trial(PinchSetup(k, s, seed=settings.seed), compared, settings.latencies, tuned)
+        for s in range(settings.sessions)
+        for k in settings.kinds
+    ]
+    return [row for rows in runner.map(run_trial, trials, models) for row in rows]
+
+
+def _asked(settings: GraspStudySettings) -> dict[str, Any]:
+    """What the results depend on: settings, but not how many processes."""
+    sizes = {name: value for name, value in asdict(settings).items() if name != "workers"}
+    return {"verb": "grasp-study", **sizes}
+
+
+_BAR = "{desc}: {percentage:3.0f} %|{bar}| {n_fmt}/{total_fmt} [{elapsed}]"

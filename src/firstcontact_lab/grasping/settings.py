@@ -1,0 +1,144 @@
+"""How large a grasp study is, and what is compared in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from firstcontact.grasp import APPROACH, BOOST
+from firstcontact.models import ESTIMATORS
+from firstcontact.twin import BRITTLE, EVERYDAY_OBJECTS, HOUSEHOLD, TwinObject, block
+
+#: Objects up to this Shore A are the soft ones of the headline.
+SOFT = 20.0
+#: The brake latency of the headline and of the search for force feedback, s.
+HEADLINE = 0.020
+#: Blocks that cannot break, from the softest to the firmest.
+BLOCKS = tuple(block(s) for s in (5, 10, 15, 20, 30, 43, 60, 70))
+KINDS = {kind.name: kind for kind in (*BLOCKS, *EVERYDAY_OBJECTS, *BRITTLE)}
+
+
+@dataclass(frozen=True, slots=True)
+class HouseholdSettings:
+    """Size of the household's part.
+
+    Parameters
+    ----------
+    tuning_hands, judged_hands
+        How many there are of each; none is both.
+    tuning_specimens, judged_specimens
+        Numbers of the specimens of every object.
+    blocks
+        Pinches of each block that a hand is known by.
+    speeds, boosts
+        Approaches, m/s, and reflexes that closings are made with.
+    forces
+        Likewise, N: from one to the next about a factor of the root of two.
+    folds
+        In how many parts families are left out of the tuning.
+    budget
+        Settings of each policy.
+    few
+        Whether few values of each setting are tried.
+    permutations
+        Of each control.
+    kinds
+        Names of the objects.
+    """
+
+    tuning_hands: int = 3
+    judged_hands: int = 4
+    tuning_specimens: tuple[int, ...] = (1,)
+    judged_specimens: tuple[int, ...] = (2, 3)
+    blocks: int = 10
+    speeds: tuple[float, ...] = APPROACH.tried
+    boosts: tuple[float, ...] = BOOST.tried
+    forces: tuple[float, ...] = (1.0, 1.41, 2.0, 2.83, 4.0, 5.66, 8.0, 12.0)
+    folds: int = 6
+    budget: int = 512
+    few: bool = False
+    permutations: int = 40
+    kinds: tuple[str, ...] = tuple(thing.name for thing in HOUSEHOLD)
+
+    def hands_of(self, seed: int) -> tuple[list[int], list[int]]:
+        """Seeds of the hands that are tuned on, and of those that are judged."""
+        first = 1000 * (seed + 1)
+        tuning = [first + 100 + n for n in range(self.tuning_hands)]
+        return tuning, [first + 200 + n for n in range(self.judged_hands)]
+
+    def quick(self) -> HouseholdSettings:
+        """The same, small: no number is to be quoted."""
+        return replace(
+            self,
+            tuning_hands=1,
+            judged_hands=2,
+            judged_specimens=(2,),
+            blocks=6,
+            speeds=APPROACH.few,
+            boosts=BOOST.few,
+            forces=(1.0, 2.0, 4.0, 8.0, 12.0),
+            folds=3,
+            budget=32,
+            few=True,
+            permutations=4,
+            kinds=self.kinds[::4],
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class GraspStudySettings:
+    """Size and seed of a grasp study.
+
+    Parameters
+    ----------
+    household
+        Of the household's part; what follows is of the older task's table.
+    sessions
+        Each has one pinch of every object, each pinch with a specimen of its own.
+    latencies
+        Of the brake, s.
+    training
+        Pinches of each of the five blocks that detector and models learn from.
+    windows
+        Of the models, s.
+    tuning
+        Pinches of each object that force feedback is chosen on.
+    coarse
+        Whether the search for force feedback is a small one.
+    kinds
+        Names of the objects.
+    model, detector
+        Names of the estimator and of the contact detector; None for the usual one.
+    seed
+        Of everything drawn.
+    workers
+        Processes.
+    """
+
+    household: HouseholdSettings = HouseholdSettings()
+    sessions: int = 4
+    latencies: tuple[float, ...] = (0.020,)
+    training: int = 30
+    windows: tuple[float, ...] = (0.005, 0.015)
+    tuning: int = 1
+    coarse: bool = True
+    kinds: tuple[str, ...] = tuple(KINDS)
+    model: str = ESTIMATORS.default
+    detector: str | None = None
+    seed: int = 0
+    workers: int = 2
+
+    def quick(self) -> GraspStudySettings:
+        """The same study, small: every part runs, no number is to be quoted."""
+        return replace(
+            self,
+            household=self.household.quick(),
+            sessions=2,
+            training=20,
+            windows=(0.015,),
+            kinds=("block 5", "block 20", "block 43", "orange 1", "egg shell"),
+        )
+
+    @property
+    def objects(self) -> tuple[TwinObject, ...]:
+        """What is pinched."""
+        return tuple(KINDS[name] for name in self.kinds)

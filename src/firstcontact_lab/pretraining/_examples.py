@@ -1,0 +1,255 @@
+"""Contacts of one random rig: its own blocks, and things that it is asked about."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS
+from firstcontact.models import (
+    BEFORE,
+    BESIDE,
+    GENERAL,
+    LEVELS,
+    LONGEST,
+    STAGES,
+    TOKEN,
+    Rig,
+    Touches,
+    Values,
+    cut_touch,
+    facts,
+    lengths,
+    spectra,
+)
+from firstcontact.signal import samples_in
+from firstcontact.twin import (
+    BLOCKS,
+    HARDEST,
+    SOFTEST,
+    Day,
+    Family,
+    RandomObject,
+    RandomRig,
+    Rng,
+    draw_block,
+    draw_day,
+    draw_object,
+    draw_offset,
+    draw_rig,
+    touch,
+)
+
+#: A contact is placed so many samples before or after it happens, at most, and about so many:
+#: mean and standard deviation of what the detectors do on the twin.
+MARGIN = 8
+PLACED = (2.0, 1.2)
+#: Block pinches of a context: least of each level of Shore A, and one more than most.
+CONTEXT = (4, 20)
+#: Things and further block pinches that are asked about, and pinches of each.
+THINGS, ASKED = 24, 2
+#: Contexts that are made of a rig's block pinches: of all, and of some.
+CONTEXTS = 2
+#: Share of rigs that have the paper's blocks.
+PAPER = 0.6
+_RATE = FINGERTIP_RATE
+_BEFORE, _AFTER = samples_in(BEFORE, _RATE), samples_in(LONGEST, _RATE)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Examples:
+    """Contacts that are asked about, with their contexts; the first five share their first axis.
+
+    Parameters
+    ----------
+    signals
+        In 1/32 counts, with ``MARGIN`` samples more at either end than
+        :class:`firstcontact.models._touches.Touches` has, shape (n, samples).
+    shore_a
+        Shape (n,).
+    radii, speeds
+        Of the thing, m, and of the closing relative to the rig's usual one (ln), shape (n,).
+    things
+        Number of the thing, -1 for blocks, shape (n,).
+    heard
+        :func:`firstcontact.models._network_inputs.facts` without what is told, for each context,
+        shape (n, CONTEXTS, BESIDE).
+    rigs
+        Position of the rig in what follows, shape (n,).
+    tokens
+        Shape (rigs, CONTEXTS, stages, LEVELS, TOKEN); zeros beyond the rig's own levels.
+    levels
+        How many levels there are, shape (rigs, CONTEXTS).
+    general
+        Shape (rigs, CONTEXTS, GENERAL).
+    scale
+        Level (V) and sign, shape (rigs, CONTEXTS, 2).
+    """
+
+    signals: NDArray[np.int16]
+    shore_a: Values
+    radii: Values
+    speeds: Values
+    things: NDArray[np.intp]
+    heard: NDArray[np.float32]
+    rigs: NDArray[np.intp]
+    tokens: NDArray[np.float32]
+    levels: NDArray[np.intp]
+    general: NDArray[np.float32]
+    scale: Values
+
+    def __len__(self) -> int:
+        return len(self.signals)
+
+
+def joined(parts: Sequence[Examples]) -> Examples:
+    """One set of several."""
+    before = np.cumsum([0, *(len(part.tokens) for part in parts)])
+    arrays = {f.name: [getattr(part, f.name) for part in parts] for f in fields(Examples)}
+    arrays["rigs"] = [rigs + offset for rigs, offset in zip(arrays["rigs"], before, strict=False)]
+    return Examples(**{name: np.concatenate(several) for name, several in arrays.items()})
+
+
+def volts(signals: NDArray[np.int16]) -> NDArray[np.float32]:
+    """Signals in V."""
+    return signals.astype(np.float32) * np.float32(ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS))
+
+
+def placing(rng: Rng, n: int) -> NDArray[np.intp]:
+    """How late contacts are placed, samples, shape (n,)."""
+    drawn = np.round(rng.normal(*PLACED, n)).astype(np.intp)
+    return np.clip(drawn, -MARGIN, MARGIN)
+
+
+def rig_examples(number: int, seed: int, family: Family | None = None, again: int = 0) -> Examples:
+    """One rig; its numbers depend on these alone.
+
+    With ``again``, each thing is pinched so often, in one session.
+    """
+    rng = np.random.default_rng([seed, number])
+    rig = draw_rig(rng)
+    if family is not None:
+        rig = family.rig(rig, rng)
+    known = _blocks(rng)
+    days = [draw_day(rng) for _ in range(rng.integers(1, 4))]
+    context, levels = _context(rig, known, days, rng)
+    asked_days = [days[-1], draw_day(rng), draw_day(rng)]
+    signals, things, numbers, speeds = [], [], [], []
+    wanted: list[tuple[int, RandomObject]] = []
+    for thing in range(THINGS):
+        held = draw_object(rng)
+        wanted.append((thing, held if family is None else family.held(held, rng)))
+    wanted += [(-1, draw_block(rng, s, rig.block_scatter)) for s in known]
+    for thing, held in wanted:
+        same = asked_days[rng.integers(3)] if again else None
+        for _ in range(again or ASKED):
+            day = asked_days[rng.integers(3)] if same is None else same
+            signal, speed = _touch(rig, day, held, rng)
+            signals.append(signal)
+            things.append(held)
+            numbers.append(thing)
+            speeds.append(speed)
+    return _example_set(
+        np.array(signals), things, np.array(numbers), np.array(speeds), context, levels, rng
+    )
+
+
+def _blocks(rng: Rng) -> list[float]:
+    if rng.random() < PAPER:
+        return [kind.shore_a for kind in BLOCKS]
+    return sorted(float(s) for s in rng.uniform(SOFTEST, HARDEST, rng.integers(3, LEVELS)))
+
+
+def _touch(
+    rig: RandomRig, day: Day, held: RandomObject, rng: Rng
+) -> tuple[NDArray[np.int16], float]:
+    more = MARGIN / _RATE
+    signal, speed = touch(rig, day, held, rng, BEFORE + more, LONGEST + more)
+    return signal, speed
+
+
+def _context(
+    rig: RandomRig, known: list[float], days: list[Day], rng: Rng
+) -> tuple[tuple[NDArray[np.int16], Values], Values]:
+    """Signals and speeds of the rig's block pinches, and their Shore A."""
+    each = int(rng.integers(*CONTEXT))
+    signals, speeds, levels = [], [], []
+    for shore_a in known:
+        specimens = [draw_block(rng, shore_a, rig.block_scatter) for _ in range(rng.integers(1, 4))]
+        for _ in range(each):
+            day = days[rng.integers(len(days))]
+            signal, speed = _touch(rig, day, specimens[rng.integers(len(specimens))], rng)
+            signals.append(signal)
+            speeds.append(speed)
+            levels.append(shore_a)
+    return (np.array(signals), np.array(speeds)), np.array(levels)
+
+
+def _touches(signals: NDArray[np.int16], rng: Rng) -> Touches:
+    """As a detector would have cut them, ended by a second contact."""
+    cut, valid = [], []
+    shortest, longest = lengths(_RATE)
+    for signal, late in zip(volts(signals), placing(rng, len(signals)), strict=True):
+        found = cut_touch(signal, _BEFORE + MARGIN + int(late), _RATE)
+        if found is None:  # a sensor that does not move
+            found = np.zeros(_BEFORE + _AFTER, np.float32)
+        cut.append(found)
+        second = round(draw_offset(rng) * _RATE) - int(late)
+        valid.append(min(max(second, shortest), longest))
+    return Touches.untold(np.array(cut), np.array(valid), np.full(len(cut), -1), _RATE)
+
+
+def _example_set(
+    signals: NDArray[np.int16],
+    things: list[RandomObject],
+    numbers: NDArray[np.intp],
+    speeds: Values,
+    context: tuple[NDArray[np.int16], Values],
+    shore_a: Values,
+    rng: Rng,
+) -> Examples:
+    blocks, block_speeds = context
+    n = len(signals)
+    tokens = np.zeros((1, CONTEXTS, len(STAGES), LEVELS, TOKEN), np.float32)
+    levels = np.zeros((1, CONTEXTS), np.intp)
+    general = np.zeros((1, CONTEXTS, GENERAL), np.float32)
+    scale = np.zeros((1, CONTEXTS, 2))
+    heard = np.zeros((n, CONTEXTS, BESIDE), np.float32)
+    asked = _touches(signals, rng)
+    sounds = spectra(asked.signals, asked.before, _RATE)
+    for place in range(CONTEXTS):
+        which = _some(shore_a, 1.0 if place == 0 else float(rng.uniform(0.2, 0.8)), rng)
+        rig = Rig.of(_touches(blocks[which], rng), shore_a[which])
+        count = rig.tokens.shape[1]
+        tokens[0, place, :, :count] = rig.tokens
+        levels[0, place] = count
+        general[0, place] = rig.general
+        scale[0, place] = rig.level, rig.sign
+        assert rig.pitch is not None
+        speed, alike = rig.pitch.listen(sounds)
+        heard[:, place] = facts(speed, alike, np.full(n, np.nan))
+    return Examples(
+        signals=signals,
+        shore_a=np.array([thing.shore_a for thing in things]),
+        radii=np.array([thing.parameters.radius for thing in things]),
+        speeds=np.log(speeds / np.median(block_speeds)),
+        things=numbers,
+        heard=heard,
+        rigs=np.zeros(n, np.intp),
+        tokens=tokens,
+        levels=levels,
+        general=general,
+        scale=scale,
+    )
+
+
+def _some(shore_a: Values, share: float, rng: Rng) -> NDArray[np.intp]:
+    """Positions of a share of the pinches of each level, two at least."""
+    chosen = []
+    for level in np.unique(shore_a):
+        its = rng.permutation(np.flatnonzero(shore_a == level))
+        chosen.append(its[: max(2, round(share * len(its)))])
+    return np.sort(np.concatenate(chosen))

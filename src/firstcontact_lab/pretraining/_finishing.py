@@ -1,0 +1,91 @@
+"""What a trained network still needs: widths of its intervals, and what is familiar to it.
+
+Both come from rigs that it has not learned from.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import FINGERTIP_RATE
+from firstcontact.models import (
+    ANY,
+    LONGEST,
+    STAGES,
+    Familiar,
+    InContextModel,
+    Network,
+    Rig,
+    Values,
+    mean_and_spread,
+    traits,
+)
+from firstcontact.signal import samples_in
+from firstcontact_lab.pretraining._batches import cut, draw_batch
+from firstcontact_lab.pretraining._examples import CONTEXTS, MARGIN, Examples, volts
+
+#: Share of intervals that are to hold the truth.
+LEVEL = 0.9
+
+
+def answers(
+    network: Network, examples: Examples, samples: int, seed: int = 0
+) -> tuple[Values, Values]:
+    """Answers and spreads after so many samples, beside the fullest context, shape (n,)."""
+    rng = np.random.default_rng([seed, samples])
+    everything = np.arange(len(examples))
+    batch = draw_batch(examples, everything, rng, samples, context=0)
+    values, spreads = np.empty(len(examples)), np.empty(len(examples))
+    stage = int(batch.row[0] % len(STAGES))
+    for rig in np.unique(examples.rigs):
+        which = np.flatnonzero(examples.rigs == rig)
+        count = int(examples.levels[rig, 0])
+        context = network.context(examples.tokens[rig, 0, :, :count], examples.general[rig, 0])
+        mixture = network.outputs(batch.x[which], context, np.full(len(which), stage))
+        values[which], spreads[which] = mean_and_spread(mixture)
+    return values, spreads
+
+
+def finished(network: Network, examples: Examples, seed: int) -> InContextModel:
+    """The model that knows no rig yet.
+
+    Parameters
+    ----------
+    network
+        Trained.
+    examples
+        Of rigs that it has not learned from.
+    seed
+        Of what is drawn.
+    """
+    factors = np.array([_factor(network, examples, stage, seed) for stage in STAGES])
+    seen = [_traits(examples, stage, seed) for stage in STAGES]
+    return InContextModel(network, Familiar.of(seen), factors, LEVEL, {ANY: Rig.unknown()})
+
+
+def _factor(network: Network, examples: Examples, samples: int, seed: int) -> float:
+    """Half width, in the network's own spreads, that holds ``LEVEL`` of the things.
+
+    Split conformal (Papadopoulos et al. 2008), the error over the spread as its score.
+    """
+    values, spreads = answers(network, examples, samples, seed)
+    things = examples.things >= 0
+    score = np.abs(values - examples.shore_a) / spreads
+    ordered = np.sort(score[things])
+    rank = math.ceil((len(ordered) + 1) * LEVEL)
+    return float(ordered[min(rank, len(ordered)) - 1])
+
+
+def _traits(examples: Examples, samples: int, seed: int) -> NDArray[np.float64]:
+    rng = np.random.default_rng([seed, samples, 1])
+    signals = volts(examples.signals)
+    late = np.zeros(len(signals), np.intp)
+    longest = samples_in(LONGEST, FINGERTIP_RATE)
+    before = signals.shape[1] - longest - 2 * MARGIN
+    after = cut(signals, late + rng.integers(0, 4, len(signals)))
+    whole = np.concatenate([signals[:, MARGIN : MARGIN + before], after], axis=1)
+    level, sign = examples.scale[examples.rigs, rng.integers(0, CONTEXTS, len(signals))].T
+    return traits(whole, before, np.full(len(signals), samples), level, sign)

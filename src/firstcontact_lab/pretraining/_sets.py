@@ -1,0 +1,80 @@
+"""Sets of examples in files: made in parts, so that what was made is not made again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+from safetensors.numpy import load_file, save
+
+from firstcontact.core import Runner, replacing
+from firstcontact.twin import FAMILIES
+from firstcontact_lab.pretraining._examples import Examples, joined, rig_examples
+
+#: Raised whenever rigs, things or what is kept of them change: older files are made again.
+DRAWN = 1
+#: Rigs of one file.
+PART = 50
+
+
+def example_set(
+    folder: Path,
+    first: int,
+    rigs: int,
+    seed: int,
+    runner: Runner,
+    family: str = "",
+    again: int = 0,
+    progress: Callable[[int], object] = lambda done: None,
+) -> Examples:
+    """Examples of rigs number ``first`` and on.
+
+    Parameters
+    ----------
+    folder
+        Where the parts are kept; those that are there are read.
+    first, rigs
+        Number of the first rig, and how many.
+    seed
+        Of all of them.
+    runner
+        Makes the parts.
+    family
+        One of the held-out families; "" for those that training draws.
+    again
+        Pinches of each thing in one session; 0 for what the network learns from.
+    progress
+        Called with the number of rigs just finished.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    parts = [(at, min(PART, first + rigs - at)) for at in range(first, first + rigs, PART)]
+    kind = (family or "rigs") + (f"-again{again}" if again else "")
+    files = [folder / f"{kind}-v{DRAWN}-{seed}-{at}-{n}.safetensors" for at, n in parts]
+    missing = [part for part, file in zip(parts, files, strict=True) if not file.exists()]
+    made = iter(runner.stream(_part, missing, seed, family, again))
+    out: list[Examples] = []
+    for part, file in zip(parts, files, strict=True):
+        if not file.exists():
+            _write(file, next(made))
+        out.append(_read(file))
+        progress(part[1])
+    return joined(out)
+
+
+def _part(part: tuple[int, int], seed: int, family: str, again: int) -> Examples:
+    first, rigs = part
+    of = FAMILIES[family] if family else None
+    numbers = range(first, first + rigs)
+    return joined([rig_examples(number, seed, of, again) for number in numbers])
+
+
+def _write(file: Path, examples: Examples) -> None:
+    arrays = {f.name: np.ascontiguousarray(getattr(examples, f.name)) for f in fields(Examples)}
+    with replacing(file) as temporary:
+        temporary.write_bytes(save(arrays))
+
+
+def _read(file: Path) -> Examples:
+    return Examples(**load_file(file))

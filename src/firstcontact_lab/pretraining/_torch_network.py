@@ -1,0 +1,99 @@
+"""The network as PyTorch trains it; :mod:`firstcontact.models._context_network` runs it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import torch
+from torch import nn
+
+from firstcontact.models import (
+    COMPONENTS,
+    FARTHEST,
+    GENERAL,
+    HEADS,
+    INPUTS,
+    LAYERS,
+    MEAN_SCALE,
+    SPREAD,
+    TOKEN,
+)
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+#: Widths: of what is made of a token, of the context, of the body, of its last layer.
+TOKENS, CONTEXT, BODY, LAST = 96, 64, 256, 128
+_KEYS = 16 * HEADS
+
+
+class TorchNetwork(nn.Module):
+    """The same layers by the same names."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        sizes = {
+            "token1": (TOKEN, TOKENS),
+            "token2": (TOKENS, TOKENS),
+            "mean": (TOKENS, CONTEXT),
+            "key": (TOKENS, _KEYS),
+            "value": (TOKENS, CONTEXT),
+            "query1": (INPUTS, BODY),
+            "query2": (BODY, _KEYS),
+            "body1": (BODY + 2 * CONTEXT + GENERAL, BODY),
+            "body2": (BODY, BODY),
+            "body3": (BODY, LAST),
+            "answer": (LAST, 3 * COMPONENTS),
+        }
+        assert tuple(sizes) == LAYERS
+        self.layers = nn.ModuleDict({name: nn.Linear(*size) for name, size in sizes.items()})
+
+    def forward(
+        self,
+        x: torch.Tensor,
+        tokens: torch.Tensor,
+        there: torch.Tensor,
+        general: torch.Tensor,
+    ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+        """Mixtures for contacts of several rigs.
+
+        Parameters
+        ----------
+        x, tokens, general
+            Scaled inputs (n, INPUTS), tokens (n, levels, TOKEN), general (n, GENERAL).
+        there
+            Which levels there are, 1 or 0, shape (n, levels).
+
+        Returns
+        -------
+        tuple
+            Logarithms of the weights, means and logarithms of the standard deviations in the
+            network's unit, shape (n, COMPONENTS) each.
+        """
+        silu, layers, n = nn.functional.silu, self.layers, len(x)
+        e = silu(layers["token2"](silu(layers["token1"](tokens.clamp(-FARTHEST, FARTHEST)))))
+        count = there.sum(1, keepdim=True).clamp(min=1)
+        mean = (layers["mean"](e) * there[..., None]).sum(1) / count
+        h = silu(layers["query1"](x.clamp(-FARTHEST, FARTHEST)))
+        query = layers["query2"](h).view(n, HEADS, 1, -1)
+        keys = layers["key"](e).view(n, -1, HEADS, query.shape[-1]).transpose(1, 2)
+        values = layers["value"](e).view(n, keys.shape[2], HEADS, -1).transpose(1, 2)
+        fit = (query * keys).sum(-1) / query.shape[-1] ** 0.5
+        share = torch.softmax(fit - 1e4 * (1 - there[:, None, :]), dim=-1) * there[:, None, :]
+        found = (share[..., None] * values).sum(2).reshape(n, -1)
+        # No mean where there is no level: the bias of the layer is not to show.
+        any_ = (there.sum(1, keepdim=True) > 0).float()
+        body = torch.cat([h, mean * any_, found, general.clamp(-FARTHEST, FARTHEST)], 1)
+        for name in ("body1", "body2", "body3"):
+            body = silu(layers[name](body))
+        weight, centre, spread = layers["answer"](body).chunk(3, dim=1)
+        return torch.log_softmax(weight, 1), MEAN_SCALE * centre, spread.clamp(*SPREAD)
+
+    def arrays(self) -> dict[str, NDArray[np.float32]]:
+        """Weights and biases as :class:`firstcontact.models.Network` takes them."""
+        return {
+            f"{name}.{kind}": getattr(self.layers[name], kind).detach().numpy().copy()
+            for name in LAYERS
+            for kind in ("weight", "bias")
+        }

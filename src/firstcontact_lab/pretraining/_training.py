@@ -1,0 +1,156 @@
+"""Training of the in-context network, epoch by epoch, from where it was stopped."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from safetensors.torch import load_file, save
+
+from firstcontact.core import replacing
+from firstcontact.models import CENTRE, UNIT, Network
+from firstcontact_lab.pretraining._batches import draw_batch, token_rows
+from firstcontact_lab.pretraining._examples import Examples
+from firstcontact_lab.pretraining._torch_network import TorchNetwork
+
+#: Contacts of a step, and those that are prepared together.
+BATCH, PREPARED = 512, 16_384
+#: Largest learning rate, the share of the training in which it rises, and weight decay.
+RATE, WARM_UP, DECAY = 2e-3, 0.15, 2e-2
+#: Weight of the squared error beside the likelihood.
+SQUARED = 2.0
+
+Lot = tuple[torch.Tensor, ...]
+
+
+class Training:
+    """A network on its way.
+
+    Parameters
+    ----------
+    examples
+        To learn from.
+    epochs
+        Passes over all of them.
+    seed
+        Of the first weights and of all that is drawn.
+    state
+        File where everything is kept after each epoch: a training that was stopped goes on
+        from there, and gives what it would have given.
+    """
+
+    def __init__(self, examples: Examples, epochs: int, seed: int, state: Path) -> None:
+        torch.manual_seed(seed)
+        self._examples, self._epochs, self._seed, self._state = examples, epochs, seed, state
+        self._network = TorchNetwork()
+        self._optimizer = torch.optim.AdamW(self._network.parameters(), RATE, weight_decay=DECAY)
+        self._done = 0  # epochs
+        self._scales = _scales(examples, seed)
+        tokens, there = token_rows(examples)
+        scaled = self._scaled("token", tokens) * there[..., None]
+        self._tokens, self._there = torch.from_numpy(scaled), torch.from_numpy(there)
+        if state.exists():
+            self._go_on()
+
+    def run(self, progress: Callable[[int, float], object] = lambda epoch, loss: None) -> Network:
+        """Train what is left; ``progress`` is called with each epoch's number and mean loss."""
+        for epoch in range(self._done, self._epochs):
+            losses = []
+            lots = list(self._order(epoch))
+            for place, which in enumerate(lots):
+                # Each lot draws from its own seed: what was stopped draws what it would have.
+                rng = np.random.default_rng([self._seed, epoch, place])
+                for part, lot in enumerate(self._lots(which, rng)):
+                    gone = (epoch + (place + part * BATCH / PREPARED) / len(lots)) / self._epochs
+                    losses.append(self._step(lot, gone))
+            self._done = epoch + 1
+            self._keep()
+            progress(self._done, float(np.mean(losses)))
+        return Network({**self._network.arrays(), **self._scales})
+
+    def _order(self, epoch: int) -> Iterator[NDArray[np.intp]]:
+        order = np.random.default_rng([self._seed, epoch]).permutation(len(self._examples))
+        for start in range(0, len(order), PREPARED):
+            yield order[start : start + PREPARED]
+
+    def _lots(self, which: NDArray[np.intp], rng: np.random.Generator) -> Iterator[Lot]:
+        drawn = draw_batch(self._examples, which, rng)
+        x = torch.from_numpy(self._scaled("inputs", drawn.x))
+        general = torch.from_numpy(self._scaled("general", drawn.general))
+        row, known = torch.from_numpy(drawn.row), torch.from_numpy(drawn.known).float()
+        target = torch.from_numpy(((drawn.shore_a - CENTRE) / UNIT).astype(np.float32))
+        for start in range(0, len(x), BATCH):
+            part = slice(start, start + BATCH)
+            there = self._there[row[part]] * known[part, None]
+            yield x[part], self._tokens[row[part]], there, general[part], target[part]
+
+    def _step(self, lot: Lot, gone: float) -> float:
+        x, tokens, there, general, target = lot
+        for group in self._optimizer.param_groups:
+            group["lr"] = RATE * _shape(gone)
+        weight, mean, spread = self._network(x, tokens, there, general)
+        away = (target[:, None] - mean) / spread.exp()
+        likelihood = torch.logsumexp(weight - spread - 0.5 * away * away, 1)
+        error = (weight.exp() * mean).sum(1) - target
+        loss = SQUARED * (error * error).mean() - likelihood.mean()
+        self._optimizer.zero_grad()
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(self._network.parameters(), 1.0)
+        self._optimizer.step()
+        return float(loss.item())
+
+    def _scaled(self, name: str, x: NDArray[np.float32]) -> NDArray[np.float32]:
+        out: NDArray[np.float32] = (x - self._scales[f"{name}.mean"]) / self._scales[f"{name}.sd"]
+        return out
+
+    def _keep(self) -> None:
+        state = {f"network.{name}": t for name, t in self._network.state_dict().items()}
+        for number, values in self._optimizer.state_dict()["state"].items():
+            state |= {f"optimizer.{number}.{name}": t for name, t in values.items()}
+        whole = {name: t.contiguous() for name, t in state.items()}
+        with replacing(self._state) as temporary:
+            temporary.write_bytes(save(whole, {"epoch": str(self._done)}))
+
+    def _go_on(self) -> None:
+        from safetensors import safe_open
+
+        with safe_open(self._state, framework="pt") as file:
+            self._done = int(file.metadata()["epoch"])
+        state = load_file(self._state)
+        head = "network."
+        self._network.load_state_dict(
+            {name[len(head) :]: t for name, t in state.items() if name.startswith(head)}
+        )
+        tree: dict[str, Any] = self._optimizer.state_dict()
+        for name, tensor in state.items():
+            if name.startswith("optimizer."):
+                _, number, field = name.split(".")
+                tree["state"].setdefault(int(number), {})[field] = tensor
+        self._optimizer.load_state_dict(tree)
+
+
+def _shape(gone: float) -> float:
+    """Learning rate, as a share of the largest, when a share of the training is gone."""
+    if gone < WARM_UP:
+        return 0.04 + 0.96 * gone / WARM_UP
+    return 0.5 * (1 + math.cos(math.pi * min((gone - WARM_UP) / (1 - WARM_UP), 1.0)))
+
+
+def _scales(examples: Examples, seed: int) -> dict[str, NDArray[np.float32]]:
+    """Mean and standard deviation of the inputs, over examples spread evenly."""
+    rng = np.random.default_rng([seed, 0, 0, 1])
+    which = np.unique(np.linspace(0, len(examples) - 1, 20_000).round().astype(np.intp))
+    batch = draw_batch(examples, which, rng)
+    tokens, there = token_rows(examples)
+    parts = {"inputs": batch.x, "token": tokens[there > 0], "general": examples.general}
+    out: dict[str, NDArray[np.float32]] = {}
+    for name, part in parts.items():
+        rows = part.reshape(-1, part.shape[-1])
+        out[f"{name}.mean"] = rows.mean(axis=0, dtype=np.float64).astype(np.float32)
+        out[f"{name}.sd"] = (rows.std(axis=0, dtype=np.float64) + 1e-2).astype(np.float32)
+    return out

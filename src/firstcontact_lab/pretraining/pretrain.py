@@ -1,0 +1,124 @@
+"""From nothing to the network that comes with the package: sets, training, intervals, judgement."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from firstcontact.core import FINGERTIP_RATE, Runner
+from firstcontact.models import TIMES, InContextModel, save_anytime
+from firstcontact.signal import samples_in
+from firstcontact.twin import FAMILIES
+from firstcontact_lab.pretraining._examples import Examples
+from firstcontact_lab.pretraining._finishing import LEVEL, answers, finished
+from firstcontact_lab.pretraining._same_object import PINCHES, same_object
+from firstcontact_lab.pretraining._sets import example_set
+from firstcontact_lab.pretraining._training import Training
+
+#: Numbers of the first rigs: of training, of calibration, of judgement, of held-out families.
+TRAINED, CALIBRATED, JUDGED, HELD_OUT = 0, 1_000_000, 2_000_000, 3_000_000
+#: Where each thing is pinched again and again: to learn what errors share, and to be judged by.
+AGAIN, AGAIN_JUDGED = 4_000_000, 5_000_000
+#: Samples after the contact at which the network is judged: 3, 5, 8 and 15 ms.
+SAMPLES = {str(ms): samples_in(ms / 1000, FINGERTIP_RATE) for ms in TIMES[1:]}
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """How much is made.
+
+    Parameters
+    ----------
+    rigs
+        To learn from.
+    calibration, judgement, held_out
+        For the intervals; of the same kind, to be judged by; and of each held-out family.
+    epochs
+        Passes over the examples.
+    """
+
+    rigs: int = 6000
+    calibration: int = 300
+    judgement: int = 100
+    held_out: int = 50
+    epochs: int = 45
+
+    def of(self, rigs: int, epochs: int) -> Size:
+        """The same with another number of rigs to learn from, others in proportion if fewer."""
+        share = min(1.0, rigs / self.rigs)
+        return Size(
+            rigs,
+            max(20, round(share * self.calibration)),
+            max(10, round(share * self.judgement)),
+            max(5, round(share * self.held_out)),
+            epochs,
+        )
+
+
+def pretrain(
+    out: Path,
+    work: Path,
+    size: Size,
+    seed: int,
+    runner: Runner,
+    say: Callable[[str], object],
+) -> InContextModel:
+    """Make the network, or go on where that was stopped.
+
+    Parameters
+    ----------
+    out
+        Folder for the model.
+    work
+        Folder for what is made on the way.
+    size, seed
+        Same size and seed on the same machine: same weights.
+    runner
+        Makes the sets.
+    say
+        Called with what is done.
+    """
+
+    def made(first: int, rigs: int, family: str = "", again: int = 0) -> Examples:
+        return example_set(work, first, rigs, seed, runner, family, again)
+
+    torch.set_num_threads(1)  # how sums are cut decides their last bits
+    examples = made(TRAINED, size.rigs)
+    say(f"{size.rigs} rigs, {len(examples)} contacts to learn from")
+    state = work / f"training-{seed}-{size.rigs}-{size.epochs}.safetensors"
+    network = Training(examples, size.epochs, seed, state).run(
+        lambda epoch, loss: say(f"epoch {epoch} of {size.epochs}: loss {loss:.3f}")
+    )
+    model = finished(network, made(CALIBRATED, size.calibration), seed)
+    scores: dict[str, Mapping[str, Any]] = {
+        "random rigs": judged(model, made(JUDGED, size.judgement), seed)
+    }
+    for name, family in FAMILIES.items():
+        examples = made(HELD_OUT, size.held_out, name)
+        scores[f"held out: {family.title}"] = judged(model, examples, seed)
+    known, asked = (made(at, size.judgement, again=PINCHES) for at in (AGAIN, AGAIN_JUDGED))
+    scores["same object"] = same_object(model, known, asked, SAMPLES, seed + 1)
+    trained = f"{size.rigs} random simulated rigs, {size.epochs} epochs, seed {seed}"
+    save_anytime(model, out, {"trained": trained, "scores": scores, "size": asdict(size)})
+    return model
+
+
+def judged(model: InContextModel, examples: Examples, seed: int) -> Mapping[str, Any]:
+    """Error, coverage and mean width for things, beside each rig's fullest context."""
+    things = examples.things >= 0
+    out: dict[str, Any] = {}
+    for time, samples in SAMPLES.items():
+        values, spreads = answers(model.network, examples, samples, seed + 1)
+        away = np.abs(np.clip(values, 0, 100) - examples.shore_a)[things]
+        half = model.half_widths(spreads, samples)[things]
+        out[time] = {
+            "rmse": round(float(np.sqrt((away**2).mean())), 2),
+            "coverage": round(float((away <= half).mean()), 3),
+            "width": round(float(2 * half.mean()), 1),
+        }
+    return {"level": LEVEL, "ms": out}

@@ -1,0 +1,73 @@
+"""Vibration by stiffness."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import INK
+from firstcontact.models import LabelledWindows
+from firstcontact_lab.report.figures.style import canvas, shades, uri
+from firstcontact_lab.report.findings import Figure
+
+
+def response_figure(blocks: LabelledWindows, unit: str) -> Figure:
+    """Median waveform of each level with its middle half, from contact on, in ``unit``."""
+    levels = np.unique(blocks.y)
+    time = 1e3 * np.arange(blocks.X.shape[1]) / blocks.rate
+    with canvas() as (figure, axes):
+        ax = axes[0, 0]
+        for level, colour in zip(levels, shades(len(levels)), strict=True):
+            waves = blocks.X[blocks.y == level, :, 0]
+            low, middle, high = np.percentile(waves, [25, 50, 75], axis=0)
+            ax.fill_between(time, low, high, color=colour, alpha=0.18, lw=0)
+            ax.plot(time, middle, color=colour, label=f"{level:g}")
+        ax.axhline(0, color=INK, lw=0.6)
+        ax.set(xlabel="Time after contact (ms)", ylabel=f"Vibration, finger that touched ({unit})")
+        ax.set_xlim(0, time[-1])
+        ax.legend(title="Shore A", title_fontsize=8.5, ncols=1, loc="upper right")
+        image = uri(figure)
+    return Figure(
+        "responses",
+        "Response by stiffness",
+        "Median over the pinches of each level (line) and the middle half of them (band), after "
+        "filtering, as the models see it.",
+        image,
+    )
+
+
+def peak_figure(shore_a: NDArray[np.float64], peaks: NDArray[np.float64], unit: str) -> Figure:
+    """Largest amplitude within the window (in ``unit``) against Shore A."""
+    levels = np.unique(shore_a)
+    rng = np.random.default_rng(0)
+    with canvas() as (figure, axes):
+        ax = axes[0, 0]
+        spread = 0.25 * float(np.diff(levels).min())
+        for level, colour in zip(levels, shades(len(levels)), strict=True):
+            its = peaks[shore_a == level]
+            ax.scatter(
+                level + rng.uniform(-spread, spread, len(its)),
+                its,
+                s=6,
+                color=colour,
+                alpha=0.35,
+                lw=0,
+                rasterized=True,
+            )
+        means = [peaks[shore_a == level].mean() for level in levels]
+        groups = (peaks[shore_a == level] for level in levels)
+        sds = [its.std(ddof=min(1, len(its) - 1)) for its in groups]
+        ax.errorbar(
+            levels, means, yerr=sds, fmt="o-", color=INK, capsize=3, ms=4.5, lw=1, label="mean ± SD"
+        )
+        ax.set(xlabel="Shore A", ylabel=f"Peak amplitude ({unit})", ylim=(0, None))
+        ax.set_xticks(levels)
+        ax.legend(loc="upper left")
+        image = uri(figure)
+    return Figure(
+        "peaks",
+        "Peak amplitude against stiffness",
+        "One point a pinch, spread sideways to be seen. Where levels overlap, the peak alone "
+        "cannot tell them apart.",
+        image,
+    )

@@ -1,0 +1,98 @@
+"""One look for all figures: sizes, colours that colour-blind eyes tell apart, units."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import INK, Layout
+from firstcontact.recording import PLAIN, figure_label
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+STYLE: Any = {
+    **PLAIN,
+    "font.size": 9.5,
+    "axes.titlesize": 10,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9.5,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": "#B8C0C8",
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#E6EAEE",
+    "grid.linewidth": 0.8,
+    "xtick.color": "#52606D",
+    "ytick.color": "#52606D",
+    "xtick.major.size": 0,
+    "ytick.major.size": 0,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "lines.linewidth": 1.4,
+    "text.color": INK,
+    "svg.fonttype": "path",
+    # Same figure, same bytes.
+    "svg.hashsalt": "firstcontact",
+}
+#: Width and height of a figure in the report, inch.
+SIZE = (6.2, 3.7)
+
+
+@contextmanager
+def canvas(
+    rows: int = 1,
+    columns: int = 1,
+    size: tuple[float, float] = SIZE,
+    **options: Any,
+) -> Iterator[tuple[Canvas, NDArray[Any]]]:
+    """A figure and its axes, shape (rows, columns), in the common style."""
+    import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=size, layout="constrained")
+        FigureCanvasAgg(figure)
+        yield figure, np.asarray(figure.subplots(rows, columns, squeeze=False, **options))
+
+
+def uri(figure: Canvas) -> str:
+    """The figure as a data URI: SVG, with what is marked rasterized at twice screen density."""
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg", dpi=192, metadata={"Date": None, "Creator": None})
+    svg = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.DOTALL)
+    return "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode()
+
+
+def vibration_unit(layout: Layout) -> str:
+    """Unit of the vibration channels, as it is written."""
+    return figure_label(layout.vibration[0].unit, 12)
+
+
+def vibration_axis(layout: Layout, milli: bool = False) -> tuple[str, float]:
+    """Label of a vibration axis and what values are multiplied by for it.
+
+    ``milli`` asks for mV, which only data in V can be figure_label in.
+    """
+    unit = vibration_unit(layout)
+    name = str(layout.vibration[0].sensor).capitalize()
+    return (f"{name} (mV)", 1e3) if milli and unit == "V" else (f"{name} ({unit})", 1.0)
+
+
+def shades(n: int) -> list[Any]:
+    """Colours of n ordered levels, soft light to stiff dark; safe for colour-blind eyes."""
+    import matplotlib as mpl
+
+    return list(mpl.colormaps["viridis_r"](np.linspace(0.12, 0.95, n)))

@@ -1,0 +1,111 @@
+"""The folder of a study: one study in it at a time, and none over the work of another."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from firstcontact.core import InputError, write_json
+from firstcontact_lab.report.results.file import read_asked
+
+#: Says that a folder of recordings was made by a study and may be made again.
+MARK = "made-by-study.json"
+RESULTS, REPORT = "results.json", "report.html"
+_REMEDY = "choose another --out, or move it away"
+
+
+@contextmanager
+def sole_use(out: Path, asked: Mapping[str, Any]) -> Iterator[None]:
+    """Make the folder of a study and hold it; what a dead process held is free.
+
+    Parameters
+    ----------
+    out
+        The folder.
+    asked
+        What the results depend on; stands in them as ``study.asked``. The same study
+        again replaces its own.
+
+    Raises
+    ------
+    InputError
+        It cannot be made, another study is at work in it, or it holds the results of
+        another study or of nobody knows what.
+    """
+    made = not out.exists()
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        held = os.open(out, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    except OSError as error:
+        raise InputError(f"{out} cannot be made ({error.strerror}): choose another --out") from None
+    try:
+        try:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InputError(
+                f"{out}: another study is at work in it: wait for its end, or choose another --out"
+            ) from None
+        except OSError:
+            pass  # a disk without locks
+        _claim(out, asked)
+        yield
+    except InputError:
+        if made:
+            with suppress(OSError):  # something is in it: it stays
+                out.rmdir()
+        raise
+    finally:
+        os.close(held)
+
+
+def _claim(out: Path, asked: Mapping[str, Any]) -> None:
+    """Refuse to write over results that something else was asked for."""
+    results = out / RESULTS
+    if not results.exists():
+        if (out / REPORT).exists():
+            raise InputError(f"{out / REPORT} was not made by a study: {_REMEDY}")
+        return
+    try:
+        there = read_asked(results, _REMEDY)
+    except (InputError, OSError):
+        raise InputError(f"{results} was not made by a study of this version: {_REMEDY}") from None
+    mine = json.loads(json.dumps(asked))
+    if there != mine:
+        differs = sorted(k for k in {*there, *mine} if there.get(k) != mine.get(k))
+        raise InputError(
+            f"{out} holds another study's results (other {', '.join(differs)}): choose another "
+            "--out, or remove it"
+        )
+
+
+def fresh(directory: Path, mark: Mapping[str, object]) -> Path:
+    """An empty folder that bears our mark; what a study left there is removed.
+
+    Raises
+    ------
+    InputError
+        The folder was not made by a study.
+    """
+    check_fresh(directory)
+    if directory.exists():
+        shutil.rmtree(directory)
+    write_json(directory / MARK, mark)
+    return directory
+
+
+def check_fresh(directory: Path) -> None:
+    """Refuse a folder that :func:`fresh` would not empty.
+
+    Raises
+    ------
+    InputError
+        It was not made by a study.
+    """
+    if directory.exists() and not (directory / MARK).exists():
+        raise InputError(f"{directory} was not made by a study: {_REMEDY}")

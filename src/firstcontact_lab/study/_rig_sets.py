@@ -1,0 +1,180 @@
+"""Sets of twin pinches of their own seeds: home and other hand, blocks and objects.
+
+Only the moments around the contacts are made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Contact, Dataset, Label, Pinch
+from firstcontact.models import DURATION, LabelledWindows, Touches, labelled_windows, touches_of
+from firstcontact.twin import (
+    BLOCKS,
+    EVERYDAY_OBJECTS,
+    Condition,
+    PinchDraw,
+    contact_stiffness,
+    draw_pinch,
+    draw_specimen,
+    excerpt,
+    generator,
+    simulate_pinch,
+)
+
+Values = NDArray[np.float64]
+#: What is made of a pinch, s: before its first contact, and in all.
+BEFORE, LENGTH = 0.045, 0.070
+#: Added to the seed of a set: the other hand's.
+OTHER_HAND = 1_000_000
+
+
+#: Rounder than this nothing is, m: blocks.
+FLAT = 1.0
+
+
+class Use(StrEnum):
+    """What pinches of a set are for."""
+
+    #: Blocks that the rig is known by, and those of further sessions.
+    BLOCKS = "blocks"
+    HELD = "held_blocks"
+    #: Objects that nothing has learned from.
+    OBJECTS = "objects"
+    #: Blocks and objects of another hand.
+    OTHER_BLOCKS = "other_hand_blocks"
+    OTHER_OBJECTS = "other_hand_objects"
+    #: Other specimens of the same kinds of object, for the floor.
+    KINDS = "kinds"
+
+
+@dataclass(frozen=True, slots=True)
+class Sizes:
+    """How many pinches: of each block, of each object, of each kind."""
+
+    blocks: int = 40
+    held: int = 10
+    objects: int = 20
+    other_blocks: int = 6
+    kinds: int = 80
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RigSet:
+    """Pinches of one set; all arrays share their first axis.
+
+    Parameters
+    ----------
+    windows
+        As the estimators of a fixed window get them.
+    touches
+        The same contacts as they go on.
+    uses
+        Of :class:`Use`, shape (n,).
+    radii
+        Of what was touched, m, infinite for what is flat, shape (n,).
+    moduli, stiffnesses
+        Young's modulus at that pinch (Pa) and stiffness of the contact (N/m^1.5), shape (n,).
+    too_short
+        Share of pinches that have no answer: the second contact came before.
+    """
+
+    windows: LabelledWindows
+    touches: Touches
+    uses: NDArray[np.str_]
+    radii: Values
+    moduli: Values
+    stiffnesses: Values
+    too_short: float
+
+    def where(self, use: Use) -> NDArray[np.intp]:
+        """Positions of the pinches that are for this."""
+        return np.flatnonzero(self.uses == use)
+
+
+def rig_set(seed: int, condition: Condition, sizes: Sizes, late: Sequence[int]) -> RigSet:
+    """One set.
+
+    Parameters
+    ----------
+    seed
+        Of hands, specimens, sessions and pinches.
+    condition
+        How much they differ.
+    sizes
+        How many pinches.
+    late
+        How late a detector places contacts on whole pinches of the condition, samples: each
+        contact is as late as one of these.
+    """
+    drawn = list(_planned(seed, condition, sizes))
+    placed = generator(seed, condition.name, "placed")
+    pinches, contacts = [], []
+    for its in drawn:
+        pinch = simulate_pinch(excerpt(its.draw, BEFORE), its.label, duration=LENGTH)
+        pinches.append(pinch)
+        contacts.append(_moved(pinch, int(placed.choice(late))))
+    dataset = Dataset(tuple(pinches))
+    windows = labelled_windows(dataset, contacts, DURATION, dataset.shore_a)
+    touches, which = touches_of(dataset, contacts)
+    lasting = touches.answerable
+    kept = np.intersect1d(which[lasting], windows.which)
+    chosen = [drawn[place] for place in kept]
+    radii = np.array([its.draw.held.radius for its in chosen])
+    return RigSet(
+        windows.take(np.isin(windows.which, kept)),
+        touches.take(np.isin(which, kept)),
+        np.array([its.use.value for its in chosen]),
+        np.where(radii > FLAT, np.inf, radii),
+        np.array([its.draw.held.modulus for its in chosen]),
+        np.array([its.stiffness for its in chosen]),
+        1.0 - float(lasting.mean()),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Drawn:
+    use: Use
+    label: Label
+    draw: PinchDraw
+
+    @property
+    def stiffness(self) -> float:
+        first = self.draw.fingers[0 if self.draw.timing.first_is_index else 1]
+        return contact_stiffness(first, self.draw.held)
+
+
+def _planned(seed: int, condition: Condition, sizes: Sizes) -> Iterator[_Drawn]:
+    copies = condition.specimens_per_block
+    other = seed + OTHER_HAND
+    for use, hand, kinds, each, sessions, first, specimens in (
+        (Use.BLOCKS, seed, BLOCKS, sizes.blocks, 8, 0, copies),
+        (Use.HELD, seed, BLOCKS, sizes.held, 2, 0, copies),
+        (Use.OBJECTS, seed, EVERYDAY_OBJECTS, sizes.objects, 2, 0, 1),
+        (Use.OTHER_BLOCKS, other, BLOCKS, sizes.other_blocks, 2, 0, copies),
+        (Use.OTHER_OBJECTS, other, EVERYDAY_OBJECTS, sizes.objects, 2, 0, 1),
+        # Other specimens than those that are asked about, in sessions of their own.
+        (Use.KINDS, seed, EVERYDAY_OBJECTS, sizes.kinds, 8, 1, 8),
+    ):
+        for kind in kinds:
+            for number in range(each):
+                session = f"{use.value}-{number % sessions + 1}"
+                copy = first + number // sessions % specimens
+                held = draw_specimen(seed, condition, kind, copy)
+                yield _Drawn(
+                    use,
+                    Label(
+                        kind.name, kind.shore_a, None, f"{kind.name} #{copy}", session, kind.role
+                    ),
+                    draw_pinch(hand, condition, session, held, f"{kind.name} {number}"),
+                )
+
+
+def _moved(pinch: Pinch, late: int) -> Contact | None:
+    """The first contact, placed so many samples late."""
+    return None if pinch.first is None else replace(pinch.first, sample=pinch.first.sample + late)

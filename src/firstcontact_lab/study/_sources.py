@@ -1,0 +1,129 @@
+"""Where the pinches come from: the twin, recordings, or what can be imported."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+from firstcontact.core import FINGERTIP_RATE, Dataset, InputError, is_temporary
+from firstcontact.recording import find_importer, load_dataset
+from firstcontact.signal import resample_dataset
+from firstcontact_lab.report.folder import MARK, check_fresh, fresh
+from firstcontact_lab.study.settings import StudySettings
+
+#: The twin's conditions, in the order of the report.
+CONDITIONS = ("paper-rig", "everyday")
+#: What makes a folder one that can be imported.
+LABELS = "labels.csv"
+#: Folders below a study's.
+_RECORDINGS, _IMPORTED = "recordings", "imported"
+
+
+def simulated(
+    condition: str,
+    settings: StudySettings,
+    out: Path,
+    progress: Callable[[int], object] = lambda done: None,
+) -> Dataset:
+    """Simulate a condition into ``out/recordings`` and load it as any recording.
+
+    Recordings that a study left there before are made again.
+
+    Raises
+    ------
+    InputError
+        The folder holds recordings that no study made.
+    """
+    from firstcontact.twin import simulate
+
+    directory = fresh(out / _RECORDINGS / condition, {"twin": condition, "seed": settings.seed})
+    simulate(
+        directory / "pinches",
+        condition,
+        settings.block_pinches,
+        settings.object_pinches,
+        settings.seed,
+        settings.workers,
+        progress,
+    )
+    return load_dataset(directory)
+
+
+def recorded(path: Path, out: Path) -> Dataset:
+    """Recordings, or anything that can be imported, at the models' rate.
+
+    Parameters
+    ----------
+    path
+        A recording, a folder of them, or what ``firstcontact import`` takes;
+        the latter is imported into ``out/recordings`` first.
+    out
+        Folder of the study.
+
+    Raises
+    ------
+    InputError
+        Nothing is there that can be used, or recordings that a study left
+        behind, beside others or by themselves: those are studied again only
+        when their own folder is given.
+    """
+    own = _own(path)
+    dataset = load_dataset(own) if own else _imported(path, out)
+    return resample_dataset(dataset, FINGERTIP_RATE)
+
+
+def check_sources(path: Path | None, out: Path) -> None:
+    """Refuse what can be refused without reading samples: ``path`` None is the twin.
+
+    Raises
+    ------
+    InputError
+        As of :func:`recorded` and :func:`simulated`.
+    """
+    if path is None:
+        for condition in CONDITIONS:
+            check_fresh(out / _RECORDINGS / condition)
+    elif not _own(path):
+        find_importer(path)
+        check_fresh(out / _RECORDINGS / _IMPORTED)
+
+
+def _own(path: Path) -> list[Path]:
+    """Recordings that are to be studied; none where the path is to be imported."""
+    if not path.exists():
+        raise InputError(f"{path} does not exist: give a folder of recordings, or data to import")
+    own, made = _found(path)
+    if made and (own or not (path / LABELS).is_file()):
+        only = "recordings of their own beside those" if own else "only recordings"
+        raise InputError(
+            f"{path} holds {only} that an earlier study left in {made[0]}: give the one folder "
+            "that is to be studied"
+        )
+    return own
+
+
+def _found(path: Path) -> tuple[list[Path], list[Path]]:
+    """Recordings at or below a path, and folders below it that a study made."""
+    if path.is_file():
+        return [path] if path.suffix == ".mcap" else [], []
+    made = sorted(mark.parent for mark in path.rglob(MARK) if mark.parent != path)
+    files = sorted(f for f in path.rglob("*.mcap") if not is_temporary(f, path))
+    return [f for f in files if not any(f.is_relative_to(m) for m in made)], made
+
+
+def _imported(path: Path, out: Path) -> Dataset:
+    from firstcontact.recording import import_path
+
+    directory = fresh(out / _RECORDINGS / _IMPORTED, {"imported": path.name})
+    try:
+        assumed = import_path(path, directory / "pinches").notes
+    except InputError:
+        shutil.rmtree(directory)
+        with suppress(OSError):  # other recordings are in it
+            directory.parent.rmdir()
+        raise
+    dataset = load_dataset(directory)
+    return replace(dataset, notes=(*assumed, *dataset.notes))

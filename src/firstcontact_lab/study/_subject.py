@@ -1,0 +1,81 @@
+"""What is studied, and what parts leave for later parts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Contact, Dataset
+from firstcontact.models import LabelledWindows, distinct_specimens, labelled_windows
+
+Values = NDArray[np.float64]
+Contacts = tuple[Contact | None, ...]
+
+
+@dataclass(slots=True, eq=False)
+class Subject:
+    """One dataset under study.
+
+    Parameters
+    ----------
+    name
+        Condition of the twin, or "recordings".
+    dataset
+        Its pinches, at the models' rate.
+    found
+        First contact of each pinch as the detector found it, out of fold;
+        empty until contacts were looked for.
+    predictions
+        By (model, split): examples and what was predicted for them.
+    set_name
+        What the recordings are called in results.
+    """
+
+    name: str
+    dataset: Dataset
+    found: Contacts = ()
+    predictions: dict[tuple[str, str], tuple[LabelledWindows, Values]] = field(default_factory=dict)
+    set_name: str = "recordings"
+
+    @property
+    def truth(self) -> Contacts:
+        """First contact of each pinch as the strips or labels tell it."""
+        return tuple(p.first for p in self.dataset.pinches)
+
+    @property
+    def has_known_contacts(self) -> bool:
+        """Whether the strips or labels know a first contact of any pinch.
+
+        Otherwise nothing says that what a detector fires at is a contact.
+        """
+        return any(contact is not None for contact in self.truth)
+
+    @property
+    def starts(self) -> Contacts:
+        """Where windows start: as in use where contacts were found, else at the truth."""
+        return self.found or self.truth
+
+    @property
+    def levels(self) -> Values:
+        """Distinct Shore A of the pinches to learn from."""
+        shore = self.dataset.shore_a[~self.dataset.test]
+        return np.unique(shore[np.isfinite(shore)])
+
+    def windows(self, duration: float, contacts: Contacts | None = None) -> LabelledWindows:
+        """Windows with a Shore A, from where contacts were found unless told otherwise."""
+        return self.labelled_windows(duration, self.dataset.shore_a, contacts)
+
+    def labelled_windows(
+        self,
+        duration: float,
+        target: Values,
+        contacts: Contacts | None = None,
+        *,
+        conditioned: bool = True,
+    ) -> LabelledWindows:
+        """Windows with a target, shape (pinches,); specimens are told apart by name."""
+        starts = self.starts if contacts is None else contacts
+        data = labelled_windows(self.dataset, starts, duration, target, conditioned=conditioned)
+        return replace(data, specimens=distinct_specimens(self.dataset)[data.which])

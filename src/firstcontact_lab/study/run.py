@@ -1,0 +1,123 @@
+"""A whole study: sources, workers, progress, files."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from firstcontact.core import Dataset, parallel, resolved
+from firstcontact_lab.report.findings import Findings
+from firstcontact_lab.report.folder import sole_use
+from firstcontact_lab.report.state import State
+from firstcontact_lab.study import _protocol as protocol
+from firstcontact_lab.study._sources import CONDITIONS, check_sources, recorded, simulated
+from firstcontact_lab.study.settings import StudySettings
+
+Sources = Sequence[tuple[str, Callable[[], Dataset]]]
+
+
+def run_study(
+    settings: StudySettings, out: Path, recordings: Path | None, quick: bool, command: str
+) -> Path:
+    """Run every part; files are newer after each.
+
+    Parameters
+    ----------
+    settings
+        Size and seed.
+    out
+        Folder of the study.
+    recordings
+        What to study; None simulates both conditions of the twin.
+    quick
+        Whether the settings are the small ones: the report says so.
+    command
+        What was typed: the report says so.
+
+    Returns
+    -------
+    Path
+        The report.
+
+    Raises
+    ------
+    InputError
+        The data cannot be used, or ``out`` cannot be written to, is another running
+        study's, or holds the results of another one.
+    KeyboardInterrupt
+        On Ctrl-C, with all processes ended and the report as far
+        as it came.
+    """
+    from tqdm import tqdm
+
+    asked = _asked(settings, recordings)
+    # A log is no terminal: there, a line every ten seconds is enough.
+    often = 0.1 if sys.stderr.isatty() else 10.0
+    with ExitStack() as opened:
+        opened.enter_context(sole_use(out, asked))
+        check_sources(recordings, out)  # refused before a bar is drawn
+        bar = opened.enter_context(
+            tqdm(unit="part", bar_format=_BAR, miniters=0, mininterval=often)
+        )
+
+        def within(done: int, total: int) -> None:
+            bar.set_postfix_str(f"{done} of {total}", refresh=False)
+            bar.update(0)
+
+        with parallel(settings.workers, within) as runner:
+            sources = _sources(settings, out, recordings, within)
+            steps = protocol.plan(sources, settings, runner, _set_name(recordings))
+            bar.reset(total=len(steps))
+            titles = [f"{step.subject}: {step.title}" for step in steps]
+            findings = [Findings(name) for name, _ in sources]
+            state = State(command, asdict(settings), quick, findings, titles, asked=asked)
+
+            def tick(title: str) -> None:
+                bar.n = state.done
+                bar.set_postfix_str("", refresh=False)
+                bar.set_description(title)
+
+            protocol.run(steps, state, out, tick)
+            bar.n = state.done
+            bar.set_description("done")
+    return out / "report.html"
+
+
+def _asked(settings: StudySettings, recordings: Path | None) -> dict[str, Any]:
+    """What the results depend on: data and settings, but not how many processes."""
+    data = None if recordings is None else str(resolved(recordings))
+    sizes = {name: value for name, value in asdict(settings).items() if name != "workers"}
+    return {"verb": "study", "recordings": data, **sizes}
+
+
+def _set_name(recordings: Path | None) -> str:
+    """Name of their folder or file, as results can hold it."""
+    name = "" if recordings is None else resolved(recordings).stem
+    return name.encode("utf-8", "replace").decode() or "recordings"
+
+
+_BAR = "{desc}{percentage:3.0f} %|{bar}| {n_fmt}/{total_fmt} [{elapsed}] {postfix}"
+
+
+def _sources(
+    settings: StudySettings, out: Path, recordings: Path | None, within: Callable[[int, int], None]
+) -> Sources:
+    if recordings is not None:
+        return [("recordings", lambda: recorded(recordings, out))]
+    total = 5 * settings.block_pinches + 8 * settings.object_pinches
+
+    def simulate(condition: str) -> Callable[[], Dataset]:
+        made = 0
+
+        def progress(done: int) -> None:
+            nonlocal made
+            made += done
+            within(made, total)
+
+        return lambda: simulated(condition, settings, out, progress)
+
+    return [(condition, simulate(condition)) for condition in CONDITIONS]

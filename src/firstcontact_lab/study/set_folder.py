@@ -1,0 +1,90 @@
+"""What a set's folder holds: recordings, perhaps its noise, what a study of it found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from firstcontact.core import Block, Dataset, InputError, Layout
+from firstcontact.recording import find_recordings, load_dataset, read_recording, read_rows
+from firstcontact_lab.report.results.file import read_results
+from firstcontact_lab.report.results.study import StudyResults, SubjectResults
+
+RECORDINGS, NOISE, FRONT_ENDS, RESULTS = "recordings", "noise", "front_ends.csv", "results.json"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RealSet:
+    """A set that was found.
+
+    Parameters
+    ----------
+    dataset
+        Its pinches, at the rate they were recorded at.
+    noise
+        Unbroken samples in which nothing is touched.
+    front_ends
+        What each session was recorded through, in words; "*" stands for all.
+    study
+        What a study of it found, None where there was none.
+    early
+        How much earlier than its label a contact may be, s.
+    """
+
+    name: str
+    dataset: Dataset
+    noise: tuple[Block, ...]
+    front_ends: dict[str, str]
+    study: SubjectResults | None
+    early: float
+
+    def front_end(self, session: str) -> str:
+        """In words, "" where it is not said."""
+        return self.front_ends.get(session, self.front_ends.get("*", ""))
+
+    @property
+    def layout(self) -> Layout:
+        """Of its pinches."""
+        return self.dataset.layout
+
+
+def find_sets(folder: Path) -> list[RealSet]:
+    """The sets in a folder: its folders that have recordings.
+
+    Raises
+    ------
+    InputError
+        There are none, or a file of one cannot be used.
+    """
+    if not folder.is_dir():
+        raise InputError(f"{folder} is not a folder: give the one with a folder for each set")
+    places = sorted(p for p in folder.iterdir() if (p / RECORDINGS).is_dir())
+    if not places:
+        raise InputError(
+            f"{folder} has no set in it: import one into {folder / 'NAME' / RECORDINGS}"
+        )
+    return [_read(place) for place in places]
+
+
+def _read(place: Path) -> RealSet:
+    noise: list[Block] = []
+    dataset = load_dataset(place / RECORDINGS)
+    if (place / NOISE).is_dir():
+        for file in find_recordings(place / NOISE):
+            recording = read_recording(file)
+            if recording.header.layout != dataset.layout:
+                raise InputError(
+                    f"{file}: its layout differs from that of the set's recordings: import both "
+                    "alike"
+                )
+            noise += recording.stretches
+    ends = {}
+    if (place / FRONT_ENDS).exists():
+        rows = read_rows(place / FRONT_ENDS, ["session", "front_end"])
+        ends = {row["session"]: row["front_end"] for _, row in rows}
+    study, early = None, 0.0
+    if (place / RESULTS).exists():
+        results = read_results(place / RESULTS, StudyResults)
+        study = results.about
+        early = 1e-3 * (study.contact.about.early_ms or 0.0)
+    return RealSet(place.name, dataset, tuple(noise), ends, study, early)

@@ -1,0 +1,1 @@
+"""Verbs of the lab, which join the command line by entry points."""

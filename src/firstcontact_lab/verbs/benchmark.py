@@ -1,0 +1,80 @@
+"""``firstcontact benchmark``: anybody's regressor on the rigs that ours are judged on."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+
+from firstcontact.core import InputError, need
+
+
+@dataclass(frozen=True)
+class Benchmark:
+    """Ask a regressor, the default one and the in-context network the same about simulated rigs."""
+
+    regressor: tyro.conf.Positional[str]
+    """PACKAGE:NAME of a class, an instance or a pipeline with scikit-learn's fit(X, y) and
+    predict(X), which is imported and so runs; or the name of a registered estimator."""
+    out: Path = Path("firstcontact-benchmark")
+    """Folder for report.html and results.json; those of another benchmark are replaced."""
+    condition: str | None = None
+    """One condition of the twin; left out: each of them."""
+    quick: bool = False
+    """One small set for a first look; no number is to be quoted."""
+    seed: int = 0
+    """Of trainings and bootstrap intervals; those of the sets are always the same."""
+    workers: int = 0
+    """Processes; 0 takes all cores."""
+
+    def run(self) -> None:
+        """Run it, print the tables and write the report."""
+        from firstcontact.core import asked_workers, parallel
+
+        need("study", "matplotlib", "jinja2", "numba")
+        if self.seed < 0:
+            raise InputError("--seed must not be negative")
+        from firstcontact.core import installed_versions, write_text
+        from firstcontact.twin import CONDITIONS, condition
+        from firstcontact_lab.report.benchmark_page import in_words, render
+        from firstcontact_lab.report.folder import REPORT, RESULTS
+        from firstcontact_lab.report.results.benchmark import BenchmarkResults
+        from firstcontact_lab.report.results.file import read_results, write_results
+        from firstcontact_lab.study.benchmark import QUICK, Size, benchmark
+
+        names = [condition(self.condition).name] if self.condition else list(CONDITIONS)
+        if (self.out / RESULTS).exists():
+            read_results(self.out / RESULTS, BenchmarkResults)  # nothing else is written over
+        elif (self.out / REPORT).exists():
+            raise InputError(f"{self.out / REPORT} is of no benchmark: choose another --out")
+        began = time.monotonic()
+        # The folder of the command is where one's own class most likely is.
+        sys.path.insert(0, "")
+        try:
+            with parallel(asked_workers(self.workers)) as runner:
+                size = QUICK if self.quick else Size()
+                found = benchmark(self.regressor, names, size, self.seed, runner, print)
+        finally:
+            with suppress(ValueError):
+                sys.path.remove("")
+        command = shlex.join(["firstcontact", *sys.argv[1:]])
+        results = BenchmarkResults(
+            contender=self.regressor,
+            command=command,
+            quick=self.quick,
+            seed=self.seed,
+            seconds=round(time.monotonic() - began, 1),
+            versions=installed_versions(),
+            conditions=dict(found),
+        )
+        self.out.mkdir(parents=True, exist_ok=True)
+        write_results(self.out / RESULTS, results)
+        write_text(self.out / REPORT, render(results))
+        for line in in_words(results):
+            print(line)
+        print(self.out / REPORT)

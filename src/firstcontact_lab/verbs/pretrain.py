@@ -1,0 +1,44 @@
+"""``firstcontact pretrain``: the network that comes with the package, made anew."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from firstcontact.core import need
+
+
+@dataclass(frozen=True)
+class Pretrain:
+    """Make the network of the any-time model anew, from simulated rigs.
+
+    What is made on the way is kept: the same command goes on where it was stopped.
+    """
+
+    out: Path
+    """Folder for the model; one that is in it is replaced."""
+    work: Path = Path("pretraining")
+    """Folder for what is made on the way, about 1.5 GB."""
+    rigs: int = 6000
+    """Simulated rigs to learn from."""
+    epochs: int = 45
+    """Passes over their contacts."""
+    seed: int = 1
+    """Same seed, same weights on the same machine."""
+    workers: int = 0
+    """Processes that simulate; 0 takes all cores."""
+
+    def run(self) -> None:
+        """Simulate, train, calibrate and judge."""
+        from firstcontact.core import InputError, asked_workers, parallel
+
+        if self.rigs < 10 or self.epochs < 1 or self.seed < 0:
+            raise InputError("--rigs must be 10 or more, --epochs 1 or more, --seed 0 or more")
+        need("twin", "numba")
+        need("cnn", "torch")
+        from firstcontact_lab.pretraining.pretrain import Size, pretrain
+
+        size = Size().of(self.rigs, self.epochs)
+        with parallel(asked_workers(self.workers)) as runner:
+            model = pretrain(self.out, self.work, size, self.seed, runner, print)
+        print(f"{model.kind}: {self.out}")

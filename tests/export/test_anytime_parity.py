@@ -1,0 +1,220 @@
+"""The any-time network in C: the running answers of Python, on two machines."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import building
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from firstcontact.contact import DETECTORS, make_detector
+from firstcontact.core import InputError
+from firstcontact.export import Trained
+from firstcontact.export import _c_library as c_library
+from firstcontact.export._model_image import model_image
+from firstcontact.models import (
+    ANY,
+    CompactModel,
+    InContextModel,
+    Rig,
+    Touches,
+    compacted,
+    load_anytime,
+    moments,
+    pretrained,
+    save_anytime,
+    spectra,
+)
+from firstcontact.models._motor_pitch import BELIEVED
+from firstcontact.testing import closings
+
+RATE = 4936.0
+MOMENTS = moments(RATE)
+
+
+def touches(n: int, seed: int) -> Touches:
+    """Swings of things of three hardnesses in noise, some over before 15 ms."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(74) / RATE
+    hard = rng.choice([10.0, 35.0, 60.0], n)
+    swing = np.sin(2 * np.pi * (60 + 4 * hard)[:, None] * t) * np.exp(-t / 0.010)
+    signals = 0.004 * rng.standard_normal((n, 271))
+    signals[:, -74:] += (0.1 + 0.01 * hard * rng.uniform(0.8, 1.2, n))[:, None] * swing
+    return Touches(
+        signals[:, -(197 + 74) :].astype(np.float32),
+        rng.integers(12, 75, n),
+        rng.integers(0, 2, n),
+        np.full(n, np.nan),
+        hard,
+        RATE,
+    )
+
+
+def told() -> InContextModel:
+    known = touches(60, 1)
+    rig = Rig.of(replace(known, radii=np.full(60, np.nan)), known.radii)
+    return pretrained().told_of({ANY: rig})
+
+
+def plain(some: Touches) -> Touches:
+    return replace(some, radii=np.full(len(some), np.nan))
+
+
+def asked(model: InContextModel, folder: Path) -> building.Program:
+    folder.mkdir()
+    c_library.write(Trained(anytime=model), folder)
+    return building.Program("touches.c", folder / "src", {})
+
+
+def assert_parity(model: InContextModel, some: Touches, got: NDArray[np.void]) -> None:
+    place = 0
+    for k in range(len(some)):
+        for samples in [m for m in MOMENTS if m <= some.valid[k]]:
+            wanted = model.answers(some.take(np.array([k])).until(samples))
+            record = got[place]
+            place += 1
+            assert (record["samples"], record["status"]) == (samples, 0)
+            assert bool(record["strange"]) == wanted.strange[0]
+            ends = [record["value"], record["low"], record["high"]]
+            expected = [wanted.values[0], wanted.low[0], wanted.high[0]]
+            np.testing.assert_allclose(ends, expected, atol=0.01)
+    assert place == len(got)
+
+
+def test_c_answers_as_python_does(tmp_path: Path) -> None:
+    model = compacted(told(), plain(touches(60, 1)), 12)
+    some = plain(touches(12, 2))
+    data = building.touches(some.signals, some.valid, some.fingers, MOMENTS)
+    built = asked(model, tmp_path / "library")
+    native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
+    found = np.frombuffer(native, building.RUNNING)
+    assert_parity(model, some, found)
+    if building.emulator_there():
+        m7 = building.ask_m7(built.m7(tmp_path / "m7.elf"), data, tmp_path)
+        assert building.same(found, np.frombuffer(m7, building.RUNNING))
+
+
+def test_c_that_knows_no_rig_calls_the_same_contacts_strange(tmp_path: Path) -> None:
+    """Nothing is known of the gain then, in C as in Python."""
+    model = compacted(pretrained(), plain(touches(60, 1)), 12)
+    some = plain(touches(24, 2))
+    noise = np.random.default_rng(3).standard_normal((8, 74)).astype(np.float32)
+    some.signals[:8, -74:] += 0.3 * noise
+    some.signals[16:] *= np.float32(3)
+    data = building.touches(some.signals, some.valid, some.fingers, MOMENTS)
+    built = asked(model, tmp_path / "library")
+    native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
+    found = np.frombuffer(native, building.RUNNING)
+    assert_parity(model, some, found)
+    assert 0 < found["strange"].mean() < 1
+
+
+def with_motor(some: Touches, seed: int) -> Touches:
+    """A motor whose lines all follow its speed, from half to one and a half of the usual one."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(some.signals.shape[1]) / RATE
+    turns = 2 * np.pi * 220 * rng.uniform(0.6, 1.5, len(some))[:, None] * t
+    sound = 0.03 * np.sin(turns) + 0.02 * np.sin(2 * turns + 1) + 0.02 * np.sin(5 * turns)
+    return replace(some, signals=(some.signals + sound).astype(np.float32))
+
+
+def test_c_hears_the_motor_as_python_does(tmp_path: Path) -> None:
+    known = with_motor(touches(60, 1), 5)
+    nothing = np.full(60, np.nan)
+    rig = Rig.of(replace(known, radii=nothing), known.radii)
+    whole = pretrained().told_of({ANY: rig})
+    model = compacted(whole, plain(known), 12, listening=True)
+    some = plain(with_motor(touches(12, 2), 6))
+    speed, alike = rig.pitch.listen(spectra(some.signals, some.before, RATE))  # type: ignore[union-attr]
+    assert (alike > BELIEVED).sum() > 6
+    assert np.ptp(speed[alike > BELIEVED]) > 0.3
+    data = building.touches(some.signals, some.valid, some.fingers, MOMENTS)
+    built = asked(model, tmp_path / "library")
+    native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
+    found = np.frombuffer(native, building.RUNNING)
+    assert_parity(model, some, found)
+    if building.emulator_there():
+        m7 = building.ask_m7(built.m7(tmp_path / "m7.elf"), data, tmp_path)
+        assert building.same(found, np.frombuffer(m7, building.RUNNING))
+
+
+def test_a_signal_that_is_no_number_or_stands_still_is_refused(tmp_path: Path) -> None:
+    model = compacted(told(), plain(touches(60, 1)), 8)
+    some = plain(touches(3, 3))
+    some.signals[0, 210], some.signals[1], some.signals[2, 3] = np.nan, 0.25, np.inf
+    some.valid[:] = 74
+    data = building.touches(some.signals, some.valid, some.fingers, MOMENTS)
+    built = asked(model, tmp_path / "library")
+    native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
+    status = np.frombuffer(native, building.RUNNING)["status"].reshape(3, -1)
+    before = [m < 210 - 197 + 1 for m in MOMENTS]
+    np.testing.assert_array_equal(status[0] == 0, before)  # what is not there yet harms nothing
+    assert (status[1:] == 1).all()
+
+
+def test_signals_at_the_end_of_what_floats_hold_are_defined_and_alike(tmp_path: Path) -> None:
+    model = compacted(told(), plain(touches(60, 1)), 8)
+    some = plain(touches(4, 3))
+    some.signals[0] *= 1e38
+    some.signals[1, 200:] = -3.4e38
+    some.signals[2, :200] = 3.4e38
+    some.signals[3] *= 1e-42
+    some.valid[:] = 74
+    data = building.touches(some.signals, some.valid, some.fingers, MOMENTS)
+    built = asked(model, tmp_path / "library")
+    native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
+    found = np.frombuffer(native, building.RUNNING)
+    assert len(found) == 4 * len(MOMENTS)
+    answered = found["status"] == 0
+    assert np.isfinite(found["value"][answered]).all()
+    if building.emulator_there():
+        m7 = building.ask_m7(built.m7(tmp_path / "m7.elf"), data, tmp_path)
+        assert building.same(found, np.frombuffer(m7, building.RUNNING))
+
+
+def test_a_network_that_was_not_made_small_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="--data"):
+        c_library.write(Trained(anytime=told()), tmp_path)
+
+
+def test_few_touches_are_refused() -> None:
+    with pytest.raises(InputError, match="too few"):
+        compacted(told(), plain(touches(10, 1)), 8)
+
+
+def test_more_directions_are_nearer_to_the_network() -> None:
+    model, some = told(), plain(touches(60, 4)).until(40)
+    some = some.take(some.valid >= 10)
+    whole = model.answers(some).values
+    away = [
+        np.abs(compacted(model, plain(touches(60, 1)), n).answers(some).values - whole).mean()
+        for n in (4, 48)
+    ]
+    assert away[1] < away[0]
+
+
+def test_a_compact_model_is_kept_and_its_image_does_not_change_any_more(tmp_path: Path) -> None:
+    some = plain(touches(60, 1))
+    model = compacted(told(), some, 8)
+    save_anytime(model, tmp_path, {})
+    answers, again = (m.answers(some) for m in (model, load_anytime(tmp_path)))
+    np.testing.assert_allclose(again.values, answers.values, atol=1e-3)
+    np.testing.assert_array_equal(again.strange, answers.strange)
+    once, twice = load_anytime(tmp_path), tmp_path / "twice"
+    save_anytime(once, twice, {})
+    detector = make_detector(DETECTORS.default).fit(closings(24))
+    images = [model_image(detector, m, None) for m in (once, load_anytime(twice))]
+    assert images[0] == images[1]
+
+
+def test_weights_that_are_no_integers_are_refused() -> None:
+    arrays = compacted(told(), plain(touches(60, 1)), 8).to_arrays()
+    arrays["thin.body1.into.weight"] = arrays["thin.body1.into.weight"] + np.float32(0.5)
+    with pytest.raises(InputError, match=r"thin\.body1\.into\.weight"):
+        CompactModel.from_arrays(arrays, 0.9)
+    del arrays["thin.body1.into.weight"]
+    with pytest.raises(InputError, match="missing"):
+        CompactModel.from_arrays(arrays, 0.9)

@@ -1,0 +1,63 @@
+"""Smaller forms of a model keep their promise: their intervals grow by what they say otherwise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+import pytest
+from test_model_parity import INTERVAL, learned
+
+from firstcontact.core import InputError
+from firstcontact.export import NamedModel, Trained, forms, small_enough
+from firstcontact.export._hand_model import HAND
+from firstcontact.export._onnx_graph import ONNX
+from firstcontact.models import ESTIMATORS, Task, make_estimator
+from firstcontact.testing import closings
+from firstcontact.testing._windows import RATE, toy_windows
+
+if TYPE_CHECKING:
+    from firstcontact.models import InContextModel
+
+
+def test_a_smaller_form_has_a_wider_interval() -> None:
+    X, y, sessions = toy_windows()
+    # What cannot be learned takes many vectors.
+    noisy = y + np.random.default_rng(0).normal(0, 6, len(y))
+    estimator = make_estimator(
+        ESTIMATORS.default, Task.REGRESSION, RATE, **ESTIMATORS[ESTIMATORS.default].quick
+    )
+    named = NamedModel("stiffness", estimator.fit(X, noisy, sessions, seed=1), INTERVAL)
+    *smaller, whole = forms(named, X, sessions.astype(str))
+    assert whole is named
+    assert smaller
+    new = toy_windows(60, seed=5)[0]
+    for form in smaller:
+        assert form.interval is not None
+        assert named.interval is not None
+        grown = np.subtract(form.interval.half_widths, named.interval.half_widths)
+        assert (grown >= 0).all()
+        np.testing.assert_allclose(grown, grown[0])
+        away = np.abs(form.model.predict(new) - named.model.predict(new))
+        assert (away <= 3 * grown[0] + 1e-6).mean() > 0.8
+
+
+def test_without_an_interval_there_is_nothing_to_widen() -> None:
+    named = replace(learned(ESTIMATORS.default, Task.CLASSIFICATION), interval=None)
+    X, _, sessions = toy_windows()
+    assert all(form.interval is None for form in forms(named, X, sessions.astype(str)))
+
+
+def test_only_what_is_written_is_held_to_the_budget() -> None:
+    trained = Trained((learned(ESTIMATORS.default, Task.REGRESSION),))
+    with pytest.raises(InputError, match="raise it"):
+        small_enough(trained, None, 1.0)
+    kept = small_enough(trained, None, 1.0, HAND.parts)
+    assert kept.models == trained.models
+
+
+def test_a_network_that_is_not_written_is_left_as_it_is() -> None:
+    network = cast("InContextModel", object())  # what touches it fails
+    trained = Trained(anytime=network)
+    assert small_enough(trained, closings(8), 30.0, ONNX.parts).anytime is network

@@ -1,0 +1,81 @@
+"""Products and sums are rounded one by one, whatever the compiler is told: the Arduino IDE and
+PlatformIO build libraries with GCC's own settings, which fuse them."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import building
+import pytest
+
+ROOT = Path(__file__).parents[2]
+KERNELS = ROOT / "src/firstcontact/export/c"
+ANSWERS = ROOT / "firmware/answers"
+SOURCES = sorted([*KERNELS.glob("*.c"), *ANSWERS.glob("*.c")])
+#: What both build C with, but for what tells one processor from another.
+ARDUINO = ("-std=gnu11", "-O2", "-ffunction-sections", "-fdata-sections")
+
+
+def code(folder: Path, *options: str) -> str:
+    """Instructions of all files for the Cortex-M7."""
+    folder.mkdir()
+    # Judges other than the firmware's read constants that lie beside them.
+    sizes = (ANSWERS / "fc_detector_sizes.h").read_text(encoding="utf-8")
+    own = re.sub(r"#define fc_judge_constants.*\n", "", sizes)
+    (folder / "fc_detector_sizes.h").write_text(own, encoding="utf-8")
+    said = []
+    for source in SOURCES:
+        first = folder if source.stem == "fc_judge_kernel" else ANSWERS
+        to = folder / f"{source.stem}.o"
+        include = [f"-I{path}" for path in (first, ANSWERS, ROOT / "firmware/core", KERNELS)]
+        building.run(
+            [f"{building.ARM}gcc", *ARDUINO, *building.M7, *options, *include, "-c", str(source),
+             "-o", str(to)]
+        )  # fmt: skip
+        listing = building.run([f"{building.ARM}objdump", "-d", str(to)])
+        said.append(listing.split("\n", 3)[-1])  # without the file's name
+    return "\n".join(said)
+
+
+def fused(listing: str) -> int:
+    return len(re.findall(r"\bvfn?m[as]\b|\bvfn?m[as]\.", listing))
+
+
+def test_every_file_of_arithmetic_says_so_first() -> None:
+    for source in SOURCES:
+        assert source.read_text(encoding="utf-8").startswith('#include "fc_exact.h"\n'), source
+
+
+def test_compiled_without_the_flag_nothing_is_fused(
+    request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    """The very instructions of the flag; those that are left are the fmaf that is written."""
+    if not shutil.which(f"{building.ARM}gcc"):
+        pytest.skip(f"{request.node.name}: gcc-arm-none-eabi is not installed")
+    plain = code(tmp_path / "plain")
+    assert plain == code(tmp_path / "flag", "-ffp-contract=off")
+    without = code(tmp_path / "without", "-DFC_EXACT_H")
+    assert fused(without) > fused(plain) > 0
+
+
+def linked(folder: Path, *options: str) -> str:
+    """The same, optimised again while they are linked, as the Arduino IDE offers."""
+    to = folder / "linked.o"
+    include = [f"-I{path}" for path in (ANSWERS, ROOT / "firmware/core", KERNELS)]
+    sources = [str(s) for s in SOURCES if s.stem != "fc_judge_kernel"]  # another judge
+    building.run(
+        [f"{building.ARM}gcc", *ARDUINO, *building.M7, "-flto", "-r", "-nostdlib",
+         "-flinker-output=nolto-rel", *options, *include, *sources, "-o", str(to)]
+    )  # fmt: skip
+    return building.run([f"{building.ARM}objdump", "-d", str(to)])
+
+
+def test_optimised_while_they_are_linked_nothing_is_fused(
+    request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    if not shutil.which(f"{building.ARM}gcc"):
+        pytest.skip(f"{request.node.name}: gcc-arm-none-eabi is not installed")
+    plain = fused(linked(tmp_path))
+    assert plain == fused(linked(tmp_path, "-ffp-contract=off")) > 0

@@ -1,0 +1,48 @@
+"""What was measured of models in C stands in the docs as it was measured."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import measure
+
+from firstcontact.contact import DETECTORS
+from firstcontact.export import USUAL_DIRECTIONS
+
+DOCS = Path(__file__).parents[2] / "docs"
+RESULTS = json.loads((DOCS / "results" / "embedded.json").read_text(encoding="utf-8"))
+
+
+def test_the_page_has_the_table_of_the_results() -> None:
+    page = (DOCS / "reference" / "embedded.md").read_text(encoding="utf-8")
+    assert measure.table(RESULTS) in page
+
+
+def test_the_page_says_what_a_steady_state_takes() -> None:
+    page = (DOCS / "reference" / "embedded.md").read_text(encoding="utf-8")
+    row = RESULTS["models"][f"detector_{DETECTORS.default}"]
+    for field in ("dearest_3ms", "steady", "steady_3ms"):
+        assert f"{row[field]:,}" in page
+    assert f"{RESULTS['models']['detector_svm']['steady']:,}" in page
+
+
+def test_c_was_the_model_of_python_wherever_it_was_asked() -> None:
+    asked = [row for row in RESULTS["models"].values() if "asked" in row]
+    assert sum(row["asked"] >= 1000 for row in asked) > 3
+    for row in asked:
+        assert row["class_mismatches"] == 0
+        assert row["max_abs_error"] <= 0.01
+        assert row["same_bytes"]
+
+
+def test_the_budgets_of_the_hand_are_kept() -> None:
+    """Of what is exported unless something else is asked for."""
+    models = RESULTS["models"]
+    assert all(models[name]["instructions"] <= 120_000 for name in models if name[:3] == "svr")
+    assert models["cnn"]["instructions"] <= 600_000
+    assert models[f"detector_{DETECTORS.default}"]["dearest_3ms"] <= 15_000
+    assert models[f"detector_{DETECTORS.default}"]["steady"] <= 15_000
+    assert models[f"anytime_{USUAL_DIRECTIONS}"]["instructions"] <= 200_000
+    assert RESULTS["together"]["flash"] <= 256_000
+    assert RESULTS["together"]["ram"] <= 128_000

@@ -1,0 +1,119 @@
+"""Closings of the plant: the same chance for all, the same rows again, on any workers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from firstcontact.core import FINGERTIP_RATE, Serial, parallel
+from firstcontact_lab.grasping._learning import Models, learn, loaded
+from firstcontact_lab.grasping._search import search
+from firstcontact_lab.grasping._trials import PinchSetup, Row, Trial, plant_of, played, run_trial
+from firstcontact_lab.grasping._variants import unmodulated, variants
+from firstcontact_lab.grasping.settings import KINDS, GraspStudySettings
+
+SMALL = GraspStudySettings(
+    sessions=2,
+    latencies=(0.020,),
+    training=20,
+    windows=(0.003, 0.015),
+    tuning=1,
+    coarse=True,
+    kinds=("block 5", "block 60"),
+    workers=1,
+)
+TUNED = {"feedback": {"threshold": 0.05, "approach": 1.5, "speed": 0.02, "force": 2.6}}
+BY_KEY = variants()
+VARIANTS = tuple(BY_KEY.values())
+
+
+@pytest.fixture(scope="module")
+def models(tmp_path_factory: pytest.TempPathFactory) -> Models:
+    return loaded(learn(SMALL, tmp_path_factory.mktemp("grasp"), Serial()).folder)
+
+
+def closings(models: Models, session: int = 0, latency: float = 0.020) -> dict[str, Row]:
+    trial = Trial(PinchSetup("block 20", session), VARIANTS, (latency,), TUNED)
+    return {row.variant: row for row in run_trial(trial, models)}
+
+
+def test_every_policy_closes_on_the_same_pinch() -> None:
+    data = []
+    for variant in VARIANTS:
+        # Force arrays differ between variants; what piezos and strips say does not.
+        plant = plant_of(PinchSetup("block 5", 3), variant, 0.04)
+        block = plant.advance(900)
+        data.append(np.concatenate([block[:, :2], block[:, 14:]], axis=1).tobytes())
+        assert plant.limit == np.inf
+    assert len(set(data)) == 1
+    eggs = {
+        plant_of(PinchSetup("egg shell", 1), v, lat).limit for v in VARIANTS for lat in (0.0, 0.08)
+    }
+    assert len(eggs) == 1
+
+
+def test_scenes_differ_in_chance_and_none_was_learned_from() -> None:
+    setups = [PinchSetup("block 20", s, g) for s in range(4) for g in ("grasp", "search")]
+    plants = [plant_of(setup, VARIANTS[0], 0.02) for setup in setups]
+    assert len({plant.advance(500).tobytes() for plant in plants}) == len(setups)
+
+
+def test_at_the_first_contact_they_still_share_their_past(models: Models) -> None:
+    rows = closings(models)
+    assert len({row.touched for row in rows.values()}) == 1
+    assert all(row.offset is not None for row in rows.values())
+
+
+def test_the_estimate_comes_and_the_hand_is_told_after_the_contact(models: Models) -> None:
+    setup = PinchSetup("block 60", 1)
+    plant = plant_of(setup, BY_KEY["early_exit"], 0.020)
+    told = played(plant, setup, BY_KEY["early_exit"], TUNED, models)
+    first = plant.outcome.first_contact
+    assert first is not None
+    assert len(told.estimates) == len(SMALL.windows)
+    approach, *others = told.orders
+    assert approach.at < first
+    assert others
+    assert all(order.at > first for order in others)
+    assert told.counts.contacts == 1
+    assert told.counts.misses + told.counts.estimates >= 1
+
+
+def test_gentle_at_touch_presses_less_than_no_modulation(models: Models) -> None:
+    rows = closings(models)
+    for variant in ("touch", "first_contact", "early_exit"):
+        assert rows[variant].peak < rows["none"].peak
+        assert not rows[variant].dropped
+
+
+def test_same_seed_same_rows_on_one_worker_and_two(models: Models) -> None:
+    trials = [
+        Trial(PinchSetup(kind, s), VARIANTS, (0.020,), TUNED)
+        for s in range(2)
+        for kind in SMALL.kinds
+    ]
+    alone = Serial().map(run_trial, trials, models)
+    with parallel(2) as runner:
+        assert runner.map(run_trial, trials, models) == alone
+
+
+def test_the_search_finds_what_holds_and_asks_other_pinches_than_the_report() -> None:
+    found = search(SMALL, Serial())
+    assert set(found) == {"feedback", "feedback_fast"}
+    for one in found.values():
+        assert one.tried == 4
+        assert one.unsteady == 0
+    reported, searched = (
+        plant_of(PinchSetup("block 5", 0, group), unmodulated(), 0.02).advance(400)
+        for group in ("grasp", "search")
+    )
+    assert (reported != searched).any()
+
+
+def test_quick_is_part_of_the_whole() -> None:
+    quick = GraspStudySettings().quick()
+    assert set(quick.kinds) < set(KINDS)
+    whole = GraspStudySettings().household
+    assert set(quick.household.kinds) < set(whole.kinds)
+    assert set(quick.household.forces) < set(whole.forces)
+    assert all(round(d * FINGERTIP_RATE) > 0 for d in quick.windows)

@@ -1,0 +1,181 @@
+"""Looking things up: what the table says of forces, fronts, resamples, tuning and controls."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from toy_table import HOW, THINGS, branch, table
+
+from firstcontact.grasp import POLICIES
+from firstcontact.twin import HOUSEHOLD
+from firstcontact_lab.grasping._families import FAMILIES, family, folds
+from firstcontact_lab.grasping._front import SCALES, Front, front, resampled, scale_at
+from firstcontact_lab.grasping._household_numbers import (
+    Tables,
+    baseline,
+    candidate,
+    ceiling,
+    drops,
+    fewer,
+    fewer_as_bold,
+    judged,
+    labelled,
+    less,
+    permuted,
+    weights_of,
+)
+from firstcontact_lab.grasping._table import Outcomes, Reflexed, Table, exceeds
+from firstcontact_lab.grasping._tuning import settings_of
+
+TABLES = Tables(table((1, 2)), table((11, 12, 13)), 4, 64, True, 3)
+
+
+@given(st.floats(1.0, 8.0))
+def test_between_the_forces_of_the_table_it_is_a_straight_line(force: float) -> None:
+    toy = table((1,))
+    peak, hold = toy.pressed(0, np.full((2, len(THINGS)), force))
+    assert peak == pytest.approx(np.full((2, len(THINGS)), force))
+    assert hold == pytest.approx(2 * peak)
+    found = toy.outcomes(0, np.full(len(THINGS), force))
+    for place, pick in enumerate(toy.picks):
+        holds, limit = THINGS[pick.kind]
+        assert found.dropped[place] == (force < holds - 1e-12)
+        assert found.damaged[place] == (force > limit)
+
+
+def test_a_reflex_saves_what_slips_and_presses_harder_on_what_it_saves() -> None:
+    toy = Table.of([branch(kind, 1) for kind in THINGS], HOW)
+    heavy = toy.otherwise(limit=np.full(len(THINGS), 8.5))
+    forces = np.full(len(THINGS), 2.0)
+    plain, reflex = heavy.outcomes(0, forces), heavy.outcomes(0, forces, Reflexed(1, 0, 0))
+    assert plain.dropped.sum() == 4
+    assert not plain.damaged.any()
+    assert not reflex.dropped.any()
+    assert (reflex.damaged == plain.dropped).all()
+
+
+def test_where_specimens_scatter_a_ratio_is_a_share() -> None:
+    one = np.array([1.0, 1.2, 1.0 / 1.2])
+    assert exceeds(one, np.ones(3), 0.0).tolist() == [0, 1, 0]
+    soft = exceeds(one, np.ones(3), 0.2)
+    assert soft[0] == pytest.approx(0.5)
+    assert soft[1] + soft[2] == pytest.approx(1.0)
+    assert exceeds(one, np.full(3, np.inf), 0.2) == pytest.approx(np.zeros(3))
+
+
+def test_drops_are_read_off_the_front_where_a_tenth_is_damaged() -> None:
+    some = Front(np.linspace(0.4, 0.0, len(SCALES)), np.linspace(0.0, 0.2, len(SCALES)))
+    assert some.drops_at(0.1) == pytest.approx(0.2)
+    assert some.drops_at(0.5) == 0.0
+    assert scale_at(some) == pytest.approx(1.0)
+    floor = Front(np.linspace(0.4, 0.0, len(SCALES)), np.full(len(SCALES), 0.3))
+    assert floor.drops_at(0.1) == pytest.approx(0.2)
+
+
+def test_a_front_is_of_shares_and_of_weighted_ones() -> None:
+    dropped = np.array([[1.0, 0.0, 0.0, 0.0]])
+    found = front(Outcomes(dropped, 1 - dropped))
+    assert (found.dropped[0], found.damaged[0]) == (0.25, 0.75)
+    weighted = front(Outcomes(dropped, 1 - dropped), np.array([[3.0], [1.0], [0.0], [0.0]]))
+    assert weighted.dropped[0, 0] == 0.75
+
+
+def test_resamples_draw_whole_kinds_within_groups_and_whole_hands() -> None:
+    kinds = np.array(["a", "a", "b", "b", "c", "c"])
+    hands = np.array([1, 2] * 3)
+    groups = np.array(["x"] * 4 + ["y"] * 2)
+    weights = resampled(kinds, hands, groups, 200, 0)
+    assert weights.shape == (6, 200)
+    by_group = weights[:4].sum(axis=0), weights[4:].sum(axis=0)
+    assert (by_group[0] == 4).all()
+    assert (by_group[1] == 2).all()
+    assert weights[0].std() > 0
+    # What a kind and a hand count is multiplied.
+    assert (weights[0] * weights[3] == weights[1] * weights[2]).all()
+
+
+def test_families_are_left_out_whole_and_are_of_the_household() -> None:
+    names = [thing.name for thing in HOUSEHOLD]
+    for words in FAMILIES:
+        for word in words:
+            assert any(word in name for name in names), word
+    fold_of = folds(names, 6)
+    assert set(fold_of.values()) == set(range(6))
+    for one in names:
+        for other in names:
+            if family(one) == family(other):
+                assert fold_of[one] == fold_of[other]
+
+
+@pytest.mark.parametrize("name", ["blind", "stiffness", "weight"])
+def test_every_policy_gets_the_same_number_of_settings_or_all(name: str) -> None:
+    kind = POLICIES[name]
+    every = np.prod([len(t.tried) for t in kind.tunables.values()])
+    for budget in (8, 10**6):
+        found = settings_of(kind, budget, False, 1)
+        assert len({tuple(one.items()) for one in found}) == len(found) == min(budget, every)
+        assert found == settings_of(kind, budget, False, 1)
+
+
+def test_stiffness_gains_where_what_is_firm_is_heavy_and_nothing_where_both_are_dealt_anew() -> (
+    None
+):
+    weights = weights_of(TABLES.judged, 0)
+    blind, ours = judged(TABLES, baseline()), judged(TABLES, candidate())
+    assert drops(blind, weights).value == pytest.approx(0.5)
+    assert drops(ours, weights).value == 0.0
+    gain = fewer(ours, blind, weights)
+    assert gain.value == 1.0
+    assert 0.0 < gain.low <= gain.high == 1.0
+    told = labelled(TABLES.tuning, 0.0, 0), labelled(TABLES.judged, 0.0, 0)
+    assert drops(judged(TABLES, candidate(), told), weights).value == 0.0
+    assert ceiling(TABLES.judged).drops_at() == 0.0
+    assert permuted(TABLES, 12, True, True, 0).value < 0.5
+
+
+def test_a_gain_is_a_share_of_what_the_other_drops_and_none_may_be_bought_for_nothing() -> None:
+    dropped, others = np.array([0.1, 0.2, 0.9, 0.0, 0.1]), np.array([0.2, 0.1, 0.1, 0.0, 0.0])
+    assert less(dropped, others) == pytest.approx([0.5, -1.0, -1.0, 0.0, -1.0])
+
+
+def test_in_resamples_drops_are_read_off_where_a_tenth_is_damaged_there() -> None:
+    weights = weights_of(TABLES.judged, 0)[:, :50]
+    blind, ours = judged(TABLES, baseline()), judged(TABLES, candidate())
+    drawn = [
+        float(less(*(front(j.outcomes, w).drops_at() for j in (ours, blind)))) for w in weights.T
+    ]
+    found = fewer(ours, blind, weights)
+    assert (found.low, found.high) == pytest.approx(tuple(np.percentile(drawn, [2.5, 97.5])))
+    kept = fewer_as_bold(ours, blind, weights)
+    assert kept.value == found.value
+    assert kept.low <= kept.high
+
+
+@given(st.integers(0, 10**6))
+def test_nothing_in_the_table_is_better_than_the_ceiling(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    toy = table((1, 2))
+    hard = toy.otherwise(
+        toy.needed * np.exp(rng.normal(size=len(toy.picks))),
+        toy.limit * np.exp(rng.normal(size=len(toy.picks))),
+    )
+    best = ceiling(hard)
+    within = np.geomspace(HOW.forces[0], HOW.forces[-1], 60)
+    for reflex in (None, Reflexed(1, 0, 0)):
+        its = hard.outcomes(0, rng.choice(within, size=(7, len(toy.picks))), reflex)
+        lost = (its.dropped + its.damaged).mean(axis=1)
+        assert (lost >= (best.dropped + best.damaged).min() - 1e-12).all()
+        assert (its.damaged.mean(axis=1) >= best.damaged.min()).all()
+
+
+def test_nobody_is_tuned_on_the_family_that_it_is_judged_on() -> None:
+    others = TABLES.tuning.limit.copy()
+    others[TABLES.tuning.kinds == "quail egg"] = 0.01
+    changed = replace(TABLES, tuning=TABLES.tuning.otherwise(limit=others))
+    fold = folds(sorted(set(TABLES.judged.kinds)), TABLES.folds)["quail egg"]
+    before, after = (judged(t, baseline()).chosen[fold].settings for t in (TABLES, changed))
+    assert before == after

@@ -1,0 +1,172 @@
+"""Pre-training: the same seed gives the same weights, stopped or not, whatever the workers."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba")
+pytest.importorskip("torch")
+
+from firstcontact.core import Serial, parallel
+from firstcontact.models import INPUTS, LEVELS, STAGES, TOKEN, Network
+from firstcontact.twin import FAMILIES
+from firstcontact_lab.pretraining import _sets
+from firstcontact_lab.pretraining._batches import draw_batch, token_rows
+from firstcontact_lab.pretraining._examples import (
+    ASKED,
+    CONTEXTS,
+    THINGS,
+    Examples,
+    joined,
+    rig_examples,
+)
+from firstcontact_lab.pretraining._finishing import LEVEL, answers, finished
+from firstcontact_lab.pretraining._sets import example_set
+from firstcontact_lab.pretraining._training import Training
+
+SEED = 5
+
+
+@cache
+def few() -> Examples:
+    return joined([rig_examples(number, SEED) for number in range(4)])
+
+
+def same(one: Examples, other: Examples) -> bool:
+    return all(
+        np.array_equal(getattr(one, f.name), getattr(other, f.name), equal_nan=True)
+        for f in fields(Examples)
+    )
+
+
+def weights(network: Network) -> np.ndarray:
+    return np.concatenate([np.ravel(a) for a in network.to_arrays().values()])
+
+
+def test_a_rig_depends_on_its_number_and_the_seed_alone() -> None:
+    assert same(rig_examples(2, SEED), rig_examples(2, SEED))
+    assert not np.array_equal(rig_examples(2, SEED).signals, rig_examples(2, SEED + 1).signals)
+    assert not np.array_equal(rig_examples(2, SEED).signals, rig_examples(3, SEED).signals)
+
+
+def test_shapes_fit_and_numbers_are_finite() -> None:
+    examples = few()
+    n = len(examples)
+    assert set(np.unique(examples.rigs)) == {0, 1, 2, 3}
+    for rig in range(4):
+        its = examples.things[examples.rigs == rig]
+        assert sorted(set(its)) == list(range(-1, THINGS))
+        assert (its >= 0).sum() == THINGS * ASKED
+    assert examples.tokens.shape == (4, CONTEXTS, len(STAGES), LEVELS, TOKEN)
+    assert ((examples.levels >= 2) & (examples.levels <= LEVELS)).all()
+    for f in fields(Examples):
+        assert np.isfinite(getattr(examples, f.name)).all() or f.name == "radii"
+    assert examples.shore_a.shape == (n,)
+    assert (examples.scale[..., 0] > 0).all()
+    assert set(np.unique(examples.scale[..., 1])) <= {-1.0, 1.0}
+
+
+def test_a_set_is_the_same_whatever_the_workers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_sets, "PART", 2)
+    serial = example_set(tmp_path / "a", 10, 3, SEED, Serial())
+    with parallel(2) as runner:
+        shared = example_set(tmp_path / "b", 10, 3, SEED, runner)
+    assert same(serial, shared)
+    names = [sorted(p.name for p in (tmp_path / x).iterdir()) for x in "ab"]
+    assert names[0] == names[1]
+    assert len(names[0]) == 2
+
+
+def test_what_was_made_is_read_and_what_is_missing_made(tmp_path: Path) -> None:
+    class Counting(Serial):
+        jobs = 0
+
+        def stream(self, function, jobs, *shared):  # type: ignore[no-untyped-def]
+            Counting.jobs += len(jobs)
+            return super().stream(function, jobs, *shared)
+
+    first = example_set(tmp_path, 0, 2, SEED, Counting())
+    assert Counting.jobs == 1
+    assert same(first, example_set(tmp_path, 0, 2, SEED, Counting()))
+    assert Counting.jobs == 1
+    (file,) = tmp_path.iterdir()
+    file.unlink()
+    assert same(first, example_set(tmp_path, 0, 2, SEED, Counting()))
+    assert Counting.jobs == 2
+
+
+def test_a_family_of_its_own_is_a_set_of_its_own(tmp_path: Path) -> None:
+    name = next(iter(FAMILIES))
+    plain = example_set(tmp_path, 0, 1, SEED, Serial())
+    other = example_set(tmp_path, 0, 1, SEED, Serial(), name)
+    assert not np.array_equal(plain.signals, other.signals)
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_training_that_was_stopped_gives_what_it_would_have_given(tmp_path: Path) -> None:
+    whole = Training(few(), 3, SEED, tmp_path / "whole").run()
+
+    def stop(epoch: int, loss: float) -> None:
+        raise KeyboardInterrupt
+
+    for _ in range(2):  # after the first and after the second pass
+        with pytest.raises(KeyboardInterrupt):
+            Training(few(), 3, SEED, tmp_path / "parts").run(stop)
+    epochs: list[int] = []
+    parts = Training(few(), 3, SEED, tmp_path / "parts").run(lambda e, loss: epochs.append(e))
+    assert epochs == [3]
+    assert np.array_equal(weights(whole), weights(parts))
+
+
+def test_the_same_seed_gives_the_same_weights_and_another_others(tmp_path: Path) -> None:
+    one, again, other = (
+        weights(Training(few(), 1, seed, tmp_path / name).run())
+        for name, seed in (("a", 1), ("b", 1), ("c", 2))
+    )
+    assert np.array_equal(one, again)
+    assert not np.array_equal(one, other)
+
+
+def test_training_lowers_the_loss(tmp_path: Path) -> None:
+    losses: list[float] = []
+    Training(few(), 10, SEED, tmp_path / "t").run(lambda e, loss: losses.append(loss))
+    assert losses[-1] < losses[0]
+
+
+def test_a_batch_is_what_the_network_takes(tmp_path: Path) -> None:
+    examples = few()
+    which = np.arange(len(examples))
+    batch = draw_batch(examples, which, np.random.default_rng(0))
+    assert batch.x.shape == (len(examples), INPUTS)
+    assert np.isfinite(batch.x).all()
+    assert 0 < batch.known.mean() <= 1
+    tokens, there = token_rows(examples)
+    assert batch.row.max() < len(tokens) == len(there)
+    assert (there.sum(axis=1) >= 2).all()
+    # Later signal is not in what is drawn after so many samples.
+    early = draw_batch(examples, which, np.random.default_rng(0), samples=20, context=0)
+    later = examples.signals.copy()
+    later[:, -30:] = 0
+    changed = Examples(**{f.name: getattr(examples, f.name) for f in fields(Examples)} | {
+        "signals": later
+    })  # fmt: skip
+    same_again = draw_batch(changed, which, np.random.default_rng(0), samples=20, context=0)
+    assert np.array_equal(early.x, same_again.x)
+
+
+def test_intervals_hold_their_share_of_what_they_were_made_from(tmp_path: Path) -> None:
+    examples = few()
+    model = finished(Training(examples, 2, SEED, tmp_path / "t").run(), examples, SEED)
+    things = examples.things >= 0
+    for samples in (STAGES[0], STAGES[5], STAGES[-1]):
+        values, spreads = answers(model.network, examples, samples, SEED)
+        held = np.abs(values - examples.shore_a) <= model.half_widths(spreads, samples)
+        share = held[things].mean()
+        assert LEVEL <= share <= LEVEL + 2 / things.sum() + 0.01

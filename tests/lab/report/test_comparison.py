@@ -1,0 +1,122 @@
+"""Remarks follow the numbers."""
+
+from __future__ import annotations
+
+import pytest
+
+from firstcontact_lab.report.comparison import compare
+from firstcontact_lab.report.results.study import SubjectResults
+from partial import results
+
+
+def remark(found: SubjectResults, label: str, twin: bool = True) -> str:
+    (row,) = [r for r in compare([found], ["A"], twin) if r.label == label]
+    return row.remark
+
+
+@pytest.mark.parametrize(
+    ("rmse", "verdict"),
+    [(9.0, "A: above both."), (3.0, "A: between."), (1.0, "A: below both.")],
+)
+def test_the_ambiguous_error_is_compared_both_ways(rmse: float, verdict: str) -> None:
+    found = results(objects={"svm": {"rmse": rmse, "mae": rmse, "mse": rmse**2}})
+    assert verdict in remark(found, "Unseen objects, SVM: RMSE")
+    assert "2.04" in remark(found, "Unseen objects, SVM: RMSE")
+
+
+@pytest.mark.parametrize(
+    ("ends", "verdict"),
+    [([0.96, 0.98], "inside"), ([0.98, 1.0], "below"), ([0.5, 0.9], "above")],
+)
+def test_the_published_accuracy_is_placed_against_the_interval(
+    ends: list[float], verdict: str
+) -> None:
+    scores = {"accuracy": 0.97, "n": 250, "intervals": {"accuracy": ends}}
+    found = results(blocks={"svm": {"random_90_10": scores}})
+    assert f"lies {verdict}" in remark(found, "Blocks, SVM: accuracy, random 90/10")
+
+
+def test_each_subject_is_judged_by_name() -> None:
+    def found(ends: list[float], rmse: float) -> SubjectResults:
+        scores = {"accuracy": 0.97, "n": 250, "intervals": {"accuracy": ends}}
+        errors = {"rmse": rmse, "mae": rmse, "mse": rmse**2}
+        return results(blocks={"svm": {"random_90_10": scores}}, objects={"svm": errors})
+
+    rows = compare([found([0.96, 0.98], 9.0), found([0.5, 0.9], 3.0)], ["A", "B"], True)
+    remarks = {row.label: row.remark for row in rows}
+    interval = remarks["Blocks, SVM: accuracy, random 90/10"]
+    assert "inside that of A (250 test pinches) and above that of B" in interval
+    assert "A: above both; B: between." in remarks["Unseen objects, SVM: RMSE"]
+
+
+def test_the_accuracy_over_windows_says_what_silence_would_score() -> None:
+    def found(windows: int, quiet: int) -> SubjectResults:
+        scores = {"window_accuracy": 0.98, "windows": windows, "quiet_windows": quiet, "n": 10}
+        return results(contact={"svm": scores})
+
+    label = "Contact, SVM: 20 ms windows judged right"
+    rows = compare([found(410, 400), found(30, 20)], ["A", "B"], True)
+    said = next(row.remark for row in rows if row.label == label)
+    assert "never fires has right: 97.6 % (A), 66.7 % (B)." in said
+    assert "early all" not in said
+    assert "never fires" not in remark(judged(0.98, 1.0, 2.0), label)
+
+
+def test_with_late_labels_it_says_what_was_accepted() -> None:
+    scores = {"window_accuracy": 0.98, "pinch_success": 1.0, "decided_within_3_ms": 0.5}
+    found = results(contact={"svm": {**scores, "delay_ms": {"median": 2.0}}, "early_ms": 4.0})
+    rows = compare([found], ["A"], False)
+    assert not any("±3" in f"{row.label} {row.remark}" for row in rows)
+    remarks = {row.label: row.remark for row in rows}
+    placed = remarks["Contact, SVM: contact placed −7 to +3 ms from its label"]
+    assert "from 7 ms before its label" in placed
+    decided = remarks["Contact, SVM: and decided −4 to +3 ms from its label"]
+    assert "from 4 ms before its label to 3 ms after it" in decided
+    # The target is a stricter one than what is counted here: nothing is said to be reached.
+    assert not any("arget" in row.remark for row in rows)
+
+
+def judged(windows: float, pinches: float, delay: float) -> SubjectResults:
+    scores = {"window_accuracy": windows, "pinch_success": pinches, "delay_ms": {"median": delay}}
+    return results(contact={"svm": scores})
+
+
+DELAY = "Contact, SVM: median delay of the decision"
+
+
+@pytest.mark.parametrize(
+    ("scores", "verdict"),
+    [
+        ((0.9995, 0.998, 2.9), "A: reached."),
+        ((0.9995, 0.99, 2.9), "A: not reached (pinches)."),
+        ((0.9985, 0.998, 3.1), "A: not reached (windows, delay)."),
+    ],
+)
+def test_the_target_has_three_parts(scores: tuple[float, float, float], verdict: str) -> None:
+    assert verdict in remark(judged(*scores), DELAY)
+
+
+def test_the_target_is_judged_where_it_could_be_and_named() -> None:
+    met, missed = judged(1.0, 1.0, 2.0), judged(1.0, 0.9, 2.0)
+    for found, verdict in (
+        ([met, missed], "A: reached; B: not reached (pinches)."),
+        ([met, results(data={})], ": A: reached."),
+    ):
+        rows = compare(found, ["A", "B"], True)
+        assert verdict in next(r.remark for r in rows if r.label == DELAY)
+
+
+def test_agreement_of_an_input_is_not_called_a_result() -> None:
+    found = results(offset_ms={"mean": 16.6, "sd": 10.3, "share_below_15": 0.5})
+    assert "input of the twin" in remark(found, "First to second contact, mean")
+    assert "input" not in remark(found, "First to second contact, mean", twin=False)
+
+
+def test_what_is_not_there_has_no_row() -> None:
+    assert compare([results(data={})], ["A"], True) == []
+
+
+def test_the_end_of_an_interval_is_not_rounded_up_to_all() -> None:
+    scores = {"accuracy": 0.99, "n": 9, "intervals": {"accuracy": [0.9, 0.9997]}}
+    rows = compare([results(blocks={"svm": {"by_session": scores}})], ["A"], True)
+    assert rows[0].here == ["99.0 % [90.0, 99.97]"]

@@ -1,0 +1,39 @@
+"""Figures of the study with objects of any name; warnings are errors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from firstcontact.core import Dataset
+from firstcontact_lab.report.figures.boxes import boxes_figure
+from firstcontact_lab.report.figures.hardness import hardness_figure
+from firstcontact_lab.report.figures.timing import timing_figure
+from firstcontact_lab.study._subject import Subject
+
+NAMES = [
+    r"$\frac{$", "$x^2$", r"\alpha", "a\nb", "\x1b[31mred", "\x00", "x" * 5000, "苹果苹果苹果苹果",
+    "🍎" * 50, "\ud800", "<b>",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NAMES, ids=ascii)
+def test_objects_may_have_any_name(make_shore: Callable[..., Dataset], name: str) -> None:
+    dataset = make_shore(each=4)
+    pinches = tuple(
+        replace(p, label=replace(p.label, object=name, specimen=name, hardness_rank=i % 3))
+        for i, p in enumerate(dataset.pinches)
+    )
+    subject = Subject("a", replace(dataset, pinches=pinches))
+    data = subject.windows(0.015)
+    for figure in (
+        boxes_figure("svm", data, data.y + 1.0),
+        hardness_figure(
+            subject.labelled_windows(0.015, subject.dataset.hardness_rank), np.ones(len(data))
+        ),
+        timing_figure(pinches[0]),
+    ):
+        assert figure.image.startswith("data:image/svg+xml")

@@ -1,0 +1,120 @@
+"""A study's folder: held while it works, and not written over by another study."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from firstcontact.core import InputError, Serial, write_json
+from firstcontact_lab.grasping._learning import learn
+from firstcontact_lab.grasping.settings import GraspStudySettings
+from firstcontact_lab.report.folder import MARK, fresh, sole_use
+
+ASKED = {"verb": "study", "recordings": None, "seed": 0, "durations": (0.003, 0.015)}
+HOLD = """
+import sys, time
+from pathlib import Path
+from firstcontact_lab.report.folder import sole_use
+with sole_use(Path(sys.argv[1]), {}):
+    print("held", flush=True)
+    time.sleep(600)
+"""
+
+
+def claim(out: Path, asked: dict[str, object]) -> None:
+    with sole_use(out, asked):
+        pass
+
+
+def write(out: Path, asked: dict[str, object]) -> None:
+    write_json(out / "results.json", {"study": {"asked": asked, "seed": 1}, "data": {}})
+
+
+def test_a_second_study_is_refused_while_the_first_works(tmp_path: Path) -> None:
+    out = tmp_path / "new" / "out"
+    with subprocess.Popen([sys.executable, "-c", HOLD, out], stdout=subprocess.PIPE) as other:
+        assert other.stdout is not None
+        assert other.stdout.readline() == b"held\n"
+        with pytest.raises(InputError, match="another study is at work in it"), sole_use(out, {}):
+            pass
+        with sole_use(tmp_path / "elsewhere", {}):
+            pass
+        os.kill(other.pid, signal.SIGKILL)
+    with sole_use(out, {}):  # a dead process holds nothing
+        assert list(out.iterdir()) == []
+    with sole_use(out, {}):
+        pass
+
+
+def test_a_refused_study_leaves_no_folder(tmp_path: Path) -> None:
+    (tmp_path / "there").mkdir()
+    for name in ("new", "there"):
+        with pytest.raises(InputError, match="no pinches"), sole_use(tmp_path / name, {}):
+            raise InputError("no pinches")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["there"]
+
+
+def test_the_same_study_replaces_its_own(tmp_path: Path) -> None:
+    claim(tmp_path, ASKED)
+    write(tmp_path, ASKED)
+    (tmp_path / "report.html").write_text("", encoding="utf-8")
+    claim(tmp_path, ASKED)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"seed": 1}, "seed"),
+        ({"durations": (0.003,)}, "durations"),
+        ({"recordings": "/a"}, "recordings"),
+        ({"verb": "grasp-study"}, "verb"),
+        ({"more": 1}, "more"),
+    ],
+)
+def test_another_study_is_refused(tmp_path: Path, change: dict[str, object], said: str) -> None:
+    write(tmp_path, ASKED)
+    before = (tmp_path / "results.json").read_bytes()
+    with pytest.raises(InputError, match=rf"holds another study's results \(other {said}\)"):
+        claim(tmp_path, {**ASKED, **change})
+    assert (tmp_path / "results.json").read_bytes() == before
+
+
+@pytest.mark.parametrize("text", ["", "{}", "[]", '{"study": {}}', '{"study": {"asked": 3}}'])
+def test_results_that_nobody_knows_are_left_alone(tmp_path: Path, text: str) -> None:
+    (tmp_path / "results.json").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="not made by a study"):
+        claim(tmp_path, ASKED)
+
+
+def test_so_is_a_report_and_a_pipe(tmp_path: Path) -> None:
+    (tmp_path / "report.html").write_text("mine", encoding="utf-8")
+    with pytest.raises(InputError, match=r"report\.html was not made by a study"):
+        claim(tmp_path, ASKED)
+    os.mkfifo(tmp_path / "results.json")
+    with pytest.raises(InputError, match="not made by a study"):
+        claim(tmp_path, ASKED)
+
+
+def test_only_what_a_study_made_is_removed(tmp_path: Path) -> None:
+    mine = tmp_path / "recordings"
+    (mine / "deep").mkdir(parents=True)
+    with pytest.raises(InputError, match="recordings was not made by a study"):
+        fresh(mine, {})
+    assert (mine / "deep").exists()
+    made = fresh(tmp_path / "made", {"a": 1})
+    (made / "old").touch()
+    assert [p.name for p in fresh(made, {"a": 2}).iterdir()] == [MARK]
+
+
+@pytest.mark.parametrize("name", ["recordings", "models"])
+def test_a_grasp_study_removes_nobodys_folders(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).mkdir()
+    (tmp_path / name / "precious").touch()
+    with pytest.raises(InputError, match=f"{name} was not made by a study"):
+        learn(GraspStudySettings().quick(), tmp_path, Serial())
+    assert (tmp_path / name / "precious").exists()

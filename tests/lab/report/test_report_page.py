@@ -1,0 +1,102 @@
+"""The page in a browser: text in figures has one size; what cannot be written does not stop it."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.models import RegressionScores
+from firstcontact_lab.report import sets_page
+from firstcontact_lab.report._chapters import Chapter, Column
+from firstcontact_lab.report._tables import Table
+from firstcontact_lab.report.figures.lengths import lengths_figure
+from firstcontact_lab.report.figures.offsets import offset_figure
+from firstcontact_lab.report.findings import Findings, PartResult
+from firstcontact_lab.report.page import render
+from firstcontact_lab.report.results.sets import SetResults, SetsResults
+from firstcontact_lab.report.results.stiffness import WindowErrors
+from firstcontact_lab.report.state import State
+from firstcontact_lab.study.settings import StudySettings
+from partial import results
+
+CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium")
+#: Writes the scale at which each figure is displayed, pixels an own pixel, into the page.
+MEASURE = """<script>addEventListener("load", () => {
+  const scales = [...document.querySelectorAll(".figures img")]
+    .map(image => image.getBoundingClientRect().width / image.naturalWidth);
+  document.title = "scales " + scales.map(s => s.toFixed(4)).join(" ");
+});</script></body>"""
+
+
+def page(subjects: int) -> str:
+    """A report with chapters of one figure and of two, for one subject in the last."""
+    errors = RegressionScores(rmse=1.0, mae=1.0, mse=1.0, bias=0.0, n=3, intervals={})
+    scores = {"svm": WindowErrors(blocks=errors)}
+    alone = lengths_figure("svm", {"3": scores, "15": scores})
+    both = offset_figure(np.array([5.0, 12.0, 20.0]))
+    findings = []
+    for number in range(subjects):
+        its = Findings(f"subject {number}", results(data={}))
+        figures = [both] if number else [both, alone]
+        its.take(PartResult(results(contact={"early_ms": 0.0}), figures))
+        its.figures["timing"] = both
+        findings.append(its)
+    state = State("firstcontact study", asdict(StudySettings()), False, findings, [])
+    return render(state)
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
+@pytest.mark.parametrize("subjects", [1, 2])
+@pytest.mark.parametrize("width", [1400, 1200, 800, 500])
+def test_text_in_figures_has_one_size(subjects: int, width: int, tmp_path: Path) -> None:
+    path = tmp_path / "page.html"
+    path.write_text(page(subjects).replace("</body>", MEASURE), encoding="utf-8")
+    assert CHROMIUM is not None
+    done = subprocess.run(
+        [
+            CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--dump-dom",
+            "--disable-dev-shm-usage", f"--user-data-dir={tmp_path / 'profile'}",
+            f"--window-size={width},900", path.as_uri(),
+        ],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    found = re.search(r"<title>scales ([\d. ]+)</title>", done.stdout)
+    assert found is not None
+    scales = [float(scale) for scale in found[1].split()]
+    assert len(scales) == 2 * subjects + 1
+    assert min(scales) > 0
+    assert max(scales) <= 1.03 * min(scales)
+
+
+def test_a_command_that_is_not_utf8_is_shown_all_the_same() -> None:
+    state = State(
+        "firstcontact study --out \udcff", asdict(StudySettings()), False, [Findings("a")], []
+    )
+    assert r"study --out \udcff" in render(state)
+
+
+def test_a_table_of_many_columns_does_not_stand_beside_another() -> None:
+    narrow, broad = (Table("", ["x"] * columns, []) for columns in (5, 12))
+    assert not Chapter("a", "A", "", [Column("one", [narrow], [])]).wide
+    assert Chapter("a", "A", "", [Column("one", [narrow, broad], [])]).wide
+
+
+def test_what_pages_share_is_in_each_of_them() -> None:
+    assert "overflow-x: auto" in page(1)
+    assert "{%" not in page(1)
+
+
+def test_no_page_holds_a_control_character() -> None:
+    hostile = "\x1b[31m\x1b]0;owned\x07\x9b2J\u202ec\x7f"
+    its = SetResults(n=1, sensor=hostile, rate_hz=5000.0, front_end=hostile, pinches=1, materials=1)
+    results = SetsResults(command=hostile, seconds=1.0, versions={}, sets={f"set {hostile}": its})
+    shown = sets_page.render(results)
+    assert all(c in "\n\t" or c.isprintable() for c in shown)
+    assert shown.count(r"\u001b[31m") == 4

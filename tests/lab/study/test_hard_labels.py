@@ -1,0 +1,323 @@
+"""Labels as people make them: a study does what they permit, says what it left out, and goes on."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from firstcontact.core import Contact, Dataset, InputError, Label, Pinch, Role, Serial, to_tree
+from firstcontact.models import DURATION, distinct_specimens
+from firstcontact.recording._labels import make_labels
+from firstcontact.signal import Conditioner, samples_in
+from firstcontact_lab.report.findings import Findings, PartResult
+from firstcontact_lab.report.results.study import NOTHING
+from firstcontact_lab.report.state import State
+from firstcontact_lab.study import _protocol as protocol
+from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.parts.blocks import blocks
+from firstcontact_lab.study.parts.contacts import contacts, detection_splits
+from firstcontact_lab.study.parts.data import describe
+from firstcontact_lab.study.parts.hardness import hardness
+from firstcontact_lab.study.parts.inference import inference
+from firstcontact_lab.study.parts.objects import objects
+from firstcontact_lab.study.parts.second_contact import samples_to_spare
+from firstcontact_lab.study.parts.waveforms import waveforms
+from firstcontact_lab.study.parts.window_length import window_length
+from firstcontact_lab.study.settings import StudySettings
+
+SMALL = replace(StudySettings(), durations=(0.005, 0.015), folds=3, brief=True, calls=30, workers=1)
+MODELS = ("train_mean", "peak", "svm")
+
+
+def relabel(dataset: Dataset, new: Callable[[int, Label], Label]) -> Dataset:
+    pinches = tuple(replace(p, label=new(i, p.label)) for i, p in enumerate(dataset.pinches))
+    return replace(dataset, pinches=pinches)
+
+
+def cut(dataset: Dataset, first: int, last: int, which: Sequence[int] | None = None) -> Dataset:
+    """Pinches that hold only samples ``first`` to ``last``; all, or those at ``which``."""
+
+    def shorter(pinch: Pinch) -> Pinch:
+        truth = tuple(c for c in pinch.truth if first <= c.sample < last)
+        return replace(pinch, data=pinch.data[first:last], first_sample=first, truth=truth)
+
+    chosen = range(len(dataset)) if which is None else which
+    pinches = tuple(shorter(p) if i in chosen else p for i, p in enumerate(dataset.pinches))
+    return replace(dataset, pinches=pinches)
+
+
+def whole_study(dataset: Dataset, out: Path) -> dict[str, Any]:
+    """All steps but those of the CNN, which asks the same of labels and takes longer."""
+    steps = protocol.plan([("recordings", lambda: dataset)], SMALL, Serial())
+    steps = [s for s in steps if "CNN" not in s.title and s.title != "inference time"]
+    state = State("study", asdict(SMALL), True, [Findings("recordings")], [s.title for s in steps])
+    protocol.run(steps, state, out)
+    text = (out / "results.json").read_text(encoding="utf-8")
+    assert "null" not in text
+    assert "NaN" not in text
+    tree: dict[str, Any] = json.loads(text)
+    assert tree["study"]["complete"]
+    return tree
+
+
+def said(outcome: PartResult, word: str) -> str:
+    found = [reason for reason in outcome.left_out if word in reason]
+    assert len(found) == 1, outcome.left_out
+    return found[0]
+
+
+# -- specimens -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["silicone", ""])
+def test_one_specimen_name_at_every_level_and_object(
+    make_shore: Callable[..., Dataset], tmp_path: Path, name: str
+) -> None:
+    dataset = relabel(
+        make_shore(), lambda i, label: replace(label, object="silicone", specimen=name)
+    )
+    tree = whole_study(
+        relabel(
+            dataset,
+            lambda i, label: replace(label, object="fruit") if label.role is Role.TEST else label,
+        ),
+        tmp_path,
+    )
+    assert tree["blocks"]["svm"]["leave_one_shore_out"]["n"] == 36
+    assert len(tree["objects"]["svm"]["per_object"]) == 2
+    assert tree["data"]["specimens"] == 5
+
+
+def test_numbered_specimens_of_each_material(ranks: Dataset, tmp_path: Path) -> None:
+    dataset = relabel(ranks, lambda i, label: replace(label, specimen=str(1 + i % 2)))
+    tree = whole_study(dataset, tmp_path)
+    assert tree["hardness_order"]["leave_one_material_out"]["classification"]["svm"]["n"] == 36
+    assert tree["data"]["specimens"] == 12
+
+
+def test_a_name_of_one_thing_stays_as_it_is(shore: Dataset) -> None:
+    assert distinct_specimens(shore).tolist() == shore.specimens.tolist()
+
+
+def test_a_specimen_that_was_measured_twice_is_no_stranger(shore: Dataset) -> None:
+    fruit = Label("fruit", 40.0, None, "fruit 1", "unseen", Role.TEST)
+
+    def ripened(i: int, label: Label) -> Label:
+        if i == 0:
+            return replace(fruit, shore_a=35.0, session=label.session, role=Role.TRAIN)
+        return fruit if label.role is Role.TEST else label
+
+    outcome = objects(Subject("x", relabel(shore, ripened)), SMALL, Serial(), MODELS)
+    assert outcome.results is NOTHING
+    assert "'fruit 1' of 'fruit' has both roles" in outcome.left_out[0]
+
+
+# -- sessions ------------------------------------------------------------------------------
+
+
+def test_each_level_in_one_session(make_shore: Callable[..., Dataset]) -> None:
+    dataset = relabel(
+        make_shore(objects=()), lambda i, label: replace(label, session=f"day of {label.shore_a}")
+    )
+    outcome = blocks(Subject("x", dataset), SMALL, Serial(), MODELS)
+    reason = said(outcome, "Discrimination by session")
+    assert "levels 10, 30, 60 lie in one session each" in reason
+    scores = to_tree(outcome.results.blocks["svm"])
+    assert "accuracy" not in scores["by_session"]
+    assert scores["by_session"]["n"] == len(dataset)
+    assert "accuracy" in scores["random_90_10"]
+
+
+def test_two_levels_in_a_session_each(make_shore: Callable[..., Dataset], tmp_path: Path) -> None:
+    dataset = relabel(
+        make_shore(levels=(10.0, 60.0), objects=()),
+        lambda i, label: replace(label, session=f"day of {label.shore_a}"),
+    )
+    tree = whole_study(dataset, tmp_path)
+    assert "by_session" not in tree["blocks"]["svm"]
+    assert "window_length_ms" not in tree
+    assert any("a single Shore A level is left to learn from" in r for r in tree["left_out"])
+
+
+def test_windows_of_one_session_only(make_shore: Callable[..., Dataset], tmp_path: Path) -> None:
+    # Sessions s1 and s2 were cut off just after the contact: there is no window.
+    dataset = make_shore(objects=())
+    others = [i for i, s in enumerate(dataset.sessions) if s != "s0"]
+    tree = whole_study(cut(dataset, 0, 510, others), tmp_path)
+    assert "by_session" not in tree["blocks"]["svm"]
+    assert "window_length_ms" not in tree
+    assert any("Error against window length" in reason for reason in tree["left_out"])
+
+
+def test_sessions_nobody_named_may_be_shared_and_that_is_said(
+    make_shore: Callable[..., Dataset], tmp_path: Path
+) -> None:
+    labels, _ = make_labels("labels.csv", {"shore_a": ["10", "20"]}, 2)
+    dataset = relabel(make_shore(), lambda i, label: replace(label, session=labels[0].session))
+    tree = whole_study(replace(dataset, sessions_assumed=True), tmp_path)
+    assert tree["objects"]["svm"]["n"] == 12
+    assert tree["objects"]["shares"] == ["session"]
+    assert any("sessions are not known and may be shared" in r for r in tree["left_out"])
+    named = objects(Subject("x", dataset), SMALL, Serial(), MODELS)
+    assert "the session '1' has pinches of both roles" in named.left_out[0]
+
+
+# -- ranks ---------------------------------------------------------------------------------
+
+
+def test_ranks_of_one_material_have_no_class_to_be_found(ranks: Dataset) -> None:
+    dataset = ranks.take(np.isin(ranks.objects, ["mat", "box", "desk"]))
+    outcome = hardness(Subject("x", dataset), SMALL, Serial())
+    assert "ranks 0, 1, 2 have one material each" in said(outcome, "with a material left out")
+    tree = to_tree(outcome.results.hardness_order)
+    assert set(tree["leave_one_material_out"]) == {"rank_regression"}
+    assert tree["spectral_centroid"]["n"] == 3
+
+
+def test_a_rank_that_is_alone_with_its_material(ranks: Dataset, tmp_path: Path) -> None:
+    dataset = ranks.take(np.isin(ranks.objects, ["mat", "foam", "desk"]))
+    tree = whole_study(dataset, tmp_path)
+    assert "leave_one_material_out" not in tree["hardness_order"]
+    assert "random_folds" in tree["hardness_order"]
+
+
+def test_a_rank_with_a_single_pinch(ranks: Dataset) -> None:
+    chosen = np.flatnonzero(ranks.hardness_rank != 2).tolist()
+    dataset = ranks.take([*chosen, int(np.flatnonzero(ranks.objects == "desk")[0])])
+    outcome = hardness(Subject("x", dataset), SMALL, Serial())
+    assert "a single pinch" in said(outcome, "random folds")
+    assert "random_folds" not in to_tree(outcome.results.hardness_order)
+
+
+# -- contacts ------------------------------------------------------------------------------
+
+
+def test_too_little_quiet_for_the_svm_leaves_the_known_contacts(
+    make_shore: Callable[..., Dataset], tmp_path: Path
+) -> None:
+    # 20 ms before the contact: enough for a window's baseline, not for a steady state.
+    tree = whole_study(cut(make_shore(), 400, 900), tmp_path)
+    assert tree["contact"]["windows_start_at"] == "known"
+    assert "svm" not in tree["contact"]
+    assert any("windows start at the known contacts" in reason for reason in tree["left_out"])
+    assert tree["blocks"]["windows"]["with_window"] == 36
+
+
+def test_one_fold_without_known_contacts(
+    make_shore: Callable[..., Dataset], tmp_path: Path
+) -> None:
+    dataset = make_shore()
+    few = tuple(replace(p, truth=()) if i != 5 else p for i, p in enumerate(dataset.pinches))
+    tree = whole_study(replace(dataset, pinches=few), tmp_path)
+    assert tree["contact"]["windows_start_at"] == "three_sigma"
+    assert tree["contact"]["three_sigma"]["n"] == 1
+    assert any("windows start where the 3σ threshold fires" in r for r in tree["left_out"])
+
+
+def test_the_second_contact_is_looked_for_where_the_window_is(shore: Dataset) -> None:
+    length = samples_in(DURATION, shore.layout.rate)
+    subject = Subject("x", shore)
+    pinch = shore.pinches[0]
+    assert pinch.first is not None
+    assert pinch.second is not None
+    for end, room in ((pinch.second.sample, 0), (pinch.second.sample + 1, -1)):
+        start = end - length - Conditioner(shore.layout).lookahead
+        subject.found = (
+            Contact(pinch.first.finger, start, start),
+            *[None] * (len(shore) - 1),
+        )
+        spare = samples_to_spare(subject)
+        assert spare[0] == room
+        assert np.isnan(spare[1:]).all()
+
+
+# -- hardly anything -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_a_few_pinches(make_shore: Callable[..., Dataset], tmp_path: Path, count: int) -> None:
+    tree = whole_study(make_shore().take(range(count)), tmp_path)
+    assert tree["data"]["pinches"] == count
+    assert ("sd" in tree["offset_ms"]) == (count > 1)
+
+
+def test_no_window_at_all(make_shore: Callable[..., Dataset], ranks: Dataset) -> None:
+    subject = Subject("x", cut(make_shore(), 0, 510))
+    for outcome in (
+        blocks(subject, SMALL, Serial(), MODELS),
+        objects(subject, SMALL, Serial(), MODELS),
+        window_length(subject, SMALL, Serial()),
+        inference(subject, SMALL),
+        waveforms(subject),
+        hardness(Subject("x", cut(ranks, 0, 510)), SMALL, Serial()),
+    ):
+        assert outcome.left_out
+        assert set(to_tree(outcome.results)) <= {"blocks"}
+
+
+def test_one_pinch_of_every_kind(make_shore: Callable[..., Dataset], ranks: Dataset) -> None:
+    singles = make_shore(each=1, sessions=1)
+    peaks = waveforms(Subject("x", singles)).results.peak_v
+    assert peaks is not None
+    assert peaks["10"].sd is None
+    assert detection_splits(singles.take([0]), 0) == []
+    few = ranks.take(np.unique(ranks.objects, return_index=True)[1])
+    order = hardness(Subject("x", few), SMALL, Serial()).results.hardness_order
+    assert order is not None
+    assert order.n_pinches == 6
+    not_found = contacts(Subject("x", singles), SMALL, Serial()).results.contact.about.not_found
+    assert not_found is not None
+    assert not_found.of == 3
+
+
+def test_the_rate_of_the_recordings_is_told(shore: Dataset) -> None:
+    data = to_tree(describe(Subject("x", replace(shore, recorded_rate=16000.0))).results.data)
+    assert data["sample_rate_hz"] == 16000.0
+    assert data["model_rate_hz"] == shore.layout.rate
+    assert "model_rate_hz" not in to_tree(describe(Subject("x", shore)).results.data)
+
+
+# -- errors in a part ----------------------------------------------------------------------
+
+
+def failing(error: Exception, shore: Dataset, out: Path, number: int = 3) -> None:
+    steps = protocol.plan([("recordings", lambda: shore)], SMALL, Serial())[:5]
+
+    def fail() -> PartResult:
+        raise error
+
+    steps[number] = replace(steps[number], run=fail)
+    state = State("study", asdict(SMALL), True, [Findings("recordings")], [s.title for s in steps])
+    protocol.run(steps, state, out)
+
+
+def test_input_that_a_part_cannot_use_leaves_that_part_out(shore: Dataset, tmp_path: Path) -> None:
+    failing(InputError("pinch 7 is too short: record longer"), shore, tmp_path)
+    tree = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
+    assert "Waveforms: pinch 7 is too short: record longer." in tree["left_out"]
+    assert "blocks" in tree
+    assert tree["study"]["complete"]
+
+
+def test_data_that_cannot_be_read_end_the_study(shore: Dataset, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such thing"):
+        failing(InputError("no such thing"), shore, tmp_path, number=0)
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_error_of_ours_is_not_swallowed_and_the_page_says_so(
+    shore: Dataset, tmp_path: Path
+) -> None:
+    with pytest.raises(ZeroDivisionError):
+        failing(ZeroDivisionError("division by zero"), shore, tmp_path)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "Stopped: recordings: waveforms: division by zero." in page
+    assert "Still running" not in page
+    tree = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
+    assert tree["study"]["stopped"].endswith("division by zero")

@@ -1,0 +1,144 @@
+"""Off the blocks: what sets hold, who is told what, and closed forms of the scores."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from firstcontact.core import Dataset, Serial, gent_modulus, gent_shore_a
+from firstcontact.models import ESTIMATORS, LabelledWindows
+from firstcontact.twin import PAPER_RIG
+from firstcontact_lab.report._anytime_tables import objects_off_blocks, others_off_blocks
+from firstcontact_lab.study._comparison import MASKED, NETWORK
+from firstcontact_lab.study._entrants import Asked, Entrant, answer
+from firstcontact_lab.study._off_blocks import Answered, off_blocks
+from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use, rig_set
+from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.parts import generalise as part
+from firstcontact_lab.study.settings import StudySettings
+
+SIZES = Sizes(blocks=4, held=2, objects=3, other_blocks=2, kinds=4)
+
+
+@pytest.fixture(scope="module")
+def small() -> RigSet:
+    return rig_set(1, PAPER_RIG, SIZES, [0, 2])
+
+
+def test_a_set_has_every_use_and_shares_no_specimen_with_the_floor(small: RigSet) -> None:
+    n = len(small.windows)
+    assert len(small.touches) == len(small.uses) == len(small.radii) == n
+    counts = {use: len(small.where(use)) for use in Use}
+    assert min(counts.values()) > 0
+    assert sum(counts.values()) == n
+    specimens = small.windows.specimens
+    floor = set(specimens[small.where(Use.KINDS)])
+    assert not floor & set(specimens[small.where(Use.OBJECTS)])
+    assert set(specimens[small.where(Use.OBJECTS)]) == set(
+        specimens[small.where(Use.OTHER_OBJECTS)]
+    )
+    sessions = small.windows.sessions
+    for use, other in ((Use.BLOCKS, Use.HELD), (Use.OBJECTS, Use.KINDS)):
+        assert not set(sessions[small.where(use)]) & set(sessions[small.where(other)])
+
+
+def test_a_set_is_its_seeds(small: RigSet) -> None:
+    again, other = (rig_set(seed, PAPER_RIG, SIZES, [0, 2]) for seed in (1, 2))
+    assert np.array_equal(again.windows.X, small.windows.X)
+    assert not np.array_equal(other.moduli[:5], small.moduli[:5])
+
+
+def test_blocks_are_flat_and_objects_round(small: RigSet) -> None:
+    assert np.isinf(small.radii[small.where(Use.BLOCKS)]).all()
+    assert (small.radii[small.where(Use.OBJECTS)] < 0.05).all()
+
+
+@pytest.mark.parametrize("shore_a", [5.0, 28.0, 67.0, 90.0])
+def test_a_modulus_is_a_reading_and_back(shore_a: float) -> None:
+    assert gent_shore_a(gent_modulus(shore_a)) == pytest.approx(shore_a)
+
+
+def test_who_is_told_the_modulus_errs_by_the_label_alone(small: RigSet) -> None:
+    ask = small.where(Use.BLOCKS)
+    told = Asked(Entrant("modulus", "told the modulus"), 0, ask[:0], ask)
+    values = answer(told, [small], 0)
+    assert np.abs(values - small.windows.y[ask]).max() < 12.0
+    exact = replace(small, moduli=np.array([gent_modulus(s) for s in small.windows.y]))
+    assert answer(told, [exact], 0) == pytest.approx(small.windows.y[ask])
+
+
+def test_who_is_told_the_stiffness_learns_it_on_these_blocks(small: RigSet) -> None:
+    learn, ask = small.where(Use.BLOCKS), small.where(Use.HELD)
+    known = np.exp(small.windows.y / 20)
+    told = Asked(Entrant("contact_stiffness", "told the stiffness"), 0, learn, ask)
+    values = answer(told, [replace(small, stiffnesses=known)], 0)
+    assert values == pytest.approx(small.windows.y[ask])
+
+
+def answered(errors: dict[Use, float], place: int = 0, question: str = "any") -> Answered:
+    """Six pinches a use of things of 30 and 60, all wrong by so much."""
+    uses = np.repeat([use.value for use in errors], 6)
+    wrong = np.repeat(list(errors.values()), 6)
+    y = np.tile([30.0, 60.0], len(uses) // 2)
+    names = np.array([f"thing {v:g}" for v in y])
+    asked = LabelledWindows(
+        np.zeros((len(y), 4, 1), np.float32), y, names, names, names,
+        np.ones(len(y), bool), np.arange(len(y)), 4936.0,
+    )  # fmt: skip
+    return Answered(question, place, asked, uses, y + wrong)
+
+
+def test_scores_are_those_of_constant_errors() -> None:
+    parts = [
+        answered({Use.OBJECTS: 4.0, Use.HELD: -2.0}),
+        answered({Use.OTHER_OBJECTS: 3.0}),
+        answered({Use.BLOCKS: 1.0}, question="30"),
+        answered({Use.BLOCKS: 5.0}, question="60"),
+    ]
+    found = off_blocks(parts, {}, 0)
+    assert (found.sets, found.options, found.intervals) == (1, None, {})
+    assert (found.objects, found.three_pinches, found.blocks) == pytest.approx((4, 4, 2))
+    assert (found.other_hand, found.accuracy) == pytest.approx((3, 1))
+    assert (found.bias_softest, found.bias_hardest) == pytest.approx((4, 4))
+    assert found.level_left_out == pytest.approx(3.0)  # the mean over levels
+
+
+def test_three_pinches_average_what_cancels_out() -> None:
+    its = answered({Use.OBJECTS: 0.0})
+    signs = its.values + np.tile([3.0, -3.0, 0.0], 2)
+    found = off_blocks([replace(its, values=signs)], {}, 0)
+    assert found.three_pinches < found.objects
+
+
+def test_intervals_are_over_sets() -> None:
+    parts = [answered({Use.OBJECTS: float(error)}, place) for place, error in enumerate((1, 7))]
+    found = off_blocks(parts, {"epochs": 1}, 0)
+    assert found.sets == 2
+    assert found.objects == pytest.approx(5.0)
+    assert found.intervals["objects"] == pytest.approx((1.0, 7.0))
+    assert found.other_hand is None
+
+
+def test_everybody_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(part, "BRIEF", SIZES)
+    subject = Subject(PAPER_RIG.name, Dataset(()))
+    outcome = part.generalise(subject, StudySettings().quick(), Serial())
+    found = outcome.results.generalise
+    assert (found.sets, found.floor.sets) == (1, 1)
+    fast = {n for n, e in ESTIMATORS.items() if not e.baseline and not e.slow}
+    assert fast | {its.name for its in (MASKED, *NETWORK)} == set(found.estimators)
+    assert set(found.ceiling) == {"modulus", "contact_stiffness"}
+    assert all(its.other_hand is not None for its in found.estimators.values())
+    objects, others = (make(outcome.results) for make in (objects_off_blocks, others_off_blocks))
+    assert len(objects.rows) == len(others.rows) + 1  # the floor knows objects alone
+    for table in (objects, others):
+        assert all(len(row.cells) == len(table.head) for row in table.rows)
+    assert [figure.key for figure in outcome.figures] == ["generalise"]
+
+
+def test_recordings_have_no_rigs_to_draw() -> None:
+    outcome = part.generalise(Subject("recordings", Dataset(())), StudySettings(), Serial())
+    assert outcome.results.generalise is None
+    assert not outcome.left_out

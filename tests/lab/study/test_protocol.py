@@ -1,0 +1,182 @@
+"""A whole study of simple pinches: what is there, what is absent, what survives an interrupt."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.core import Dataset, Serial
+from firstcontact_lab.report.findings import Findings, PartResult
+from firstcontact_lab.report.state import State
+from firstcontact_lab.study import _protocol as protocol
+from firstcontact_lab.study.parts.contacts import detection_splits
+from firstcontact_lab.study.settings import StudySettings
+
+SMALL = replace(StudySettings(), durations=(0.005, 0.015), folds=3, brief=True, calls=30, workers=1)
+
+
+def study(dataset: Dataset, out: Path, name: str = "recordings") -> tuple[State, list]:
+    steps = protocol.plan([(name, lambda: dataset)], SMALL, Serial())
+    titles = [step.title for step in steps]
+    return State("firstcontact study", asdict(SMALL), True, [Findings(name)], titles), steps
+
+
+def results(out: Path) -> dict:
+    return json.loads((out / "results.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def done(shore: Dataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a finished study, which was whole after every part."""
+    out = tmp_path_factory.mktemp("study")
+    state, steps = study(shore, out)
+    seen: list[int] = []
+
+    def tick(title: str) -> None:
+        if state.done:
+            tree = results(out)
+            assert len(tree["pending"]) == len(steps) - state.done
+            assert "Still running" in (out / "report.html").read_text(encoding="utf-8")
+            seen.append(state.done)
+
+    protocol.run(steps, state, out, tick)
+    assert seen == list(range(1, len(steps)))
+    return out
+
+
+def test_results_have_the_promised_keys(done: Path) -> None:
+    tree = results(done)
+    assert set(tree["data"]) >= {"source", "pinches", "specimens", "sample_rate_hz"}
+    assert set(tree["offset_ms"]) >= {"mean", "sd", "share_below_15"}
+    for detector in ("three_sigma", "svm"):
+        scores = tree["contact"][detector]
+        assert set(scores) >= {"window_accuracy", "pinch_success", "false_alarms_per_minute"}
+    assert set(tree["contact"]["svm"]["delay_ms"]) == {"median", "p95"}
+    for model in ("train_mean", "peak", "svm", "cnn"):
+        for split in ("random_90_10", "by_session"):
+            assert set(tree["blocks"][model][split]) >= {"accuracy", "rmse", "mae", "mse"}
+        assert set(tree["blocks"][model]["leave_one_shore_out"]["per_level"]) == {"10", "30", "60"}
+        assert set(tree["objects"][model]) >= {"rmse", "mae", "mse", "bias", "per_object"}
+    assert set(tree["objects"]["svm"]["per_object"]) == {"fruit 20", "fruit 50"}
+    assert set(tree["window_length_ms"]) == {"5", "15"}
+    for model in ("svm", "cnn"):
+        assert set(tree["inference_us"][model]) >= {"p50", "p99", "speedup"}
+    assert set(tree["inference_us"]["svm"]["classification"]) >= {"p50", "p99", "speedup"}
+    assert 0 < tree["inference_us"]["svm"]["support_vectors"] <= 36
+    assert "support_vectors" not in tree["inference_us"]["cnn"]
+    assert tree["window_length_search"]["windows"] > 0
+    assert tree["seconds"] > 0
+    assert tree["study"]["complete"]
+    assert "pending" not in tree
+    assert "null" not in (done / "results.json").read_text(encoding="utf-8")
+
+
+def test_floors_are_what_they_say(done: Path, shore: Dataset) -> None:
+    tree = results(done)
+    floor = tree["blocks"]["train_mean"]["leave_one_shore_out"]
+    levels = np.array([10.0, 30.0, 60.0])
+    others = np.array([45.0, 35.0, 20.0])
+    assert floor["rmse"] == pytest.approx(np.sqrt(((levels - others) ** 2).mean()))
+    assert tree["blocks"]["svm"]["by_session"]["rmse"] < floor["rmse"]
+
+
+def test_offsets_are_those_of_the_pinches(done: Path, shore: Dataset) -> None:
+    offsets = np.array([1e3 * p.offset for p in shore.pinches if p.offset is not None])
+    tree = results(done)["offset_ms"]
+    assert tree["mean"] == pytest.approx(offsets.mean())
+    assert tree["sd"] == pytest.approx(offsets.std(ddof=1))
+    assert tree["share_below_15"] == pytest.approx((offsets < 15).mean())
+
+
+def test_with_and_without_the_second_contact_are_all_pinches(done: Path) -> None:
+    tree = results(done)
+    sides = tree["second_contact_in_window"]["svm"]["blocks"]
+    assert sum(side["n"] for side in sides.values()) == tree["blocks"]["svm"]["by_session"]["n"]
+
+
+def test_the_page_needs_nothing_else(done: Path) -> None:
+    page = (done / "report.html").read_text(encoding="utf-8")
+    for tag in ("<script", "<link", 'src="http', "url(http", "@import"):
+        assert tag not in page
+    assert page.count('src="data:image/svg+xml;base64,') >= 10
+    assert "Published and here" in page
+    assert "Still running" not in page
+
+
+def test_ranks_only_leave_shore_out_and_say_so(ranks: Dataset, tmp_path: Path) -> None:
+    state, steps = study(ranks, tmp_path)
+    protocol.run(steps, state, tmp_path)
+    tree = results(tmp_path)
+    assert set(tree) >= {"data", "contact", "hardness_order", "left_out"}
+    assert not set(tree) & {"blocks", "objects", "offset_ms", "window_length_ms", "inference_us"}
+    assert any("Unseen objects" in reason for reason in tree["left_out"])
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "What was left out, and why" in page
+    assert "twin" not in page.split("</header>")[0].lower()
+
+
+def test_without_known_contacts_the_threshold_finds_them(
+    make_shore: Callable[..., Dataset], tmp_path: Path
+) -> None:
+    dataset = make_shore(each=10, objects=(), known=False)
+    state, steps = study(dataset, tmp_path)
+    wanted = ("data", "contact detection", "waveforms")
+    protocol.run([s for s in steps if s.title in wanted], state, tmp_path)
+    tree = results(tmp_path)
+    assert set(tree["contact"]) == {"not_found", "steady_state", "windows_start_at"}
+    assert tree["contact"]["windows_start_at"] == "three_sigma"
+    assert tree["contact"]["not_found"]["by"] == "three_sigma"
+    assert "offset_ms" not in tree
+    assert "peak_v" in tree
+
+
+def test_every_condition_is_timed_by_its_own_models() -> None:
+    steps = protocol.plan([(n, Dataset) for n in ("paper-rig", "everyday")], SMALL, Serial())
+    timed = [step.subject for step in steps if step.title == "inference time"]
+    assert timed == ["paper-rig", "everyday"]
+
+
+def test_an_interrupt_leaves_what_was_found(shore: Dataset, tmp_path: Path) -> None:
+    state, steps = study(shore, tmp_path)
+
+    def interrupt() -> PartResult:
+        raise KeyboardInterrupt
+
+    steps[2] = replace(steps[2], run=interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        protocol.run(steps, state, tmp_path)
+    tree = results(tmp_path)
+    assert "contact" in tree
+    assert not tree["study"]["complete"]
+    assert "Interrupted." in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["report.html", "results.json"]
+
+
+def test_detectors_are_judged_in_sessions_they_never_saw(shore: Dataset) -> None:
+    splits = detection_splits(shore, 0)
+    asked = np.concatenate([s.test for s in splits])
+    assert sorted(asked) == list(range(len(shore)))
+    for split in splits:
+        split.check(shore.sessions, shore.specimens)
+        assert not shore.test[split.train].any()
+
+
+def test_names_from_recordings_are_text_not_markup(shore: Dataset, tmp_path: Path) -> None:
+    evil = "<script>alert(1)</script>"
+    pinches = tuple(
+        replace(p, label=replace(p.label, specimen=evil, object=evil))
+        if p.label.role == "test"
+        else p
+        for p in shore.pinches
+    )
+    state, steps = study(replace(shore, pinches=pinches, notes=(evil,)), tmp_path)
+    wanted = ("data", "objects, SVM and baselines")
+    protocol.run([s for s in steps if s.title in wanted], state, tmp_path)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "<script" not in page
+    assert "&lt;script&gt;" in page

@@ -1,0 +1,68 @@
+"""With and without the second contact: only windows that begin at the first one are told apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from firstcontact.core import Contact, Dataset
+from firstcontact_lab.report._tables import second_table
+from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.parts.objects import UNSEEN
+from firstcontact_lab.study.parts.second_contact import misplaced, second_contact
+from firstcontact_lab.study.settings import StudySettings
+
+MS = 4.936
+
+
+def subject(dataset: Dataset, shifts: dict[int, Contact]) -> Subject:
+    """Windows start at the truth, but for these."""
+    made = Subject("a", dataset)
+    made.found = tuple(shifts.get(i, p.first) for i, p in enumerate(dataset.pinches))
+    return made
+
+
+def moved(contact: Contact, ms: float) -> Contact:
+    return replace(contact, sample=contact.sample + round(ms * MS))
+
+
+def test_windows_of_false_triggers_have_a_row_of_their_own(
+    make_shore: Callable[..., Dataset],
+) -> None:
+    dataset = make_shore(each=10, objects=(20.0, 50.0))
+    asked = np.flatnonzero(dataset.test)
+    first = {int(i): dataset.pinches[i].first for i in asked}
+    early, late, other, fair = asked[:4]
+    astray = {
+        int(early): moved(first[early], -40.0),
+        int(late): moved(first[late], 4.0),
+        int(other): replace(first[other], finger=first[other].finger.other),
+        int(fair): moved(first[fair], -2.0),
+    }
+    its = subject(dataset, astray)
+    assert np.flatnonzero(misplaced(its, 0.0)).tolist() == sorted([early, late, other])
+    data = its.windows(0.015)
+    predicted = np.where(misplaced(its, 0.0)[data.which], data.y + 50.0, data.y + 1.0)
+    predicted[~data.test] = np.nan
+    its.predictions["svm", UNSEEN] = (data, predicted)
+    outcome = second_contact(its, StudySettings())
+    found = outcome.results.second_contact_in_window
+    assert found is not None
+    sides = found["svm"].objects
+    assert sides is not None
+    assert sides["misplaced"].n == 3
+    assert sides["misplaced"].rmse == 50.0
+    assert sides["without"].rmse == 1.0
+    assert sum(side.n for side in sides.values()) == int(data.test.sum())
+    table = second_table(outcome.results)
+    assert table is not None
+    assert any("does not begin at the first contact" in r.cells[0].small for r in table.rows)
+
+
+def test_late_labels_let_windows_begin_earlier(make_shore: Callable[..., Dataset]) -> None:
+    dataset = make_shore(each=4, objects=())
+    its = subject(dataset, {0: moved(dataset.pinches[0].first, -6.0)})
+    assert misplaced(its, 0.0)[0]
+    assert not misplaced(its, 0.004)[0]

@@ -1,0 +1,78 @@
+"""Detectors on sets of recordings that others made."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.cli.main import main
+from firstcontact.contact import DETECTORS
+from firstcontact.core import Block, Dataset
+from firstcontact.recording import Header, RecordingWriter, write_dataset
+from firstcontact_lab.report.results.file import read_results
+from firstcontact_lab.report.results.sets import SetsResults
+
+
+@pytest.fixture
+def folder(tmp_path: Path, shore: Dataset) -> Path:
+    """One set with contacts, noise and a front end."""
+    dtype = str(shore.pinches[0].data.dtype)
+    header = Header(shore.layout, "synthetic", dtype)
+    for place in ("sets/toys/recordings", "sets/toys/noise", "twin"):
+        (tmp_path / place).mkdir(parents=True)
+    write_dataset(shore, tmp_path / "sets" / "toys" / "recordings", header)
+    write_dataset(shore, tmp_path / "twin", header)
+    rng = np.random.default_rng(0)
+    quiet = rng.normal(0, 5, (40_000, shore.layout.width)).astype(dtype)
+    with RecordingWriter(tmp_path / "sets/toys/noise/quiet.mcap", header) as writer:
+        writer.write(Block(quiet, 0))
+    (tmp_path / "sets/toys/front_ends.csv").write_text("session,front_end\n*,a test\n")
+    return tmp_path / "sets"
+
+
+def test_every_detector_is_scored_and_the_page_written(folder: Path) -> None:
+    assert main(["sets", str(folder), "--twin", str(folder.parent / "twin")]) == 0
+    results = read_results(folder / "results.json", SetsResults).sets["toys"]
+    assert results.n > 0
+    assert results.front_end == "a test"
+    assert results.training == "others"
+    assert results.placed_2_ms is not None
+    assert results.placed_2_ms > 0.9
+    assert results.noise_seconds > 1
+    assert results.noise_false_alarms_per_minute is not None
+    ways = {name: set(found) for name, found in (results.detectors or {}).items()}
+    learned = {"twin", "others"}
+    assert ways == {n: learned if d.learns else {"nothing"} for n, d in DETECTORS.items()}
+    tree = json.loads((folder / "results.json").read_text())["sets"]["toys"]
+    assert set(tree["delay_ms"]) == {"median", "p95"}
+    page = (folder / "report.html").read_text()
+    assert "a test" in page
+    assert "toys" in page
+
+
+def test_the_twin_over_another_noise_has_a_row(folder: Path) -> None:
+    twin, other = folder.parent / "twin", folder.parent / "other_noise"
+    other.mkdir()
+    for file in twin.iterdir():
+        (other / file.name).write_bytes(file.read_bytes())
+    words = ["sets", str(folder), "--twin", str(twin), "--noises", str(other)]
+    assert main(words) == 0
+    found = (read_results(folder / "results.json", SetsResults).noises or {})["other_noise"]
+    assert set(found.detectors) == set(DETECTORS)
+    assert found.noise == "as modelled"
+    assert found.estimated > 0
+    assert found.rmse is not None
+    assert found.rmse < 20  # the very pinches that it learned from, here
+    assert "other noise" in (folder / "report.html").read_text()
+    assert main([*words, str(other)]) == 2
+
+
+def test_a_folder_without_sets_is_refused_in_one_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["sets", str(tmp_path), "--twin", str(tmp_path)]) == 2
+    assert "has no set in it" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,71 @@
+"""Classes of hardness from short windows: signals, contacts and estimators beside one another."""
+
+from __future__ import annotations
+
+import pytest
+
+from firstcontact.core import Contact, Dataset, Serial
+from firstcontact.models import ESTIMATORS
+from firstcontact_lab.report._short_tables import materials_table, short_table
+from firstcontact_lab.report.results.real import RealSet
+from firstcontact_lab.report.results.study import NOTHING
+from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.parts.short_windows import short_windows
+from firstcontact_lab.study.settings import StudySettings
+
+BRIEF = StudySettings().quick()
+
+
+@pytest.fixture(scope="module")
+def found(ranks: Dataset) -> RealSet:
+    """Of the softest and the hardest materials, contacts found a sample late."""
+    dataset = ranks.take(ranks.hardness_rank != 1)
+    late = tuple(
+        p.first and Contact(p.first.finger, p.first.sample + 1, p.first.decided + 1)
+        for p in dataset.pinches
+    )
+    subject = Subject("recordings", dataset, late, set_name="rings")
+    outcome = short_windows(subject, BRIEF, Serial())
+    assert outcome.results.real is not None
+    assert short_table(outcome.results) is not None
+    table = materials_table(outcome.results)
+    assert table is not None
+    assert len(table.rows) == 4
+    assert len(outcome.figures) == 3
+    return outcome.results.real["rings"]
+
+
+def test_every_reading_leaves_whole_materials_out(found: RealSet) -> None:
+    first, known, smooth, published = found.readings
+    assert ESTIMATORS[first.estimator].moves
+    assert not first.conditioned
+    assert (first.known_contacts, known.known_contacts) == (False, True)
+    assert (smooth.conditioned, published.conditioned) == (True, True)
+    assert published.estimator == ESTIMATORS.default
+    assert found.material_held_out == first.material_held_out
+    assert list(found.material_held_out) == ["3", "15"]
+    assert (found.chance, found.materials) == (0.5, 4)
+    assert found.n == sum(its.n for its in found.by_material.values())
+    # Balanced: what its materials say, each once.
+    for ms, share in found.material_held_out.items():
+        materials = [its.accuracy[ms] for its in found.by_material.values()]
+        assert share == pytest.approx(sum(materials) / 4)  # two materials of each rank
+
+
+def test_the_order_needs_no_training_and_smoothing_lowers_the_centroid(found: RealSet) -> None:
+    assert found.rho == pytest.approx(found.most_rho)
+    assert found.most_rho < 1.0  # two materials of each rank are ties
+    for its in found.by_material.values():
+        assert its.conditioned_centroid_hz < its.centroid_hz
+
+
+def test_ranks_of_one_material_are_left_out_with_the_reason(ranks: Dataset) -> None:
+    alone = ranks.objects[ranks.hardness_rank == 0][0]
+    few = ranks.take((ranks.hardness_rank > 0) | (ranks.objects == alone))
+    outcome = short_windows(Subject("recordings", few), BRIEF, Serial())
+    assert outcome.results is NOTHING
+    assert "the ranks 0 have one material each" in outcome.left_out[0]
+    outcome = short_windows(
+        Subject("recordings", ranks.take(ranks.hardness_rank == 0)), BRIEF, Serial()
+    )
+    assert "fewer than two hardness ranks" in outcome.left_out[0]

@@ -1,0 +1,48 @@
+"""``firstcontact pretrain``: a network from nothing; what was made is not made again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba")
+pytest.importorskip("torch")
+
+from trainings import run
+
+from firstcontact.models import load_anytime, read_anytime_card
+from firstcontact.models._anytime_file import WEIGHTS
+from firstcontact.twin import FAMILIES
+from ringing import ringing
+
+
+def test_a_small_one_from_nothing_and_the_same_again(tmp_path: Path, capsys: Any) -> None:
+    words = ("--rigs", "12", "--epochs", "2", "--workers", "1", "--work", tmp_path / "work")
+    assert run("pretrain", "--out", tmp_path / "a", *words) == 0
+    said = capsys.readouterr().out
+    assert "epoch 2 of 2" in said
+    card = read_anytime_card(tmp_path / "a")
+    assert "12 random simulated rigs" in card.trained
+    assert len(card.scores) == 2 + len(FAMILIES)
+    answers = load_anytime(tmp_path / "a").answers(ringing(10)[0])
+    assert np.isfinite(answers.values).all()
+    # Everything is there already: no pass is made again, and the weights are the same.
+    assert run("pretrain", "--out", tmp_path / "b", *words) == 0
+    assert "epoch" not in capsys.readouterr().out.replace("epochs", "")
+    both = [(tmp_path / name / WEIGHTS).read_bytes() for name in "ab"]
+    assert both[0] == both[1]
+
+
+@pytest.mark.parametrize(
+    "words", [("--rigs", "9"), ("--epochs", "0"), ("--seed", "-1"), ("--workers", "-1")]
+)
+def test_what_cannot_be_asked_for_is_refused(
+    tmp_path: Path, capsys: Any, words: tuple[str, str]
+) -> None:
+    out = ("--out", tmp_path / "m", "--work", tmp_path / "w")
+    assert run("pretrain", *out, *words) == 2
+    assert words[0] in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

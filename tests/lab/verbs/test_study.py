@@ -1,0 +1,145 @@
+"""The study as a command: exit codes, files, and an interrupt that leaves no process behind."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.core import InputError
+from firstcontact_lab.verbs.study import Study
+
+
+@pytest.fixture
+def arrays(tmp_path: Path) -> Path:
+    """Three materials of known rank, in two sessions, that ring at different frequencies."""
+    rng = np.random.default_rng(0)
+    levels = np.repeat([0, 1, 2], [14, 14, 12])
+    piezo = 0.002 * rng.standard_normal((40, 900, 1))
+    t = np.arange(400) / 4936.0
+    for wave, level in zip(piezo, levels, strict=True):
+        wave[500:, 0] += 0.3 * np.sin(2 * np.pi * (60 + 90 * level) * t) * np.exp(-t / 0.01)
+    path = tmp_path / "pinches.npz"
+    np.savez(
+        path,
+        piezo=piezo,
+        hardness_rank=levels,
+        object=np.array(["mat", "box", "desk"])[levels],
+        session=np.array(["a", "b"] * 20),
+        first_contact=np.full(40, 500),
+        sample_rate_hz=4936.0,
+        piezo_unit="V",
+    )
+    return path
+
+
+def start(path: Path, out: Path) -> subprocess.Popen[str]:
+    arguments = ["study", "--quick", "--recordings", str(path), "--out", str(out)]
+    return subprocess.Popen(
+        [sys.executable, "-m", "firstcontact.cli.main", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def test_a_study_of_arrays_writes_both_files(arrays: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    process = start(arrays, out)
+    stdout, stderr = process.communicate()
+    assert process.returncode == 0, stderr
+    assert stdout.strip() == str(out / "report.html")
+    assert "done" in stderr
+    tree = json.loads((out / "results.json").read_text(encoding="utf-8"))
+    assert tree["study"]["complete"]
+    assert tree["hardness_order"]["spectral_centroid"]["n"] == 3
+    assert "--quick" in tree["study"]["command"]
+    assert "blocks" not in tree
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_an_interrupt_ends_all_processes_and_keeps_the_report(
+    arrays: Path, tmp_path: Path, number: signal.Signals
+) -> None:
+    out = tmp_path / "out"
+    process = start(arrays, out)
+    assert process.stderr is not None
+    # The bar names the second part once the first has been written.
+    seen = ""
+    while "contact detection" not in seen:
+        part = os.read(process.stderr.fileno(), 4096).decode("utf-8", "replace")
+        assert part, seen
+        seen += part
+    if number is signal.SIGTERM:
+        process.send_signal(number)
+    else:
+        os.killpg(process.pid, number)  # as a terminal does: workers get it too
+    process.communicate()
+    assert process.returncode == 128 + number
+    assert not living_in_group(process.pid)
+    tree = json.loads((out / "results.json").read_text(encoding="utf-8"))
+    assert not tree["study"]["complete"]
+    assert "Interrupted." in (out / "report.html").read_text(encoding="utf-8")
+    assert not list(out.glob(".*.part"))
+
+
+def test_the_same_study_may_run_again_and_no_other_meanwhile_or_over_it(
+    arrays: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    first = start(arrays, out)
+    assert first.stderr is not None
+    seen = ""
+    while "contact detection" not in seen:
+        part = os.read(first.stderr.fileno(), 4096).decode("utf-8", "replace")
+        assert part, seen
+        seen += part
+    before = (out / "results.json").read_bytes()
+    with pytest.raises(InputError, match="another study is at work in it"):
+        Study(recordings=arrays, out=out, quick=True).run()
+    os.killpg(first.pid, signal.SIGKILL)
+    first.communicate()
+    for other in (Study(recordings=arrays, out=out), Study(out=out, quick=True)):
+        with pytest.raises(InputError, match="holds another study's results"):
+            other.run()
+    assert (out / "results.json").read_bytes() == before
+    again = start(arrays, out)
+    assert again.communicate()[0].strip() == str(out / "report.html")
+    assert json.loads((out / "results.json").read_text(encoding="utf-8"))["study"]["complete"]
+
+
+def living_in_group(group: int) -> list[str]:
+    """Processes of a group that are not ending already."""
+    exiting = 0x4  # PF_EXITING of the Linux kernel
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            text = stat.read_text(encoding="utf-8", errors="replace")
+        except OSError:
+            continue
+        fields = text.rsplit(")", 1)[1].split()
+        if int(fields[2]) == group and not int(fields[6]) & exiting:
+            found.append(text)
+    return found
+
+
+def test_settings_that_make_no_sense_are_refused(tmp_path: Path) -> None:
+    for study in (Study(seed=-1), Study(early_ms=50.0)):
+        with pytest.raises(InputError, match="must not be negative"):
+            study.run()
+    for workers in (-1, 100_000):
+        with pytest.raises(InputError, match=f"--workers is {workers}: give 0 for all cores"):
+            Study(workers=workers).run()
+
+
+def test_a_folder_that_cannot_be_made_is_one_sentence(arrays: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    with pytest.raises(InputError, match="choose another --out"):
+        Study(recordings=arrays, out=tmp_path / "file" / "out", quick=True).run()

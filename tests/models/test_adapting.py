@@ -1,0 +1,138 @@
+"""A model is told of a rig, in the way that answers best for pinches that were held out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from firstcontact.core import InputError
+from firstcontact.models import (
+    ANY,
+    InContextModel,
+    Touches,
+    adapt_network,
+    answers_by_time,
+    pretrained,
+)
+from firstcontact.models._adapting import LEAST_OF_FINGER, MOST_OF_LEVEL, WAYS
+from ringing import ringing
+
+BASE = pretrained()
+
+
+def two_fingers(gain: float, n: int = 120) -> tuple[Touches, np.ndarray, np.ndarray]:
+    """Fingers in turn; the second one's sensor has another gain."""
+    touches, shore_a, sessions = ringing(n)
+    fingers = np.arange(n) // 5 % 2
+    signals = touches.signals * np.where(fingers == 1, gain, 1.0)[:, None]
+    return replace(touches, fingers=fingers, signals=signals.astype(np.float32)), shore_a, sessions
+
+
+def test_the_way_is_the_one_with_the_lower_error_held_out() -> None:
+    for gain in (1.0, 25.0, -1.0):
+        made = adapt_network(BASE, *two_fingers(gain))
+        assert set(made.scores) == set(WAYS)
+        assert made.scores[made.way] == min(made.scores.values())
+        assert set(made.model.rigs) == ({ANY} if made.way == WAYS[0] else {ANY, 0, 1})
+
+
+def test_fingers_of_very_different_gain_are_known_each_by_itself() -> None:
+    touches, shore_a, sessions = two_fingers(25.0)
+    made = adapt_network(BASE, touches, shore_a, sessions)
+    assert made.way == WAYS[1]
+    assert made.model.rigs[1].level == pytest.approx(25 * made.model.rigs[0].level, rel=0.3)
+
+
+def test_a_finger_with_few_pinches_is_not_known_by_itself() -> None:
+    touches, shore_a, sessions = two_fingers(25.0, 60)
+    few = np.zeros(60, np.intp)
+    few[: LEAST_OF_FINGER - 1] = 1
+    made = adapt_network(BASE, replace(touches, fingers=few), shore_a, sessions)
+    assert 1 not in made.model.rigs
+
+
+def test_whole_sessions_are_held_out() -> None:
+    """What cannot be known of a session from others must show: a Shore A of its own each."""
+    touches, shore_a, sessions = two_fingers(1.0)
+    shifted = shore_a.copy()
+    for number, name in enumerate(np.unique(sessions)):
+        shifted[sessions == name] = np.roll(shore_a[sessions == name], number)
+    mixed = adapt_network(BASE, touches, shifted, None)
+    whole = adapt_network(BASE, touches, shifted, sessions)
+    assert mixed.scores != whole.scores
+
+
+def test_the_same_seed_gives_the_same_scores() -> None:
+    one, again = (adapt_network(BASE, *two_fingers(2.0), seed=3).scores for _ in range(2))
+    assert one == again
+
+
+def test_contacts_that_are_too_short_are_left_out() -> None:
+    touches, shore_a, sessions = two_fingers(1.0)
+    short = np.arange(len(touches)) % 3 == 0
+    touches = replace(touches, valid=np.where(short, BASE.shortest - 1, touches.valid))
+    part = adapt_network(BASE, touches.take(~short), shore_a[~short], sessions[~short])
+    assert adapt_network(BASE, touches, shore_a, sessions).scores == part.scores
+
+
+def test_one_level_or_three_pinches_are_too_few() -> None:
+    touches, shore_a, _ = two_fingers(1.0)
+    with pytest.raises(InputError, match="two Shore A levels"):
+        adapt_network(BASE, touches, np.full(len(touches), 20.0))
+    with pytest.raises(InputError, match="record more blocks"):
+        adapt_network(BASE, touches.take(np.arange(3)), shore_a[:3])
+    # Too short to be used is as good as not there.
+    with pytest.raises(InputError, match="record more blocks"):
+        adapt_network(BASE, touches.until(BASE.shortest - 1), shore_a)
+
+
+def test_scores_no_better_than_the_mean_are_a_reason_to_refuse() -> None:
+    touches, shore_a, sessions = ringing(120)
+    assert not adapt_network(BASE, touches, shore_a, sessions).refusal
+    shuffled = np.random.default_rng(0).permutation(shore_a)
+    made = adapt_network(BASE, touches, shuffled, sessions)
+    assert made.scores[made.way] > made.mean_rmse
+    assert f"{made.mean_rmse:.1f}" in made.refusal
+
+
+def held(model: InContextModel, touches: Touches, truth: np.ndarray) -> np.ndarray:
+    """Share of truths in the intervals at each time."""
+    by_time = answers_by_time(model, touches).values()
+    return np.array([np.mean((a.low <= truth) & (truth <= a.high)) for a in by_time])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_intervals_that_hold_too_few_held_out_pinches_are_widened(seed: int) -> None:
+    """Signals of another kind than the network was trained on."""
+    levels = (10.0, 35.0, 60.0)
+    made = adapt_network(BASE, *ringing(120, seed, levels=levels))
+    assert made.check is not None
+    assert made.check.coverage < BASE.level
+    assert (made.check.scales >= 1).all()
+    fresh, truth, _ = ringing(300, seed + 50, levels=levels)
+    before, after = (held(m, fresh, truth) for m in (BASE.told_of(made.model.rigs), made.model))
+    assert (after >= before).all()
+    assert after.mean() > before.mean() + 0.03
+    assert after.mean() > 0.8
+
+
+def test_intervals_that_hold_enough_are_kept() -> None:
+    made = adapt_network(BASE, *ringing(120, levels=(30.0, 70.0)))
+    assert made.check is not None
+    assert made.check.coverage >= BASE.level
+    np.testing.assert_array_equal(made.model.factors, BASE.factors)
+
+
+def test_four_pinches_are_enough_for_a_model() -> None:
+    touches, shore_a, _ = two_fingers(1.0)
+    made = adapt_network(BASE, touches.take(np.arange(4)), shore_a[:4])
+    assert np.isfinite(made.model.answers(touches).values).all()
+
+
+def test_no_more_pinches_of_a_level_are_used_than_in_training() -> None:
+    made = adapt_network(BASE, *two_fingers(1.0, 300))
+    for rig in made.model.rigs.values():
+        counts = np.exp(2 * (rig.tokens[0, :, 1] + 1))
+        assert counts == pytest.approx(MOST_OF_LEVEL)

@@ -1,0 +1,254 @@
+"""Any-time models on disk: round trips, and files that are damaged, foreign or hostile."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from safetensors.numpy import load_file, save
+
+from firstcontact.cli.main import main
+from firstcontact.core import Dataset, InputError
+from firstcontact.models import (
+    ANY,
+    InContextModel,
+    Rig,
+    compacted,
+    load_anytime,
+    pretrained,
+    read_anytime_card,
+    save_anytime,
+)
+from firstcontact.models._anytime_file import CARD, WEIGHTS, pretrained_folder
+from firstcontact.recording import Header, write_dataset
+from ringing import ringing
+from saved import edit, vouch
+
+KNOWN, SHORE_A, _ = ringing(40)
+MODEL = pretrained().told_of({ANY: Rig.of(KNOWN, SHORE_A), 1: Rig.of(KNOWN, SHORE_A)})
+Arrays = dict[str, Any]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return save_anytime(MODEL, tmp_path / "model", {"pinches": 40, "levels": [10.0, 60.0]})
+
+
+def _same(one: InContextModel, other: InContextModel) -> bool:
+    first, second = (m.answers(KNOWN) for m in (one, other))
+    return all(
+        np.allclose(getattr(first, n), getattr(second, n), atol=1e-3)
+        for n in ("values", "spreads", "low", "high", "strange")
+    )
+
+
+def test_a_model_is_the_same_after_saving(folder: Path) -> None:
+    again = load_anytime(folder)
+    assert _same(MODEL, again)
+    assert sorted(again.rigs) == [ANY, 1]
+    assert np.isnan(again.rigs[ANY].speed)
+    card = read_anytime_card(folder)
+    assert (card.pinches, card.levels, card.kind) == (40, (10.0, 60.0), MODEL.kind)
+    assert sorted(p.name for p in folder.iterdir()) == [CARD, WEIGHTS]
+
+
+def test_saving_what_was_read_gives_the_same_bytes(folder: Path, tmp_path: Path) -> None:
+    again = save_anytime(load_anytime(folder), tmp_path / "again", {})
+    assert (again / WEIGHTS).read_bytes() == (folder / WEIGHTS).read_bytes()
+
+
+def test_a_model_of_no_rig_is_read_too(tmp_path: Path) -> None:
+    assert _same(pretrained(), load_anytime(save_anytime(pretrained(), tmp_path / "m", {})))
+
+
+def test_what_comes_with_the_package_is_small_and_vouched_for() -> None:
+    assert (pretrained_folder() / WEIGHTS).stat().st_size <= 2_000_000
+    assert read_anytime_card(pretrained_folder()).trained
+
+
+@pytest.mark.parametrize("name", [CARD, WEIGHTS])
+def test_what_is_missing_cut_or_flipped_is_refused(folder: Path, name: str) -> None:
+    whole = (folder / name).read_bytes()
+    for length in range(0, len(whole) - 2, len(whole) // 12):
+        (folder / name).write_bytes(whole[:length])
+        with pytest.raises(InputError, match=name):
+            load_anytime(folder)
+    (folder / name).unlink()
+    with pytest.raises(InputError, match=name):
+        load_anytime(folder)
+
+
+def test_a_flipped_bit_is_noticed(folder: Path) -> None:
+    whole = bytearray((folder / WEIGHTS).read_bytes())
+    whole[len(whole) // 2] ^= 1
+    (folder / WEIGHTS).write_bytes(whole)
+    with pytest.raises(InputError, match="sha256"):
+        load_anytime(folder)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"format": "firstcontact-model"},
+        {"format_version": 2},
+        {"kind": "svm"},
+        {"kind": None},
+        {"rate_hz": float("nan")},
+        {"level": 1.0},
+        {"level": 0.0},
+        {"level": "most"},
+        {"sha256": "0" * 64},
+        {"pinches": -1},
+        {"levels": ["soft"]},
+        {"scores": []},
+        {"contacts": 5},
+    ],
+    ids=str,
+)
+def test_a_card_of_something_else(folder: Path, changes: dict[str, Any]) -> None:
+    edit(folder, CARD, **changes)
+    with pytest.raises(InputError) as caught:
+        load_anytime(folder)
+    assert str(folder) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def _without(name: str) -> Callable[[Arrays], Arrays]:
+    return lambda arrays: {n: a for n, a in arrays.items() if n != name}
+
+
+def _changed(name: str, change: Callable[[Any], Any]) -> Callable[[Arrays], Arrays]:
+    return lambda arrays: {**arrays, name: np.ascontiguousarray(change(arrays[name]))}
+
+
+def _nan(array: Any) -> Any:
+    return array * np.nan
+
+
+ATTACKS = {
+    "no rig for any finger": lambda a: {n: x for n, x in a.items() if ".-1." not in n},
+    "a finger that is no number": lambda a: {**a, "rig.thumb.scalars": np.zeros(3)},
+    "a rig without tokens": _without("rig.-1.tokens"),
+    "a rig without scalars": _without("rig.-1.scalars"),
+    "a rig without what its motor is usually": _without("rig.-1.usual"),
+    "a rig of half a name": lambda a: {**a, "rig.": np.zeros(3)},
+    "tokens cut": _changed("rig.-1.tokens", lambda a: a[:, :, :-1]),
+    "tokens flat": _changed("rig.-1.tokens", np.ravel),
+    "tokens NaN": _changed("rig.-1.tokens", _nan),
+    "no level": _changed("rig.-1.scalars", lambda a: a * [0, 1, 1]),
+    "sign of two": _changed("rig.-1.scalars", lambda a: a * [1, 2, 1]),
+    "scalars of two": _changed("rig.-1.scalars", lambda a: a[:2]),
+    "usual of nothing": _changed("rig.-1.usual", lambda a: a[:0]),
+    "reference cut": _changed("rig.-1.reference", lambda a: a[:-1]),
+    "reference NaN": _changed("rig.-1.reference", _nan),
+    "general cut": _changed("rig.-1.general", lambda a: a[:-1]),
+    "no factors": _without("factors"),
+    "factors cut": _changed("factors", lambda a: a[1:]),
+    "factors NaN": _changed("factors", _nan),
+    "factors below nothing": _changed("factors", lambda a: -a),
+    "nothing is familiar": _without("familiar.mean"),
+    "familiar cut": _changed("familiar.mean", lambda a: a[..., :-1]),
+    "familiar NaN": _changed("familiar.mean", _nan),
+    "a layer less": _without("body2.weight"),
+    "a layer NaN": _changed("body2.weight", _nan),
+    "a layer transposed": _changed("body3.weight", np.transpose),
+    "a scale of nothing": _changed("inputs.sd", lambda a: 0 * a),
+    "nothing at all": lambda a: {},
+    "scalars of another rank": _changed("rig.-1.scalars", lambda a: a[:, None].repeat(2, 1)),
+    "usual of another rank": _changed("rig.-1.usual", lambda a: a[:, None].repeat(2, 1)),
+    "factors of another rank": _changed("factors", lambda a: a[None]),
+    "a finger that Python alone reads": lambda a: {**a, "rig.1_0.scalars": np.zeros(3)},
+    "a speed below nothing": _changed("rig.-1.scalars", lambda a: a - [0, 0, 1]),
+    "level of nearly nothing": _changed("rig.-1.scalars", lambda a: a * [1e-30, 1, 1]),
+    "weights that overflow": _changed("body2.weight", lambda a: a * np.float32(1e38)),
+    "weights that overflow together": lambda a: {
+        n: x * np.float32(1e12 if n.endswith(".weight") else 1) for n, x in a.items()
+    },
+    "a scale that overflows": _changed("inputs.sd", lambda a: a * np.float32(1e-38)),
+    "half numbers": _changed("factors", lambda a: a.astype(np.float16) * np.float16(np.inf)),
+    "bytes": _changed("factors", lambda a: a.astype(np.uint8)),
+}
+#: Those that name no array, since many are at fault.
+UNNAMED = ("no rig for any finger", "nothing at all")
+
+
+@pytest.mark.parametrize("attack", ATTACKS)
+def test_arrays_that_do_not_fit(folder: Path, attack: str) -> None:
+    vouch(folder, save(ATTACKS[attack](load_file(folder / WEIGHTS))), CARD, WEIGHTS)
+    with pytest.raises(InputError) as caught:
+        load_anytime(folder)
+    assert WEIGHTS in str(caught.value)
+    assert "\n" not in str(caught.value)
+    if attack not in UNNAMED:
+        arrays = load_file(folder / WEIGHTS)
+        layers = {name.rpartition(".")[0] for name in (*arrays, *MODEL.to_arrays())}
+        assert any(name in str(caught.value) for name in (*layers, "factors"))
+
+
+COMPACT = {
+    "a thin layer less": _without("thin.query1.out.bias"),
+    "rest of another rank": _changed("thin.body1.rest", np.ravel),
+    "scale of another rank": _changed("thin.body2.into.scale", lambda a: a[:, None]),
+    "weights of another rank": _changed("thin.body2.into.weight", np.ravel),
+    "scales that overflow": _changed("thin.body3.out.scale", lambda a: a * np.float32(1e36)),
+    "half a weight": _changed("thin.query2.out.weight", lambda a: a + np.float32(0.5)),
+}
+
+
+@pytest.mark.parametrize("attack", COMPACT)
+def test_arrays_of_a_compact_network_that_do_not_fit(tmp_path: Path, attack: str) -> None:
+    folder = save_anytime(compacted(MODEL, KNOWN, 4), tmp_path / "model", {})
+    load_anytime(folder)
+    vouch(folder, save(COMPACT[attack](load_file(folder / WEIGHTS))), CARD, WEIGHTS)
+    with pytest.raises(InputError, match=r"thin|body|query") as caught:
+        load_anytime(folder)
+    assert WEIGHTS in str(caught.value)
+
+
+def test_weights_that_overflow_end_every_command_with_one_sentence(
+    folder: Path, tmp_path: Path, shore: Dataset, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arrays = ATTACKS["weights that overflow"](load_file(folder / WEIGHTS))
+    vouch(folder, save(arrays), CARD, WEIGHTS)
+    header = Header(shore.layout, "synthetic", str(shore.pinches[0].data.dtype))
+    recording = write_dataset(shore, tmp_path, header)[0]
+    live = ["live", "--device", str(recording), "--speed", "inf", "--model", str(folder)]
+    for command in (["evaluate", str(folder), str(recording)], live):
+        assert main(command) == 2
+        said = capsys.readouterr().err.splitlines()
+        assert len(said) == 1
+        assert WEIGHTS in said[0]
+        assert "body2" in said[0]
+
+
+def test_a_prediction_that_is_no_number_is_never_silent() -> None:
+    signals = KNOWN.signals.copy()
+    signals[3] = np.nan
+    with pytest.raises(InputError, match="contact 3"), np.errstate(invalid="ignore"):
+        MODEL.answers(replace(KNOWN, signals=signals))
+
+
+def test_a_file_that_is_too_large_or_no_file_is_not_read(folder: Path) -> None:
+    for name in (CARD, WEIGHTS):
+        before = (folder / name).read_bytes()
+        os.truncate(folder / name, 1 << 40)
+        with pytest.raises(InputError, match=name):
+            load_anytime(folder)
+        (folder / name).unlink()
+        os.mkfifo(folder / name)
+        with pytest.raises(InputError, match=name):
+            load_anytime(folder)
+        (folder / name).unlink()
+        (folder / name).write_bytes(before)
+
+
+def test_what_could_not_be_read_again_is_not_written(folder: Path) -> None:
+    before = {p.name: p.read_bytes() for p in folder.iterdir()}
+    with pytest.raises(InputError, match="pinches"):
+        save_anytime(MODEL, folder, {"pinches": -3})
+    assert {p.name: p.read_bytes() for p in folder.iterdir()} == before

@@ -1,0 +1,213 @@
+"""On the twin: what is known shows in the intervals, and what is like nothing is said to be so.
+
+Properties that any network must have that is worth keeping; none is a number of this one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba")
+
+from firstcontact.core import ADC_VOLTS
+from firstcontact.core import FINGERTIP_RATE as RATE
+from firstcontact.models import (
+    ANY,
+    BEFORE,
+    Answers,
+    InContextModel,
+    Rig,
+    Touches,
+    Values,
+    pretrained,
+)
+from firstcontact.signal import samples_in
+from firstcontact.twin import CONDITIONS
+from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use, rig_set
+from ringing import LONGEST, SHORTEST
+
+SIZES = Sizes(blocks=12, held=6, objects=6, other_blocks=1, kinds=1)
+NAMES = list(CONDITIONS)
+TIMES = (10, 15, 25, 39, 74)
+
+
+@cache
+def made(name: str) -> RigSet:
+    return rig_set(77, CONDITIONS[name], SIZES, [0, 1, 2, 3])
+
+
+@cache
+def knowing(name: str) -> InContextModel:
+    its = made(name)
+    blocks = its.where(Use.BLOCKS)
+    rig = Rig.of(its.touches.take(blocks), its.windows.y[blocks])
+    return pretrained().told_of({ANY: rig})
+
+
+def objects(name: str, lasting: int = SHORTEST) -> tuple[Touches, Values]:
+    its = made(name)
+    which = np.concatenate([its.where(Use.HELD), its.where(Use.OBJECTS)])
+    which = which[its.touches.valid[which] >= lasting]
+    return its.touches.take(which), its.windows.y[which]
+
+
+def width(answers: Answers) -> float:
+    return float(np.mean(answers.high - answers.low))
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("samples", TIMES)
+def test_intervals_lie_on_the_scale_around_their_answers(name: str, samples: int) -> None:
+    answers = knowing(name).answers(objects(name)[0].until(samples))
+    assert (answers.low >= 0).all()
+    assert (answers.high <= 100).all()
+    assert ((answers.low <= answers.values) & (answers.values <= answers.high)).all()
+    assert (answers.spreads > 0).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_rig_that_is_not_known_has_wider_intervals(name: str) -> None:
+    touches, truth = objects(name)
+    known, unknown = knowing(name).answers(touches), pretrained().answers(touches)
+    assert width(unknown) > 1.2 * width(known)
+    error, blind = (np.mean((a.values - truth) ** 2) for a in (known, unknown))
+    assert error < blind
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_more_signal_makes_answers_no_less_sure(name: str) -> None:
+    touches, truth = objects(name, LONGEST)
+    early, late = (knowing(name).answers(touches.until(n)) for n in (SHORTEST, LONGEST))
+    assert width(late) <= width(early)
+    assert np.mean((late.values - truth) ** 2) <= np.mean((early.values - truth) ** 2) * 1.1
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_most_truths_lie_in_their_intervals(name: str) -> None:
+    """Far below the level: coverage is judged on many rigs, not on one."""
+    touches, truth = objects(name)
+    for samples in TIMES:
+        answers = knowing(name).answers(touches.until(samples))
+        assert np.mean((answers.low <= truth) & (truth <= answers.high)) > 0.7
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("samples", [*TIMES, 20, 45, 62, 70])  # at stages, and between them
+def test_the_twins_own_contacts_are_rarely_strange(name: str, samples: int) -> None:
+    assert knowing(name).answers(objects(name)[0].until(samples)).strange.mean() <= 0.05
+
+
+def _dead(signals: np.ndarray, before: int, level: float) -> None:
+    signals[:] = np.random.default_rng(1).normal(0, 1e-4, signals.shape)
+
+
+def _flat(signals: np.ndarray, before: int, level: float) -> None:
+    signals[:] = 0.0
+
+
+def _silent(signals: np.ndarray, before: int, level: float) -> None:
+    """The motor is heard, and no contact is."""
+    signals[:, before:] = signals[:, : signals.shape[1] - before]
+
+
+def _saturated(signals: np.ndarray, before: int, level: float) -> None:
+    end = 0.5 * ADC_VOLTS
+    signals[:, before:] = np.clip(1e3 * signals[:, before:], -end, end)
+
+
+def _another_sensor(signals: np.ndarray, before: int, level: float) -> None:
+    signals[:] = np.random.default_rng(2).normal(0, level / 2, signals.shape)
+
+
+def _slip(signals: np.ndarray, before: int, level: float) -> None:
+    """Friction from 2 ms after the contact on, a third as loud as it."""
+    rubbed = signals[:, before + SHORTEST :]
+    rubbed += np.random.default_rng(3).normal(0, level / 3, rubbed.shape)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    ("fault", "least"),
+    [
+        (_dead, 0.95),
+        (_flat, 0.95),
+        (_silent, 0.95),
+        (_saturated, 0.95),
+        (_another_sensor, 0.95),
+        (_slip, 0.5),
+    ],
+)
+@pytest.mark.parametrize("samples", [25, 39, 74])
+def test_what_is_like_nothing_is_strange(
+    name: str, fault: Callable[[np.ndarray, int, float], None], least: float, samples: int
+) -> None:
+    touches, _ = objects(name)
+    signals = touches.signals.astype(np.float64)
+    fault(signals, touches.before, knowing(name).rigs[ANY].level)
+    whole = np.full(len(touches), LONGEST)
+    faulty = replace(touches, signals=signals.astype(np.float32), valid=whole)
+    assert knowing(name).answers(faulty.until(samples)).strange.mean() >= least
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("gain", [0.1, 1.0, 5.0])
+@pytest.mark.parametrize("samples", TIMES)
+def test_a_model_that_knows_no_rig_rarely_calls_a_touch_strange(
+    name: str, gain: float, samples: int
+) -> None:
+    """Of an unknown rig no gain is known: it must not matter."""
+    touches, _ = objects(name)
+    louder = replace(touches, signals=np.float32(gain) * touches.signals)
+    assert pretrained().answers(louder.until(samples)).strange.mean() <= 0.05
+
+
+def foreign(make: Callable[[np.ndarray, np.random.Generator], np.ndarray]) -> Touches:
+    """Signals that begin in quiet and are no touches, from 0.03 to 1.5 V."""
+    rng, n = np.random.default_rng(11), 100
+    before, after = samples_in(BEFORE, RATE), LONGEST
+    t = np.arange(after) / RATE
+    signals = 0.003 * rng.standard_normal((n, before + after))
+    signals[:, before:] += [make(t, rng) for _ in range(n)]
+    signals *= np.exp(rng.uniform(np.log(0.03), np.log(1.5), n))[:, None]
+    nothing = np.full(n, np.nan)
+    numbers = np.full(n, LONGEST, np.intp), np.zeros(n, np.intp)
+    return Touches(signals.astype(np.float32), *numbers, nothing, nothing, RATE)
+
+
+def sine(frequency: float, decay: float = np.inf) -> Any:
+    def made(t: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        return np.sin(2 * np.pi * frequency * t) * np.exp(-t / decay)
+
+    return made
+
+
+def hiss(t: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    return rng.standard_normal(len(t)) / 3
+
+
+@pytest.mark.parametrize("name", [*NAMES, "no rig"])
+@pytest.mark.parametrize(
+    "make",
+    [sine(300.0), sine(700.0), sine(1900.0), sine(500.0, 0.01), sine(1500.0, 0.005), hiss],
+)
+def test_a_signal_unlike_a_touch_is_strange(name: str, make: Any) -> None:
+    model = pretrained() if name == "no rig" else knowing(name)
+    for samples in TIMES[2:]:  # the first half of a wave looks like a touch
+        assert model.answers(foreign(make).until(samples)).strange.mean() >= 0.95
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_sensor_that_stands_still_is_strange_on_any_rig(name: str) -> None:
+    touches, _ = objects(name)
+    stuck = touches.signals.copy()
+    stuck[:, touches.before + 2 :] = stuck[:, touches.before + 2, None]
+    unknown = pretrained()
+    for samples in TIMES[1:]:
+        assert unknown.answers(replace(touches, signals=stuck).until(samples)).strange.all()
+        assert not unknown.answers(touches.until(samples)).strange.any()

@@ -1,0 +1,179 @@
+"""What answers depend on: shape, not gain, wiring, nor what comes after the valid samples."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from firstcontact.core import (
+    FINGERTIP_RATE,
+    Contact,
+    Dataset,
+    Finger,
+    InputError,
+    Pinch,
+    fingertip_layout,
+)
+from firstcontact.models import (
+    ANY,
+    InContextModel,
+    Rig,
+    Touches,
+    Values,
+    cut_touch,
+    lengths,
+    pretrained,
+    touches_of,
+)
+from firstcontact.models._contact_features import NAMES, features, masked
+from ringing import LONGEST, SHORTEST, ringing
+
+KNOWN, SHORE_A, _ = ringing(60)
+ASKED, TRUTH, _ = ringing(40, seed=2, levels=(15.0, 25.0, 50.0))
+ENDS = np.random.default_rng(1).integers(SHORTEST, LONGEST + 1, len(ASKED))
+COLUMN = {name: place for place, name in enumerate(NAMES)}
+
+
+def knowing(touches: Touches, shore_a: Values = SHORE_A) -> InContextModel:
+    return pretrained().told_of({ANY: Rig.of(touches, shore_a)})
+
+
+def scaled(touches: Touches, gain: float) -> Touches:
+    return replace(touches, signals=(gain * touches.signals).astype(np.float32))
+
+
+def spoilt(touches: Touches, with_: float) -> Touches:
+    signals = touches.signals.copy()
+    for row, end in enumerate(touches.valid):
+        signals[row, touches.before + end :] = with_
+    return replace(touches, signals=signals)
+
+
+@pytest.mark.parametrize("gain", [0.03, 3.0, 40.0])
+def test_features_do_not_depend_on_gain(gain: float) -> None:
+    v = masked(ASKED.after.astype(np.float64), ENDS)
+    level = np.full(len(v), 0.3)
+    assert np.allclose(features(v, ENDS, level), features(gain * v, ENDS, gain * level))
+
+
+@pytest.mark.parametrize("gain", [0.5, 20.0])
+def test_answers_do_not_depend_on_the_gain_of_the_rig(gain: float) -> None:
+    plain = knowing(KNOWN).answers(ASKED)
+    loud = knowing(scaled(KNOWN, gain)).answers(scaled(ASKED, gain))
+    # What the converter could not tell from silence is added to spectra: they are near, not equal.
+    assert np.allclose(plain.values, loud.values, atol=0.5)
+    assert np.allclose(plain.spreads, loud.spreads, atol=0.5)
+
+
+def test_a_disc_that_is_wired_backwards_gives_the_same_answers() -> None:
+    plain = knowing(KNOWN).answers(ASKED)
+    backwards = knowing(scaled(KNOWN, -1.0)).answers(scaled(ASKED, -1.0))
+    assert np.allclose(plain.values, backwards.values)
+    assert np.array_equal(plain.strange, backwards.strange)
+
+
+@pytest.mark.parametrize("with_", [np.nan, np.inf, 1e30, -1e30])
+def test_samples_after_the_valid_ones_are_never_looked_at(with_: float) -> None:
+    known = replace(KNOWN, valid=np.resize(ENDS, len(KNOWN)))
+    asked = replace(ASKED, valid=ENDS)
+    plain = knowing(known).answers(asked)
+    other = knowing(spoilt(known, with_)).answers(spoilt(asked, with_))
+    for name in ("values", "spreads", "low", "high", "strange"):
+        assert np.array_equal(getattr(plain, name), getattr(other, name))
+        assert np.isfinite(getattr(plain, name)).all()
+
+
+def test_features_of_a_triangle_in_closed_form() -> None:
+    samples, top = 74, 10
+    rise = np.arange(top + 1) / top
+    wave = np.concatenate([rise, rise[-2::-1], np.zeros(samples - 2 * top - 1)])[None]
+    found = features(wave, np.array([samples]), np.array([1.0]))[0]
+    assert found[COLUMN["peak"]] == pytest.approx(0.0)
+    assert found[COLUMN["steepest rise"]] == pytest.approx(np.log(1 / top))
+    assert found[COLUMN["time to peak"]] == pytest.approx(top / 20 - 1)
+    assert found[COLUMN["width at half"]] == pytest.approx((top - 1) / 20 - 0.5)
+    assert found[COLUMN["centre of energy"]] == pytest.approx(top / 20 - 1, abs=1e-6)
+    assert found[COLUMN["undershoot"]] == 0.0
+    assert found[COLUMN["length"]] == 1.0
+
+
+def test_a_signal_of_nothing_has_finite_features_and_answers() -> None:
+    nothing = replace(ASKED, signals=np.zeros_like(ASKED.signals))
+    level = np.full(len(ASKED), 0.3)
+    assert np.isfinite(features(np.zeros((40, LONGEST)), ENDS, level)).all()
+    assert np.isfinite(knowing(KNOWN).answers(nothing).values).all()
+
+
+def test_answers_of_one_are_those_among_others() -> None:
+    model = knowing(KNOWN)
+    asked = replace(ASKED, valid=ENDS)
+    together = model.answers(asked)
+    alone = [model.answers(asked.take(np.array([i]))) for i in range(len(asked))]
+    assert np.allclose([a.values[0] for a in alone], together.values, atol=1e-3)
+    assert [bool(a.strange[0]) for a in alone] == together.strange.tolist()
+
+
+def test_what_was_worked_out_before_gives_the_same_answers() -> None:
+    model = knowing(KNOWN)
+    known = model.known(ASKED.until(SHORTEST))
+    assert np.array_equal(model.answers(ASKED, known).values, model.answers(ASKED).values)
+
+
+def test_each_finger_has_its_rig_and_others_that_of_any() -> None:
+    loud = scaled(KNOWN, 5.0)
+    rigs = {ANY: Rig.of(KNOWN, SHORE_A), 1: Rig.of(loud, SHORE_A)}
+    model = pretrained().told_of(rigs)
+    for finger, gain in ((-1, 1.0), (0, 1.0), (1, 5.0)):
+        its = replace(scaled(ASKED, gain), fingers=np.full(len(ASKED), finger))
+        assert np.allclose(
+            model.answers(its).values, knowing(KNOWN).answers(ASKED).values, atol=0.5
+        )
+
+
+def test_another_rate_and_too_few_samples_are_refused() -> None:
+    with pytest.raises(InputError, match="resample"):
+        knowing(KNOWN).answers(replace(ASKED, rate=2000.0))
+    with pytest.raises(InputError, match="wait for more"):
+        knowing(KNOWN).answers(ASKED.until(SHORTEST - 1))
+    with pytest.raises(InputError, match="there is none"):
+        Rig.of(KNOWN.take(np.zeros(len(KNOWN), np.bool_)), SHORE_A[:0])
+
+
+def test_a_told_speed_stands_for_the_one_that_is_heard() -> None:
+    slow, usual = (replace(ASKED, speeds=np.full(len(ASKED), v)) for v in (0.05, 0.1))
+    rig = Rig.of(replace(KNOWN, speeds=np.full(len(KNOWN), 0.1)), SHORE_A)
+    model = pretrained().told_of({ANY: rig})
+    assert rig.speed == pytest.approx(0.1)
+    known = [model.known(t)[0, 0] for t in (usual, slow)]
+    assert known == pytest.approx([0.0, 4 * np.log(0.5)])
+
+
+def test_a_cut_has_its_baseline_off_and_zeros_where_nothing_is_yet() -> None:
+    rate = FINGERTIP_RATE
+    before, after = KNOWN.before, lengths(rate)[1]
+    volts = 1.5 + np.concatenate([np.zeros(before + 50), np.ones(100)])
+    whole = cut_touch(volts, before + 50, rate)
+    assert whole is not None
+    assert whole[:before] == pytest.approx(0.0)
+    assert whole[before:] == pytest.approx(1.0)
+    part = cut_touch(volts[: before + 70], before + 50, rate)
+    assert part is not None
+    assert part[before : before + 20] == pytest.approx(1.0)
+    assert (part[before + 20 :] == 0).all()
+    assert len(part) == before + after
+    for bad in (volts[: before + 50 + SHORTEST - 1], np.full(len(volts), np.nan), np.ones(500)):
+        assert cut_touch(bad, before + 50, rate) is None
+    assert cut_touch(volts, before - 1, rate) is None
+
+
+@pytest.mark.parametrize("apart", [-20, 0, 1, 30, 200])
+def test_nothing_is_valid_from_the_second_contact_on(apart: int) -> None:
+    layout = fingertip_layout()
+    data = np.random.default_rng(0).integers(16_000, 17_000, (700, len(layout.channels)))
+    truth = (Contact(Finger.INDEX, 380, 380), Contact(Finger.THUMB, 400, 400))
+    pinch = Pinch(data.astype(np.int16), layout, truth=truth)
+    found = Contact(Finger.INDEX, 400 - apart, 420)
+    touches, _ = touches_of(Dataset((pinch,)), [found])
+    assert touches.valid.tolist() == [min(max(apart, 0), lengths(layout.rate)[1])]

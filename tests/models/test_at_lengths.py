@@ -1,0 +1,190 @@
+"""What learns from windows of one length answers at several times, never of what comes later."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from sklearn.base import clone
+from sklearn.linear_model import Ridge
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import StandardScaler
+
+from firstcontact.core import InputError
+from firstcontact.models import (
+    ESTIMATORS,
+    AtLengths,
+    Touches,
+    fit_at_lengths,
+    from_regressor,
+    registered,
+)
+from firstcontact.models._at_lengths import _fresh, windows
+from ringing import LONGEST, SHORTEST, ringing
+
+TOUCHES, SHORE_A, SESSIONS = ringing(120)
+NAMES = [name for name, entry in ESTIMATORS.items() if not entry.slow]
+
+
+def fitted(**options: Any) -> AtLengths:
+    return fit_at_lengths(registered("peak"), TOUCHES, SHORE_A, SESSIONS, **options)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_estimator_answers_at_every_length(name: str) -> None:
+    learn = registered(name, ESTIMATORS.find(name).quick)
+    model = fit_at_lengths(learn, TOUCHES, SHORE_A, SESSIONS)
+    assert model.lengths == (10, 15, 25, 39, 74)
+    for samples in model.lengths:
+        answers = model.answers(TOUCHES.until(samples))
+        assert not answers.strange.any()
+        assert ((answers.low <= answers.values) & (answers.values <= answers.high)).all()
+        assert (answers.low >= 0).all()
+        assert (answers.high <= 100).all()
+
+
+@pytest.mark.parametrize("conditioned", [False, True])
+def test_what_comes_after_the_valid_samples_is_not_looked_at(conditioned: bool) -> None:
+    rng = np.random.default_rng(3)
+    ends = rng.integers(SHORTEST, LONGEST + 1, len(TOUCHES))
+    short = replace(TOUCHES, valid=ends)
+    spoilt = short.signals.copy()
+    for row, end in enumerate(ends):
+        spoilt[row, short.before + end :] = np.nan
+    models = [
+        fit_at_lengths(registered("svm"), given, SHORE_A, SESSIONS, conditioned=conditioned)
+        for given in (short, replace(short, signals=spoilt))
+    ]
+    first, second = (m.answers(replace(short, signals=spoilt)) for m in models)
+    assert np.isfinite(first.values).all()
+    assert np.array_equal(first.values, second.values)
+
+
+def test_a_contact_is_answered_for_by_the_longest_window_that_it_fills() -> None:
+    model = fitted()
+    for samples, shorter in ((24, 15), (25, 25), (73, 39)):
+        some = model.answers(TOUCHES.until(samples))
+        assert np.array_equal(some.values, model.answers(TOUCHES.until(shorter)).values)
+
+
+def test_what_is_too_short_or_constant_is_strange_with_the_whole_scale() -> None:
+    dead = replace(TOUCHES, signals=np.zeros_like(TOUCHES.signals))
+    for asked in (TOUCHES.until(SHORTEST - 1), dead):
+        answers = fitted().answers(asked)
+        assert answers.strange.all()
+        assert (answers.low == 0).all()
+        assert (answers.high == 100).all()
+        assert np.isfinite(answers.values).all()
+
+
+def test_intervals_hold_what_was_promised_of_alike_contacts() -> None:
+    others, truth, _ = ringing(400, seed=9)
+    for level in (0.5, 0.9):
+        answers = fitted(level=level).answers(others)
+        share = np.mean((answers.low <= truth) & (truth <= answers.high))
+        # 120 calibrate, 400 are asked: three standard deviations of both.
+        assert abs(share - level) < 3 * np.sqrt(level * (1 - level) * (1 / 120 + 1 / 400)) + 0.03
+
+
+def test_with_few_contacts_there_is_an_answer_and_no_interval() -> None:
+    few = np.arange(20)
+    model = fit_at_lengths(registered("peak"), TOUCHES.take(few), SHORE_A[few])
+    answers = model.answers(TOUCHES)
+    assert (answers.high - answers.low == 100).all()
+    with pytest.raises(InputError, match="too few"):
+        fit_at_lengths(registered("peak"), TOUCHES.take(few[:5]), SHORE_A[few[:5]])
+
+
+def test_a_class_of_anybody_gets_copies_of_two_dimensions() -> None:
+    seen: list[tuple[int, ...]] = []
+
+    class Mine:
+        def fit(self, X: Any, y: Any) -> None:  # returns nothing, and writes where it reads
+            seen.append(X.shape)
+            self.mean = float(y.mean())
+            X[:], y[:] = 0.0, 0.0
+
+        def predict(self, X: Any) -> Any:
+            return np.full((len(X), 1), self.mean)
+
+    before, truth = TOUCHES.signals.copy(), SHORE_A.copy()
+    answers = fit_at_lengths(from_regressor(Mine), TOUCHES, SHORE_A, SESSIONS).answers(TOUCHES)
+    assert np.allclose(answers.values, SHORE_A.mean())
+    assert np.array_equal(TOUCHES.signals, before)
+    assert np.array_equal(SHORE_A, truth)
+    assert {s[1] for s in seen} == {10, 15, 25, 39, 74}
+
+
+def test_a_class_with_a_seed_is_given_it() -> None:
+    seeds: list[Any] = []
+
+    class Seeded(Ridge):  # type: ignore[misc]
+        def __init__(self, random_state: int | None = None) -> None:
+            super().__init__(random_state=random_state)
+            seeds.append(random_state)
+
+    fit_at_lengths(from_regressor(Seeded), TOUCHES, SHORE_A, SESSIONS, seed=5)
+    assert set(seeds) == {5}
+
+
+def test_a_pipeline_is_copied_for_every_training_and_given_the_seed() -> None:
+    made = make_pipeline(StandardScaler(), Ridge(random_state=None), memory=None)
+    fixed = make_pipeline(StandardScaler(), Ridge(random_state=3))
+    learn = from_regressor(made)
+    X = TOUCHES.after[:, :25, None].astype(np.float32)
+    asks = [learn(X, SHORE_A, None, TOUCHES.rate, seed) for seed in (5, 6)]
+    first, second = (ask.__closure__ for ask in asks)
+    assert first != second
+    assert not hasattr(made[-1], "coef_")
+    assert np.allclose(
+        asks[0](X), clone(made).fit(X[:, :, 0].astype(float), SHORE_A).predict(X[:, :, 0])
+    )
+    states = [_fresh(its, 5).get_params()["ridge__random_state"] for its in (made, fixed)]
+    assert states == [5, 3]
+
+
+def test_any_instance_with_fit_and_predict_will_do() -> None:
+    class Mean:
+        value = 0.0
+
+        def fit(self, X: Any, y: Any) -> None:
+            self.value = float(y.mean())
+
+        def predict(self, X: Any) -> Any:
+            return np.full(len(X), self.value)
+
+    given = Mean()
+    answers = fit_at_lengths(from_regressor(given), TOUCHES, SHORE_A, SESSIONS).answers(TOUCHES)
+    assert np.allclose(answers.values, SHORE_A.mean())
+    assert given.value == 0.0
+
+
+@pytest.mark.parametrize("answer", [np.nan, np.inf])
+def test_answers_that_are_no_numbers_are_refused(answer: float) -> None:
+    class Bad:
+        def fit(self, X: Any, y: Any) -> None: ...
+
+        def predict(self, X: Any) -> Any:
+            return np.full(len(X), answer)
+
+    with pytest.raises(InputError, match="one finite Shore A"):
+        fit_at_lengths(from_regressor(Bad), TOUCHES, SHORE_A)
+
+
+def test_windows_are_the_signal_itself_unless_they_are_filtered() -> None:
+    plain, filtered = (windows(TOUCHES, 25, way)[:, :, 0] for way in (False, True))
+    assert np.array_equal(plain, TOUCHES.after[:, :25])
+    straight = replace(
+        TOUCHES,
+        signals=np.tile(np.arange(TOUCHES.signals.shape[1], dtype=np.float32), (len(TOUCHES), 1)),
+    )
+    # A parabola through a line is that line, but where the end of the window stands in.
+    assert np.allclose(windows(straight, 25, True)[:, :-2, 0], straight.after[:, :23], atol=1e-3)
+    assert filtered.shape == plain.shape
+
+
+def test_touches_of_nobody() -> None:
+    nobody: Touches = TOUCHES.take(np.zeros(len(TOUCHES), np.bool_))
+    assert len(fitted().answers(nobody)) == 0

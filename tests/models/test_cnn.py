@@ -1,0 +1,161 @@
+"""ONNX Runtime answers what PyTorch would, without PyTorch."""
+
+from __future__ import annotations
+
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from firstcontact.core import InputError
+from firstcontact.models import Provenance, Spec, Task, load_window_model, save_model
+from firstcontact.models._cnn import Cnn, as_input
+from firstcontact.models._cnn_model import CnnModel
+from firstcontact.models._efficientnet import ConvNorm, EfficientNet
+from firstcontact.models._network import Network
+from firstcontact.models._network_export import export
+from firstcontact.testing._windows import RATE, toy_windows
+
+
+def used(channels: int, outputs: int, samples: int = 74) -> tuple[EfficientNet, torch.Tensor]:
+    """A network with normalisations that are not the identity, and windows (n, samples)."""
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(0)
+        network = EfficientNet(channels, outputs)
+        windows = np.random.default_rng(0).normal(size=(64, samples, channels))
+        x = as_input(windows.astype(np.float32))
+        for _ in range(5):
+            network(x)
+    return network.eval(), x
+
+
+@pytest.mark.parametrize("outputs", [1, 5])
+@pytest.mark.parametrize("channels", [1, 2])
+@pytest.mark.parametrize("samples", [10, 15, 25, 39, 74, 241])
+def test_the_export_is_the_network(samples: int, channels: int, outputs: int) -> None:
+    network, x = used(channels, outputs, samples)
+    with torch.no_grad():
+        expected = network(x).numpy()
+    exported = Network(export(network, samples), samples, channels, outputs)
+    told = exported.run(np.ascontiguousarray(x.numpy()))
+    np.testing.assert_allclose(told, expected, atol=1e-4 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("task", Task)
+def test_a_trained_network_answers_as_in_pytorch(
+    task: Task, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from firstcontact.models import _cnn as cnn
+    from firstcontact.models._cnn_model import compress
+
+    trained = []
+    train = cnn._train
+    monkeypatch.setattr(cnn, "_train", lambda *a: trained.append(train(*a)) or trained[0])
+    X, y, _ = toy_windows(64)
+    model = Cnn(task, RATE, epochs=2).fit(X, y)
+    with torch.no_grad():
+        expected = trained[0](as_input(compress(X, model.to_arrays()["scale"]))).numpy()
+    scale = np.abs(expected).max()
+    np.testing.assert_allclose(model.outputs(X), expected, atol=1e-4 * scale)
+    np.testing.assert_allclose(model.output(X[3]), expected[3], atol=1e-4 * scale)
+
+
+def test_the_same_weights_are_the_same_bytes_in_another_process(tmp_path: Path) -> None:
+    network, _ = used(1, 1)
+    script = (
+        "import sys, torch, multiprocessing.synchronize as s; "
+        "s.SemLock.__init__ = None; "  # no semaphore, which an ended worker would leave behind
+        "from firstcontact.models._efficientnet import EfficientNet; "
+        "from firstcontact.models._network_export import export; "
+        "export(EfficientNet(2, 3), 15); "
+        "n = EfficientNet(1, 1); n.load_state_dict(torch.load(sys.argv[1])); "
+        "sys.stdout.buffer.write(export(n, 74))"
+    )
+
+    torch.save(network.state_dict(), tmp_path / "weights")
+    other = subprocess.run(
+        [sys.executable, "-W", "error", "-c", script, str(tmp_path / "weights")],
+        capture_output=True,
+        check=True,
+    )
+    assert other.stdout == export(network, 74)
+    assert other.stderr == b""
+    assert b".py" not in other.stdout  # no paths of the machine that trained
+
+
+def test_it_is_an_efficientnet_v2() -> None:
+    kinds = [type(m).__name__ for m in EfficientNet(1, 1).modules()]
+    assert kinds.count("SqueezeExcitation") == 2
+    assert "SiLU" in kinds
+    assert EfficientNet(1, 1)(torch.zeros(2, 1, 1, 74)).shape == (2, 1)
+
+
+def test_training_leaves_the_random_state_of_others_alone() -> None:
+    X, y, _ = toy_windows(32)
+    torch.manual_seed(5)
+    expected = torch.rand(3)
+    torch.manual_seed(5)
+    Cnn(Task.REGRESSION, RATE, epochs=1).fit(X, y)
+    assert torch.equal(torch.rand(3), expected)
+
+
+def older_arrays(network: EfficientNet, model: CnnModel) -> dict[str, np.ndarray]:
+    """What was written before files held ONNX: folded weights by the names of their layers."""
+    arrays = {name: a for name, a in model.to_arrays().items() if name != "onnx"}
+    folded = network.folded()
+    for name, module in folded.named_modules():
+        layer = module[0] if isinstance(module, ConvNorm) else module
+        if isinstance(layer, torch.nn.Linear) or isinstance(module, ConvNorm):
+            arrays[f"network.{name}.weight"] = layer.weight.detach().numpy()
+            arrays[f"network.{name}.bias"] = layer.bias.detach().numpy()
+    return arrays
+
+
+def test_files_with_weights_alone_are_read() -> None:
+    network, _ = used(1, 1)
+    X = toy_windows(32)[0]
+    model = CnnModel(
+        Spec(Task.REGRESSION, RATE, 74),
+        np.array([1.0, 0.0, 1.0]),
+        np.array([0.0, 1.0]),
+        np.array([1.0, 8.0]),
+        export(network, 74),
+    )
+    arrays = older_arrays(network, model)
+    assert "network.stem.weight" in arrays
+    assert "network.blocks.2.layers.2.squeeze.bias" in arrays
+    read = CnnModel.from_arrays(model.spec, arrays)
+    np.testing.assert_allclose(read.predict(X), model.predict(X), rtol=1e-5)
+    with pytest.raises(InputError, match=r"head\.bias"):
+        CnnModel.from_arrays(
+            model.spec, {k: v for k, v in arrays.items() if k != "network.head.bias"}
+        )
+    with pytest.raises(InputError, match=r"stem\.weight"):
+        CnnModel.from_arrays(Spec(Task.REGRESSION, RATE, 74, 2), arrays)
+
+
+def test_a_model_travels_between_processes() -> None:
+    X, y, _ = toy_windows(32)
+    model = Cnn(Task.REGRESSION, RATE, epochs=1).fit(X, y)
+    travelled = pickle.loads(pickle.dumps(model))
+    np.testing.assert_array_equal(travelled.predict(X), model.predict(X))
+
+
+def test_running_a_saved_model_imports_no_training_library(tmp_path: Path) -> None:
+    X, y, _ = toy_windows(32)
+    model = Cnn(Task.REGRESSION, RATE, epochs=1).fit(X, y)
+    save_model(model, tmp_path / "model", Provenance())
+    assert load_window_model(tmp_path / "model").predict_one(X[0]) == model.predict_one(X[0])
+    np.save(tmp_path / "window.npy", X[0])
+    script = (
+        "import sys, numpy as np; from pathlib import Path; "
+        "from firstcontact.models import load_window_model; "
+        f"folder = Path({str(tmp_path)!r}); "
+        "load_window_model(folder / 'model').predict_one(np.load(folder / 'window.npy')); "
+        "assert not {'torch', 'sklearn', 'onnxscript'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-W", "error", "-c", script], check=True)

@@ -1,0 +1,42 @@
+"""Several pinches of one object: weighted, and never surer than what they share."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.models import combine
+from firstcontact.models._pooling import SHARED
+
+halves = st.lists(st.floats(0.5, 40.0), min_size=1, max_size=20)
+
+
+@given(value=st.floats(0, 100), half=st.floats(0.5, 40))
+def test_one_pinch_is_itself(value: float, half: float) -> None:
+    one = combine([value], [half])
+    assert one.value == pytest.approx(value)
+    assert one.half_width == pytest.approx(half)
+    assert one.pinches == 1
+    assert 0 <= one.low <= one.high <= 100
+
+
+@given(widths=halves)
+def test_the_interval_keeps_what_all_pinches_share(widths: list[float]) -> None:
+    found = combine([50.0] * len(widths), widths)
+    assert found.value == pytest.approx(50.0)
+    assert min(widths) * SHARED <= found.half_width * (1 + 1e-12)
+    assert found.half_width <= max(widths) * (1 + 1e-12)
+
+
+def test_more_pinches_are_surer_down_to_the_shared_part() -> None:
+    found = [combine([30.0] * n, [10.0] * n).half_width for n in (1, 2, 3, 10, 10_000)]
+    assert found == sorted(found, reverse=True)
+    assert found[-1] == pytest.approx(10 * SHARED, rel=1e-3)
+    assert found[2] == pytest.approx(10 * np.sqrt(SHARED**2 + (1 - SHARED**2) / 3))
+
+
+def test_a_sure_pinch_counts_more() -> None:
+    # Weights 1 and 1/4.
+    assert combine([20.0, 40.0], [5.0, 10.0]).value == pytest.approx(24.0)

@@ -1,0 +1,210 @@
+"""Each score, from verdicts that are known."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from firstcontact.contact import ThresholdDetector, WindowDecisions
+from firstcontact.core import (
+    Block,
+    Contact,
+    Dataset,
+    Finger,
+    InputError,
+    Layout,
+    Pinch,
+    fingertip_layout,
+    to_tree,
+)
+from firstcontact.models import score_decisions, score_detector
+from firstcontact.signal import lookahead
+
+LAYOUT = fingertip_layout()
+STEP = 15
+#: Ends of the windows; the contact at 300 shows first in the one that ends at 314.
+ENDS = np.arange(14, 600, STEP)
+TRUTH = 300
+
+
+class Scripted:
+    """Says what it was told, at (window end, finger, onset)."""
+
+    name = "scripted"
+    duration = 0.020
+    step = 0.003
+
+    def __init__(self, *firings: tuple[int, Finger, int]) -> None:
+        self.firings = firings
+
+    def start(self, layout: Layout) -> None:
+        pass
+
+    def judge(self, block: Block) -> WindowDecisions:
+        fired = np.zeros((len(ENDS), 2), dtype=np.bool_)
+        onsets = np.full((len(ENDS), 2), -1)
+        for end, finger, onset in self.firings:
+            row = int(np.searchsorted(ENDS, end))
+            fired[row, finger] = True
+            onsets[row, finger] = onset
+        return WindowDecisions(ENDS, fired, onsets)
+
+
+def pinch(truth: int | None = TRUTH) -> Pinch:
+    contacts = () if truth is None else (Contact(Finger.THUMB, truth, truth),)
+    return Pinch(np.zeros((600, 16), dtype=np.int16), LAYOUT, truth=contacts)
+
+
+def score(*firings, n: int = 1, **settings):
+    return score_detector(Scripted(*firings), Dataset((pinch(),) * n), **settings)
+
+
+GOOD = (314, Finger.THUMB, 302)
+
+
+def test_a_perfect_detector():
+    scores = score(GOOD, n=3)
+    assert (scores.n, scores.windows) == (3, 3 * (2 * 20 + 1))
+    assert (scores.quiet_windows, scores.too_soon) == (3 * 2 * 20, 0)
+    assert scores.window_accuracy == scores.pinch_success == 1.0
+    assert scores.false_alarms_per_minute == 0.0
+    assert scores.median_delay == pytest.approx(1e3 * 14 / 4936)
+
+
+@pytest.mark.parametrize(
+    ("firings", "outcome"),
+    [
+        ([], "misses"),
+        ([(200, Finger.THUMB, 195), GOOD], "false_alarms"),
+        ([(200, Finger.INDEX, 195), GOOD], "false_alarms"),
+        ([(314, Finger.INDEX, 305)], "wrong_finger"),
+        ([(314, Finger.INDEX, 301), GOOD], "wrong_finger"),
+        ([(359, Finger.THUMB, 340)], "late"),
+    ],
+)
+def test_each_way_to_fail(firings, outcome):
+    scores = score(*firings)
+    assert scores.pinch_success == scores.decided_within_3_ms == 0.0
+    assert getattr(scores, outcome) == 1
+    assert (scores.delay_ms is not None) == (outcome == "late")
+
+
+def test_placed_in_time_is_not_decided_in_time():
+    # The contact is at 300: 14 samples later are 2.8 ms, 29 are 5.9 ms.
+    assert score((314, Finger.THUMB, 302)).decided_within_3_ms == 1.0
+    slow = score((329, Finger.THUMB, 302))
+    assert (slow.pinch_success, slow.decided_within_3_ms) == (1.0, 0.0)
+    assert slow.median_delay == pytest.approx(1e3 * 29 / 4936)
+
+
+def test_a_trigger_before_the_contact_is_not_decided_in_time():
+    # It places the contact 2.8 ms too early, which is near enough, but fires before it.
+    lucky = score((299, Finger.THUMB, 286), GOOD)
+    assert (lucky.pinch_success, lucky.decided_within_3_ms) == (1.0, 0.0)
+    assert lucky.delay_ms is None
+    # Where the contact may be that much before its label, it is in time.
+    allowed = score((299, Finger.THUMB, 286), GOOD, early=1 / 4936)
+    assert allowed.decided_within_3_ms == 1.0
+    assert allowed.median_delay == pytest.approx(-1e3 / 4936)
+
+
+def test_late_triggers_are_in_the_delay():
+    late = score((359, Finger.THUMB, 340))
+    assert late.pinch_success == 0.0
+    assert late.median_delay == pytest.approx(1e3 * 59 / 4936)
+
+
+def test_what_the_resampler_waits_for_is_in_the_delay():
+    dataset = Dataset((pinch(),), recorded_rate=44_100.0)
+    scores = score_detector(Scripted(GOOD), dataset)
+    waited = 1e3 * lookahead(44_100.0, 4936.0)
+    assert 0.3 < waited <= 0.5
+    assert scores.lookahead_ms == pytest.approx(waited)
+    assert scores.median_delay == pytest.approx(1e3 * 14 / 4936 + waited)
+    assert (scores.pinch_success, scores.decided_within_3_ms) == (1.0, 0.0)
+    assert score(GOOD).lookahead_ms is None
+
+
+def test_the_earlier_onset_of_one_window_is_the_first_trigger():
+    assert score((314, Finger.INDEX, 306), GOOD).pinch_success == 1.0
+
+
+@pytest.mark.parametrize(("onset", "right"), [(286, 1.0), (314, 1.0), (285, 0.0), (315, 0.0)])
+def test_three_milliseconds_either_way(onset, right):
+    assert score((329, Finger.THUMB, onset)).pinch_success == right
+
+
+def test_window_accuracy_counts_quiet_and_one_contact_window():
+    silent = score()
+    assert silent.quiet_windows_silent == 1.0
+    assert silent.contact_windows_found == 0.0
+    assert silent.window_accuracy == pytest.approx(40 / 41)
+    two_wrong = score((200, Finger.THUMB, 190), (200, Finger.INDEX, 190), GOOD)
+    assert two_wrong.window_accuracy == pytest.approx(39 / 41)
+    # What comes after the contact's window counts no more.
+    assert score(GOOD, (359, Finger.INDEX, 350)).window_accuracy == 1.0
+
+
+def test_a_contact_too_young_may_show_or_not():
+    # It shows 1 ms (5 samples) in the window after the one that ends at 299.
+    young = Dataset((pinch(297),))
+    for firings in ((), ((299, Finger.THUMB, 298),)):
+        scores = score_detector(Scripted(*firings, (314, Finger.THUMB, 298)), young)
+        assert scores.window_accuracy == 1.0
+        assert scores.windows == 2 * 19 + 1
+
+
+def test_a_contact_before_the_first_window_is_too_soon_to_be_counted() -> None:
+    for truth, soon in ((0, 0), (-1, 1), (-200, 1)):
+        early = Dataset((pinch(truth), pinch()))
+        scores = score_detector(Scripted(GOOD), early)
+        assert (scores.n, scores.too_soon) == (2, soon)
+        assert scores.contact_windows_found == (1.0 if soon else 0.5)
+
+
+def test_false_alarms_are_runs_per_minute_of_listening():
+    run = [(end, Finger.THUMB, end) for end in (104, 119, 134)]
+    scores = score(*run, (254, Finger.INDEX, 250))
+    listened = 20 * STEP / 4936 / 60
+    assert scores.false_alarms_per_minute == pytest.approx(2 / listened)
+
+
+def test_labels_that_may_be_late_leave_a_span_out():
+    in_span = (284, Finger.THUMB, 275)
+    assert score(in_span).pinch_success == 0.0
+    lenient = score(in_span, early=0.005)
+    assert lenient.pinch_success == 1.0
+    assert lenient.quiet_windows_silent == 1.0
+    assert lenient.median_delay < 0
+
+
+def test_pinches_without_truth_are_left_out_and_told():
+    scores = score_detector(Scripted(GOOD), Dataset((pinch(), pinch(None))))
+    assert (scores.n, scores.left_out) == (1, 1)
+    with pytest.raises(InputError, match="cannot be scored"):
+        score_detector(Scripted(), Dataset((pinch(None),)))
+
+
+def test_scores_are_json_for_a_real_detector():
+    data = np.random.default_rng(0).normal(16384, 30, (600, 16))
+    data[300:, 1] += 3000
+    dataset = Dataset((replace(pinch(), data=data),))
+    tree = to_tree(score_detector(ThresholdDetector(), dataset))
+    assert json.loads(json.dumps(tree, allow_nan=False)) == tree
+    assert tree["contact_windows_found"] == 1.0
+
+
+def test_looks_of_a_step_count_as_one_window() -> None:
+    """Published shares can be compared with those of a detector that looks oftener."""
+    fine = np.arange(2, 600, 3)
+    fired = np.zeros((len(fine), 2), dtype=np.bool_)
+    fired[np.searchsorted(fine, 101) : np.searchsorted(fine, 107), Finger.INDEX] = True
+    fired[np.searchsorted(fine, TRUTH + 8), Finger.THUMB] = True
+    verdicts = WindowDecisions(fine, fired, np.where(fired, fine[:, None], -1))
+    scores = score_decisions([verdicts], Dataset((pinch(),)), 3 / LAYOUT.rate)
+    assert (scores.quiet_windows, scores.windows) == (2 * 20, 2 * 20 + 1)
+    assert scores.quiet_windows_silent == pytest.approx(39 / 40)
+    assert scores.contact_windows_found == 1.0

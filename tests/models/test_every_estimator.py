@@ -1,0 +1,114 @@
+"""Every registered estimator keeps the promises; a new one is tested by registering it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError
+from firstcontact.models import (
+    ESTIMATORS,
+    Estimator,
+    Spec,
+    Task,
+    WindowModel,
+    make_estimator,
+    training_spec,
+)
+from firstcontact.models._registry import model_kind
+from firstcontact.testing import check_estimator
+from firstcontact.testing._windows import RATE, toy_windows
+
+EACH = [(name, task) for name, kind in ESTIMATORS.items() for task in kind.tasks]
+
+
+@pytest.mark.parametrize(("name", "task"), EACH)
+def test_it_keeps_the_promises(name: str, task: Task) -> None:
+    check_estimator(ESTIMATORS[name], task)
+    assert model_kind(ESTIMATORS[name].model.kind) is ESTIMATORS[name].model
+
+
+@pytest.mark.parametrize(("name", "task"), EACH)
+def test_what_is_no_baseline_learns_much_more_than_the_mean(name: str, task: Task) -> None:
+    X, y, _ = toy_windows(90, seed=9)
+
+    def error(of: str) -> float:
+        model = make_estimator(of, task, RATE, **ESTIMATORS[of].quick).fit(*toy_windows(), seed=3)
+        return float(np.sqrt(np.mean((model.predict(X) - y) ** 2)))
+
+    if not ESTIMATORS[name].baseline:
+        assert error(name) < 0.7 * error("train_mean")
+
+
+def test_a_task_that_it_does_not_learn_is_refused() -> None:
+    for name, kind in ESTIMATORS.items():
+        for task in set(Task) - set(kind.tasks):
+            with pytest.raises(InputError, match=f"{name} does not learn {task}"):
+                make_estimator(name, task, RATE)
+
+
+class Echo(WindowModel):
+    """Answers with the window's peak; its faults are what the suite has to find."""
+
+    kind = "echo"
+
+    def __init__(self, spec: Spec, add: float = 0.0) -> None:
+        self.spec, self.add = spec, add
+
+    @property
+    def notes(self) -> Mapping[str, Any]:
+        return {}
+
+    def outputs(self, X: NDArray[np.float32]) -> NDArray[Any]:
+        # Toy windows are as loud as they are hard.
+        return X.max(axis=(1, 2))[:, None] * 58 + self.add * len(X)
+
+    def output(self, window: NDArray[np.float32]) -> NDArray[Any]:
+        return np.asarray(self.outputs(window[None])[0])
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        return {}
+
+    @classmethod
+    def from_arrays(cls, spec: Spec, arrays: dict[str, NDArray[Any]]) -> Self:
+        return cls(spec)
+
+
+@dataclass(frozen=True)
+class Echoes(Estimator):
+    name: ClassVar[str] = "echo"
+    title: ClassVar[str] = "Echo"
+    model: ClassVar[type[WindowModel]] = Echo
+    tasks: ClassVar[tuple[Task, ...]] = (Task.REGRESSION,)
+
+    add: float = 0.0
+
+    def fit(
+        self,
+        X: NDArray[np.float32],
+        y: NDArray[np.float64],
+        groups: NDArray[Any] | None = None,
+        seed: int = 0,
+    ) -> Echo:
+        return Echo(training_spec(self.task, self.rate, X, y, groups), self.add)
+
+
+def test_an_estimator_of_somebody_else_passes() -> None:
+    check_estimator(Echoes)
+
+
+def test_faults_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(AssertionError, match="nothing to check"):
+        check_estimator(type("Idle", (Echoes,), {"tasks": ()}))
+    with pytest.raises(AssertionError, match="must be installed"):
+        check_estimator(type("Heavy", (Echoes,), {"modules": ("no_such_module",)}))
+    with pytest.raises(AssertionError, match="one window is answered otherwise"):
+        check_estimator(type("Odd", (Echoes,), {"quick": {"add": 1.0}}))
+    monkeypatch.setattr(Echo, "spread", lambda self, X: np.zeros(len(X)))
+    with pytest.raises(AssertionError, match="a spread is above 0"):
+        check_estimator(Echoes)

@@ -1,0 +1,38 @@
+"""A model to keep: its interval stands on its own spread where it has one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firstcontact.core import Serial
+from firstcontact.models import (
+    LabelledWindows,
+    Provenance,
+    Task,
+    load_interval,
+    load_window_model,
+    save_model,
+    train_final_model,
+)
+from firstcontact.streaming import ModelWithInterval
+from firstcontact.testing._windows import RATE, toy_windows
+
+
+def test_a_gaussian_process_is_kept_with_its_own_spread(tmp_path: Path) -> None:
+    X, y, groups = toy_windows(300)
+    which = np.arange(len(X))
+    none = np.full(len(X), "")
+    data = LabelledWindows(X, y, groups, none, none, np.zeros(len(X), bool), which, RATE)
+    kept = train_final_model(data, "gaussian_process", Task.REGRESSION, 0, 0.9, Serial())
+    assert kept.interval is not None
+    assert kept.interval.scaled
+    assert kept.conformal["held_out"]["coverage"] == pytest.approx(0.9, abs=0.06)
+    folder = save_model(kept.model, tmp_path / "m", Provenance(interval=kept.interval))
+    entry = ModelWithInterval(load_window_model(folder), load_interval(folder))
+    value = entry.model.predict_one(X[0])
+    low, high, level = entry.bounds(value, X[0])
+    assert low < value < high
+    assert level == 0.9

@@ -1,0 +1,152 @@
+"""No answer is ever anything but a finite number, whatever the arithmetic behind it gives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from safetensors.numpy import load_file, save
+
+from firstcontact.core import InputError
+from firstcontact.models import (
+    ESTIMATORS,
+    Interval,
+    Provenance,
+    Spec,
+    Task,
+    WindowModel,
+    load_window_model,
+    make_estimator,
+    save_model,
+)
+from firstcontact.models._model_file import WEIGHTS
+from firstcontact.testing._windows import RATE, toy_windows
+from saved import vouch
+
+
+class Told(WindowModel):
+    """Puts out what it was told, so that everything else is what all models share."""
+
+    kind = "told"
+
+    def __init__(self, task: Task, outputs: list[float]) -> None:
+        self.spec = Spec(task, RATE, 74, 1, (10.0, 29.0) if task is Task.CLASSIFICATION else ())
+        self._outputs = np.array(outputs)
+
+    @property
+    def notes(self) -> Mapping[str, Any]:
+        return {}
+
+    def outputs(self, X: NDArray[np.float32]) -> NDArray[np.float64]:
+        rows = np.zeros((len(X), len(self._outputs)))
+        rows[-1] = self._outputs
+        return rows
+
+    def output(self, window: NDArray[np.float32]) -> NDArray[np.float64]:
+        return self._outputs
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        return {}
+
+    @classmethod
+    def from_arrays(cls, spec: Spec, arrays: dict[str, NDArray[Any]]) -> Self:
+        raise NotImplementedError
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("task", Task)
+@pytest.mark.parametrize("place", [0, 1])
+def test_outputs_that_are_not_finite_are_no_answer(task: Task, value: float, place: int) -> None:
+    outputs = [1.0, 2.0]
+    outputs[place] = value
+    if task is Task.REGRESSION:
+        outputs = [value]
+    model, X = Told(task, outputs), toy_windows(5)[0]
+    with pytest.raises(InputError, match="not a finite number"):
+        model.predict_one(X[0])
+    with pytest.raises(InputError, match=r"window 4 \(1 in all\): .*not a finite number"):
+        model.predict(X)
+
+
+def test_a_scale_that_overflows_gives_no_answer() -> None:
+    model, X = Told(Task.REGRESSION, [1e300]), toy_windows(3)[0]
+    model.target = (0.0, 1e300)
+    with pytest.raises(InputError, match="not a finite number"):
+        model.predict_one(X[0])
+    with pytest.raises(InputError, match="not a finite number"):
+        model.predict(X)
+
+
+@pytest.mark.parametrize("value", [1e200, -1e10])
+def test_an_answer_whose_square_overflows_is_none(value: float) -> None:
+    model, X = Told(Task.REGRESSION, [value]), toy_windows(3)[0]
+    for ask in (lambda: model.predict_one(X[0]), lambda: model.predict(X)):
+        with pytest.raises(InputError, match="not a finite number below 1e9"):
+            ask()
+
+
+def test_finite_outputs_are_answers() -> None:
+    X = toy_windows(3)[0]
+    assert Told(Task.REGRESSION, [42.0]).predict_one(X[0]) == 42.0
+    assert Told(Task.CLASSIFICATION, [1.0, 2.0]).predict_one(X[0]) == 29.0
+    assert Told(Task.CLASSIFICATION, [1.0, 2.0]).predict(X).tolist() == [10.0, 10.0, 29.0]
+
+
+@pytest.mark.parametrize("scale", [1e38, 1e-38])
+@pytest.mark.parametrize(
+    ("name", "task"), [(name, task) for name, kind in ESTIMATORS.items() for task in kind.tasks]
+)
+def test_windows_at_the_ends_of_float32(name: str, task: Task, scale: float) -> None:
+    """Squares of these overflow, or are 0: answered or refused, never half."""
+    X, y, _ = toy_windows(24)
+    model = make_estimator(name, task, RATE, **ESTIMATORS[name].quick).fit(X, y)
+    window = np.clip(X[0] / np.abs(X[0]).max(), -1, 1) * np.float32(scale)
+    for ask in (lambda: model.predict_one(window), lambda: float(model.predict(window[None])[0])):
+        with suppress(InputError):
+            assert np.isfinite(ask())
+
+
+@pytest.mark.parametrize("task", Task)
+@pytest.mark.parametrize("name", ["svm", "cnn"])
+def test_weights_of_a_file_that_overflow(name: str, task: Task, tmp_path: Path) -> None:
+    X, y, _ = toy_windows(24)
+    estimator = make_estimator(name, task, RATE, **ESTIMATORS[name].quick)
+    folder = save_model(estimator.fit(X, y), tmp_path / "m", Provenance())
+    arrays = load_file(folder / WEIGHTS)
+    for key, array in arrays.items():
+        if key == "weights":
+            arrays[key] = np.full_like(array, 3e38)
+        elif key == "onnx":
+            arrays[key] = _overflowing(array)
+    vouch(folder, save(arrays))
+    model = load_window_model(folder)
+    with pytest.raises(InputError, match="not a finite number"):
+        model.predict_one(X[0])
+    with pytest.raises(InputError, match="not a finite number"):
+        model.predict(X)
+
+
+def _overflowing(network: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """The graph with weights so large that their products are not finite."""
+    from onnx import ModelProto, numpy_helper
+
+    model = ModelProto.FromString(network.tobytes())
+    for tensor in model.graph.initializer:
+        if tensor.name.endswith("weight"):
+            large = np.full(tensor.dims, 3e38, dtype=np.float32)
+            tensor.CopyFrom(numpy_helper.from_array(large, tensor.name))
+    return np.frombuffer(model.SerializeToString(), dtype=np.uint8)
+
+
+@pytest.mark.parametrize("limits", [None, (0.0, 100.0)])
+def test_bounds_around_any_answer_are_finite(limits: tuple[float, float] | None) -> None:
+    for value in (-np.finfo(float).max, 0.0, np.finfo(float).max):
+        assert np.isfinite(Interval(0.9, (), (1e9,), limits).around(value)).all()
+    for numbers in (((1e300,), (1.0, 1.0)), ((), (1e300,))):
+        with pytest.raises(ValueError, match="interval"):
+            Interval(0.9, *numbers, limits)

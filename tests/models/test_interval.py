@@ -1,0 +1,256 @@
+"""Intervals: bounds are plain numbers, and hold the truth as often as they say."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.core import InputError
+from firstcontact.models import (
+    SHORE_A,
+    Interval,
+    Provenance,
+    Task,
+    load_interval,
+    load_window_model,
+    make_estimator,
+    model_folders,
+    save_model,
+)
+from firstcontact.models._conformal import (
+    RANGE_PINCHES,
+    conformal_interval,
+    coverage,
+    held_out_bounds,
+    refusal,
+)
+from firstcontact.testing._windows import RATE, toy_windows
+from saved import edit
+
+STEPPED = Interval(0.9, (20.0, 40.0), (1.0, 3.0, 8.0))
+
+
+@given(st.floats(-1e6, 1e6))
+def test_bounds_lie_on_the_scale_and_around_the_answer(value: float) -> None:
+    low, high = STEPPED.around(value)
+    assert 0.0 <= low <= high <= 100.0
+    if 0.0 <= value <= 100.0:
+        assert low <= value <= high
+
+
+def test_width_follows_the_answer() -> None:
+    assert STEPPED.around(10.0) == (9.0, 11.0)
+    assert STEPPED.around(20.0) == (17.0, 23.0)  # an edge belongs to the range above
+    assert STEPPED.around(39.9) == pytest.approx((36.9, 42.9))
+    assert STEPPED.around(96.0) == (88.0, 100.0)
+    assert replace(STEPPED, limits=None).around(96.0) == (88.0, 104.0)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"level": 0.0},
+        {"level": 1.0},
+        {"edges": (20.0,)},
+        {"edges": (40.0, 20.0)},
+        {"half_widths": (1.0, -1.0, 1.0)},
+        {"half_widths": (1.0, float("nan"), 1.0)},
+        {"limits": (100.0, 0.0)},
+    ],
+    ids=str,
+)
+def test_numbers_that_do_not_fit(changes: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match="do not fit"):
+        replace(STEPPED, **changes)
+
+
+@given(
+    st.integers(RANGE_PINCHES, 300),
+    st.integers(10, 19).map(lambda k: k / 20),
+    st.integers(0, 2**32 - 1),
+)
+def test_it_is_the_conformal_quantile_of_each_range(n: int, level: float, seed: int) -> None:
+    """Closed form: the ceil((n + 1) level)-th smallest residual of the range."""
+    rng = np.random.default_rng(seed)
+    answers = rng.uniform(0, 100, n)
+    truth = answers + rng.normal(0, 0.1 + answers / 10)
+    if refusal(answers, rng.permuted(np.arange(n) % 3).astype(str), level):
+        return
+    interval = conformal_interval(answers, truth, level, limits=None)
+    member = np.searchsorted(interval.edges, answers, side="right")
+    for number, half in enumerate(interval.half_widths):
+        residuals = np.sort(np.abs(truth - answers)[member == number])
+        assert len(residuals) >= RANGE_PINCHES
+        place = -(-(len(residuals) + 1) * round(20 * level) // 20)
+        # Where the product is whole, rounding may take the next one, which is wider.
+        right = residuals[place - 1 : place + 1]
+        assert half == pytest.approx(right[np.abs(right - half).argmin()], abs=1e-6)
+
+
+def test_soft_objects_have_bounds_of_their_own() -> None:
+    rng = np.random.default_rng(0)
+    answers = rng.uniform(0, 100, 1000)
+    interval = conformal_interval(answers, answers + rng.normal(0, 0.1 + answers / 10))
+    assert len(interval.half_widths) == 5
+    assert list(interval.half_widths) == sorted(interval.half_widths)
+
+
+@pytest.mark.parametrize("level", [0.5, 0.8, 0.9, 0.95])
+def test_new_truths_are_held_as_often_as_the_level_says(level: float) -> None:
+    """Over many intervals the mean coverage of fresh data is the level, or a little more."""
+    rng = np.random.default_rng(1)
+    held = []
+    for _ in range(40):
+        answers = rng.uniform(0, 60, (2, 200))
+        truth = answers + rng.normal(0, 1 + answers / 20)
+        interval = conformal_interval(answers[0], truth[0], level)
+        everyone = np.ones(200, dtype=bool)
+        held.append(coverage([(interval, everyone)], answers[1], truth[1])["coverage"])
+    assert level - 0.02 < np.mean(held) < level + 0.04
+
+
+def test_answers_that_are_all_alike_make_one_range() -> None:
+    answers = np.full(200, 29.0)
+    interval = conformal_interval(answers, answers + np.linspace(-5, 5, 200))
+    assert all(h == pytest.approx(4.5, abs=0.1) for h in interval.half_widths)
+    low, high = interval.around(29.0)
+    assert high - low == pytest.approx(9.0, abs=0.2)
+
+
+def test_a_fold_is_asked_with_what_the_others_taught() -> None:
+    """The residuals of one fold are huge: only its own bounds are too narrow."""
+    rng = np.random.default_rng(2)
+    answers = rng.uniform(2, 50, 300)
+    folds = np.arange(300) % 3
+    truth = answers + np.where(folds == 0, 40.0, rng.uniform(-1, 1, 300))
+    pairs = list(held_out_bounds(answers, truth, folds, 0.9))
+    assert [int(folds[asked][0]) for _, asked in pairs] == [0, 1, 2]
+    assert max(pairs[0][0].half_widths) <= 1.0
+    assert coverage(pairs[:1], answers, truth)["coverage"] == 0.0
+    assert min(pairs[1][0].half_widths) > 39.0
+    assert coverage(pairs[1:], answers, truth)["coverage"] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("n", "names", "words"),
+    [
+        (200, ["a", "b"], "2 known sessions"),
+        (200, ["a", "b", ""], "2 known sessions"),
+        (30, ["a", "b", "c"], "30 pinches"),
+        (200, ["a", "b", "c"], ""),
+    ],
+)
+def test_too_little_for_an_interval(n: int, names: list[str], words: str) -> None:
+    sessions = np.array([names[i % len(names)] for i in range(n)])
+    said = refusal(np.zeros(n), sessions, 0.9)
+    assert said.startswith(words)
+    assert bool(said) == bool(words)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    model = make_estimator("peak", Task.REGRESSION, RATE).fit(*toy_windows(60))
+    card = Provenance(interval=STEPPED, conformal={"pinches": 60})
+    return save_model(model, tmp_path / "m", card)
+
+
+def test_the_card_carries_it(folder: Path) -> None:
+    assert load_interval(folder) == STEPPED
+    assert load_interval(folder / "card.json") == STEPPED
+    card = json.loads((folder / "card.json").read_text(encoding="utf-8"))
+    assert card["interval"] == {
+        "level": 0.9,
+        "edges": [20.0, 40.0],
+        "half_widths": [1.0, 3.0, 8.0],
+        "limits": [0.0, 100.0],
+    }
+    assert card["calibration"] == {"pinches": 60}
+
+
+def test_a_card_from_before_intervals_still_loads(folder: Path) -> None:
+    path = folder / "card.json"
+    card = json.loads(path.read_text(encoding="utf-8"))
+    del card["interval"], card["calibration"]
+    path.write_text(json.dumps(card), encoding="utf-8")
+    assert load_interval(folder) is None
+    assert load_window_model(folder).kind == "peak"
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        {},
+        [],
+        "wide",
+        STEPPED.to_json() | {"level": 2},
+        STEPPED.to_json() | {"edges": [1.0]},
+        STEPPED.to_json() | {"half_widths": ["wide", 1, 1]},
+        STEPPED.to_json() | {"limits": [1, 2, 3]},
+        STEPPED.to_json() | {"half_widths": None},
+    ],
+    ids=str,
+)
+def test_an_interval_that_is_none(folder: Path, tree: Any) -> None:
+    edit(folder, interval=tree)
+    with pytest.raises(InputError, match=r"card\.json: interval") as caught:
+        load_interval(folder)
+    assert "\n" not in str(caught.value)
+
+
+def test_models_of_one_training_are_found(folder: Path, tmp_path: Path) -> None:
+    assert model_folders(folder) == [folder]
+    assert model_folders(folder / "card.json") == [folder]
+    many = tmp_path / "many"
+    for name in ("15ms", "03ms", "08ms"):
+        save_model(load_window_model(folder), many / name, Provenance())
+    assert [f.name for f in model_folders(many)] == ["03ms", "08ms", "15ms"]
+    with pytest.raises(InputError, match="there is no model here"):
+        model_folders(tmp_path / "nothing")
+
+
+def test_at_run_time_neither_mapie_nor_scikit_learn_is_imported(folder: Path) -> None:
+    code = (
+        "import sys\n"
+        "from pathlib import Path\n"
+        "from firstcontact.models import load_interval, load_window_model\n"
+        "model, interval = load_window_model(Path(sys.argv[1])), load_interval(Path(sys.argv[1]))\n"
+        "interval.around(30.0)\n"
+        "heavy = {'mapie', 'sklearn', 'scipy', 'torch'} & set(sys.modules)\n"
+        "print(', '.join(sorted(heavy)))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code, str(folder)], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "\n"), done.stderr
+
+
+def test_the_scale_is_that_of_shore_a() -> None:
+    assert SHORE_A == (0.0, 100.0)
+
+
+def test_an_interval_on_a_spread_is_wide_where_the_spread_is_and_holds_its_level() -> None:
+    rng = np.random.default_rng(2)
+    spreads = np.exp(rng.normal(0, 0.7, 4000))
+    answers = rng.uniform(20, 80, 4000)
+    truth = answers + spreads * rng.normal(0, 3.0, 4000)
+    first, rest = np.arange(4000) < 2000, np.arange(4000) >= 2000
+    scaled = conformal_interval(answers[first], truth[first], 0.9, None, spreads[first])
+    plain = conformal_interval(answers[first], truth[first], 0.9, None)
+    assert scaled.scaled
+    assert not plain.scaled
+    held = coverage([(scaled, rest)], answers, truth, spreads)
+    assert held["coverage"] == pytest.approx(0.9, abs=0.02)
+    assert held["mean_width"] < coverage([(plain, rest)], answers, truth)["mean_width"]
+    low, high = scaled.around(50.0, 2.0)
+    narrow = scaled.around(50.0, 1.0)
+    assert high - low == pytest.approx(2 * (narrow[1] - narrow[0]))
+    again = msgspec.convert(json.loads(json.dumps(scaled.to_json())), Interval)
+    assert again == scaled

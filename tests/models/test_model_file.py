@@ -1,0 +1,267 @@
+"""A model file that is damaged, foreign or hostile is refused in one sentence."""
+
+from __future__ import annotations
+
+import os
+import pickle
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from safetensors.numpy import load_file, save
+
+from firstcontact.core import InputError
+from firstcontact.models import (
+    CARD,
+    LearnedFrom,
+    Provenance,
+    Task,
+    WindowModel,
+    load_window_model,
+    make_estimator,
+    read_card,
+    save_model,
+)
+from firstcontact.models._model_file import WEIGHTS
+from firstcontact.testing._windows import RATE, toy_windows
+from saved import edit, vouch
+
+CONTENT = Provenance(
+    data=LearnedFrom(source="synthetic", pinches=60, sessions=("a", "b"), specimens=("x",)),
+    split="session b held out",
+    scores={"rmse": 2.5},
+)
+
+
+@cache
+def svm() -> WindowModel:
+    return make_estimator("svm", Task.CLASSIFICATION, RATE).fit(*toy_windows(60))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return save_model(svm(), tmp_path / "model", CONTENT)
+
+
+def test_the_card_says_where_the_model_comes_from(folder: Path) -> None:
+    card = read_card(folder)
+    assert card.data == CONTENT.data
+    assert card.split == CONTENT.split
+    assert card.scores == CONTENT.scores
+    assert card.rate_hz == RATE
+    assert card.samples == 74
+    assert card.channels == 1
+    assert card.classes == (10.0, 29.0, 60.0)
+    assert card.training["support_vectors"] > 0
+    assert {"firstcontact", "numpy", "scikit-learn"} <= set(card.versions)
+    assert sorted(p.name for p in folder.iterdir()) == [CARD, WEIGHTS]
+
+
+def test_the_card_itself_may_be_named(folder: Path) -> None:
+    assert load_window_model(folder / CARD).spec == load_window_model(folder).spec
+
+
+@pytest.mark.parametrize("name", [CARD, WEIGHTS])
+def test_a_missing_file(folder: Path, name: str) -> None:
+    (folder / name).unlink()
+    with pytest.raises(InputError, match=name):
+        load_window_model(folder)
+
+
+@pytest.mark.parametrize("name", [CARD, WEIGHTS])
+def test_every_truncation_is_noticed(folder: Path, name: str) -> None:
+    whole = (folder / name).read_bytes()
+    lengths = range(0, len(whole) - 2, max(1, len(whole) // 50))
+    for length in lengths:
+        (folder / name).write_bytes(whole[:length])
+        with pytest.raises(InputError, match=name):
+            load_window_model(folder)
+
+
+def test_a_flipped_bit_is_noticed(folder: Path) -> None:
+    whole = bytearray((folder / WEIGHTS).read_bytes())
+    whole[len(whole) // 2] ^= 1
+    (folder / WEIGHTS).write_bytes(whole)
+    with pytest.raises(InputError, match="sha256"):
+        load_window_model(folder)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"format": "other"},
+        {"format_version": 2},
+        {"format_version": None},
+        {"kind": "forest"},
+        {"kind": ["svm"]},
+        {"task": "guessing"},
+        {"rate_hz": "fast"},
+        {"rate_hz": -1.0},
+        {"rate_hz": float("nan")},
+        {"samples": 0},
+        {"samples": 75},
+        {"channels": 2},
+        {"classes": []},
+        {"classes": [1.0, 2.0]},
+        {"classes": None},
+        {"channel_order": ["strip"]},
+        {"sha256": 5},
+        {"sha256": "0"},
+        {"data": []},
+        {"data": {"objects": {"apple": "soft"}}},
+        {"data": {"objects": {"apple": 1e18}}},
+        {"data": {"objects": {"apple": float("inf")}}},
+        {"data": {"target": "weight"}},
+        {"rate_hz": 10**400},
+        {"rate_hz": 1e18},
+        {"samples": 10**18},
+        {"samples": 999_999},
+        {"channels": 10**6},
+        {"classes": [10.0, 10**400, 60.0]},
+        {"classes": [60.0, 29.0, 10.0]},
+        {"classes": list(range(2000))},
+        {"detector": "0"},
+        {"pinches_sha256": 3},
+        {"scores": [1]},
+        {"interval": {"level": 0.9, "edges": [], "half_widths": [1e300]}},
+    ],
+    ids=str,
+)
+def test_a_card_of_something_else(folder: Path, changes: dict[str, Any]) -> None:
+    edit(folder, **changes)
+    with pytest.raises(InputError) as caught:
+        load_window_model(folder)
+    assert str(folder) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[]", "null", "{", "\x00\xff", '"card"', "[" * 100_000, '{"a":' * 100_000]
+)
+def test_a_card_that_is_no_card(folder: Path, text: str) -> None:
+    (folder / CARD).write_bytes(text.encode("latin-1"))
+    with pytest.raises(InputError, match=CARD):
+        load_window_model(folder)
+
+
+def _without_bias(arrays: dict[str, Any]) -> dict[str, Any]:
+    return {k: v for k, v in arrays.items() if k != "bias"}
+
+
+def _with_nan(arrays: dict[str, Any]) -> dict[str, Any]:
+    return arrays | {"weights": arrays["weights"] * np.nan}
+
+
+def _cut(arrays: dict[str, Any]) -> dict[str, Any]:
+    return arrays | {"vectors": arrays["vectors"][:, :-1].copy()}
+
+
+def _flat(arrays: dict[str, Any]) -> dict[str, Any]:
+    return arrays | {"vectors": np.array(3.0)}
+
+
+def _squared(arrays: dict[str, Any]) -> dict[str, Any]:
+    return arrays | {"level": arrays["level"] * 0}
+
+
+def _backwards(arrays: dict[str, Any]) -> dict[str, Any]:
+    return arrays | {"parameters": -arrays["parameters"]}
+
+
+def _whole_numbers(arrays: dict[str, Any]) -> dict[str, Any]:
+    return arrays | {"bias": arrays["bias"].astype(np.int64)}
+
+
+@pytest.mark.parametrize(
+    "change", [_without_bias, _with_nan, _cut, _flat, _squared, _backwards, _whole_numbers]
+)
+def test_arrays_that_do_not_fit(folder: Path, change: Callable[[Any], Any]) -> None:
+    vouch(folder, save(change(load_file(folder / WEIGHTS))))
+    with pytest.raises(InputError, match=WEIGHTS):
+        load_window_model(folder)
+
+
+class Hostile:
+    """Makes a file when unpickled."""
+
+    def __init__(self, mark: Path) -> None:
+        self.mark = mark
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return os.mkdir, (str(self.mark),)
+
+
+def test_a_pickle_in_place_of_the_weights_is_not_run(folder: Path) -> None:
+    mark = folder / "ran"
+    vouch(folder, pickle.dumps(Hostile(mark)))
+    with pytest.raises(InputError, match="not a safetensors file"):
+        load_window_model(folder)
+    assert not mark.exists()
+
+
+def test_a_model_that_cannot_be_written_leaves_the_old_one(folder: Path) -> None:
+    X, y, groups = toy_windows(60)
+    model = make_estimator("train_mean", Task.REGRESSION, RATE).fit(X, y, groups)
+    before = {p.name: p.read_bytes() for p in folder.iterdir()}
+    with pytest.raises(ValueError, match="JSON"):
+        save_model(model, folder, Provenance(scores={"rmse": float("nan")}))
+    assert {p.name: p.read_bytes() for p in folder.iterdir()} == before
+
+
+def test_a_file_that_is_too_large_is_not_read(folder: Path) -> None:
+    """Sparse, so that nothing is written: what is declared is looked at first."""
+    for name in (CARD, WEIGHTS):
+        before = (folder / name).read_bytes()
+        os.truncate(folder / name, 1 << 40)
+        with pytest.raises(InputError, match=name):
+            load_window_model(folder)
+        (folder / name).write_bytes(before)
+
+
+def test_a_pipe_is_not_waited_for(folder: Path) -> None:
+    for name in (WEIGHTS, CARD):
+        (folder / name).unlink()
+        os.mkfifo(folder / name)
+        with pytest.raises(InputError, match=name):
+            load_window_model(folder)
+
+
+def test_a_header_that_declares_terabytes(folder: Path) -> None:
+    header = b'{"vectors":{"dtype":"F32","shape":[1099511627776],"data_offsets":[0,4398046511104]}}'
+    vouch(folder, len(header).to_bytes(8, "little") + header)
+    with pytest.raises(InputError, match="not a safetensors file"):
+        load_window_model(folder)
+    vouch(folder, (1 << 62).to_bytes(8, "little") + header)
+    with pytest.raises(InputError, match="not a safetensors file"):
+        load_window_model(folder)
+
+
+def test_what_could_not_be_read_again_is_not_written(folder: Path) -> None:
+    before = {p.name: p.read_bytes() for p in folder.iterdir()}
+    with pytest.raises(InputError, match="sessions"):
+        save_model(svm(), folder, Provenance(data=LearnedFrom(sessions=("x" * 1000,))))
+    assert {p.name: p.read_bytes() for p in folder.iterdir()} == before
+
+
+@pytest.mark.parametrize("kind", ["train_mean", "peak"])
+@pytest.mark.parametrize("shape", [(), (0,), (2,), (1, 1)])
+def test_small_models_with_other_shapes(tmp_path: Path, kind: str, shape: tuple[int, ...]) -> None:
+    X, y, _ = toy_windows(60)
+    folder = save_model(
+        make_estimator(kind, Task.REGRESSION, RATE).fit(X, y), tmp_path / "s", Provenance()
+    )
+    (name,) = load_file(folder / WEIGHTS)
+    vouch(folder, save({name: np.zeros(shape)}))
+    with pytest.raises(InputError, match=WEIGHTS):
+        load_window_model(folder)
+
+
+def test_a_constant_that_is_no_class(tmp_path: Path) -> None:
+    model = make_estimator("train_mean", Task.CLASSIFICATION, RATE).fit(*toy_windows(60)[:2])
+    folder = save_model(model, tmp_path / "s", Provenance())
+    vouch(folder, save({"value": np.array([11.0])}))
+    with pytest.raises(InputError, match="none of the classes"):
+        load_window_model(folder)

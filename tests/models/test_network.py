@@ -1,0 +1,210 @@
+"""A graph that came with a file is looked through before it is run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from onnx import ModelProto, StringStringEntryProto, TensorProto, helper, numpy_helper
+from safetensors.numpy import load_file, save
+
+from firstcontact.core import InputError
+from firstcontact.models import Provenance, Task, load_window_model, save_model
+from firstcontact.models._cnn import Cnn
+from firstcontact.models._efficientnet import EfficientNet
+from firstcontact.models._model_file import WEIGHTS
+from firstcontact.models._network import LARGEST, Network
+from firstcontact.models._network_export import export
+from firstcontact.testing._windows import RATE, toy_windows
+from saved import vouch
+
+
+@pytest.fixture(scope="module")
+def good() -> bytes:
+    return export(EfficientNet(1, 1).eval(), 74)
+
+
+def changed(raw: bytes, change: Callable[[Any], None]) -> bytes:
+    model = ModelProto.FromString(raw)
+    change(model)
+    return model.SerializeToString()
+
+
+def weight(model: Any, name: str = "stem.0.weight") -> Any:
+    return next(t for t in model.graph.initializer if t.name == name)
+
+
+def external(model: Any) -> None:
+    tensor = weight(model)
+    tensor.data_location = TensorProto.EXTERNAL
+    tensor.external_data.append(StringStringEntryProto(key="location", value="/etc/passwd"))
+    tensor.ClearField("raw_data")
+
+
+def external_unsaid(model: Any) -> None:
+    weight(model).external_data.append(StringStringEntryProto(key="location", value="../x"))
+
+
+def operator(model: Any) -> None:
+    model.graph.node.append(helper.make_node("Loop", ["a"], ["b"]))
+
+
+def foreign_domain(model: Any) -> None:
+    model.graph.node[0].domain = "ai.onnx.contrib"
+
+
+def another_opset(model: Any) -> None:
+    model.opset_import.append(helper.make_opsetid("com.microsoft", 1))
+
+
+def function(model: Any) -> None:
+    relu = helper.make_node("Relu", ["x"], ["y"])
+    opsets = [helper.make_opsetid("", 18)]
+    model.functions.append(helper.make_function("", "Sigmoid", ["x"], ["y"], [relu], opsets))
+
+
+def tensor_attribute(model: Any) -> None:
+    value = numpy_helper.from_array(np.zeros(3), "t")
+    model.graph.node[0].attribute.append(helper.make_attribute("value", value))
+
+
+def wide_padding(model: Any) -> None:
+    pads = next(a for a in model.graph.node[0].attribute if a.name == "pads")
+    pads.ints[:] = [0, 1 << 30, 0, 1 << 30]
+
+
+def wide_value(model: Any) -> None:
+    """Small weights whose product has a million million numbers."""
+    shape = [1, 1, 200_000, 1]
+    model.graph.initializer.append(
+        numpy_helper.from_array(np.zeros(shape, dtype=np.float32), "wide")
+    )
+    last = model.graph.node[-1]
+    pooled = next(n for n in model.graph.node if n.op_type == "Unsqueeze")
+    place = list(model.graph.node).index(pooled) + 1
+    model.graph.node.insert(place, helper.make_node("Mul", [pooled.output[0], "wide"], ["w1"]))
+    assert last.output[0] == model.graph.output[0].name
+
+
+def endless(model: Any) -> None:
+    old = weight(model, "last.weight")
+    old.CopyFrom(numpy_helper.from_array(np.full((1, 96), np.inf, np.float32), "last.weight"))
+
+
+def cut_weight(model: Any) -> None:
+    weight(model).raw_data = weight(model).raw_data[:-4]
+
+
+def double(model: Any) -> None:
+    tensor = weight(model)
+    tensor.CopyFrom(
+        numpy_helper.from_array(numpy_helper.to_array(tensor).astype(float), tensor.name)
+    )
+
+
+def other_window(model: Any) -> None:
+    model.graph.input[0].type.tensor_type.shape.dim[3].dim_value = 75
+
+
+def other_answer(model: Any) -> None:
+    model.graph.output[0].type.tensor_type.shape.dim[1].dim_value = 5
+
+
+def second_input(model: Any) -> None:
+    model.graph.input.append(helper.make_tensor_value_info("more", TensorProto.FLOAT, ["n"]))
+
+
+def no_nodes(model: Any) -> None:
+    del model.graph.node[:]
+
+
+def dangling(model: Any) -> None:
+    model.graph.node[3].input[0] = "nowhere"
+
+
+def wrong_weight(model: Any) -> None:
+    tensor = weight(model)
+    tensor.CopyFrom(numpy_helper.from_array(np.zeros((16, 7, 1, 5), np.float32), tensor.name))
+
+
+def one_batch_only(model: Any) -> None:
+    """Fits together, and breaks when two windows are asked about."""
+    three = np.ones((3, 96, 1, 1), dtype=np.float32)
+    model.graph.initializer.append(numpy_helper.from_array(three, "three"))
+    pooled = next(n for n in model.graph.node if n.op_type == "ReduceMean" and n is not None)
+    node = helper.make_node("Mul", [pooled.input[0], "three"], ["tripled"])
+    place = list(model.graph.node).index(pooled)
+    pooled.input[0] = "tripled"
+    model.graph.node.insert(place, node)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        external,
+        external_unsaid,
+        operator,
+        foreign_domain,
+        another_opset,
+        function,
+        tensor_attribute,
+        wide_padding,
+        wide_value,
+        endless,
+        cut_weight,
+        double,
+        other_window,
+        other_answer,
+        second_input,
+        no_nodes,
+        dangling,
+        wrong_weight,
+        one_batch_only,
+    ],
+)
+def test_foreign_graphs_are_refused(good: bytes, change: Callable[[Any], None]) -> None:
+    with pytest.raises(InputError, match=r"^the network of the CNN is not one of ours \(.*\): .*"):
+        Network(changed(good, change), 74, 1, 1)
+
+
+@pytest.mark.parametrize("raw", [b"", b"no ONNX", b"\x00" * 100, b"\xff" * 5000])
+def test_what_is_no_graph_is_refused(raw: bytes) -> None:
+    with pytest.raises(InputError, match="not one of ours"):
+        Network(raw, 74, 1, 1)
+
+
+def test_a_huge_graph_is_not_looked_at() -> None:
+    with pytest.raises(InputError, match="more than 1048576"):
+        Network(bytes(LARGEST + 1), 74, 1, 1)
+
+
+def test_fields_of_other_programs_do_not_reach_the_runtime(good: bytes) -> None:
+    assert Network(good + b"\xfa\x7f\x03abc", 74, 1, 1).parameters > 40_000
+
+
+def test_bytes_that_were_damaged_are_refused_or_answer(good: bytes) -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(150):
+        raw = bytearray(good)
+        where = rng.integers(len(raw) if rng.random() < 0.3 else 4000)
+        raw[where] = rng.integers(256)
+        try:
+            network = Network(bytes(raw), 74, 1, 1)
+        except InputError:
+            continue
+        assert network.run(np.zeros((3, 1, 1, 74), dtype=np.float32)).shape == (3, 1)
+
+
+def test_a_model_folder_with_a_foreign_graph_is_refused_in_one_sentence(tmp_path: Path) -> None:
+    X, y, _ = toy_windows(24)
+    folder = save_model(
+        Cnn(Task.REGRESSION, RATE, epochs=1).fit(X, y), tmp_path / "m", Provenance()
+    )
+    arrays = load_file(folder / WEIGHTS)
+    raw = changed(arrays["onnx"].tobytes(), external)
+    vouch(folder, save(arrays | {"onnx": np.frombuffer(raw, dtype=np.uint8)}))
+    with pytest.raises(InputError, match=r"model\.safetensors: the network of the CNN is not one"):
+        load_window_model(folder)

@@ -1,0 +1,120 @@
+"""A split never mixes what it does not say it mixes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from firstcontact.models import (
+    Group,
+    Split,
+    by_session,
+    leave_one_out,
+    random_90_10,
+    random_folds,
+    unseen_objects,
+)
+
+
+@st.composite
+def pinches(draw: st.DrawFn):
+    """Sessions, specimens and levels of some pinches, each level often enough to be split."""
+    n = draw(st.integers(12, 60))
+    sessions = np.array(draw(st.lists(st.sampled_from("abcdef"), min_size=n, max_size=n)))
+    levels = np.array(draw(st.lists(st.sampled_from([10.0, 20.0, 29.0]), min_size=n, max_size=n)))
+    counts = np.unique(levels, return_counts=True)[1]
+    assume(len(counts) >= 2 and counts.min() >= 2)
+    specimens = np.array([f"block {level:g}" for level in levels])
+    return sessions, specimens, levels
+
+
+def covered(splits: list[Split]) -> list[int]:
+    return sorted(np.concatenate([s.test for s in splits]).tolist())
+
+
+@given(pinches(), st.integers(0, 5))
+def test_by_session_holds_whole_sessions_out_and_asks_about_everyone_once(made, seed: int) -> None:
+    sessions, specimens, levels = made
+    assume(len(set(sessions)) >= 2)
+    splits = by_session(sessions, levels, seed)
+    assert covered(splits) == list(range(len(levels)))
+    for split in splits:
+        split.check(sessions, specimens)
+        assert Group.SESSION not in split.shares
+        assert not set(sessions[split.train]) & set(sessions[split.test])
+
+
+@given(pinches(), st.integers(0, 5))
+def test_random_splits_say_what_they_share(made, seed: int) -> None:
+    levels = made[2]
+    for split in (*random_90_10(np.repeat(levels, 10), seed), *random_folds(levels, seed)):
+        assert split.shares == {Group.SESSION, Group.SPECIMEN}
+        assert not set(split.train) & set(split.test)
+    assert covered(random_folds(levels, seed)) == list(range(len(levels)))
+
+
+@given(pinches())
+def test_a_level_left_out_is_on_one_side_only(made) -> None:
+    sessions, specimens, levels = made
+    splits = leave_one_out(levels)
+    assert len(splits) == len(np.unique(levels))
+    assert covered(splits) == list(range(len(levels)))
+    for split in splits:
+        split.check(sessions, specimens)
+        assert not set(levels[split.train]) & set(levels[split.test])
+
+
+@given(pinches(), st.integers(0, 1000))
+def test_a_pinch_moved_across_is_noticed(made, pick: int) -> None:
+    sessions, specimens, levels = made
+    assume(len(set(sessions)) >= 2)
+    split = by_session(sessions, levels, 0)[0]
+    moved = split.test[pick % len(split.test)]
+    with pytest.raises(ValueError, match="a pinch on both sides"):
+        Split("mixed", np.append(split.train, moved), split.test, split.shares).check(
+            sessions, specimens
+        )
+    if len(split.test) > 1 and (sessions[split.test] == sessions[moved]).sum() > 1:
+        rest = split.test[split.test != moved]
+        with pytest.raises(ValueError, match="session"):
+            Split("mixed", np.append(split.train, moved), rest, split.shares).check(
+                sessions, specimens
+            )
+
+
+def test_specimens_on_both_sides_must_be_declared() -> None:
+    names = np.array(["a", "a"])
+    split = Split("x", np.array([0]), np.array([1]), frozenset({Group.SESSION}))
+    with pytest.raises(ValueError, match="the specimen 'a' on both sides"):
+        split.check(np.array(["s", "s"]), names)
+
+
+def test_unknown_sessions_cannot_be_told_apart() -> None:
+    with pytest.raises(ValueError, match="two known sessions"):
+        by_session(np.array(["a", ""]), np.array([1.0, 2.0]), 0)
+    split = Split("x", np.array([0]), np.array([1]))
+    with pytest.raises(ValueError, match="session"):
+        split.check(np.array(["", ""]), np.array(["a", "b"]))
+
+
+def test_roles_decide_who_is_unseen() -> None:
+    split = unseen_objects(np.array([False, True, False]))
+    assert split.train.tolist() == [0, 2]
+    assert split.test.tolist() == [1]
+    assert not split.shares
+
+
+def test_an_empty_side_is_refused() -> None:
+    with pytest.raises(ValueError, match="empty side"):
+        Split("x", np.array([], dtype=int), np.array([1])).check(np.array([""]), np.array([""]))
+
+
+def test_the_same_seed_gives_the_same_split() -> None:
+    levels = np.repeat([1.0, 2.0, 3.0], 30)
+    first, second = random_90_10(levels, 7)[0], random_90_10(levels, 7)[0]
+    assert first.test.tolist() == second.test.tolist()
+    assert first.test.tolist() != random_90_10(levels, 8)[0].test.tolist()
+    assert len(first.test) == 9
+    assert np.unique(levels[first.test], return_counts=True)[1].tolist() == [3, 3, 3]

@@ -1,0 +1,113 @@
+"""The NumPy machine is scikit-learn's, and what it chooses it chooses honestly."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firstcontact.core import InputError
+from firstcontact.models import LEVEL_WEIGHT, Svm, SvmModel, Task, machine_of, shape_and_level
+from firstcontact.models._folds import inner_folds
+from firstcontact.models._svm import _first_close
+from firstcontact.testing._windows import RATE, toy_windows
+
+
+@pytest.mark.parametrize("classes", [2, 3, 5])
+def test_votes_are_scikit_learns(classes: int) -> None:
+    rng = np.random.default_rng(classes)
+    X = rng.normal(size=(300, 20, 1)).astype(np.float32)
+    y = rng.integers(0, classes, 300).astype(float)  # no structure: margins of all signs
+    model = Svm(Task.CLASSIFICATION, RATE).fit(X, y)
+    arrays = model.to_arrays()
+    machine = machine_of(Task.CLASSIFICATION, tuple(arrays["parameters"]))
+    machine.fit(shape_and_level(X, arrays["level"]), y)
+    asked = rng.normal(size=(500, 20, 1)).astype(np.float32)
+    expected = machine.predict(shape_and_level(asked, arrays["level"]))
+    np.testing.assert_array_equal(model.predict(asked), expected)
+    np.testing.assert_array_equal([model.predict_one(x) for x in asked], expected)
+
+
+def test_regression_is_scikit_learns() -> None:
+    X, y, groups = toy_windows(300)
+    model = Svm(Task.REGRESSION, RATE).fit(X, y, groups)
+    arrays = model.to_arrays()
+    mean, deviation = arrays["target"]
+    machine = machine_of(Task.REGRESSION, tuple(arrays["parameters"]))
+    machine.fit(shape_and_level(X, arrays["level"]), (y - mean) / deviation)
+    asked = toy_windows(100, seed=5)[0]
+    expected = machine.predict(shape_and_level(asked, arrays["level"])) * deviation + mean
+    np.testing.assert_allclose(model.predict(asked), expected, atol=0.02)
+
+
+@given(gain=st.floats(0.1, 10.0))
+def test_gain_moves_the_level_and_nothing_else(gain: float) -> None:
+    X = toy_windows(6)[0]
+    level = np.array([-2.0, 0.5])
+    before, after = shape_and_level(X, level), shape_and_level(X * np.float32(gain), level)
+    np.testing.assert_allclose(after[:, :-1], before[:, :-1], rtol=1e-4, atol=1e-5)
+    moved = np.log(gain) / level[1] * LEVEL_WEIGHT
+    np.testing.assert_allclose(after[:, -1] - before[:, -1], moved, rtol=1e-3, atol=1e-4)
+
+
+@given(
+    groups=st.lists(st.integers(0, 7), min_size=6, max_size=60),
+    seed=st.integers(0, 100),
+)
+@settings(max_examples=60)
+def test_folds_keep_sessions_whole_and_hold_each_window_once(groups: list[int], seed: int) -> None:
+    names = np.array(groups)
+    y = np.arange(len(names)) % 5
+    held = []
+    for train, validation in inner_folds(y, names, seed):
+        if len(np.unique(names)) > 1:
+            assert not set(names[train]) & set(names[validation])
+        assert len(train)
+        assert sorted([*train, *validation]) == list(range(len(names)))
+        held.extend(validation)
+    assert sorted(held) == list(range(len(names)))
+
+
+def test_folds_without_sessions_hold_every_level() -> None:
+    y = np.repeat([10.0, 20.0, 60.0], 6)
+    for train, validation in inner_folds(y, None, 0):
+        assert set(y[train]) == set(y[validation]) == {10.0, 20.0, 60.0}
+
+
+@given(
+    seed=st.integers(0, 100),
+    k=st.integers(2, 5),
+    sessions=st.integers(2, 12),
+    values=st.sampled_from([1, 2, 5, 40]),
+)
+@settings(max_examples=60)
+def test_folds_spread_the_targets_of_sessions(
+    seed: int, k: int, sessions: int, values: int
+) -> None:
+    """Sessions that hold every target alike: so does every fold, and none is empty."""
+    groups = np.repeat(np.arange(sessions), 40)
+    y = np.tile(np.arange(40) % values, sessions).astype(float)
+    folds = list(inner_folds(y, groups, seed, k))
+    assert len(folds) == min(k, sessions)
+    sizes = [len(np.unique(groups[held])) for _, held in folds]
+    assert max(sizes) - min(sizes) <= 1
+    for _, held in folds:
+        np.testing.assert_allclose(y[held].mean(), y.mean())
+
+
+def test_one_window_has_no_folds() -> None:
+    assert list(inner_folds(np.ones(1), None, 0)) == []
+
+
+def test_the_first_candidate_close_to_the_best_is_taken() -> None:
+    losses = np.array([2.0, 1.019, 1.0, 1.01])
+    assert _first_close({"mean_test_score": -losses}) == 1
+
+
+def test_arrays_of_two_machines_do_not_mix() -> None:
+    X, y, groups = toy_windows(60)
+    model = Svm(Task.REGRESSION, RATE).fit(X, y, groups)
+    arrays = model.to_arrays()
+    with pytest.raises(InputError, match="do not fit together"):
+        SvmModel.from_arrays(model.spec, arrays | {"vectors": arrays["vectors"][:-1]})

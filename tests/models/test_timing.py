@@ -1,0 +1,59 @@
+"""What is another program's is no part of a time: preempted calls are told apart."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from firstcontact.models._timing import Timed, load, preemptions, timed
+
+
+def test_preempted_calls_are_apart() -> None:
+    spent = np.array([10.0] * 97 + [4000.0] * 3)
+    found = Timed(spent, spent > 1000)
+    assert np.percentile(found.own, 99) == 10.0
+    assert np.percentile(found.microseconds, 99) > 1000
+    everything = Timed(spent, np.ones(100, dtype=bool))
+    assert len(everything.own) == 100
+
+
+def test_every_call_is_made_and_timed() -> None:
+    seen: list[int] = []
+    found = timed(seen.append, [1, 2, 3], 7)
+    assert len(found.microseconds) == len(found.preempted) == 7
+    assert seen[-7:] == [1, 2, 3, 1, 2, 3, 1]
+    assert (found.microseconds > 0).all()
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="needs to share a core")
+def test_on_a_shared_core_the_calls_that_were_interrupted_are_found() -> None:
+    """Another process spins on the same core: the system takes it away, in some call."""
+    core = min(os.sched_getaffinity(0))
+    before = os.sched_getaffinity(0)
+    spin = (
+        f"import os\nos.sched_setaffinity(0, {{{core}}})\nprint('on', flush=True)\nwhile True: pass"
+    )
+    with subprocess.Popen([sys.executable, "-c", spin], stdout=subprocess.PIPE) as other:
+        try:
+            assert other.stdout is not None
+            assert other.stdout.readline() == b"on\n"
+            os.sched_setaffinity(0, {core})
+            began = preemptions()
+            work = np.random.default_rng(0).random((60, 60))
+            found = timed(lambda _: work @ work, [0], 200)
+            while not found.preempted.any():
+                found = timed(lambda _: work @ work, [0], 5000)
+            assert preemptions() > began
+            # A time slice of the other process is in each of these.
+            assert np.median(found.microseconds[found.preempted]) > np.median(found.own)
+        finally:
+            os.sched_setaffinity(0, before)
+            other.kill()
+
+
+def test_the_load_is_a_number() -> None:
+    assert load() >= 0.0

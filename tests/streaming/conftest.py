@@ -1,0 +1,74 @@
+"""A detector and models trained on a few twin pinches, shared by the tests of this room."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from firstcontact.contact import Detector, SvmDetector, detect
+from firstcontact.core import Dataset, Label, Pinch
+from firstcontact.models import (
+    ANY,
+    InContextModel,
+    Rig,
+    Task,
+    make_estimator,
+    pretrained,
+    touches_of,
+)
+from firstcontact.signal import contact_windows
+from firstcontact.streaming import ModelWithInterval
+from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
+
+SEED = 5
+
+
+def twin_pinches(numbers: Sequence[int]) -> Dataset:
+    """Pinches of the five blocks in turn."""
+    pinches: list[Pinch] = []
+    for n in numbers:
+        kind = BLOCKS[n % len(BLOCKS)]
+        session = f"s{n % 4}"
+        draw = draw_pinch(SEED, PAPER_RIG, session, draw_specimen(SEED, PAPER_RIG, kind, 0), n)
+        label = Label(kind.name, kind.shore_a, session=session, specimen=kind.name)
+        pinches.append(simulate_pinch(draw, label, 10_000 * n))
+    return Dataset(tuple(pinches), "twin")
+
+
+@pytest.fixture(scope="session")
+def training() -> Dataset:
+    return twin_pinches(range(60))
+
+
+@pytest.fixture(scope="session")
+def fresh() -> Dataset:
+    """Pinches that nothing learned from."""
+    return twin_pinches(range(100, 112))
+
+
+@pytest.fixture(scope="session")
+def detector(training: Dataset) -> Detector:
+    return SvmDetector().fit(training)
+
+
+@pytest.fixture(scope="session")
+def models(training: Dataset, detector: Detector) -> list[ModelWithInterval]:
+    """For windows of 3 and of 15 ms."""
+    out = []
+    for duration in (0.003, 0.015):
+        found = [next(iter(detect(detector, p)), None) for p in training.pinches]
+        windows, kept = contact_windows(training, found, duration)
+        estimator = make_estimator("svm", Task.REGRESSION, training.layout.rate)
+        model = estimator.fit(windows, np.asarray(training.shore_a[kept]), seed=0)
+        out.append(ModelWithInterval(model))
+    return out
+
+
+@pytest.fixture(scope="session")
+def anytime(training: Dataset, detector: Detector) -> InContextModel:
+    """The model of the package, told of these pinches' rig."""
+    found = [next(iter(detect(detector, p)), None) for p in training.pinches]
+    touches, which = touches_of(training, found)
+    return pretrained().told_of({ANY: Rig.of(touches, training.shore_a[which])})

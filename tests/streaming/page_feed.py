@@ -1,0 +1,226 @@
+"""Updates as a session gives them, made up: a pinch every so often, both fingers ringing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from firstcontact.core import Block, ChannelKind, Contact, Finger, InputError, fingertip_layout
+from firstcontact.device import Arrival, Descriptor, Health, RecorderStatus
+from firstcontact.models import in_words, radius_of
+from firstcontact.recording import Marker
+from firstcontact.streaming import Armed, Ask, Estimated, PinchDone, Refused, Touched
+from firstcontact.streaming._events import Event
+from firstcontact.streaming._sink import Update
+
+LAYOUT = fingertip_layout()
+RATE = LAYOUT.rate
+DESCRIPTOR = Descriptor(LAYOUT, "firstcontact 0.1.0", "piezo + 3x2 Velostat", "", "twin")
+#: From one closing to the next, samples.
+PERIOD = 6000
+#: From the closing's beginning to the first contact, samples.
+CLOSING = 1500
+#: Names as long as people give them.
+LANDMARKS = {
+    **{f"block {s}": float(s) for s in (10, 29, 40, 50, 60)},
+    "avocado": 33.0,
+    "orange": 44.0,
+    "apple": 68.0,
+    "tennis ball": 72.0,
+    "lemon": 52.0,
+    "rubber eraser": 80.0,
+    "golf ball, worn": 95.0,
+}
+WORDS = ("block 29", "apple", "", "tennis ball", "block 60")
+
+
+class Feed:
+    """Updates of 247 samples (50 ms), each with what happened in them.
+
+    Parameters
+    ----------
+    seed
+        Of the noise, the values and the offsets.
+    repeating
+        The samples of the first closing come again and again: much faster.
+    """
+
+    def __init__(self, seed: int = 0, repeating: bool = False) -> None:
+        self._made: dict[int, np.ndarray] | None = {} if repeating else None
+        self.rng = np.random.default_rng(seed)
+        self.sample = 0
+        self.epoch = 0
+        self.lost = 0
+        self.pinches = 0
+        self.recording = RecorderStatus()
+        self._plan()
+
+    def _plan(self) -> None:
+        """What happens in the closing that begins now."""
+        self.armed = self.sample // PERIOD * PERIOD
+        first = self.armed + CLOSING
+        self.shore = float(self.rng.uniform(8, 85))
+        finger = Finger(int(self.rng.integers(2)))
+        offset = int(self.rng.uniform(0.004, 0.034) * RATE)
+        self.contacts = (
+            Contact(finger, first, first + 9),
+            Contact(finger.other, first + offset, first + offset + 9),
+        )
+        complete = first + 77
+        self.estimate = Estimated(
+            contact=self.contacts[0],
+            value=self.shore,
+            low=self.shore - 5.2,
+            high=self.shore + 6.1,
+            level=0.9,
+            duration=0.015,
+            complete=complete,
+            epoch=self.epoch,
+            used=complete < self.contacts[1].decided,
+            host=0.0,
+            compute=0.00021,
+        )
+        self.refused = self.pinches % 7 == 5
+        end = self.armed + 4500
+        self.done = PinchDone(
+            self.pinches + 1, self.armed, end, self.epoch, self.contacts, (),
+            () if self.refused else (self.estimate,),
+            RATE,
+            "the signal was at its limit" if self.refused else "",
+        )  # fmt: skip
+
+    def happenings(self, first: int, end: int) -> tuple[list[Event], list[Marker]]:
+        """Events that are known in these samples, in order, and markers."""
+        a, b = self.contacts
+        told: list[tuple[int, Event]] = [
+            (self.armed, Armed(self.armed, self.epoch)),
+            (a.decided, Touched(a, True, self.epoch, 0.0)),
+            (b.decided, Touched(b, False, self.epoch, 0.0)),
+            (
+                self.estimate.complete,
+                Refused(a, self.done.refused, self.epoch) if self.refused else self.estimate,
+            ),
+            (self.done.end, self.done),
+        ]
+        events = [e for at, e in sorted(told, key=lambda t: t[0]) if first <= at < end]
+        word = WORDS[self.pinches % len(WORDS)]
+        markers = (
+            [Marker(self.armed + 5, word, self.epoch)]
+            if word and first <= self.armed + 5 < end
+            else []
+        )
+        return events, markers
+
+    def block(self, n: int) -> Block:
+        """The next samples, made or made before."""
+        if self._made is None:
+            return Block(self._samples(n), self.sample, self.epoch)
+        place = self.sample % PERIOD
+        if len(self._made.get(place, ())) != n:
+            self._made[place] = self._samples(n)
+        return Block(self._made[place], self.sample, self.epoch)
+
+    def _samples(self, n: int) -> np.ndarray:
+        """Samples as a fingertip might send them."""
+        i = self.sample + np.arange(n)
+        volts = 0.006 * self.rng.normal(size=(n, len(LAYOUT.channels)))
+        since = np.zeros(n)
+        for contact in self.contacts:
+            t = (i - contact.sample) / RATE
+            on = (t >= 0) & (t < 0.55)
+            ring = np.exp(-t / 0.012) * np.sin(2 * np.pi * (60 + 4 * self.shore) * t)
+            size = 0.25 + 0.012 * self.shore
+            volts[:, int(contact.finger)] += np.where(on, size * ring, 0)
+            since = np.where(on, t, 0)
+            taxels = LAYOUT.columns(ChannelKind.FORCE, contact.finger)
+            force = np.clip(since / 0.1, 0, 1) * np.array([1.7, 2.1, 0.9, 1.2, 0.3, 0.1])[:, None]
+            volts[:, taxels] = 0.05 + force.T
+        raw = np.empty(volts.shape, np.int16)
+        for k, channel in enumerate(LAYOUT.channels):
+            strip = channel.kind is ChannelKind.STRIP
+            raw[:, k] = 0 if strip else np.round(volts[:, k] / channel.scale + channel.offset)
+        return raw
+
+    def update(self, n: int = 247) -> Update:
+        """The next samples."""
+        n = min(n, PERIOD - self.sample % PERIOD)
+        block = self.block(n)
+        events, markers = self.happenings(self.sample, self.sample + n)
+        self.sample += n
+        if any(isinstance(e, PinchDone) for e in events):
+            self.pinches += 1
+        if self.sample % PERIOD == 0:
+            self._plan()
+        if self.recording.path is not None:
+            self.recording = RecorderStatus(
+                self.recording.path, self.recording.samples + n, 0, self.recording.failed
+            )
+        health = Health(
+            True, self.epoch, self.sample, self.lost, 0, self.lost // 5, self.lost // 5, 0, 0,
+            4936.1,
+        )  # fmt: skip
+        arrival = Arrival(block, 0.0, tuple(markers))
+        return Update((arrival,), tuple(events), health, self.recording, self.ledger())
+
+    def ledger(self) -> dict[str, float]:
+        """Figures as the session gives them."""
+        if self.pinches == 0:
+            return {"estimates": 0.0, "overruns": 0.0, "blocks": 0.0, "busy": 0.0}
+        times = {"decide": 0.0018, "window": 0.0156, "compute": 0.00021, "total": 0.0158}
+        figures = {"estimates": float(self.pinches), "overruns": 0.0, "blocks": 1.0, "busy": 1.0}
+        for name, seconds in times.items():
+            figures |= {
+                f"{name}_p50": seconds,
+                f"{name}_p99": 1.1 * seconds,
+                f"{name}_max": 1.4 * seconds,
+            }
+        return figures
+
+    def gap(self, n: int) -> None:
+        """Samples that nobody gets."""
+        self.sample += n
+        self.lost += n
+
+
+class Asked:
+    """Controls that note what they were asked for, and act on a feed."""
+
+    def __init__(self, feed: Feed | None = None) -> None:
+        self.feed = feed or Feed()
+        self.calls: list[str] = []
+        self.refuses = False
+        self.asks: tuple[Ask, ...] = ()
+        self.gone: list[str] = []
+
+    def start_recording(self) -> Path:
+        self.calls.append("record")
+        if self.refuses:
+            raise InputError("the folder cannot be written to: name another with --recordings")
+        self.feed.recording = RecorderStatus(Path("live-1.mcap"))
+        return Path("live-1.mcap")
+
+    def stop_recording(self) -> None:
+        self.calls.append("stop")
+        self.feed.recording = RecorderStatus()
+
+    def mark(self, text: str) -> None:
+        self.calls.append(f"mark {text}")
+
+    def hand_asks(self) -> tuple[Ask, ...]:
+        return self.asks
+
+    def ask_hand(self, ask: Ask, by: str) -> None:
+        self.calls.append(f"{ask} {by}")
+
+    def hand_gone(self, by: str) -> None:
+        self.gone.append(by)
+
+    shapes = True
+
+    def tell_shape(self, text: str) -> str:
+        self.calls.append(f"shape {text}")
+        return in_words(radius_of(text))
+
+    def new_object(self) -> None:
+        self.calls.append("new")

@@ -1,0 +1,134 @@
+"""A slow or raising sink holds up nobody; what it does not get is counted."""
+
+from __future__ import annotations
+
+import threading
+
+from firstcontact.core import fingertip_layout
+from firstcontact.device import Descriptor
+from firstcontact.streaming._fanout import WAITING, Fanout
+from firstcontact.streaming._sink import Update
+
+DESCRIPTOR = Descriptor(fingertip_layout())
+#: Longest wait for a thread, s: only a failing test ever waits so long.
+LONG = 60.0
+
+
+class Keeper:
+    """Keeps what it gets; waits before each until it may go on."""
+
+    def __init__(self, name: str, go_on: threading.Event | None = None) -> None:
+        self.name = name
+        self.got: list[Update] = []
+        self.order: list[str] = []
+        self.taking = threading.Event()
+        self._go_on = go_on
+
+    def open(self, descriptor: Descriptor) -> None:
+        self.order.append("open")
+
+    def take(self, update: Update) -> None:
+        self.taking.set()
+        if self._go_on is not None:
+            self._go_on.wait(LONG)
+        self.got.append(update)
+
+    def close(self) -> None:
+        self.order.append("close")
+
+
+class Raiser(Keeper):
+    def take(self, update: Update) -> None:
+        super().take(update)
+        raise RuntimeError("a viewer's fault")
+
+
+def updates(n: int) -> list[Update]:
+    return [Update(ledger={"number": float(i)}) for i in range(n)]
+
+
+def test_every_sink_gets_every_update_in_order() -> None:
+    sinks = [Keeper("a"), Keeper("b")]
+    fanout = Fanout(sinks, DESCRIPTOR)
+    sent = updates(50)
+    for update in sent:
+        fanout.put(update)
+    fanout.close(LONG)
+    for sink in sinks:
+        assert sink.got == sent
+        assert sink.order == ["open", "close"]
+    assert fanout.dropped == {"a": 0, "b": 0}
+
+
+def test_a_stuck_sink_loses_the_oldest_and_nobody_else_anything() -> None:
+    go_on = threading.Event()
+    stuck, quick = Keeper("stuck", go_on), Keeper("quick")
+    fanout = Fanout([stuck, quick], DESCRIPTOR)
+    sent = updates(3 * WAITING)
+    fanout.put(sent[0])
+    assert stuck.taking.wait(LONG)
+    for update in sent[1:]:
+        fanout.put(update)
+    dropped = fanout.dropped["stuck"]
+    go_on.set()
+    fanout.close(LONG)
+    assert dropped == len(sent) - 1 - WAITING
+    assert stuck.got == [sent[0], *sent[-WAITING:]]
+    # What the quick one got depends on its thread; what it lost is counted.
+    assert len(quick.got) + fanout.dropped["quick"] == len(sent)
+
+
+def test_a_raising_sink_is_told_and_left_out() -> None:
+    raiser, other = Raiser("raiser"), Keeper("other")
+    fanout = Fanout([raiser, other], DESCRIPTOR)
+    sent = updates(10)
+    for update in sent:
+        fanout.put(update)
+    fanout.close(LONG)
+    assert other.got == sent
+    assert len(raiser.got) == 1
+    assert raiser.order == ["open", "close"]
+    assert fanout.failed == {"raiser": "RuntimeError: a viewer's fault"}
+    assert fanout.dropped["raiser"] == len(sent) - 1
+
+
+def test_closing_does_not_wait_for_ever() -> None:
+    go_on = threading.Event()
+    stuck = Keeper("stuck", go_on)
+    fanout = Fanout([stuck], DESCRIPTOR)
+    fanout.put(Update())
+    assert stuck.taking.wait(LONG)
+    for update in updates(7):
+        fanout.put(update)
+    fanout.close(0.01)
+    assert stuck.order == ["open"]
+    # What it did not take in time is no silent loss.
+    assert fanout.dropped == {"stuck": 7}
+    go_on.set()
+    fanout.close(LONG)
+    assert stuck.order == ["open", "close"]
+
+
+def test_who_is_patient_loses_nothing() -> None:
+    go_on = threading.Event()
+    slow = Keeper("slow", go_on)
+    fanout = Fanout([slow], DESCRIPTOR, patient=True)
+    sent = updates(3 * WAITING)
+    feeding = threading.Thread(target=lambda: [fanout.put(update) for update in sent])
+    feeding.start()
+    assert slow.taking.wait(LONG)
+    go_on.set()
+    feeding.join(LONG)
+    fanout.close()
+    assert slow.got == sent
+    assert fanout.dropped == {"slow": 0}
+
+
+def test_patience_ends_with_a_sink_that_fails() -> None:
+    raiser = Raiser("raiser")
+    fanout = Fanout([raiser], DESCRIPTOR, patient=True)
+    for update in updates(2 * WAITING):
+        fanout.put(update)
+    fanout.close()
+    assert fanout.deserted
+    assert fanout.dropped["raiser"] == 2 * WAITING - 1

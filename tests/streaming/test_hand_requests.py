@@ -1,0 +1,256 @@
+"""Closings that are begun here: who may ask, what ends them, and that the hand is let go."""
+
+from __future__ import annotations
+
+import threading
+from math import inf
+
+import numpy as np
+import pytest
+from told_events import FIRST, SECOND
+
+from firstcontact.contact import SlipDetector
+from firstcontact.core import Block, Command, InputError, fingertip_layout
+from firstcontact.grasp import HANDS, Begins, Hand, HandLimits, SafeHand, live_policy
+from firstcontact.streaming import Armed, Ask, Grasping, PinchDone, Touched
+from firstcontact.streaming._events import Event, HandAsked
+from firstcontact.streaming._grasping import SILENCE
+from firstcontact.streaming._hand_requests import HandRequests
+
+LAYOUT = fingertip_layout()
+
+
+class Told(Hand):
+    """Takes orders down."""
+
+    name = "told"
+    limits = HandLimits(speed=0.2, force=12.0, rate=1e3, watchdog=inf)
+    begins = Begins.US
+
+    def __init__(self, begins: Begins = Begins.US) -> None:
+        self.begins = begins  # type: ignore[misc]
+        self.told: list[Command | None] = []
+
+    def send(self, command: Command) -> None:
+        self.told.append(command)
+
+    def release(self) -> None:
+        self.told.append(None)
+
+    def close(self) -> None:
+        self.release()
+
+
+class Session:
+    """Blocks that come one after the other."""
+
+    def __init__(self, grasping: Grasping) -> None:
+        self.grasping = grasping
+        self.sample = 0
+
+    def block(self, *events: Event) -> list[HandAsked]:
+        """The next one, and what is found in it."""
+        block = Block(np.zeros((5, LAYOUT.width), np.int16), self.sample, 0)
+        self.sample = block.end
+        self.grasping.arrived(block, block.end / LAYOUT.rate)
+        for event in events:
+            self.grasping.happened(event)
+        return [event for event in self.grasping.came(block) if isinstance(event, HandAsked)]
+
+
+def driven(hand: Hand, policy: str = "touch") -> Session:
+    return Session(Grasping(live_policy(policy), hand, LAYOUT))
+
+
+def test_a_closing_is_begun_by_who_asks_and_held_until_it_is_opened() -> None:
+    hand = Told()
+    session = driven(hand)
+    requests, approach = session.grasping.requests, session.grasping.loop.policy.grip.approach
+    assert requests.allowed == (Ask.CLOSE, Ask.OPEN)
+    session.block()
+    assert hand.told == []
+    requests.ask(Ask.CLOSE, "keyboard")
+    assert [(e.ask, e.by) for e in session.block()] == [(Ask.CLOSE, "keyboard")]
+    assert hand.told == [approach]
+    session.block(Armed(15, 0))  # its own motor
+    assert hand.told == [approach]
+    session.block(Touched(FIRST, True, 0, 0.0))
+    assert isinstance(hand.told[-1], Command)
+    assert hand.told[-1] != approach
+    told = list(hand.told)
+    done = PinchDone(1, 15, 600, 0, (FIRST, SECOND), (), (), LAYOUT.rate)
+    session.block(done)
+    session.block(Armed(700, 0), Touched(FIRST, True, 0, 0.0))
+    assert hand.told == told, "it holds what it has"
+    with pytest.raises(InputError, match="open it first"):
+        requests.ask(Ask.CLOSE, "somebody else")
+    requests.ask(Ask.OPEN, "somebody else")
+    assert hand.told[-1] is None, "at once"
+    assert [(e.ask, e.by) for e in session.block()] == [(Ask.OPEN, "somebody else")]
+    assert session.grasping.loop.counts.closings == 1
+    requests.ask(Ask.CLOSE, "keyboard")
+    session.block()
+    assert hand.told[-1] == approach
+
+
+def test_the_motor_of_an_opening_hand_begins_nothing() -> None:
+    """Only where others begin closings is one heard."""
+    for begins, closes in ((Begins.US, False), (Begins.OTHERS, True), (Begins(3), True)):
+        hand = Told(begins)
+        driven(hand).block(Armed(15, 0))
+        assert bool(hand.told) is closes
+
+
+def test_nothing_is_sent_between_the_wish_to_open_and_the_opening() -> None:
+    hand = Told()
+    session = driven(hand)
+    session.grasping.requests.ask(Ask.CLOSE, "keyboard")
+    session.block()
+    session.block(Armed(15, 0))
+    session.grasping.requests.ask(Ask.OPEN, "keyboard")
+    session.grasping.happened(Touched(FIRST, True, 0, 0.0))
+    assert hand.told[-1] is None
+    session.block()
+    session.block(Touched(SECOND, False, 0, 0.0))
+    assert hand.told[-1] is None
+
+
+def test_who_is_gone_leaves_an_open_hand() -> None:
+    hand = Told()
+    session = driven(hand)
+    requests = session.grasping.requests
+    requests.ask(Ask.CLOSE, "viewer 1")
+    session.block()
+    requests.gone("viewer 2")
+    assert session.block() == []
+    assert hand.told[-1] is not None
+    requests.gone("viewer 1")
+    assert hand.told[-1] is None
+    assert [(e.ask, e.by) for e in session.block()] == [(Ask.OPEN, "viewer 1")]
+    requests.ask(Ask.CLOSE, "viewer 1")  # on its way when it went
+    assert session.block() == []
+    requests.gone("viewer 3")  # before its wish was obeyed
+    requests.ask(Ask.CLOSE, "viewer 3")
+    assert session.block() == []
+    assert requests.by is None
+
+
+def test_who_asks_and_goes_at_once_leaves_an_open_hand() -> None:
+    hand = Told()
+    session = driven(hand)
+    session.grasping.requests.ask(Ask.CLOSE, "viewer 1")
+    session.grasping.requests.gone("viewer 1")
+    session.block()
+    assert hand.told[-1] is None
+    assert session.grasping.requests.by is None
+
+
+def test_a_hand_that_was_released_by_a_silence_stays_open() -> None:
+    """What comes in the same closing afterwards does not close it again."""
+    now = [0.0]
+    hand = Told()
+    with SafeHand(hand, silence=1.0, clock=lambda: now[0]) as safe:
+        session = driven(safe)
+        session.grasping.requests.ask(Ask.CLOSE, "keyboard")
+        session.block()
+        session.block(Armed(15, 0))
+        safe.release()  # as its thread does when nothing has come
+        now[0] += 5.0
+        assert [(e.ask, e.by) for e in session.block()] == [(Ask.OPEN, SILENCE)]
+        session.block(Touched(FIRST, True, 0, 0.0))
+        assert hand.told[-1] is None
+
+
+def test_a_hand_that_begins_by_itself_can_only_be_opened() -> None:
+    hand = Told(Begins.OTHERS)
+    session = driven(hand)
+    assert session.grasping.requests.allowed == (Ask.OPEN,)
+    with pytest.raises(InputError, match="only be asked to open"):
+        session.grasping.requests.ask(Ask.CLOSE, "keyboard")
+    session.block(Armed(15, 0))
+    session.grasping.requests.ask(Ask.OPEN, "keyboard")
+    session.block(Touched(FIRST, True, 0, 0.0))
+    session.block(Touched(SECOND, False, 0, 0.0))
+    assert hand.told[-1] is None, "until it closes again"
+    session.block(Armed(900, 0))
+    assert hand.told[-1] is not None
+
+
+def test_nothing_is_asked_of_a_session_that_has_ended() -> None:
+    session = driven(Told())
+    session.grasping.ended()
+    with pytest.raises(InputError, match="driven no more"):
+        session.grasping.requests.ask(Ask.CLOSE, "keyboard")
+
+
+def test_requests_of_many_threads_end_with_an_open_hand() -> None:
+    hand = Told()
+    session = driven(hand)
+    requests: HandRequests = session.grasping.requests
+
+    def ask(number: int) -> None:
+        for _ in range(50):
+            try:
+                requests.ask(Ask.CLOSE, f"viewer {number}")
+            except InputError:
+                requests.ask(Ask.OPEN, f"viewer {number}")
+        requests.gone(f"viewer {number}")
+
+    threads = [threading.Thread(target=ask, args=(n,)) for n in range(4)]
+    for thread in threads:
+        thread.start()
+    while any(thread.is_alive() for thread in threads):
+        session.block()
+    for thread in threads:
+        thread.join()
+    session.block()
+    assert requests.by is None
+    assert hand.told[-1] is None
+    assert not requests.opening
+
+
+def test_every_hand_says_who_begins_its_closings() -> None:
+    assert all(HANDS[name].begins for name in HANDS)
+
+
+class Alarms(SlipDetector):
+    """Hears a slip in every block while something is held."""
+
+    name = "alarms"
+    held = False
+
+    def start(self, layout: object) -> None:
+        self.held = False
+
+    def hold(self) -> None:
+        self.held = True
+
+    def release(self) -> None:
+        self.held = False
+
+    def update(self, block: Block) -> list[int]:
+        return [block.first_sample] if self.held else []
+
+
+def test_a_slip_of_what_is_held_is_told_until_the_hand_opens() -> None:
+    for begins, told in ((Begins.US, True), (Begins.OTHERS, False)):
+        hand = Told(begins)
+        session = Session(Grasping(live_policy("slip_reflex"), hand, LAYOUT, slip=Alarms()))
+        if told:
+            session.grasping.requests.ask(Ask.CLOSE, "keyboard")
+        session.block()
+        session.block(Armed(5, 0), Touched(FIRST, True, 0, 0.0), Touched(SECOND, False, 0, 0.0))
+        assert session.grasping.slips == 0, "a closing is loud"
+        before = hand.told[-1]
+        session.block(PinchDone(1, 5, 600, 0, (FIRST, SECOND), (), (), LAYOUT.rate))
+        session.block()
+        after = hand.told[-1]
+        assert isinstance(before, Command)
+        assert isinstance(after, Command)
+        assert (after.force > before.force) is told
+        # When somebody else opens the hand is not known: that motor must not be held on to.
+        assert bool(session.grasping.slips) is told
+        session.grasping.requests.ask(Ask.OPEN, "keyboard")
+        session.block()
+        session.block()
+        assert hand.told[-1] is None

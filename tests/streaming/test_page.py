@@ -1,0 +1,313 @@
+"""The page in a real browser: headless Chromium, driven."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from page_feed import DESCRIPTOR, LANDMARKS, Asked, Feed
+
+from firstcontact.device import Health
+from firstcontact.streaming import Ask, PageSink
+from firstcontact.streaming._sink import Update
+from firstcontact.streaming.page._server import SILENCE
+from page_browser import browsing, needs_browser, text, until
+
+pytestmark = needs_browser
+#: Pixels of a canvas that are as blue, or as orange, as the finger they are about.
+COUNT = """
+const c = document.getElementById('traces'), d = c.getContext('2d');
+const p = d.getImageData(0, 0, c.width, c.height).data;
+let blue = 0, orange = 0;
+for (let i = 0; i < p.length; i += 4) if (p[i + 3] > 200) {
+  if (p[i + 2] > p[i] + 90) blue++;
+  if (p[i] > p[i + 2] + 90) orange++;
+}
+return [blue, orange];
+"""
+#: Pixels of the flags above the index finger's trace, where no trace is drawn.
+FLAGS_SHOWN = """
+const c = document.getElementById('traces'), d = c.getContext('2d');
+const p = d.getImageData(0, 11, c.width, 5).data;
+let blue = 0;
+for (let i = 0; i < p.length; i += 4) if (p[i + 3] > 200 && p[i + 2] > p[i] + 90) blue++;
+return blue;
+"""
+
+
+class Fed:
+    """A page whose feed goes on by itself, at about the pace of a hand."""
+
+    def __init__(self, asks: tuple[Ask, ...] = (), **options: Any) -> None:
+        self.feed = Feed()
+        self.asked = Asked(self.feed)
+        self.asked.asks = asks
+        self.sink = PageSink(port=0, controls=self.asked, landmarks=LANDMARKS, **options)
+        self.sink.open(DESCRIPTOR)
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._go_on)
+        self._thread.start()
+
+    def _go_on(self) -> None:
+        while not self._stop.wait(0.02):
+            self.sink.take(self.feed.update(99))
+
+    def pause(self) -> None:
+        self._stop.set()
+        self._thread.join()
+
+    def close(self) -> None:
+        self.pause()
+        self.sink.close()
+
+
+@pytest.fixture
+def fed() -> Iterator[Fed]:
+    fed = Fed()
+    yield fed
+    fed.close()
+
+
+@pytest.fixture(scope="module")
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    with browsing(tmp_path_factory.mktemp("profile")) as driver:
+        yield driver
+
+
+def faults(driver: Any) -> list[str]:
+    """What the scripts complained of, but for lost connections and how tests look at pixels."""
+    kinds = ("network", "rendering")
+    return [e["message"] for e in driver.get_log("browser") if e["source"] not in kinds]
+
+
+def test_what_happens_is_seen(fed: Fed, chromium: Any) -> None:
+    chromium.get(fed.sink.url)
+    until(chromium, lambda d: text(d, "value").isdigit())
+    until(chromium, lambda d: len(d.find_elements("css selector", "#rows tr td b")) > 0)
+    assert "simulated" in text(chromium, "source")
+    assert "Nothing lost" in text(chromium, "link")
+    assert " to " in text(chromium, "interval")
+    assert text(chromium, "sure") == "90 % on things like those learned"
+    until(chromium, lambda d: "second finger" in text(d, "verdict"))
+    assert text(chromium, "total").endswith(" ms")
+    for name in LANDMARKS:
+        assert name in text(chromium, "scale")
+    assert "16.65 ms" in text(chromium, "bar")
+    until(chromium, lambda d: min(d.execute_script(COUNT)) > 200)
+    until(chromium, lambda d: d.execute_script(FLAGS_SHOWN) > 20)
+    until(chromium, lambda d: "1.98" in text(d, "ledger"))
+    assert not faults(chromium)
+
+
+ROWS_SHOWN = """return [...document.querySelectorAll("#rows tr")].map(
+  (row) => [...row.cells].slice(-3).map((cell) => cell.textContent))"""
+
+
+def test_a_row_that_says_in_time_was_there_before_the_second_finger(
+    fed: Fed, chromium: Any
+) -> None:
+    chromium.get(fed.sink.url)
+    until(chromium, lambda d: all(w in text(d, "rows") for w in ("✓ in time", "✕ none in time")))
+    for available, second, verdict in chromium.execute_script(ROWS_SHOWN):
+        if "✓" in verdict:
+            assert float(available) <= float(second)
+        else:
+            assert available == "–"
+
+
+def test_recording_and_markers_reach_the_session(fed: Fed, chromium: Any) -> None:
+    chromium.get(fed.sink.url)
+    record = until(chromium, lambda d: d.find_element("id", "record"))
+    until(chromium, lambda d: record.is_displayed() and record.is_enabled())
+    record.click()
+    until(chromium, lambda d: "samples written" in text(d, "recording"))
+    assert text(chromium, "record-word") == "Stop recording"
+    chromium.find_element("id", "marker").send_keys("block 29 <b>\n")
+    until(chromium, lambda d: "Marked “block 29 <b>”" in text(d, "recording"))
+    assert chromium.execute_script("return document.getElementById('marker').value") == ""
+    record.click()
+    until(chromium, lambda d: text(d, "record-word") == "Start recording")
+    assert fed.asked.calls == ["record", "mark block 29 <b>", "stop"]
+    fed.asked.refuses = True
+    record.click()
+    until(chromium, lambda d: "cannot be written to" in text(d, "recording"))
+    assert text(chromium, "record-word") == "Start recording"
+    assert not faults(chromium)
+
+
+def test_the_hand_is_asked_by_buttons_that_are_there_where_it_can_be(chromium: Any) -> None:
+    for asks, shown in (((Ask.CLOSE, Ask.OPEN), True), ((Ask.OPEN,), False)):
+        fed = Fed(asks=asks)
+        try:
+            chromium.get(fed.sink.url)
+            opens = chromium.find_element("id", "open-hand")
+            until(chromium, lambda d, b=opens: b.is_displayed())  # type: ignore[misc]
+            closes = chromium.find_element("id", "close-hand")
+            assert closes.is_displayed() is shown
+            for button in (closes, opens) if shown else (opens,):
+                button.click()
+            until(chromium, lambda d, n=1 + shown, f=fed: len(f.asked.calls) == n)  # type: ignore[misc]
+            assert [call.split()[0] for call in fed.asked.calls] == ["close", "open"][-1 - shown :]
+            assert fed.asked.calls[-1].endswith("viewer 1 of the page")
+            # Whoever types may have to open it, too.
+            chromium.find_element("id", "marker").send_keys("c\ue00c")
+            until(chromium, lambda d, n=2 + shown, f=fed: len(f.asked.calls) == n)  # type: ignore[misc]
+            assert fed.asked.calls[-1].startswith("open")
+        finally:
+            fed.close()
+
+
+def test_a_page_that_hangs_no_longer_holds_the_hand_closed(chromium: Any) -> None:
+    """Only the page itself can say that it is there: its browser answers all pings for it."""
+    fed = Fed(asks=(Ask.CLOSE, Ask.OPEN))
+    try:
+        chromium.get(fed.sink.url)
+        closes = chromium.find_element("id", "close-hand")
+        until(chromium, lambda d: closes.is_displayed())
+        closes.click()
+        since = time.monotonic()
+        until(chromium, lambda d: time.monotonic() - since > 2 * SILENCE)
+        assert fed.asked.gone == []
+        chromium.execute_script("const end = Date.now() + 4000; while (Date.now() < end);")
+        assert fed.asked.gone == ["viewer 1 of the page"]
+    finally:
+        fed.close()
+
+
+def test_losses_and_a_pulled_cable_are_told(fed: Fed, chromium: Any) -> None:
+    chromium.get(fed.sink.url)
+    until(chromium, lambda d: "Nothing lost" in text(d, "link"))
+    fed.feed.gap(1234)
+    until(chromium, lambda d: "1\u202f234 samples lost" in text(d, "link"))
+    assert "bad" in str(chromium.find_element("id", "link").get_attribute("class"))
+    fed.pause()
+    until(chromium, lambda d: "No samples for" in text(d, "notice"))
+    fed.sink.take(Update(health=Health(False, 0, 99)))
+    until(chromium, lambda d: "not connected" in text(d, "notice"))
+    assert not faults(chromium)
+
+
+def test_what_fails_is_told_and_the_page_goes_on(fed: Fed, chromium: Any) -> None:
+    chromium.get(fed.sink.url)
+    until(chromium, lambda d: "Nothing lost" in text(d, "link"))
+    fed.sink.take(Update(health=Health(True, samples=5), failed={"json": "OSError: full"}))
+    until(chromium, lambda d: "json has failed: OSError: full" in text(d, "notice"))
+    assert "Something failed" in text(chromium, "link")
+    # A handler of the page itself that raises, too.
+    fed.sink._state._put("pinches", 7)  # type: ignore[union-attr]
+    until(chromium, lambda d: "cannot show pinches" in text(d, "notice"))
+    until(chromium, lambda d: len(d.find_elements("css selector", "#rows tr td b")) > 0)
+
+
+def test_a_server_that_is_gone_is_told_and_found_again(fed: Fed, chromium: Any) -> None:
+    chromium.get(fed.sink.url)
+    until(chromium, lambda d: text(d, "value").isdigit())
+    port = int(fed.sink.url.split(":")[2].strip("/"))
+    fed.close()
+    until(chromium, lambda d: "server is gone" in text(d, "notice"))
+    assert not chromium.find_element("id", "record").is_enabled()
+    again = PageSink(port=port, controls=fed.asked)
+    again.open(DESCRIPTOR)
+    try:
+        feed = Feed(1)
+        for _ in range(30):
+            again.take(feed.update())
+        until(chromium, lambda d: "Nothing lost" in text(d, "link"))
+        until(chromium, lambda d: d.find_element("id", "record").is_enabled())
+    finally:
+        again.close()
+    assert not faults(chromium)
+
+
+@pytest.mark.parametrize("token", ["a-token-of-enough-length", 'a&b#c%41 d+e?"ü;=/'])
+def test_the_token_leaves_the_address_and_still_holds(chromium: Any, token: str) -> None:
+    fed = Fed(token=token)
+    try:
+        bare = fed.sink.url.partition("?")[0]
+        chromium.delete_all_cookies()
+        chromium.get(bare)
+        assert "token is needed" in chromium.find_element("css selector", "body").text
+        chromium.get(fed.sink.url)
+        until(chromium, lambda d: text(d, "value").isdigit())
+        assert chromium.current_url == bare
+        chromium.get(bare)
+        until(chromium, lambda d: text(d, "value").isdigit())
+    finally:
+        fed.close()
+
+
+def test_two_viewers_see_the_same_pinches(fed: Fed, chromium: Any, tmp_path: Path) -> None:
+    with browsing(tmp_path) as other:
+        for driver in (chromium, other):
+            driver.get(fed.sink.url)
+        for driver in (chromium, other):
+            until(driver, lambda d: "Viewers2" in text(d, "health"))
+            until(driver, lambda d: len(d.find_elements("css selector", "#rows tr td b")) > 0)
+        fed.pause()
+        until(chromium, lambda d: text(d, "rows") == text(other, "rows"))
+        assert not faults(other)
+
+
+@pytest.mark.parametrize("size", [(1024, 768), (768, 1024), (1600, 1000)])
+def test_nothing_is_cut_off(fed: Fed, chromium: Any, size: tuple[int, int]) -> None:
+    metrics = {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False}
+    chromium.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    try:
+        chromium.get(fed.sink.url)
+        until(chromium, lambda d: len(d.find_elements("css selector", "#rows tr td b")) > 0)
+        assert chromium.execute_script(
+            "return document.documentElement.scrollWidth <= window.innerWidth"
+        )
+        wide = chromium.execute_script(
+            "return [...document.querySelectorAll('section, header, section *')]"
+            ".filter((e) => e.scrollWidth > e.clientWidth + 1 && e.clientWidth > 0)"
+            ".map((e) => e.id || e.className || e.tagName)"
+        )
+        assert wide == []
+        for name in ("record", "mark", "marker"):
+            assert chromium.find_element("id", name).size["height"] >= 44
+    finally:
+        chromium.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+@pytest.mark.slow
+def test_an_hour_holds_memory_flat(chromium: Any, tmp_path: Path) -> None:
+    """An hour of updates, as fast as they go, with two viewers."""
+    feed = Feed(repeating=True)
+    sink = PageSink(port=0, landmarks=LANDMARKS)
+    sink.open(DESCRIPTOR)
+    samples = int(3600 * DESCRIPTOR.layout.rate)
+
+    def heap(driver: Any) -> int:
+        driver.execute_cdp_cmd("HeapProfiler.collectGarbage", {})
+        return int(driver.execute_cdp_cmd("Runtime.getHeapUsage", {})["usedSize"])
+
+    def resident() -> int:
+        return 4096 * int(Path("/proc/self/statm").read_text().split()[1])
+
+    try:
+        with browsing(tmp_path) as other:
+            for driver in (chromium, other):
+                driver.get(sink.url)
+            while feed.sample < samples // 10:
+                sink.take(feed.update())
+            before = [heap(chromium), heap(other)]
+            server = resident()
+            while feed.sample < samples:
+                sink.take(feed.update())
+            grown = resident() - server
+            last = str(feed.pinches)
+            after = []
+            for driver in (chromium, other):
+                until(driver, lambda d: text(d, "rows").startswith(last))
+                after.append(heap(driver))
+            print(f"browsers {before} to {after} B, server {grown:+} B, {last} pinches")
+            assert all(b < a + 3_000_000 for a, b in zip(before, after, strict=True))
+            assert grown < 20_000_000
+            assert not faults(other)
+    finally:
+        sink.close()

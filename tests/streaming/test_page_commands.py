@@ -1,0 +1,191 @@
+"""What viewers ask for is checked and bounded; each is told what became of it."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+from typing import Any
+
+import pytest
+from page_feed import DESCRIPTOR, Asked
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection, connect
+
+from firstcontact.streaming import PageSink
+from firstcontact.streaming.page import _server
+from firstcontact.streaming.page._allowance import Allowance
+from firstcontact.streaming.page._commands import ALL, EACH, HERE
+from page_browser import PATIENCE
+from processes import until
+
+MARK = '{"do": "mark", "text": "apple"}'
+
+
+@pytest.fixture
+def asked() -> Asked:
+    return Asked()
+
+
+@pytest.fixture
+def page(asked: Asked) -> Iterator[PageSink]:
+    sink = PageSink(port=0, controls=asked)
+    sink.open(DESCRIPTOR)
+    yield sink
+    sink.close()
+
+
+def view(page: PageSink) -> ClientConnection:
+    address = page.url.replace("http", "ws") + "socket"
+    return connect(address, open_timeout=PATIENCE, close_timeout=0.5, compression=None)
+
+
+def answer(viewer: ClientConnection) -> dict[str, Any]:
+    while True:
+        message = viewer.recv(timeout=PATIENCE)
+        if isinstance(message, str) and "answer" in (tree := json.loads(message)):
+            return dict(tree["answer"])
+
+
+def test_so_many_at_once_and_so_many_a_second() -> None:
+    now = 100.0
+    allowance = Allowance(3, 2.0, lambda: now)
+    assert [allowance.take() for _ in range(3)] == [0.0] * 3
+    assert allowance.take() == pytest.approx(0.5)
+    now += 0.4
+    assert allowance.take() == pytest.approx(0.1)
+    now += 0.11
+    assert allowance.take() == 0.0
+    assert allowance.take() > 0.4
+    now += 1e6
+    assert [allowance.take() for _ in range(4)][:3] == [0.0] * 3, "no more than at once"
+    assert allowance.take() > 0.0
+
+
+def test_a_viewer_that_asks_too_much_is_told_and_reaches_nothing(
+    page: PageSink, asked: Asked
+) -> None:
+    began = time.monotonic()
+    with view(page) as viewer:
+        for _ in range(300):
+            viewer.send(MARK)
+        answers = []
+        while not answers or answers[-1]["ok"]:
+            answers.append(answer(viewer))
+        assert "5 requests a second" in answers[-1]["text"]
+        with view(page) as other:
+            other.send(MARK)
+            assert answer(other)["ok"], "others are listened to meanwhile"
+    spent = time.monotonic() - began
+    # One more for the other viewer, and one for the beginning second.
+    assert EACH[0] <= len(asked.calls) <= EACH[0] + 2 + EACH[1] * spent
+
+
+@pytest.mark.parametrize(
+    ("text", "words"), [("flat", "next: flat."), ("", "not known"), ("a ball", "cannot be told")]
+)
+def test_a_shape_is_told_and_answered(page: PageSink, text: str, words: str) -> None:
+    with view(page) as viewer:
+        viewer.send(json.dumps({"do": "shape", "text": text}))
+        said = answer(viewer)
+    assert said["ok"] is (text != "a ball")
+    assert words in said["text"]
+
+
+def test_all_viewers_together_have_a_bound(page: PageSink, asked: Asked) -> None:
+    began = time.monotonic()
+    with ExitStack() as viewers:
+        many = [viewers.enter_context(view(page)) for _ in range(8)]
+        for viewer in many:
+            for _ in range(EACH[0]):
+                viewer.send(MARK)
+        refused = [a for viewer in many for _ in range(4) if not (a := answer(viewer))["ok"]]
+        assert refused
+        assert all("10 from all" in a["text"] for a in refused)
+    spent = time.monotonic() - began
+    assert len(asked.calls) <= ALL[0] + 1 + ALL[1] * spent
+
+
+@pytest.mark.parametrize(
+    ("message", "words"),
+    [
+        ('{"do": "rm"}', "do is wrong"),
+        ('{"text": "apple"}', "missing required field `do`"),
+        ('{"do": "mark", "text": 7}', "text is wrong"),
+        (json.dumps({"do": "mark", "text": "x" * 1001}), "text is wrong"),
+        ('{"do": "mark", "text": "apple \\ud83c"}', "not JSON"),
+        ('{"do": "mark", "text": NaN}', "not JSON"),
+        ('{"a":' * 600 + "1" + "}" * 600, "This message"),
+    ],
+)
+def test_what_is_wrong_with_a_message_is_told(
+    page: PageSink, asked: Asked, message: str, words: str
+) -> None:
+    with view(page) as viewer:
+        viewer.send(message)
+        got = answer(viewer)
+    assert not got["ok"]
+    assert words.lower() in got["text"].lower()
+    assert asked.calls == []
+
+
+def test_the_hand_is_asked_by_a_viewer_that_has_a_name(page: PageSink, asked: Asked) -> None:
+    with view(page) as first, view(page) as second:
+        for viewer, wish in ((first, "close"), (second, "open")):
+            viewer.send(json.dumps({"do": wish}))
+            assert answer(viewer)["ok"]
+        (closed, first_name), (opened, second_name) = (c.split(" ", 1) for c in asked.calls)
+        assert (closed, opened) == ("close", "open")
+        assert first_name != second_name
+        first.close()
+        until = time.monotonic() + PATIENCE
+        while asked.gone != [first_name]:
+            assert time.monotonic() < until, asked.gone
+            assert second.recv(timeout=PATIENCE)
+
+
+def test_the_hand_is_opened_however_much_was_asked(page: PageSink, asked: Asked) -> None:
+    with view(page) as viewer:
+        for _ in range(2 * ALL[0]):
+            viewer.send(MARK)
+        viewer.send('{"do":"open"}')
+        while not any(call.startswith("open ") for call in asked.calls):
+            assert answer(viewer)["do"] in ("mark", "", "open")
+
+
+def test_a_viewer_that_falls_silent_no_longer_holds_the_hand_closed(
+    page: PageSink, asked: Asked
+) -> None:
+    assert _server.SILENCE + _server.TICK < 2.0
+    with view(page) as sleeping, view(page) as watching:
+        for viewer in (sleeping, watching):
+            viewer.send('{"do": "close"}')
+            assert answer(viewer)["ok"]
+        watching.send('{"do":"open"}')  # and nothing more: it may be as silent as it wants
+        assert answer(watching)["ok"]
+        # Its socket stays open, and its library answers the server's pings.
+        until(lambda: asked.gone)
+        names = [call.split(" ", 1)[1] for call in asked.calls]
+        assert asked.gone == [names[0]]
+        with pytest.raises(ConnectionClosed):
+            answer(sleeping)
+        watching.send(MARK)
+        assert answer(watching)["ok"], "others stay"
+
+
+def test_a_viewer_that_says_that_it_is_there_holds_the_hand_closed(
+    page: PageSink, asked: Asked, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_server, "SILENCE", 0.5)
+    pause = threading.Event()
+    with view(page) as viewer:
+        viewer.send('{"do": "close"}')
+        assert answer(viewer)["ok"]
+        for _ in range(4 * EACH[0]):  # more often than it may ask for something
+            viewer.send(HERE)
+            pause.wait(0.025)
+        assert asked.gone == []
+        viewer.send(MARK)
+        assert answer(viewer)["ok"]

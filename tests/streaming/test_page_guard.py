@@ -1,0 +1,192 @@
+"""Who gets the page and who does not; asked over real connections."""
+
+from __future__ import annotations
+
+import re
+import socket
+from collections.abc import Iterator
+
+import pytest
+from page_feed import DESCRIPTOR
+from websockets.datastructures import Headers
+
+from firstcontact.core import InputError
+from firstcontact.streaming import Guard, PageSink
+from firstcontact.streaming.page.guard import NotAllowedError
+from page_browser import UPGRADE, ask
+
+TOKEN = "a-token-of-enough-length"
+
+
+@pytest.fixture
+def page() -> Iterator[PageSink]:
+    sink = PageSink(port=0)
+    sink.open(DESCRIPTOR)
+    yield sink
+    sink.close()
+
+
+@pytest.fixture
+def guarded() -> Iterator[PageSink]:
+    sink = PageSink(port=0, token=TOKEN)
+    sink.open(DESCRIPTOR)
+    yield sink
+    sink.close()
+
+
+def port(sink: PageSink) -> int:
+    return int(sink.url.split(":")[2].split("/")[0])
+
+
+def test_files_are_served_and_locked_down(page: PageSink) -> None:
+    status, head, body = ask(port(page), "/")
+    assert status == 200
+    assert b"<title>" in body
+    assert "frame-ancestors 'none'" in head
+    assert "nosniff" in head
+    for name in ("page.css", "main.js", "icon.svg"):
+        status, head, body = ask(port(page), f"/{name}?x=1")
+        assert (status, len(body)) == (200, int(head.split("Content-Length: ")[1].split()[0]))
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/../server.py",
+        "/..%2fserver.py",
+        "/%2e%2e/%2e%2e/events.py",
+        "//etc/passwd",
+        "/static/index.html",
+        "/page.css/",
+        "/page.css%00",
+        "/nothing",
+        "page.css",
+        "http://127.0.0.1/page.css",
+    ],
+)
+def test_nothing_else_is_served(page: PageSink, path: str) -> None:
+    assert ask(port(page), path)[0] == 404
+
+
+@pytest.mark.parametrize("host", ["evil.example", "evil.example:8765", "10.0.0.7", "[", "a@b@c"])
+@pytest.mark.parametrize("path", ["/", "/socket"])
+def test_other_names_are_refused(page: PageSink, host: str, path: str) -> None:
+    assert ask(port(page), path, host=host, **UPGRADE)[0] == 403
+
+
+@pytest.mark.parametrize("host", ["localhost", "127.0.0.1", "[::1]"])
+def test_loopback_names_are_ours(page: PageSink, host: str) -> None:
+    assert ask(port(page), "/", host=f"{host}:{port(page)}")[0] == 200
+
+
+@pytest.mark.parametrize(
+    "origin", ["http://evil.example", "null", "http://127.0.0.1:1", "https://127.0.0.1"]
+)
+def test_other_sites_get_no_socket(page: PageSink, origin: str) -> None:
+    assert ask(port(page), "/socket", Origin=origin, **UPGRADE)[0] == 403
+
+
+def test_the_page_itself_gets_its_socket(page: PageSink) -> None:
+    own = f"http://127.0.0.1:{port(page)}"
+    assert ask(port(page), "/socket", Origin=own, **UPGRADE)[0] == 101
+    assert ask(port(page), "/socket", **UPGRADE)[0] == 101
+
+
+@pytest.mark.parametrize("path", ["/", "/page.css", "/socket", "/nothing"])
+@pytest.mark.parametrize(
+    "given", ["", "?token=", "?token=wrong", f"?token={TOKEN}&token=x", "?token=%FF"]
+)
+def test_without_the_token_there_is_nothing(guarded: PageSink, path: str, given: str) -> None:
+    assert ask(port(guarded), path + given, **UPGRADE)[0] == 401
+
+
+def test_the_token_opens_the_page_and_its_cookie_the_rest(guarded: PageSink) -> None:
+    assert guarded.url.endswith(f"?token={TOKEN}")
+    status, head, _ = ask(port(guarded), f"/?token={TOKEN}")
+    assert status == 200
+    line = head.split("Set-Cookie: ")[1].splitlines()[0]
+    assert "HttpOnly" in line
+    assert "SameSite=Strict" in line
+    cookie = line.split(";")[0]
+    assert ask(port(guarded), "/main.js", Cookie=cookie)[0] == 200
+    assert ask(port(guarded), "/socket", Cookie=cookie, **UPGRADE)[0] == 101
+    assert ask(port(guarded), f"/socket?token={TOKEN}", **UPGRADE)[0] == 101
+    assert ask(port(guarded), "/main.js", Cookie=cookie[:-1])[0] == 401
+    assert ask(port(guarded), "/main.js", Cookie="(=;;@")[0] == 401
+    evil = {"Origin": "http://evil.example", **UPGRADE}
+    assert ask(port(guarded), "/socket", Cookie=cookie, **evil)[0] == 403
+
+
+@pytest.mark.parametrize(
+    "token",
+    [
+        "a&b#c%41 d+e?f=g/h",
+        "quotes \" and ' too; or $HOME",
+        "Schlüssel, größer",
+        "x" * 16 + "\udcff\r\n",
+    ],
+)
+def test_the_printed_address_opens_whatever_the_token_is(token: str) -> None:
+    sink = PageSink(port=0, token=token)
+    sink.open(DESCRIPTOR)
+    try:
+        address = sink.url
+        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\?token=[\w.~%-]+", address, re.ASCII)
+        status, head, _ = ask(port(sink), address[address.index("/?") :])
+        assert status == 200
+        cookie = head.split("Set-Cookie: ")[1].splitlines()[0].split(";")[0]
+        assert ask(port(sink), "/socket", Cookie=cookie, **UPGRADE)[0] == 101
+        assert ask(port(sink), "/", Cookie=cookie + "x")[0] == 401
+    finally:
+        sink.close()
+
+
+@pytest.mark.parametrize("where", ["Cookie", "Host", "Origin"])
+def test_bytes_that_are_no_ascii_are_answered(guarded: PageSink, where: str) -> None:
+    heads = {"Cookie": f"firstcontact-{port(guarded)}=ü", "Origin": "ü"}
+    host, head = ("ü", {}) if where == "Host" else (None, {where: heads[where]})
+    assert ask(port(guarded), "/", host=host, **head)[0] == (403 if where == "Host" else 401)
+
+
+@pytest.mark.parametrize("query", ["token=\udcfc", "token=%FF\udcfc", "\udcfc=1"])
+def test_raw_bytes_in_a_query_are_no_token(query: str) -> None:
+    # Some versions of websockets hand them on; others end the connection themselves.
+    guard = Guard("127.0.0.1", 8765, TOKEN)
+    with pytest.raises(NotAllowedError, match="token is needed"):
+        guard.check(f"/?{query}", Headers(Host="127.0.0.1:8765"), False)
+
+
+def test_beyond_this_machine_only_with_a_token() -> None:
+    sink = PageSink("0.0.0.0", 0)
+    sink.open(DESCRIPTOR)
+    try:
+        token = sink.url.partition("?token=")[2]
+        assert len(token) >= 32
+        other = PageSink("0.0.0.0", 0)
+        other.close()
+        assert token not in other.url
+        assert ask(port(sink), "/", host="192.0.2.1")[0] == 401
+        assert ask(port(sink), f"/?token={token}", host="192.0.2.1:80")[0] == 200
+        assert ask(port(sink), f"/?token={token}", host=socket.gethostname())[0] == 200
+        assert ask(port(sink), f"/?token={token}", host="evil.example")[0] == 403
+    finally:
+        sink.close()
+
+
+def test_a_busy_port_and_a_wrong_address_are_one_sentence(page: PageSink) -> None:
+    with pytest.raises(InputError, match=rf"port {port(page)} .*name another port"):
+        PageSink(port=port(page))
+    with pytest.raises(InputError, match=r"192\.0\.2\.1"):
+        PageSink("192.0.2.1", 0)
+    with pytest.raises(InputError, match="at least 16"):
+        PageSink(port=0, token="short")
+
+
+def test_the_port_is_free_again() -> None:
+    first = PageSink(port=0)
+    first.open(DESCRIPTOR)
+    number = port(first)
+    first.close()
+    first.close()
+    again = PageSink(port=number)
+    again.close()

@@ -1,0 +1,146 @@
+"""No label of the page's pictures lies on another or is cut off, however late an answer is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from page_feed import DESCRIPTOR, LANDMARKS, RATE, Feed
+
+from firstcontact.core import Block, Channel, ChannelKind, Layout
+from firstcontact.device import Arrival, Descriptor, Health
+from firstcontact.streaming import Estimated, PageSink, PinchDone
+from firstcontact.streaming._events import Event
+from firstcontact.streaming._sink import Update
+from firstcontact.streaming.page._pinches import timing
+from page_browser import browsing, needs_browser, text, until
+
+pytestmark = needs_browser
+#: On both sides of each width at which the page changes.
+WIDTHS = (320, 360, 480, 640, 641, 768, 900, 901, 1024, 1280, 1399, 1400, 1600)
+#: How late an answer is, s.
+LATE = (0.0002, 0.012, 0.048, 0.15, 0.9, 12.0)
+#: Notes the box of each text that is drawn onto a canvas since it was cleared.
+NOTE = """
+for (const [name, noted] of [["clearRect", () => []], ["fillText", (pen, [text, x, y]) => {
+  const m = pen.measureText(text);
+  return [...(pen.canvas.boxes ?? []), [text, x - m.actualBoundingBoxLeft,
+    y - m.actualBoundingBoxAscent, x + m.actualBoundingBoxRight, y + m.actualBoundingBoxDescent]];
+}]]) {
+  const own = CanvasRenderingContext2D.prototype[name];
+  CanvasRenderingContext2D.prototype[name] = function (...given) {
+    this.canvas.boxes = noted(this, given);
+    return own.apply(this, given);
+  };
+}
+"""
+#: Of each picture: its width and height, and its texts with their boxes in it.
+BOXES = """
+const pictures = {};
+for (const id of ["bar", "scale"]) {
+  const svg = document.getElementById(id), at = svg.getBoundingClientRect();
+  pictures[id] = [at.width, at.height, [...svg.querySelectorAll("text")].map((text) => {
+    const b = text.getBoundingClientRect(), [x, y] = [at.left, at.top];
+    return [text.textContent, b.left - x, b.top - y, b.right - x, b.bottom - y];
+  })];
+}
+for (const id of ["traces", "closeup"]) {
+  const canvas = document.getElementById(id);
+  pictures[id] = [canvas.clientWidth, canvas.clientHeight, canvas.boxes ?? []];
+}
+return pictures;
+"""
+Box = tuple[str, float, float, float, float]
+
+
+@pytest.fixture(scope="module")
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    with browsing(tmp_path_factory.mktemp("profile")) as driver:
+        driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": NOTE})
+        yield driver
+
+
+def _slow(event: Event, compute: float) -> Event:
+    """The same, had computing taken so long."""
+    if isinstance(event, PinchDone):
+        return replace(event, estimates=tuple(replace(e, compute=compute) for e in event.estimates))
+    return replace(event, compute=compute) if isinstance(event, Estimated) else event
+
+
+def next_pinch(feed: Feed, sink: PageSink, compute: float) -> str:
+    """Show a pinch whose answer took so long; how its time is written."""
+    told = ""
+    while True:
+        update = feed.update()
+        events = [_slow(e, compute) for e in update.events]
+        sink.take(replace(update, events=tuple(events)))
+        for event in events:
+            if isinstance(event, Estimated):
+                told = f"{timing(event, RATE)['total']:.2f}"
+            if isinstance(event, PinchDone) and told:
+                return told
+
+
+def on_one_another(boxes: list[Box]) -> list[tuple[str, str]]:
+    """Texts that share more than a hair."""
+    return [
+        (a[0], b[0])
+        for i, a in enumerate(boxes)
+        for b in boxes[:i]
+        if min(a[3], b[3]) - max(a[1], b[1]) > 0.5 and min(a[4], b[4]) - max(a[2], b[2]) > 1.5
+    ]
+
+
+def cut_off(width: float, boxes: list[Box]) -> list[str]:
+    return [text for text, left, _, right, _ in boxes if left < -1 or right > width + 1]
+
+
+def test_a_single_sensor_is_shown_as_what_it_is(chromium: Any) -> None:
+    channel = Channel("disc", ChannelKind.VIBRATION, None, "full scale")
+    sink = PageSink(port=0, landmarks={})
+    sink.open(Descriptor(Layout((channel,), RATE)))
+    samples = np.sin(np.arange(247, dtype=np.float32))[:, None]
+    try:
+        chromium.get(sink.url)
+        sink.take(Update((Arrival(Block(samples, 0), 0.0),), health=Health()))
+        until(chromium, lambda d: any("full" in b[0] for b in d.execute_script(BOXES)["traces"][2]))
+        wide, _, boxes = chromium.execute_script(BOXES)["traces"]
+        assert cut_off(wide, boxes) == []
+        named = (
+            "return [...document.querySelectorAll('.legend li')].filter((li) => li.offsetParent)"
+        )
+        legend = chromium.execute_script(f"{named}.map((li) => li.textContent)")
+        assert legend == ["Sensor", "Contact"]
+    finally:
+        sink.close()
+
+
+@pytest.mark.parametrize("landmarks", [LANDMARKS, {f"object {n}": 2.4 * n for n in range(41)}])
+def test_no_label_lies_on_another(chromium: Any, landmarks: dict[str, float]) -> None:
+    sink = PageSink(port=0, landmarks=landmarks)
+    sink.open(DESCRIPTOR)
+    feed = Feed()
+    try:
+        chromium.get(sink.url)
+        for compute in LATE:
+            told = next_pinch(feed, sink, compute)
+            until(chromium, lambda d, t=told: text(d, "total").replace("\u202f", "") == f"{t} ms")
+            for width in WIDTHS:
+                metrics = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+                chromium.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+                # Sizes are told to the page between two frames.
+                chromium.execute_async_script(
+                    "const done = arguments[0];"
+                    "requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done)));"
+                )
+                for name, (wide, _, boxes) in chromium.execute_script(BOXES).items():
+                    where = f"{name}, {width} px, {compute} s: {[b[0] for b in boxes]}"
+                    assert len(boxes) >= 3, where
+                    assert on_one_another(boxes) == [], where
+                    assert cut_off(wide, boxes) == [], where
+    finally:
+        chromium.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+        sink.close()

@@ -1,0 +1,356 @@
+"""The page without a browser: what viewers are told, and what they cannot do to the session."""
+
+from __future__ import annotations
+
+import json
+import socket
+import threading
+import tracemalloc
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from page_feed import DESCRIPTOR, LANDMARKS, Asked, Feed
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+
+from firstcontact.core import Block, InputError
+from firstcontact.device import Arrival
+from firstcontact.device._protocol import MARKER_BYTES
+from firstcontact.streaming import Estimated, PageSink, PinchDone
+from firstcontact.streaming._sink import Update
+from page_browser import PATIENCE, UPGRADE
+
+HEAD = "".join(f"{k.replace('_', '-')}: {v}\r\n" for k, v in UPGRADE.items())
+#: Asks for the socket.
+OPENING = f"GET /socket HTTP/1.1\r\nHost: localhost\r\n{HEAD}\r\n".encode()
+
+
+@pytest.fixture
+def asked() -> Asked:
+    return Asked()
+
+
+@pytest.fixture
+def page(asked: Asked) -> Iterator[PageSink]:
+    sink = PageSink(port=0, landmarks=LANDMARKS)
+    sink.controls = asked
+    sink.open(DESCRIPTOR)
+    yield sink
+    sink.close()
+
+
+def port(sink: PageSink) -> int:
+    return int(sink.url.split(":")[2].split("/")[0])
+
+
+def view(sink: PageSink) -> ClientConnection:
+    return connect(f"ws://127.0.0.1:{port(sink)}/socket", open_timeout=PATIENCE, compression=None)
+
+
+def told(viewer: ClientConnection, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+    """Messages, the later over the earlier, until they are as wanted."""
+    so_far: dict[str, Any] = {"columns": 0, "first": None, "skipped": 0}
+    while not wanted(so_far):
+        message = viewer.recv(timeout=PATIENCE)
+        if isinstance(message, bytes):
+            n, channels = np.frombuffer(message, "<u4", 2)
+            first = np.frombuffer(message, "<f8", 1, 8)[0]
+            assert len(message) == 16 + 8 * n * channels
+            if so_far["first"] is None:
+                so_far["first"] = first
+            else:
+                skipped = first - (so_far["first"] + so_far["columns"] + so_far["skipped"])
+                assert skipped >= 0
+                so_far["skipped"] += skipped
+            so_far["columns"] += int(n)
+        else:
+            so_far |= json.loads(message)
+    return so_far
+
+
+def test_who_comes_late_has_the_last_seconds_and_pinches_at_once(page: PageSink) -> None:
+    feed = Feed()
+    for _ in range(400):
+        page.take(feed.update())
+    with view(page) as viewer:
+        got = told(viewer, lambda s: "pinches" in s and s["columns"] > 0)
+    assert got["hello"]["source"] == "twin"
+    assert got["hello"]["landmarks"] == LANDMARKS
+    assert got["columns"] * got["hello"]["column_samples"] >= 2.0 * got["hello"]["rate"]
+    assert [p["number"] for p in got["pinches"]] == list(range(feed.pinches - 11, feed.pinches + 1))
+    assert got["health"]["samples"] == feed.sample
+
+
+def test_columns_come_once_and_in_order(page: PageSink) -> None:
+    feed = Feed()
+    with view(page) as viewer:
+        told(viewer, lambda s: "hello" in s)
+        for _ in range(40):
+            page.take(feed.update(99))
+        got = told(viewer, lambda s: s["columns"] >= (feed.sample - 1) // 8)
+    assert got["first"] == 0
+    assert got["skipped"] == 0
+    assert got.get("viewer", {"skipped": 0})["skipped"] == 0
+
+
+def test_two_viewers_are_told_the_same(page: PageSink) -> None:
+    feed = Feed()
+    with view(page) as one, view(page) as two:
+        while feed.pinches < 2:
+            page.take(feed.update())
+        last = [
+            told(v, lambda s: len(s.get("pinches", ())) == 2 and "now" in s) for v in (one, two)
+        ]
+    assert last[0]["pinches"] == last[1]["pinches"]
+    assert last[0]["now"] == last[1]["now"]
+
+
+@pytest.mark.parametrize(
+    "message",
+    ["", "{", "[]", "7", "null", '{"do": null}', '{"do": "mark"}', '{"do": "mark", "text": " "}',
+     '{"do": "rm"}', b"\xff\x00", "[" * 4000, '{"do": {"do": 1}}'],
+)  # fmt: skip
+def test_nonsense_is_answered_and_nothing_else_happens(
+    page: PageSink, asked: Asked, message: str | bytes
+) -> None:
+    with view(page) as viewer:
+        viewer.send(message)
+        got = told(viewer, lambda s: "answer" in s)
+        assert got["answer"]["ok"] is False
+        viewer.send('{"do": "mark", "text": " after "}')
+        told(viewer, lambda s: s.get("answer", {}).get("ok") is True)
+    assert asked.calls == ["mark after"]
+
+
+@pytest.mark.parametrize("word", ["ü" * 150, "é" + "x" * 199 + "é", "x" * 199 + "🍎", "apple"])
+def test_a_marker_is_told_as_it_is_set(page: PageSink, asked: Asked, word: str) -> None:
+    with view(page) as viewer:
+        viewer.send(json.dumps({"do": "mark", "text": word}))
+        got = told(viewer, lambda s: "answer" in s)["answer"]
+    assert got["ok"] is True
+    (call,) = asked.calls
+    set_to = call.removeprefix("mark ")
+    assert got["text"] == f"Marked “{set_to}”."
+    assert word.startswith(set_to)
+    assert len(set_to.encode()) <= MARKER_BYTES
+    assert len(word.encode()) <= MARKER_BYTES or len(set_to.encode()) > MARKER_BYTES - 4
+
+
+def test_a_message_too_long_ends_that_viewer_only(page: PageSink) -> None:
+    feed = Feed()
+    with view(page) as other, view(page) as viewer:
+        viewer.send("x" * 100_000)
+        with pytest.raises(ConnectionClosed):
+            told(viewer, lambda s: False)
+        page.take(feed.update())
+        told(other, lambda s: "health" in s)
+
+
+def test_controls_that_refuse_or_raise_are_told(page: PageSink, asked: Asked) -> None:
+    asked.refuses = True
+    with view(page) as viewer:
+        viewer.send('{"do": "record"}')
+        got = told(viewer, lambda s: "answer" in s)
+        assert got["answer"]["text"].startswith("the folder cannot be written to")
+
+        def broken(text: str) -> None:
+            raise RuntimeError("the cable is a noodle")
+
+        asked.mark = broken  # type: ignore[method-assign]
+        viewer.send('{"do": "mark", "text": "x"}')
+        got = told(viewer, lambda s: "answer" in s)
+        assert "noodle" in got["answer"]["text"]
+
+
+def test_without_controls_viewers_only_look() -> None:
+    sink = PageSink(port=0)
+    sink.open(DESCRIPTOR)
+    try:
+        with view(sink) as viewer:
+            assert told(viewer, lambda s: "hello" in s)["hello"]["controls"] is False
+            viewer.send('{"do": "record"}')
+            assert told(viewer, lambda s: "answer" in s)["answer"]["ok"] is False
+    finally:
+        sink.close()
+
+
+def test_one_viewer_too_many_is_refused(page: PageSink) -> None:
+    with ExitStack() as viewers:
+        for _ in range(16):
+            told(viewers.enter_context(view(page)), lambda s: "hello" in s)
+        with pytest.raises(InvalidStatus, match="503"):
+            viewers.enter_context(view(page))
+
+
+def test_as_many_at_once_are_not_more(page: PageSink) -> None:
+    with view(page) as viewer, ExitStack() as closing:
+        told(viewer, lambda s: "hello" in s)
+        lines = [socket.create_connection(("127.0.0.1", port(page))) for _ in range(24)]
+        for line in lines:
+            closing.enter_context(line)
+            line.settimeout(PATIENCE)
+        held, go = threading.Event(), threading.Event()
+
+        def hold() -> None:
+            held.set()
+            go.wait()
+
+        # While the page's loop is held all of them ask: it finds them together.
+        assert page._loop is not None
+        page._loop.call_soon_threadsafe(hold)
+        assert held.wait(PATIENCE)
+        for line in lines:
+            line.sendall(OPENING)
+        go.set()
+        status = [line.recv(12).split()[1] for line in lines]
+    assert (status.count(b"101"), status.count(b"503")) == (15, 9)
+
+
+def deaf(sink: PageSink) -> socket.socket:
+    """A viewer that opens the socket and then never reads."""
+    line = socket.socket()
+    line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    line.settimeout(PATIENCE)
+    line.connect(("127.0.0.1", port(sink)))
+    line.sendall(OPENING)
+    return line
+
+
+def test_viewers_that_never_read_cost_nothing(page: PageSink) -> None:
+    feed = Feed()
+    page.take(feed.update())
+    lines = [deaf(page) for _ in range(8)]
+    try:
+        with view(page) as viewer:
+            told(viewer, lambda s: s.get("viewer", {}).get("viewers") == 9)
+            for _ in range(200):
+                page.take(feed.update())
+            tracemalloc.start()
+            before = tracemalloc.get_traced_memory()[0]
+            for k in range(1500):
+                page.take(feed.update())
+                if k % 100 == 0:
+                    # It goes on being told, whatever the others do.
+                    told(viewer, lambda s: s.get("health", {}).get("samples") == feed.sample)
+            grown = tracemalloc.get_traced_memory()[0] - before
+            tracemalloc.stop()
+        # Each may hold back a socket's buffer and what waits for it, not the 75 s that came.
+        assert grown < 8 * 200_000
+        assert feed.pinches > 50
+    finally:
+        for line in lines:
+            line.close()
+
+
+def test_a_deaf_viewer_is_let_go_and_its_place_is_free(
+    page: PageSink, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("firstcontact.streaming.page._server.PATIENCE", 0.5)
+    feed = Feed()
+    page.take(feed.update())
+    line = deaf(page)
+    stop = threading.Event()
+
+    def go_on() -> None:
+        while not stop.wait(0.005):
+            page.take(feed.update())
+
+    feeding = threading.Thread(target=go_on)
+    try:
+        with view(page) as viewer:
+            told(viewer, lambda s: s.get("viewer", {}).get("viewers") == 2)
+            feeding.start()
+            told(viewer, lambda s: s.get("viewer", {}).get("viewers") == 1)
+    finally:
+        stop.set()
+        feeding.join()
+        line.close()
+
+
+def test_closing_does_not_wait_for_the_deaf(page: PageSink) -> None:
+    feed = Feed()
+    lines = [deaf(page) for _ in range(3)]
+    half = socket.create_connection(("127.0.0.1", port(page)), timeout=PATIENCE)
+    half.sendall(b"GET / HT")
+    for _ in range(100):
+        page.take(feed.update())
+    page.close()
+    with pytest.raises(OSError, match="refused"):
+        socket.create_connection(("127.0.0.1", port(page)), timeout=PATIENCE)
+    for line in (*lines, half):
+        line.close()
+
+
+def update_with(feed: Feed, kind: type) -> tuple[Update, Any]:
+    """The next update with an event of a kind, and that event; those before are left out."""
+    while True:
+        update = feed.update()
+        found = [e for e in update.events if isinstance(e, kind)]
+        if found:
+            return update, found[0]
+
+
+def exchanged(update: Update, old: Any, new: Any) -> Update:
+    return replace(update, events=tuple(new if e is old else e for e in update.events))
+
+
+def test_what_cannot_be_told_is_a_fault_and_the_rest_goes_on(page: PageSink) -> None:
+    feed = Feed()
+    update, estimate = update_with(feed, Estimated)
+    with view(page) as viewer:
+        page.take(exchanged(update, estimate, replace(estimate, value=float("nan"))))
+        got = told(viewer, lambda s: "faults" in s)
+        (fault,) = got["faults"]
+        assert fault.startswith("now cannot be shown: ")
+        assert "JSON" in fault
+        page.take(feed.update())
+        told(viewer, lambda s: s.get("health", {}).get("samples") == feed.sample)
+        page.take(update_with(feed, Estimated)[0])
+        got = told(viewer, lambda s: "now" in s)
+        assert np.isfinite(got["now"]["estimate"]["value"])
+    with view(page) as late:
+        assert told(late, lambda s: "faults" in s)["faults"] == [fault]
+
+
+def test_an_event_that_raises_is_a_fault_and_the_rest_goes_on(page: PageSink) -> None:
+    feed = Feed()
+    update, done = update_with(feed, PinchDone)
+    with view(page) as viewer:
+        page.take(exchanged(update, done, replace(done, rate=0.0)))
+        got = told(viewer, lambda s: "faults" in s and "health" in s)
+        assert got["faults"][0].startswith("pinchdone cannot be shown: ZeroDivisionError")
+        page.take(replace(feed.update(), failed={"json": "OSError: no space"}))
+        got = told(viewer, lambda s: len(s.get("faults", ())) == 2)
+        assert got["faults"][1] == "json has failed: OSError: no space"
+
+
+def test_a_known_object_without_a_number_is_refused() -> None:
+    with pytest.raises(InputError, match="'apple' is not a finite number"):
+        PageSink(port=0, landmarks={"apple": float("nan")})
+
+
+def test_a_page_whose_thread_died_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def dies(*_: object) -> None:
+        raise RuntimeError("no loop")
+
+    monkeypatch.setattr("firstcontact.streaming.page._server.PageServer.run", dies)
+    sink = PageSink(port=0)
+    sink.open(DESCRIPTOR)
+    assert sink._thread is not None
+    sink._thread.join()
+    with pytest.raises(RuntimeError, match="served no more: RuntimeError: no loop"):
+        sink.take(Update())
+    sink.close()
+
+
+def test_an_empty_update_and_an_empty_block_are_fine(page: PageSink) -> None:
+    page.take(Update())
+    empty = np.empty((0, len(DESCRIPTOR.layout.channels)), np.int16)
+    page.take(Update((Arrival(Block(empty), 0.0),)))
+    with view(page) as viewer:
+        got = told(viewer, lambda s: "health" in s)
+    assert got["columns"] == 0

@@ -1,0 +1,286 @@
+"""A session from a recording: nothing lost, live is offline, everything closed on every way out."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from streams import offline
+
+from firstcontact.contact import Detector
+from firstcontact.core import (
+    Block,
+    Calibration,
+    Finger,
+    InputError,
+    Physical,
+    Pinch,
+    VibrationCalibration,
+    fingertip_layout,
+)
+from firstcontact.device import Descriptor, ReplaySource
+from firstcontact.models import InContextModel
+from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
+from firstcontact.streaming import LiveSession, ModelWithInterval, PinchDone, Pipeline
+from firstcontact.streaming._events import Event
+from firstcontact.streaming._sink import Update
+from firstcontact.twin import DeviceFilter, TwinStream
+
+LAYOUT = fingertip_layout()
+SECONDS = 12
+
+
+class Keeper:
+    """A sink that keeps what it gets."""
+
+    name = "keeper"
+    every = 0.02
+
+    def __init__(self) -> None:
+        self.updates: list[Update] = []
+        self.closed = threading.Event()
+
+    def open(self, descriptor: Descriptor) -> None:
+        assert descriptor.layout == LAYOUT
+
+    def take(self, update: Update) -> None:
+        self.updates.append(update)
+
+    def close(self) -> None:
+        self.closed.set()
+
+    @property
+    def done(self) -> list[PinchDone]:
+        return [e for u in self.updates for e in u.events if isinstance(e, PinchDone)]
+
+
+@pytest.fixture(scope="module")
+def stream() -> np.ndarray:
+    """A hand of the twin that picks things up, for a while."""
+    twin = TwinStream("paper-rig", None, 3)
+    return DeviceFilter().update(twin.read(round(SECONDS * LAYOUT.rate)))
+
+
+@pytest.fixture(scope="module")
+def calibration(stream: np.ndarray) -> Calibration:
+    rest = Physical(LAYOUT, (0, 1))(stream[: round(0.5 * LAYOUT.rate)])
+    return Calibration(
+        tuple(VibrationCalibration(f, float(rest[:, i].std())) for i, f in enumerate(Finger))
+    )
+
+
+@pytest.fixture
+def recorded(stream: np.ndarray, calibration: Calibration, tmp_path: Path) -> Path:
+    path = tmp_path / "stream.mcap"
+    with RecordingWriter(path, Header(LAYOUT, "twin", calibration=calibration)) as writer:
+        writer.write(Block(stream, 12_345))
+    return path
+
+
+def run(
+    path: Path, detector: Detector, models: list[ModelWithInterval], **more: object
+) -> tuple[LiveSession, Keeper]:
+    source = ReplaySource(path, float("inf"))
+    keeper = Keeper()
+    with source:
+        pipeline = Pipeline(LAYOUT, detector, models, source.calibration)
+        session = LiveSession(source, pipeline, **more)  # type: ignore[arg-type]
+        session.run([keeper])
+    return session, keeper
+
+
+def test_a_replay_gives_exactly_what_offline_gives(
+    recorded: Path, stream: np.ndarray, detector: Detector, models: list[ModelWithInterval]
+) -> None:
+    _, keeper = run(recorded, detector, models)
+    assert len(keeper.done) >= 4
+    for done in keeper.done:
+        cut = stream[done.armed - 12_345 : done.end - 12_345]
+        pinch = Pinch(cut, LAYOUT, first_sample=done.armed)
+        for estimate, entry in zip(done.estimates, models, strict=True):
+            first, value = offline(detector, entry, pinch)
+            assert (done.contacts[0], estimate.value) == (first, value)
+
+
+def test_every_sample_reaches_the_sinks_once_and_in_order(
+    recorded: Path, stream: np.ndarray, detector: Detector
+) -> None:
+    _, keeper = run(recorded, detector, [])
+    assert keeper.closed.is_set()
+    blocks = [a.block for u in keeper.updates for a in u.arrivals]
+    numbers = np.concatenate([b.first_sample + np.arange(len(b.data)) for b in blocks])
+    assert np.array_equal(numbers, 12_345 + np.arange(len(stream)))
+    assert np.array_equal(np.concatenate([b.data for b in blocks]), stream)
+
+
+def test_a_recording_of_a_session_is_a_dataset_that_replays_the_same(
+    recorded: Path,
+    stream: np.ndarray,
+    calibration: Calibration,
+    detector: Detector,
+    models: list[ModelWithInterval],
+    tmp_path: Path,
+) -> None:
+    source = ReplaySource(recorded, float("inf"))
+    keeper = Keeper()
+    with source:
+        pipeline = Pipeline(LAYOUT, detector, models, source.calibration)
+        session = LiveSession(source, pipeline, (), tmp_path / "made", calibration)
+        path = session.start_recording()
+        session.run([keeper])
+    again = read_recording(path)
+    assert again.samples == len(stream)
+    assert again.skipped == ()
+    assert again.header.calibration == calibration
+    assert [(m.first_sample, m.end) for m in again.pinches] == [
+        (d.armed, d.end) for d in keeper.done
+    ]
+    pinches = load_dataset(path).pinches
+    assert [[c.sample for c in p.truth] for p in pinches] == [
+        [s for _, s in d.strips] for d in keeper.done
+    ]
+    _, repeated = run(path, detector, models)
+    assert [[e.value for e in d.estimates] for d in repeated.done] == [
+        [e.value for e in d.estimates] for d in keeper.done
+    ]
+
+
+def test_an_actor_that_raises_ends_the_session_and_closes_everything(
+    recorded: Path, detector: Detector, tmp_path: Path
+) -> None:
+    order: list[str] = []
+
+    class Failing:
+        def happened(self, event: Event) -> None:
+            raise RuntimeError(f"an actor's fault at {type(event).__name__}")
+
+        def arrived(self, block: Block, host: float) -> None:
+            """Do nothing."""
+
+        def came(self, block: Block) -> Sequence[Event]:
+            return ()
+
+        def ended(self) -> None:
+            order.append("actor ended")
+
+    source = ReplaySource(recorded, float("inf"))
+    keeper = Keeper()
+    with source:
+        session = LiveSession(source, Pipeline(LAYOUT, detector), [Failing()], tmp_path)
+        path = session.start_recording()
+        with pytest.raises(RuntimeError, match="at Armed"):
+            session.run([keeper])
+    assert order == ["actor ended"]
+    assert keeper.closed.is_set()
+    assert session.recording.path is None
+    recording = read_recording(path)
+    assert recording.skipped == ()
+    # The samples that the fault was found in are there, too.
+    assert recording.samples == source.health.samples > 0
+
+
+def test_a_second_start_disturbs_nothing_of_the_recording_that_runs(
+    recorded: Path, calibration: Calibration, detector: Detector, tmp_path: Path
+) -> None:
+    refused: list[str] = []
+
+    class Again:
+        def happened(self, event: Event) -> None:
+            if isinstance(event, PinchDone):
+                with pytest.raises(InputError, match="is being recorded") as error:
+                    session.start_recording()
+                refused.append(str(error.value))
+
+        def arrived(self, block: Block, host: float) -> None:
+            """Do nothing."""
+
+        def came(self, block: Block) -> Sequence[Event]:
+            return ()
+
+        def ended(self) -> None:
+            """Do nothing."""
+
+    with ReplaySource(recorded, float("inf")) as source:
+        pipeline = Pipeline(LAYOUT, detector, (), calibration)
+        session = LiveSession(source, pipeline, [Again()], tmp_path)
+        path = session.start_recording()
+        session.run()
+    marks = read_recording(path).pinches
+    assert [m.number for m in marks] == list(range(len(refused)))
+    assert len(marks) >= 4
+
+
+def test_a_folder_that_cannot_be_made_is_told(
+    recorded: Path, detector: Detector, tmp_path: Path
+) -> None:
+    (tmp_path / "file").touch()
+    with ReplaySource(recorded, float("inf")) as source:
+        session = LiveSession(source, Pipeline(LAYOUT, detector), (), tmp_path / "file" / "folder")
+        with pytest.raises(InputError, match="--recordings"):
+            session.start_recording()
+
+
+def test_a_sink_that_raises_costs_the_recording_nothing(
+    recorded: Path, stream: np.ndarray, detector: Detector, tmp_path: Path
+) -> None:
+    class Raiser(Keeper):
+        name = "raiser"
+
+        def take(self, update: Update) -> None:
+            raise RuntimeError("a viewer's fault")
+
+    source = ReplaySource(recorded, float("inf"))
+    with source:
+        session = LiveSession(source, Pipeline(LAYOUT, detector), (), tmp_path)
+        path = session.start_recording()
+        session.run([Raiser()])
+    assert session.fanout is not None
+    assert session.fanout.failed == {"raiser": "RuntimeError: a viewer's fault"}
+    assert read_recording(path).samples == len(stream)
+
+
+def test_it_ends_after_so_many_pinches_or_when_it_is_told(
+    recorded: Path, stream: np.ndarray, detector: Detector
+) -> None:
+    for bound in ({"pinches": 2}, {"seconds": 0.0}, {"stopped": lambda: True}):
+        source = ReplaySource(recorded, float("inf"))
+        with source:
+            session = LiveSession(source, Pipeline(LAYOUT, detector, (), source.calibration))
+            session.run([], **bound)  # type: ignore[arg-type]
+            assert source.health.samples < len(stream)
+            assert session.pinches == bound.get("pinches", 0)
+
+
+def test_it_ends_when_nobody_is_left_to_tell(
+    recorded: Path, stream: np.ndarray, detector: Detector
+) -> None:
+    class Leaver(Keeper):
+        def take(self, update: Update) -> None:
+            raise BrokenPipeError
+
+    source = ReplaySource(recorded, 1.0)  # or all may be read before anybody has left
+    with source:
+        session = LiveSession(source, Pipeline(LAYOUT, detector))
+        session.run([Leaver()], patient=True)
+        assert source.health.samples < len(stream)
+
+
+def test_a_shape_that_a_viewer_tells_holds_for_one_object(
+    recorded: Path, detector: Detector, anytime: InContextModel
+) -> None:
+    with ReplaySource(recorded, float("inf")) as source:
+        pipeline = Pipeline(LAYOUT, detector, anytime=anytime)
+        session = LiveSession(source, pipeline, shape="flat")
+        assert pipeline.radius == np.inf
+        assert session.tell_shape("40") == "radius 40 mm"
+        assert pipeline.radius == pytest.approx(0.04)
+        session.new_object()
+        assert pipeline.radius == np.inf
+        with pytest.raises(InputError, match="cannot be told"):
+            session.tell_shape("egg")
+        assert pipeline.radius == np.inf
+        with pytest.raises(InputError, match="no any-time model"):
+            LiveSession(source, Pipeline(LAYOUT, detector), shape="flat")

@@ -1,0 +1,98 @@
+"""What a person reads in the terminal."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+
+from page_feed import Feed
+from told_events import DESCRIPTOR, EVENTS, everything
+
+from firstcontact.core import Label
+from firstcontact.device import Health
+from firstcontact.device._twin_words import lost_text, peak_text
+from firstcontact.recording import Marker, PinchMark
+from firstcontact.streaming import PinchDone, TextSink, ledger_lines
+from firstcontact.streaming._sink import Update
+
+
+def test_pinches_losses_and_failures_are_a_line_each() -> None:
+    stream = io.StringIO()
+    sink = TextSink(stream)
+    sink.open(DESCRIPTOR)
+    sink.take(everything())
+    sink.take(Update(health=Health(True, lost_samples=7), failed={"page": "OSError: no"}))
+    sink.close()
+    head, lost, failed, pinch, same, hand, own = stream.getvalue().splitlines()
+    assert own == (
+        "  on the hand (model 0123456789abcdef): 30.5 Shore A (22 to 39) from 12 ms at 12.2 ms, "
+        "the same here (1 answers)"
+    )
+    assert head == "twin: fw 1, piezo, 4936 Hz"
+    assert lost == "link: 7 samples lost, 7 in all"
+    assert failed == "page: failed (OSError: no)"
+    assert pinch.startswith(
+        "pinch 1: thumb first, 30.5 Shore A (22 to 39) from 12 ms at 12.1 ms, in time, model of "
+        "15 ms: 29.2 Shore A (25 to 34) at 15.6 ms, too late, second after 14.2 ms"
+    )
+    assert same == "the same object, 2 pinches: 30.5 Shore A (22 to 39)"
+    assert hand == "hand told to close, by keyboard"
+
+
+def test_what_the_twin_drops_or_breaks_is_told() -> None:
+    stream = io.StringIO()
+    sink = TextSink(stream)
+    (arrival,) = Feed().update().arrivals
+    words = (Marker(7, peak_text(3.1)), Marker(7, lost_text("broken")))
+    sink.take(Update(arrivals=(replace(arrival, markers=words),), health=Health(True)))
+    assert stream.getvalue() == "the hand has broken it\n"
+
+
+def test_at_another_speed_no_times_are_told_and_nothing_is_late() -> None:
+    figures = {"pinches": 3, "in_time": 1, "too_late": 1, "none": 1, "unheard": 0, "estimates": 2}
+    figures |= {f"total_{key}": 0.016 for key in ("p50", "p99", "max")}
+    figures |= {"overruns": 0, "blocks": 9}
+    real = "\n".join(ledger_lines(figures, 1.0, 0.1))
+    assert "16.000" in real
+    assert "3 pinches: 1 with an estimate in time, 1 too late, 1 without an estimate" in real
+    faster = [*ledger_lines(figures, 1.0, 0.1, speed=4.0)]
+    assert faster[0].startswith("times are left out, and what was in time: at --speed 4 ")
+    assert "2 of 3 pinches had an estimate" in faster
+    assert not any(w in line for line in faster for w in ("16.000", "late", "second contact"))
+
+
+def named(*markers: Marker, marks: tuple[PinchMark, ...] = (), later: bool = False) -> list[str]:
+    """What is said of the pinch, 400 to 1600, and of what was pinched."""
+    stream = io.StringIO()
+    sink = TextSink(stream, {"block 29": 29.0}.get)
+    sink.open(DESCRIPTOR)
+    (arrival,) = Feed().update().arrivals
+    (done,) = (event for event in EVENTS if isinstance(event, PinchDone))
+    words = replace(arrival, markers=markers, pinches=() if later else marks)
+    sink.take(Update(arrivals=(words,), events=(done,), health=Health(True)))
+    sink.take(
+        Update(arrivals=(replace(arrival, pinches=marks if later else ()),), health=Health(True))
+    )
+    return stream.getvalue().splitlines()[1:]
+
+
+def test_a_pinch_says_what_the_twin_held() -> None:
+    (line,) = named(Marker(450, "twin: block 29"), Marker(500, peak_text(3.0)))
+    assert line.endswith(", twin: block 29, 29 Shore A")
+    (line,) = named(Marker(450, "twin: pear"))
+    assert line.endswith(", twin: pear")
+    (line,) = named(Marker(1600, "twin: block 29"))
+    assert "block" not in line, "that is the next pinch"
+
+
+def test_a_pinch_says_what_a_marker_or_a_label_named() -> None:
+    (line,) = named(Marker(100, "my apple"))
+    assert line.endswith(', marked "my apple"')
+    mark = PinchMark(0, 300, 1500, 0, Label("pear", 40.0))
+    (line,) = named(marks=(mark,))
+    assert line.endswith(", labelled pear, 40 Shore A")
+    line, label = named(marks=(mark,), later=True)
+    assert "pear" not in line
+    assert label == "  pinch 1 was labelled pear, 40 Shore A"
+    (line,) = named(marks=(replace(mark, epoch=1),))
+    assert "pear" not in line

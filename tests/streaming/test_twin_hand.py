@@ -1,0 +1,99 @@
+"""The twin's hand is a hand as any other, and what it is told is done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from firstcontact.core import Command, InputError, fingertip_layout
+from firstcontact.device import Arrival, Descriptor, Source, held_object
+from firstcontact.device._twin_source import TwinSource
+from firstcontact.grasp import Hand, HandError
+from firstcontact.recording import Marker
+from firstcontact.streaming._twin_hand import TwinHand
+
+#: A source that is silent for so long is dead, s.
+DEAD = 60.0
+
+
+@pytest.fixture(scope="module")
+def source() -> Iterator[TwinSource]:
+    with TwinSource(seed=4, speed=2) as source:
+        yield source
+
+
+@pytest.fixture
+def hand(source: TwinSource) -> Hand:
+    return TwinHand(source)
+
+
+def heard(source: Source, enough: Callable[[list[Marker]], bool]) -> list[Marker]:
+    """Markers from now on, until there are enough."""
+    markers: list[Marker] = []
+    while not enough(markers):
+        arrivals: list[Arrival] = source.read(DEAD)
+        assert arrivals, "the twin has gone silent"
+        markers += [m for a in arrivals for m in a.markers]
+    return markers
+
+
+def test_the_twin_hears_each_order_as_it_was_given(source: TwinSource, hand: Hand) -> None:
+    with hand:
+        hand.send(Command(0.0123, 4.5))
+
+    def orders(markers: list[Marker]) -> list[str]:
+        """As they came, from this test's on; those of tests before may come first."""
+        words = [m.text.partition("hand: ")[2] for m in markers if "hand: " in m.text]
+        return words[words.index("0.0123 4.500") :] if "0.0123 4.500" in words else []
+
+    markers = heard(source, lambda ms: len(orders(ms)) >= 2)
+    assert orders(markers) == ["0.0123 4.500", "release"]
+
+
+def test_what_only_the_twin_says_is_set_by_nobody_else(source: TwinSource) -> None:
+    with pytest.raises(InputError, match="is the twin's own"):
+        source.mark("twin: apple 1")
+
+
+def test_a_commanded_hand_squeezes_less() -> None:
+    with TwinSource(objects=["block 10"], seed=4) as source, TwinHand(source) as hand:
+        told: float | None = None
+        while told is None:
+            start = heard(source, lambda ms: any(held_object(m.text) for m in ms))[-1].sample
+            hand.send(Command(0.03, 1.0))
+            markers = heard(source, lambda ms: any("peak" in m.text for m in ms))
+            came = next(m.sample for m in markers if m.text.endswith("hand: 0.0300 1.000"))
+            # One that came late is for a closing after this one to show.
+            if came - start < 900:
+                told = next(peak(m) for m in markers if "peak" in m.text)
+        alone = heard(source, lambda ms: sum("peak" in m.text for m in ms) >= 2)
+    assert told < 0.6 * min(peak(m) for m in alone if "peak" in m.text)
+
+
+def peak(marker: Marker) -> float:
+    return float(marker.text.split()[2])
+
+
+def test_what_is_gone_takes_no_command_and_needs_no_release() -> None:
+    source = TwinSource(seed=4, speed=2)
+    hand = TwinHand(source)
+    with source, hand:
+        hand.send(Command(0.0, 1.0))
+        source.close()
+        with pytest.raises(HandError, match="not there"):
+            hand.send(Command(0.0, 1.0))
+        hand.release()
+
+
+class Real(TwinSource):
+    """A source that says it is no twin."""
+
+    @property
+    def descriptor(self) -> Descriptor:
+        return Descriptor(fingertip_layout(), source="real")
+
+
+def test_only_a_twin_has_it() -> None:
+    with pytest.raises(HandError, match="--device twin"), TwinHand(Real()):
+        raise AssertionError

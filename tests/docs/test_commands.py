@@ -28,7 +28,7 @@ from pages import PAGES, ROOT, Fence, fences, name
 #: Commands that build an environment or take long, and what runs them.
 ELSEWHERE = {
     "firstcontact live --device twin --page": "tests/cli/test_live.py",
-    "firstcontact label long --out labelled": "tests/labelling/test_label_page.py",
+    "firstcontact label long --out labelled": "tests/collect/test_label_page.py",
     "python examples/biotac_tables.py biotac_hold/data labels.csv channels.csv": (
         "tests/recording/test_recording_mat.py, where the recordings are"
     ),
@@ -39,7 +39,7 @@ ELSEWHERE = {
     "sudo adduser $USER dialout": "by hand, once on a machine with a device",
     "firstcontact replay pinches/blocks-01.mcap --port fingertip": "tests/cli/test_replay.py",
     "firstcontact pretrain --out network --work pretraining": (
-        "by hand: it makes the weights of the package; small: tests/cli/test_pretrain.py"
+        "by hand: it makes the weights of the package; small: tests/lab/verbs/test_pretrain.py"
     ),
     "firstcontact simulate --out twin --condition everyday --pinches-per-block 60 "
     "--pinches-per-object 30 --seed 7": "by hand: the pinches of the package's detector",

@@ -35,13 +35,16 @@ HANGS = 30.0
 LOT = 400
 #: What is imported once, in the process that all others are forked from.
 _COMMON = (
-    "firstcontact.cli.verbs.evaluate", "firstcontact.cli.verbs.export", "firstcontact.cli.verbs.import_",
-    "firstcontact.cli.verbs.inspect", "firstcontact.cli.verbs.live", "firstcontact.cli.verbs.record",
-    "firstcontact.cli.verbs.train", "firstcontact.streaming._session", "firstcontact.models._training",
-    "firstcontact.models._final_model", "firstcontact.recording._importing", "tyro",
-    "scipy.io.wavfile", "scipy.io.matlab", "soundfile", "pyxdf", "firstcontact.cli.verbs.label",
-    "firstcontact.contact._detector_file", "firstcontact.streaming._json_lines", "pyarrow.parquet",
-    "firstcontact.streaming._text", "firstcontact.streaming._summary", "firstcontact.device._opening",
+    "firstcontact.cli.verbs.evaluate", "firstcontact.cli.verbs.export",
+    "firstcontact.cli.verbs.import_", "firstcontact.cli.verbs.inspect",
+    "firstcontact.cli.verbs.label", "firstcontact.cli.verbs.live",
+    "firstcontact.cli.verbs.record", "firstcontact.cli.verbs.train",
+    "firstcontact.contact._detector_file", "firstcontact.device._opening",
+    "firstcontact.models._final_model", "firstcontact.models._training",
+    "firstcontact.recording._importing", "firstcontact.streaming._json_lines",
+    "firstcontact.streaming._session", "firstcontact.streaming._summary",
+    "firstcontact.streaming._text", "pyarrow.parquet", "pyxdf", "scipy.io.matlab",
+    "scipy.io.wavfile", "soundfile", "tyro",
     "matplotlib.backends.backend_agg", "matplotlib.figure", "matplotlib.backends.backend_svg",
     "matplotlib.backends.backend_pdf", "sklearn.svm",
 )  # fmt: skip

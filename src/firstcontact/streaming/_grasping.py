@@ -27,7 +27,7 @@ SILENCE = "silence"
 class Grasping:
     """Drives a hand through the closings of a live session; an actor of it.
 
-    A closing that others begin is heard (:class:`~firstcontact.streaming._events.Armed`). One that is
+    A closing that others begin is heard (:class:`Armed`). One that is
     ours begins when it is asked for and goes on, or is held, until the hand is asked to open, is
     released because of a silence, or whoever asked is gone; of such a hand the motor's start alone
     begins nothing: it may be that of its opening.

@@ -46,7 +46,7 @@ def test_there_are_no_other_results() -> None:
         "strikes.json",
         "grasp.json",
         "sets.json",
-        "embedded.json",  # of firmware/measure: tests/embedded holds its table against it
+        "embedded.json",  # of firmware/measure: tests/export holds its table against it
         "out_of_range.json",  # of docs/write_out_of_range.py: test_out_of_range.py holds it
     }
 

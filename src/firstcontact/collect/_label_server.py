@@ -39,9 +39,9 @@ class LabelServer:
 
     def __init__(self, session: Session, port: int) -> None:
         self._session = session
+        self._files = load("firstcontact.collect", "label_page")
         self._socket: socket.socket = listen(HOST, port)
         self._guard = Guard(HOST, self._socket.getsockname()[1], None)
-        self._files = load("firstcontact.collect")
         self._done = asyncio.Event()
         self._loop: asyncio.AbstractEventLoop | None = None
 

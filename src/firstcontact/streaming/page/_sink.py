@@ -70,7 +70,7 @@ class PageSink:
             raise InputError(
                 f"the Shore A of {odd[0]!r} is not a finite number: train the model again"
             )
-        self._files = load("firstcontact.streaming.page")
+        self._files = load("firstcontact.streaming.page", "static")
         #: What viewers may ask for; may be given until the page is opened.
         self.controls = controls
         self._landmarks = dict(landmarks)

@@ -42,14 +42,13 @@ TYPES = {
 }
 
 
-def load(package: str) -> Files:
-    """A package's own files, read once: what is not in this table does not exist.
+def load(package: str, folder: str) -> Files:
+    """Read a folder of a package once: files that are not in this table do not exist.
 
-    Content type and bytes of each file in its folder ``static``, by the path under which it is
-    served.
+    Content type and bytes of each file, by the path under which it is served.
     """
     table = {}
-    for item in files(package).joinpath("static").iterdir():
+    for item in files(package).joinpath(folder).iterdir():
         suffix = "." + item.name.rpartition(".")[2]
         if suffix in TYPES:
             table["/" + item.name] = TYPES[suffix], item.read_bytes()

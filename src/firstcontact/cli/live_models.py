@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firstcontact.core import InputError
+from firstcontact.core import InputError, same_rate
 
 if TYPE_CHECKING:
     from firstcontact.contact import Detector
@@ -33,6 +33,44 @@ class Answerers:
     models: list[ModelWithInterval]
     anytime: InContextModel | None
     landmarks: dict[str, float]
+
+    @property
+    def rate(self) -> float | None:
+        """Rate of the samples that they take, Hz; None where any will do.
+
+        It is that of the detector, or of the models of windows, or of the any-time model.
+        """
+        rates = [] if self.detector is None else [self.detector.rate]
+        rates += [entry.model.spec.rate for entry in self.models]
+        rates += [] if self.anytime is None else [self.anytime.rate]
+        return next((rate for rate in rates if rate is not None), None)
+
+    def at_one_rate(self) -> tuple[Answerers, str]:
+        """Leave out models of another rate than :attr:`rate`. Return also a sentence about them.
+
+        Raises
+        ------
+        InputError
+            No model is left.
+        """
+        rate, left_out = self.rate, []
+        models = [m for m in self.models if same_rate(m.model.spec.rate, rate or 0.0)]
+        if len(models) < len(self.models):
+            left_out.append("models of windows")
+        anytime = self.anytime
+        if anytime is not None and not same_rate(anytime.rate, rate or 0.0):
+            anytime = None
+            left_out.append("the any-time model")
+        if not left_out:
+            return self, ""
+        why = (
+            f"a detector or model here takes {rate:g} samples a second, and "
+            f"{' and '.join(left_out)} another number"
+        )
+        remedy = f"train them together, with --rate {rate:g} or another"
+        if not models and anytime is None:
+            raise InputError(f"{why}: {remedy}")
+        return replace(self, models=models, anytime=anytime), f"{why}, left out: {remedy}"
 
 
 def no_model(detector: Path | None) -> Answerers:

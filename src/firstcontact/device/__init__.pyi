@@ -37,6 +37,7 @@ from ._recorder import Recorder as Recorder
 from ._recorder import RecorderStatus as RecorderStatus
 from ._replay import ReplaySource as ReplaySource
 from ._replay_device import ReplayDevice as ReplayDevice
+from ._resampled import ResampledSource as ResampledSource
 from ._serial_source import SerialSource as SerialSource
 from ._source import Arrival as Arrival
 from ._source import Descriptor as Descriptor

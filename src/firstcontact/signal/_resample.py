@@ -21,6 +21,8 @@ FINE = 16
 #: Largest denominator of the ratio of the rates. Usual rates are met within 2 ppm and any up to
 #: 1 MHz within 250 ppm, 0.08 ms in a pinch of 0.3 s; a larger one makes the filter too long to run.
 LARGEST_RATIO = 2000
+#: Largest error of the ratio, as a share.
+FARTHEST_OFF = 0.001
 #: Most samples that are made of one: what is between them nobody measured, and memory is bounded.
 MOST_OF_ONE = 10
 
@@ -35,6 +37,31 @@ def lookahead(old: float, new: float) -> float:
         return 0.0
     ratio = _ratio(old, new)
     return _low_pass(ratio, old)[1] / (ratio.numerator * old)
+
+
+def check_rates(old: float, new: float) -> None:
+    """Refuse rates between which samples cannot be resampled.
+
+    Parameters
+    ----------
+    old, new
+        Rates, Hz.
+
+    Raises
+    ------
+    InputError
+        The new rate is more than ten times as high, or too low for the filter.
+    """
+    if new > MOST_OF_ONE * old:
+        raise InputError(
+            f"samples at {old:g} Hz cannot stand for ones at {new:g} Hz, more than "
+            f"{MOST_OF_ONE} times as many: train a model at their rate"
+        )
+    if abs(_ratio(old, new) * old / new - 1) > FARTHEST_OFF:
+        raise InputError(
+            f"samples at {old:g} Hz are too many for a filter to {new:g} Hz: set the device to a "
+            "lower rate, or train a model at its rate"
+        )
 
 
 def _ratio(old: float, new: float) -> Fraction:
@@ -151,16 +178,12 @@ def resample_dataset(dataset: Dataset, rate: float) -> Dataset:
     Raises
     ------
     InputError
-        A rate more than ten times as high.
+        As of :func:`check_rates`.
     """
     if not len(dataset) or dataset.layout.rate == rate:
         return dataset
     old = dataset.layout.rate
-    if rate > MOST_OF_ONE * old:
-        raise InputError(
-            f"samples at {old:g} Hz cannot stand for ones at {rate:g} Hz, more than "
-            f"{MOST_OF_ONE} times as many: train a model at their rate"
-        )
+    check_rates(old, rate)
     ahead = 1e3 * lookahead(old, rate)
     note = (
         f"Resampled from {old:g} Hz to {rate:g} Hz with a minimum-phase low-pass "

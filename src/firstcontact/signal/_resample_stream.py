@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +21,8 @@ class CausalResampler:
     ----------
     old, new
         Rates, Hz.
+    nearest
+        Columns whose samples take the value of the nearest one: switches are open or closed.
 
     Attributes
     ----------
@@ -26,8 +30,9 @@ class CausalResampler:
         So long after its instant a sample comes out, s; 0.5 ms at most.
     """
 
-    def __init__(self, old: float, new: float) -> None:
+    def __init__(self, old: float, new: float, nearest: Sequence[int] = ()) -> None:
         ratio = _ratio(old, new)
+        self._nearest = list(nearest)
         self._up, self._down = ratio.numerator, ratio.denominator
         taps, self._ahead = _low_pass(ratio, old)
         self.delay = self._ahead / (self._up * old)
@@ -39,6 +44,10 @@ class CausalResampler:
         self._past: NDArray[np.float64] | None = None
         self._end = 0  # number of the next sample that comes in
         self._next = 0  # of the next one that comes out
+
+    def number(self, sample: int) -> int:
+        """Return the number of the sample that comes out nearest to one that comes in."""
+        return (2 * sample * self._up + self._down) // (2 * self._down)
 
     def update(self, x: NDArray[np.floating], first: int) -> tuple[NDArray[np.float64], int]:
         """Take the next samples.
@@ -71,6 +80,11 @@ class CausalResampler:
         newest, phases = places // self._up, places % self._up
         rows = (newest - before - origin)[:, None] + np.arange(before + 1)
         out = np.einsum("kt,ktc->kc", self._taps[phases], held[rows])
+        if self._nearest:
+            # Numbers of the samples that came in nearest to these instants.
+            centres = 2 * np.arange(self._next, stop) * self._down
+            here = np.minimum((centres + self._up) // (2 * self._up), self._end - 1) - origin
+            out[:, self._nearest] = held[here][:, self._nearest]
         self._past = held[len(held) - before :] if before else held[:0]
         began, self._next = self._next, stop
         return out, began

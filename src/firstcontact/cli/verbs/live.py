@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Annotated
 
 from firstcontact.cli.choices import devices, one_of
 from firstcontact.contact import SLIP_DETECTORS
-from firstcontact.core import InputError, need
+from firstcontact.core import InputError, need, same_rate
 from firstcontact.device import SOURCES, open_source, source_kind
 from firstcontact.grasp import HANDS, POLICIES, Begins, live_policies, make_hand
 
 if TYPE_CHECKING:
+    from firstcontact.cli.live_models import Answerers
     from firstcontact.contact import SlipDetector
     from firstcontact.core import Calibration
     from firstcontact.device import Source
@@ -112,7 +113,7 @@ class Live:
         from firstcontact.device import passed_over
         from firstcontact.streaming import LiveSession, Pipeline, grasp_lines
 
-        source = open_source(
+        source: Source = open_source(
             self.device,
             speed=self.speed,
             condition=self.condition,
@@ -130,6 +131,10 @@ class Live:
                 loaded = shipped_model(self.detector)
             elif loaded is None:
                 loaded = no_model(self.detector)
+            loaded, left_out = loaded.at_one_rate()
+            if left_out:
+                _say(left_out)
+            source = _at_rate(source, loaded)
             if answers is not None:
                 _say(whose_answers(answers, self.model))
             if (models := source.descriptor.models) is not None and models.fault:
@@ -346,6 +351,24 @@ class Live:
         for name, dropped in session.fanout.dropped.items():
             if dropped and name not in session.fanout.failed:
                 _say(f"{name}: {dropped} updates dropped, it was too slow")
+
+
+def _at_rate(source: Source, models: Answerers) -> Source:
+    """Resample a source where its rate is not that of the models; say so."""
+    from firstcontact.device import ResampledSource
+
+    stated, rate = source.descriptor.layout.rate, models.rate
+    if rate is None or stated == rate:
+        return source
+    # A detector that was trained takes its own rate alone, whatever the error of a clock.
+    if (models.detector is None or models.detector.rate is None) and same_rate(stated, rate):
+        return source
+    resampled = ResampledSource(source, rate)
+    _say(
+        f"{source.name} sends {stated:g} samples a second and the models take {rate:g}: they are "
+        "resampled, also in recordings"
+    )
+    return resampled
 
 
 def _shore_a(source: Source, device: str) -> Callable[[str], float | None]:

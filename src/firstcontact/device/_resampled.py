@@ -1,0 +1,198 @@
+"""Samples of a source at the rate that a model takes."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Self
+
+import numpy as np
+
+from firstcontact.core import Block, Calibration, ChannelKind, Contact
+from firstcontact.device._device_predictions import Told, ToldContact
+from firstcontact.device._source import Arrival, Descriptor, Health, Source
+from firstcontact.recording import Marker, PinchMark
+from firstcontact.signal import CausalResampler, check_rates
+
+
+class ResampledSource:
+    """Another source's samples at another rate, with everything that counts samples.
+
+    Channels are filtered, except for strips, which take the nearest sample. Sample numbers,
+    markers, marks of pinches, the device's own predictions and the counts of the health are those
+    of the new rate. A gap stays a gap, and loses up to 0.5 ms of signal before it: the filter
+    cannot look ahead there.
+
+    Parameters
+    ----------
+    source
+        Open.
+    rate
+        New rate, Hz.
+
+    Raises
+    ------
+    InputError
+        Samples cannot be resampled between these rates.
+    """
+
+    def __init__(self, source: Source, rate: float) -> None:
+        self._source, self._rate = source, rate
+        layout = source.descriptor.layout
+        check_rates(layout.rate, rate)
+        self._old = layout.rate
+        self._share = rate / layout.rate
+        self._strips = layout.columns(ChannelKind.STRIP)
+        self._resampler = self._new_resampler()
+        self._epoch: int | None = None
+        self._end = 0  # number of the next sample of the source
+        self._next = 0  # number of the next one that comes out
+        self._given = 0
+        self._cut = 0.0  # samples that gaps are longer than those of the source
+        self._host = 0.0
+        # Words and marks that wait for their sample.
+        self._markers: list[Marker] = []
+        self._pinches: list[PinchMark] = []
+
+    @property
+    def name(self) -> str:
+        """Name of the source."""
+        return self._source.name
+
+    @property
+    def descriptor(self) -> Descriptor:
+        """Descriptor of the source, with the new rate and the delay of the filter."""
+        descriptor = self._source.descriptor
+        layout = replace(descriptor.layout, rate=self._rate, groups=())
+        delay = descriptor.delay + self._resampler.delay
+        return replace(descriptor, layout=layout, dtype="float32", delay=delay)
+
+    @property
+    def calibration(self) -> Calibration | None:
+        """Calibration in a recording's header; None for a device."""
+        calibration: Calibration | None = getattr(self._source, "calibration", None)
+        return calibration
+
+    @property
+    def health(self) -> Health:
+        """Counts up to now, in samples of the new rate."""
+        health = self._source.health
+        return replace(
+            health,
+            samples=self._given,
+            lost_samples=round(health.lost_samples * self._share + self._cut),
+            overflow_samples=round(health.overflow_samples * self._share),
+            unusable_samples=round(health.unusable_samples * self._share),
+            unheard_samples=round(health.unheard_samples * self._share),
+            host_rate=health.host_rate * self._share,
+            ended=health.ended and not self._waiting,
+        )
+
+    @property
+    def ended(self) -> bool:
+        """Return True if the source has ended and everything was read."""
+        return self._source.ended and not self._waiting
+
+    @property
+    def _waiting(self) -> bool:
+        return bool(self._markers or self._pinches)
+
+    def read(self, timeout: float, least: int = 1) -> list[Arrival]:
+        """Return all samples that arrived since the last call, as :meth:`Source.read` does."""
+        until = time.monotonic() + timeout
+        while not self._source.ended:
+            patience = max(until - time.monotonic(), 0.0)
+            arrivals = self._source.read(patience, math.ceil(least / self._share))
+            pieces = [piece for arrival in arrivals for piece in self._take(arrival)]
+            if pieces or not arrivals:
+                return pieces
+        return self._rest()
+
+    def mark(self, text: str) -> None:
+        """Have a word pinned to the next sample of the source."""
+        self._source.mark(text)
+
+    def order(self, text: str) -> None:
+        """Pass an order to a simulated hand."""
+        self._source.order(text)
+
+    def close(self) -> None:
+        """Close the source. What it received can still be read."""
+        self._source.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    def _new_resampler(self) -> CausalResampler:
+        return CausalResampler(self._old, self._rate, self._strips)
+
+    def _take(self, arrival: Arrival) -> list[Arrival]:
+        """Resample an arrival; what waits for an epoch that is over comes before it."""
+        block, before = arrival.block, []
+        begun = block.epoch != self._epoch
+        if begun:
+            before = self._rest()
+            self._resampler = self._new_resampler()
+            self._next = self._resampler.number(block.first_sample)
+        data, first = self._resampler.update(block.data, block.first_sample)
+        if len(block.data):
+            if not begun:
+                gap = block.first_sample - self._end
+                self._cut += first - self._next - gap * self._share
+            self._next, self._end = first + len(data), block.end
+        self._epoch, self._host = block.epoch, arrival.host
+        self._given += len(data)
+        number = self._resampler.number
+        self._markers += [replace(m, sample=number(m.sample)) for m in arrival.markers]
+        self._pinches += [self._moved(pinch) for pinch in arrival.pinches]
+        told = tuple(self._moved_prediction(t) for t in arrival.told)
+        begin = self._next - len(data)
+        return before + self._due(Block(data.astype(np.float32), begin, block.epoch), told)
+
+    def _due(self, block: Block, told: tuple[Told, ...]) -> list[Arrival]:
+        """Return samples with the words and marks that belong to them; none where all are empty."""
+        markers = tuple(m for m in self._markers if (m.epoch, m.sample) < (block.epoch, block.end))
+        pinches = tuple(p for p in self._pinches if (p.epoch, p.end) <= (block.epoch, block.end))
+        if not (len(block.data) or markers or pinches or told):
+            return []
+        self._markers = [m for m in self._markers if m not in markers]
+        self._pinches = [p for p in self._pinches if p not in pinches]
+        return [Arrival(block, self._host, markers, pinches, told)]
+
+    def _rest(self) -> list[Arrival]:
+        """Return the words and marks whose sample does not come any more."""
+        if not self._waiting:
+            return []
+        none = np.zeros((0, self.descriptor.layout.width), np.float32)
+        block = Block(none, self._next, self._epoch or 0)
+        rest = Arrival(block, self._host, tuple(self._markers), tuple(self._pinches))
+        self._markers, self._pinches = [], []
+        return [rest]
+
+    def _moved(self, pinch: PinchMark) -> PinchMark:
+        number = self._resampler.number
+
+        def contacts(of: Iterable[Contact]) -> tuple[Contact, ...]:
+            return tuple(Contact(c.finger, number(c.sample), number(c.decided)) for c in of)
+
+        return replace(
+            pinch,
+            first_sample=number(pinch.first_sample),
+            end=number(pinch.end),
+            truth=contacts(pinch.truth),
+            found=contacts(pinch.found),
+            motor_start=None if pinch.motor_start is None else number(pinch.motor_start),
+        )
+
+    def _moved_prediction(self, told: Told) -> Told:
+        number = self._resampler.number
+        if isinstance(told, ToldContact):
+            return replace(told, sample=number(told.sample), known=number(told.known))
+        samples = round(told.samples * self._share)
+        contact, known = number(told.contact), number(told.known)
+        return replace(told, contact=contact, known=known, samples=samples)

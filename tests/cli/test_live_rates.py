@@ -1,0 +1,125 @@
+"""``firstcontact live`` where samples do not come at the rate of the models."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from firstcontact.core import Dataset, Label
+from firstcontact.models import pretrained, save_anytime
+from firstcontact.recording import Header, read_recording, write_dataset
+from firstcontact.signal import resample_dataset
+from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
+from trainings import recordings, resampled, run
+
+FAST = 8000.0
+
+
+@pytest.fixture(scope="module")
+def pinches() -> Dataset:
+    simulated = []
+    for n in range(4):
+        kind = BLOCKS[n]
+        draw = draw_pinch(3, PAPER_RIG, "s", draw_specimen(3, PAPER_RIG, kind, 0), n)
+        label = Label(kind.name, kind.shore_a, session="s", specimen=kind.name)
+        simulated.append(simulate_pinch(draw, label, 10_000 * n))
+    return Dataset(tuple(simulated), "synthetic")
+
+
+def recorded(pinches: Dataset, folder: Path) -> Path:
+    folder.mkdir()
+    layout = pinches.layout
+    header = Header(layout, "synthetic", str(pinches.pinches[0].data.dtype))
+    (path,) = write_dataset(pinches, folder, header)
+    return path
+
+
+@pytest.fixture(scope="module")
+def fast_model(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Detector and model of windows at 8 kHz."""
+    folder = tmp_path_factory.mktemp("fast")
+    data = resampled(recordings(folder / "data"), FAST, folder / "at 8 kHz")
+    assert run("train", data, "--out", folder / "model") == 0
+    return folder / "model"
+
+
+class Told:
+    """Output of ``live --json`` for a recording."""
+
+    def __init__(self, capsys: pytest.CaptureFixture[str], path: Path, *arguments: Any) -> None:
+        capsys.readouterr()
+        self.code = run("live", "--device", path, "--speed", "inf", "--json", *arguments)
+        out, self.messages = capsys.readouterr()
+        self.events = [json.loads(line) for line in out.splitlines()]
+
+    def of(self, kind: str) -> list[dict[str, Any]]:
+        return [e for e in self.events if e["type"] == kind]
+
+    @property
+    def contacts(self) -> list[tuple[int, str, int]]:
+        return [(e["epoch"], e["finger"], e["sample"]) for e in self.of("touched") if e["first"]]
+
+
+def test_a_device_at_another_rate_is_resampled_for_the_model(
+    pinches: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own = Told(capsys, recorded(pinches, tmp_path / "own"))
+    folder = tmp_path / "recordings"
+    path = recorded(resample_dataset(pinches, FAST), tmp_path / "fast")
+    told = Told(capsys, path, "--record", "--recordings", folder)
+    assert (own.code, told.code) == (0, 0)
+    assert "resampled" not in own.messages
+    (line,) = [line for line in told.messages.splitlines() if "resampled" in line]
+    assert "8000" in line
+    assert "4936" in line
+    (header,) = told.of("descriptor")
+    assert header["rate_hz"] == 4936.0
+    assert [c[:2] for c in told.contacts] == [c[:2] for c in own.contacts]
+    offsets = [t[2] - o[2] for t, o in zip(told.contacts, own.contacts, strict=True)]
+    assert np.abs(offsets).max() <= 0.003 * 4936
+    assert len(told.of("running")) > 0.8 * len(own.of("running")) > 0
+    recording = read_recording(next(folder.glob("*.mcap")))
+    assert (recording.header.layout.rate, recording.header.dtype) == (4936.0, "float32")
+    count = sum(len(p.data) for p in pinches.pinches)
+    assert recording.samples == pytest.approx(count, rel=0.01)
+
+
+def test_models_of_a_higher_rate_take_samples_of_a_lower_one(
+    pinches: Dataset, fast_model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = Told(capsys, recorded(pinches, tmp_path / "own"), "--model", fast_model)
+    assert told.code == 0, told.messages
+    assert "8000" in told.messages
+    assert told.of("pinch")
+    assert all(e["rate_hz"] == FAST for e in told.of("descriptor"))
+
+
+def test_a_network_of_another_rate_beside_them_is_named_and_left_out(
+    pinches: Dataset, fast_model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = recorded(resample_dataset(pinches, FAST), tmp_path / "fast")
+    alone = Told(capsys, path, "--model", fast_model)
+    folder = shutil.copytree(fast_model, tmp_path / "both")
+    save_anytime(pretrained(), folder, {})
+    both = Told(capsys, path, "--model", folder)
+    assert (alone.code, both.code) == (0, 0), both.messages
+    assert alone.contacts == both.contacts != []
+    assert "any-time" not in alone.messages
+    (line,) = [line for line in both.messages.splitlines() if "any-time" in line]
+    assert "8000" in line
+    assert not both.of("running")
+
+
+def test_a_detector_of_another_rate_than_the_only_model_is_refused(
+    pinches: Dataset, fast_model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = recorded(pinches, tmp_path / "own")
+    told = Told(capsys, path, "--detector", fast_model)
+    assert told.code == 2
+    assert "8000" in told.messages
+    assert told.events == []

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from importlib import import_module
 from pathlib import Path
+from types import UnionType
 from typing import Any
 
 from firstcontact.core import Registry
@@ -49,7 +50,9 @@ HEAD = """\
 
 Written by `docs/write_api.py` out of the docstrings; a test holds this page against them.
 
-What stands here is meant for others: `from firstcontact.contact import detect`. Semantic versioning
+Begin with `import firstcontact as fc`: these functions and types do what the command line does. The
+[tutorial](../tutorial/from-python.md) uses them. Rooms hold the parts for those who build on them:
+`from firstcontact.contact import detect`. Semantic versioning
 promises it: what is taken away or changes its meaning raises the first number of the version (the
 second before 1.0). Everything else is the package's own affair and may change at any time.
 [Architecture](../explanation/architecture.md) says how the rooms fit, `help(...)` the rest of each.
@@ -62,23 +65,25 @@ def said(thing: Any) -> str:
         return f"All {thing.kind}s by name, those of plug-ins among them."
     if isinstance(thing, dict):
         return f"By name: {', '.join(f'`{name}`' for name in thing)}."
+    if isinstance(thing, UnionType):
+        return f"One of {', '.join(f'`{kind.__name__}`' for kind in thing.__args__)}."
     first = " ".join((thing.__doc__ or "").strip().split("\n\n")[0].split())
     return re.sub(r":\w+:(?=`)", "", first).replace("``", "`")
 
 
 def room(name: str) -> str:
     """A table of a room."""
-    module = import_module(f"firstcontact.{name}")
-    rows = [
-        f"| `{word}` | {said(getattr(module, word))} |" for word in sorted(PUBLIC[name].split())
-    ]
-    head = f"## firstcontact.{name}\n\n{said(module)}\n\n| name | |\n|---|---|\n"
+    full = f"firstcontact.{name}" if name else "firstcontact"
+    module = import_module(full)
+    words = PUBLIC[name].split() if name in PUBLIC else module.__all__
+    rows = [f"| `{word}` | {said(getattr(module, word))} |" for word in sorted(words)]
+    head = f"## {full}\n\n{said(module)}\n\n| name | |\n|---|---|\n"
     return head + "\n".join(rows) + "\n"
 
 
 def page() -> str:
     """The page."""
-    return "\n".join([HEAD, *map(room, PUBLIC)])
+    return "\n".join([HEAD, *map(room, ("", "plugins", *PUBLIC))])
 
 
 if __name__ == "__main__":

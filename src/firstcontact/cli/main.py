@@ -6,6 +6,7 @@ import errno
 import shutil
 import sys
 from collections.abc import Sequence
+from pathlib import PurePath
 from typing import Any
 
 from firstcontact import __version__
@@ -54,7 +55,7 @@ def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
             with logged(verbose), ForeignCode():
                 verb.run()
     except InputError as error:
-        return _failed(INPUT, str(error))
+        return _failed(INPUT, _with_option(error, verb))
     except KeyboardInterrupt as interrupt:  # which may say what is left unfinished
         return _failed(stop.code, str(interrupt) or "interrupted")
     except BaseException as error:
@@ -111,6 +112,16 @@ def _parsed(arguments: list[str]) -> Any:
             args=arguments[1:],
             registry=option_numbers(),
         )
+
+
+def _with_option(error: InputError, verb: Any) -> str:
+    """Return the message of an error with the option, or the path, in place of the parameter."""
+    if not error.parameter or verb is None:
+        return str(error)
+    field = getattr(verb, "options", {}).get(error.parameter, error.parameter)
+    value = getattr(verb, field, None)
+    subject = value if isinstance(value, PurePath) else f"--{field.replace('_', '-')}"
+    return f"{subject}: {error.message}"
 
 
 def _failed(code: int, sentence: str) -> int:

@@ -24,6 +24,12 @@ from ._at_lengths import fit_at_lengths as fit_at_lengths
 from ._at_lengths import from_regressor as from_regressor
 from ._at_lengths import imported as imported
 from ._at_lengths import registered as registered
+from ._bundle import Model as Model
+from ._bundle import NetworkPredictor as NetworkPredictor
+from ._bundle import Predictions as Predictions
+from ._bundle import WindowPredictor as WindowPredictor
+from ._bundle import load_model as load_model
+from ._bundle import shipped_model as shipped_model
 from ._card import LearnedFrom as LearnedFrom
 from ._card import ModelCard as ModelCard
 from ._card import Provenance as Provenance
@@ -54,6 +60,9 @@ from ._detection import score_decisions as score_decisions
 from ._detection import score_detector as score_detector
 from ._estimator import Estimator as Estimator
 from ._estimator import training_spec as training_spec
+from ._evaluate import Evaluation as Evaluation
+from ._evaluate import GroupScores as GroupScores
+from ._evaluate import evaluate as evaluate
 from ._final_model import FinalModel as FinalModel
 from ._final_model import covered as covered
 from ._final_model import score as score
@@ -73,6 +82,7 @@ from ._metrics import over_objects as over_objects
 from ._metrics import per_object as per_object
 from ._metrics import rank_correlation as rank_correlation
 from ._metrics import regression_scores as regression_scores
+from ._model import ArraysModel as ArraysModel
 from ._model import WindowModel as WindowModel
 from ._model_file import CARD as CARD
 from ._model_file import has_models as has_models
@@ -147,6 +157,12 @@ from ._touches import Touches as Touches
 from ._touches import cut_touch as cut_touch
 from ._touches import lengths as lengths
 from ._touches import touches_of as touches_of
+from ._train import UNITS as UNITS
+from ._train import adapt as adapt
+from ._train import known_contacts as known_contacts
+from ._train import scores_in_words as scores_in_words
+from ._train import train as train
+from ._train import train_detector as train_detector
 from ._train_folder import check_replaceable as check_replaceable
 from ._train_folder import folder_name as folder_name
 from ._train_folder import replaced as replaced

@@ -2,6 +2,7 @@
 
 from ._events import Armed as Armed
 from ._events import Estimated as Estimated
+from ._events import Event as Event
 from ._events import PinchDone as PinchDone
 from ._events import Refused as Refused
 from ._events import Running as Running

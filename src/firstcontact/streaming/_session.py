@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from datetime import datetime
@@ -139,10 +139,26 @@ class LiveSession:
         InputError
             What the source raises.
         """
+        for _ in self.events(sinks, seconds, pinches, stopped, patient):
+            pass
+
+    def events(
+        self,
+        sinks: Sequence[Sink] = (),
+        seconds: float | None = None,
+        pinches: int | None = None,
+        stopped: Callable[[], bool] = lambda: False,
+        patient: bool = False,
+    ) -> Iterator[Event]:
+        """Work as :meth:`run` does, and give each event to the caller when actors have seen it.
+
+        Leaving the iteration ends the session.
+        """
         self.fanout = Fanout(sinks, self.source.descriptor, patient)
         until = None if seconds is None else time.monotonic() + seconds
         told = time.monotonic()
         together = min((sink.every for sink in sinks), default=TOGETHER)
+        given = 0  # of the events that sinks have not got yet, so many the caller has
         try:
             while not stopped() and (until is None or time.monotonic() < until):
                 new = self.source.read(WAIT, self._least)
@@ -166,14 +182,18 @@ class LiveSession:
                         said = actor.came(arrival.block)
                         self._events += said
                         found |= bool(said)
+                yield from self._events[given:]
+                given = len(self._events)
                 if found or time.monotonic() - told >= together:
                     self._tell()
                     told = time.monotonic()
+                    given = 0
                 if (pinches is not None and self.pinches >= pinches) or self._alone:
                     break
             self._act(self.pipeline.finish())
             if self._hand_answers is not None:
                 self._events += self._hand_answers.ended()
+            yield from self._events[given:]
         finally:
             with ExitStack() as ends:  # the last first, and all of them whatever one of them raises
                 ends.callback(self.fanout.close)

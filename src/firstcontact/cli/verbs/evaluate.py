@@ -1,28 +1,19 @@
-"""``firstcontact evaluate``: a saved model asked about recordings."""
+"""``firstcontact evaluate``: scores of a saved model on recordings."""
 
 from __future__ import annotations
 
-import logging
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import tyro
 
-from firstcontact.cli.verbs.train import (
-    UNITS,
-    aligned_by_truth,
-    at_rate,
-    coverage_in_words,
-    in_words,
-)
-from firstcontact.core import InputError, counted
+from firstcontact.core import counted, percent
 
 if TYPE_CHECKING:
     from firstcontact.core import Dataset
-    from firstcontact.models import Interval, LabelledWindows, WindowModel
-
-_log = logging.getLogger(__name__)
+    from firstcontact.models import Evaluation, GroupScores, Model
 
 
 @dataclass(frozen=True)
@@ -44,140 +35,83 @@ class Evaluate:
 
     def run(self) -> None:
         """Print errors or accuracy, and a table of objects."""
-        from firstcontact.cli.evaluate_anytime import anytime_lines
         from firstcontact.cli.losses import warn_of
-        from firstcontact.models import CARD, has_anytime, has_models, model_folders
+        from firstcontact.contact import load_detector
+        from firstcontact.models import evaluate, load_model
         from firstcontact.recording import load_dataset
 
-        at_any_time = has_anytime(self.model)
-        # Both kinds may lie in one folder.
-        fixed = not at_any_time or (self.model / CARD).is_file()
-        folder = _one_folder(self.model) if fixed else self.model
-        loaded = load_dataset(self.data)
-        warn_of(loaded)
-        if at_any_time:
-            asked = loaded, self.data, self.contacts, self.detector
-            for line in anytime_lines(self.model, *asked):
-                print(line)
-            if not fixed and has_models(self.model):
-                names = ", ".join(f.name for f in model_folders(self.model))
-                print(f"models of fixed windows are here, too: name one of {names} to score it")
-        if fixed:
-            self._window(folder, loaded)
-
-    def _window(self, folder: Path, loaded: Dataset) -> None:
-        """Score a model of one window length."""
-        from firstcontact.contact import load_detector
-        from firstcontact.models import (
-            found,
-            known,
-            known_pinches,
-            labelled_windows,
-            load_digests,
-            load_interval,
-            load_window_model,
-            read_card,
-        )
-
-        card = read_card(folder)
-        model, interval = load_window_model(folder), load_interval(folder)
-        _log.info("model %s: %s", folder, model.spec)
-        familiar = known_pinches(loaded, card.data, load_digests(folder))
-        dataset = _at_rate_of(loaded, model.spec.rate, self.data, folder)
-        target = card.data.target
-        values = dataset.hardness_rank if target == "hardness_rank" else dataset.shore_a
-        if aligned_by_truth(self.contacts, dataset, self.data):
-            contacts = known(dataset)
-        else:
-            contacts = found(dataset, load_detector(self.detector or folder))
-        data = labelled_windows(dataset, contacts.contacts, model.spec.duration, values)
-        if not len(data):
-            raise InputError(
-                f"{self.data}: none of {len(dataset)} pinches has a contact ({contacts.how}), a "
-                f"whole window of {1e3 * model.spec.duration:.3g} ms and a {target}"
-            )
-        print(f"contacts {contacts.how}")
-        print(
-            f"{counted(len(data), 'pinch')} scored, "
-            f"{len(dataset) - len(data)} without contact or label"
-        )
-        for line in familiar.warnings(data.which):
+        detector = None if self.detector is None else load_detector(self.detector)
+        model = load_model(self.model, detector)
+        data = load_dataset(self.data)
+        warn_of(data)
+        for line in _rate_lines(model, data):
             print(line)
-        for title, which in familiar.groups().items():
-            if which[data.which].any():
-                _report(title, model, interval, data.take(which[data.which]), target)
+        contacts = "known" if self.contacts == "truth" else self.contacts
+        for evaluation in evaluate(model, data, contacts=contacts):
+            for line in _lines(evaluation):
+                print(line)
 
 
-def _one_folder(path: Path) -> Path:
-    """Folder of the one model that is there."""
-    from firstcontact.models import model_folders
-
-    folder, *others = model_folders(path)
-    if others:
-        raise InputError(
-            f"{path} holds models of several window lengths: name one of them, such as {folder}"
-        )
-    return folder
-
-
-def _at_rate_of(dataset: Dataset, rate: float, data: Path, model: Path) -> Dataset:
-    """The pinches at the model's rate, as a study would resample them; says what was done."""
-    from firstcontact.recording import check_rate
-
-    check_rate(f"{model}: rate_hz", rate)
-    resampled = at_rate(dataset, rate, data)
-    recorded = dataset.layout.rate
-    if recorded == rate:
-        return dataset
-    if recorded < rate:
-        print(
+def _rate_lines(model: Model, data: Dataset) -> Iterator[str]:
+    """Say that pinches are resampled, and what that costs."""
+    recorded = data.layout.rate
+    if not model.moments or recorded == model.rate:
+        return
+    yield f"Resampled from {recorded:g} Hz to {model.rate:g} Hz, as the model takes"
+    if recorded < model.rate:
+        yield (
             f"warning: these recordings hold nothing above {recorded / 2:g} Hz, and the model may "
             "have learned from what is there"
         )
-    print(f"live does not resample: for a device at {recorded:g} Hz train with --rate {recorded:g}")
-    return resampled
 
 
-def _report(
-    title: str, model: WindowModel, interval: Interval | None, data: LabelledWindows, target: str
-) -> None:
-    import numpy as np
-
-    from firstcontact.models import covered, score
-
-    if model.spec.classes:
-        inside = np.isin(data.y, model.spec.classes)
-        if not inside.all():
-            print(
-                f"{title}: {(~inside).sum()} pinches are of no class that the model knows "
-                "and are left out"
-            )
-        data = data.take(inside)
-    if not len(data):
-        return
-    predicted = model.predict(data.X)
-    print(f"{title}: {in_words(score(model.spec.task, data, predicted, seed=0), target)}")
-    held = covered(interval, predicted, data.y, model.spread(data.X))
-    if interval is not None:
-        print(f"  {coverage_in_words(held, interval.level)} {UNITS[target]}")
-    elif not model.spec.classes:
-        print("  the model has no interval")
-    for line in _table(data, predicted, target):
-        print(f"  {line}")
+def _lines(evaluation: Evaluation) -> Iterator[str]:
+    """Format the scores of one predictor."""
+    yield (
+        f"{evaluation.when}, {evaluation.predictor}: contacts {evaluation.contacts}; "
+        f"{counted(evaluation.scored, 'pinch')} scored, {evaluation.left_out} without contact or "
+        "label, or ended by the second contact"
+    )
+    yield from evaluation.warnings
+    for group in evaluation.groups:
+        if group.window is None:
+            yield from _network_lines(group)
+        else:
+            yield from _window_lines(group, evaluation)
 
 
-def _table(data: LabelledWindows, predicted: Any, target: str) -> list[str]:
-    from firstcontact.models import per_object
+def _network_lines(group: GroupScores) -> Iterator[str]:
+    constant = f"always answering their mean scores {group.constant:.2f}"
+    yield f"{group.title}: {counted(group.n, 'pinch')}; rmse and width in Shore A ({constant})"
+    share = f"in {100 * (group.level or 0):g} %"
+    yield f"{'after contact':>13}  {'rmse':>6}  {share:>8}  {'width':>6}  out of range"
+    for at, rmse in group.rmse.items():
+        yield (
+            f"{f'{1e3 * at:g} ms':>13}  {rmse:>6.2f}  {percent(group.coverage[at]):>8}  "
+            f"{group.width[at]:>6.1f}  {percent(group.out_of_range[at]):>12}"
+        )
 
-    each = per_object(data.y, predicted, data.specimens, data.objects)
-    names = {name: name or "(unnamed)" for name in each}
+
+def _window_lines(group: GroupScores, evaluation: Evaluation) -> Iterator[str]:
+    from firstcontact.models import UNITS, scores_in_words
+
+    unit = UNITS[evaluation.target]
+    assert group.window is not None
+    yield f"{group.title}: {scores_in_words(group.window, evaluation.target)}"
+    for at, coverage in group.coverage.items():
+        yield (
+            f"  interval at level {group.level:g} held {percent(coverage)} of {group.n} "
+            f"pinches, mean width {group.width[at]:.1f} {unit}"
+        )
+    if group.level is None and group.rmse:
+        yield "  the model has no interval"
+    names = {name: name or "(unnamed)" for name in group.objects}
     width = max(len(n) for n in (*names.values(), "specimen"))
-    unit = "true" if target == "shore_a" else "rank"
-    lines = [f"{'specimen':<{width}}  {'n':>5}  {unit:>6}  {'mean':>6}  {'sd':>5}  {'rmse':>5}"]
-    for name, row in each.items():
+    true = "true" if evaluation.target == "shore_a" else "rank"
+    yield f"  {'specimen':<{width}}  {'n':>5}  {true:>6}  {'mean':>6}  {'sd':>5}  {'rmse':>5}"
+    for name, row in group.objects.items():
         spread = f"{row.sd:.1f}" if row.sd is not None else "–"
-        lines.append(
-            f"{names[name]:<{width}}  {row.n:>5}  {row.true:>6.1f}  {row.mean:>6.1f}  "
+        yield (
+            f"  {names[name]:<{width}}  {row.n:>5}  {row.true:>6.1f}  {row.mean:>6.1f}  "
             f"{spread:>5}  {row.rmse:>5.1f}"
         )
-    return lines

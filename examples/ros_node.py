@@ -1,0 +1,38 @@
+"""ROS 2 node that publishes stiffness at first contact: python examples/ros_node.py twin rig.
+
+Needs rclpy and std_msgs of a ROS 2 installation. Each message on /stiffness holds the value and
+the ends of the interval, Shore A.
+"""
+
+import sys
+
+import rclpy
+from rclpy.node import Node
+from std_msgs.msg import Float32MultiArray
+
+import firstcontact as fc
+
+
+class Stiffness(Node):
+    """Publishes each estimate that stands when the second finger touches."""
+
+    def __init__(self, device: str, model: str | None, pinches: int | None = None) -> None:
+        super().__init__("firstcontact")
+        self.publisher = self.create_publisher(Float32MultiArray, "stiffness", 10)
+        self.device, self.model, self.pinches = device, model, pinches
+
+    def run(self) -> None:
+        """Follow the device until ROS is shut down or the pinches are done."""
+        with fc.open(self.device) as source:
+            for event in fc.live(source, self.model, pinches=self.pinches):
+                if isinstance(event, fc.Settled) and event.answer is not None:
+                    a = event.answer
+                    self.publisher.publish(Float32MultiArray(data=[a.value, a.low, a.high]))
+                if not rclpy.ok():
+                    break
+
+
+if __name__ == "__main__":
+    rclpy.init()
+    Stiffness(*sys.argv[1:3]).run()
+    rclpy.shutdown()

@@ -1,0 +1,160 @@
+"""Public functions for live sessions: open a source, and follow contacts and estimates."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from firstcontact.core import InputError
+
+if TYPE_CHECKING:
+    from firstcontact.core import Calibration
+    from firstcontact.device import Source
+    from firstcontact.models import Model
+    from firstcontact.streaming import Event
+
+#: Rest that is measured where no calibration is given, and the longest wait for it, s.
+REST = 1.0
+PATIENCE = 30.0
+
+
+def open(
+    device: str = "twin",
+    *,
+    speed: float = 1.0,
+    condition: str = "paper-rig",
+    seed: int = 0,
+    objects: str = "paper",
+) -> Source:
+    """Open a source of samples: use it in a ``with`` statement.
+
+    Parameters
+    ----------
+    device
+        "twin" for the simulated hand, a serial port, "audio", "lsl:NAME", "csv:PORT", or the
+        path of a recording (.mcap).
+    speed
+        Multiple of real time, for the twin and recordings.
+    condition, seed
+        Of the twin.
+    objects
+        Objects that the twin picks up: "paper", "household", or the name of one.
+
+    Raises
+    ------
+    InputError
+        The device is not there, or cannot be used with these parameters.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> with fc.open("twin", speed=4.0) as source:
+    ...     samples = sum(len(arrival.block.data) for arrival in source.read(5.0, least=100))
+    >>> samples >= 100
+    True
+    """
+    from firstcontact.device import open_source
+
+    return open_source(device, speed=speed, condition=condition, seed=seed, objects=objects)
+
+
+def live(
+    source: Source,
+    model: Model | str | os.PathLike[str] | None = None,
+    *,
+    calibration: Calibration | None = None,
+    shape: str = "",
+    hand: str | None = None,
+    hand_port: str | None = None,
+    policy: str | None = None,
+    record: str | os.PathLike[str] | None = None,
+    seconds: float | None = None,
+    pinches: int | None = None,
+    real_time: bool = True,
+) -> Iterator[Event]:
+    """Follow a source: yield contacts, estimates and finished pinches as they happen.
+
+    Parameters
+    ----------
+    source
+        An open source. It is closed when the iteration ends.
+    model
+        Model or its folder; by default the model of the package, which knows no rig and so has
+        wide intervals.
+    calibration
+        Noise floors; by default measured first, for which the hand must be still.
+    shape
+        "flat" or a radius in mm, where it is the same for all objects.
+    hand, hand_port, policy
+        Hand to drive, its port, and the grasp policy. The hand is released on every way out.
+    record
+        Folder for a recording of all samples.
+    seconds, pinches
+        End after this time, s, or after so many pinches.
+    real_time
+        False for a source that runs at another speed: no estimate is then called in time.
+
+    Yields
+    ------
+    Event
+        See :mod:`firstcontact.streaming`.
+
+    Raises
+    ------
+    InputError
+        The model is not for this source, the source fails, or the recording cannot be written.
+    """
+    from threadpoolctl import threadpool_limits
+
+    from firstcontact.device import measure_noise
+    from firstcontact.grasp import POLICIES, live_policy, open_hand
+    from firstcontact.models import Model, load_model, shipped_model
+    from firstcontact.streaming import Grasping, LiveSession, ModelWithInterval, Pipeline
+
+    if model is None:
+        model = shipped_model()
+    elif not isinstance(model, Model):
+        model = load_model(model)
+    descriptor = source.descriptor
+    if calibration is None:
+        recorded = hasattr(source, "calibration")
+        calibration = (
+            getattr(source, "calibration", None)
+            if recorded
+            else measure_noise(source, REST, PATIENCE)
+        )
+    with ExitStack() as stack:
+        # Products of small matrices: their threads would only wait for one another.
+        stack.enter_context(threadpool_limits(1))
+        pipeline = Pipeline(
+            descriptor.layout,
+            model.own_detector,
+            [ModelWithInterval(w.model, w.interval) for w in model.windows],
+            calibration,
+            anytime=None if model.network is None else model.network.model,
+            delay=descriptor.delay,
+            real_time=real_time,
+        )
+        grasping = None
+        if hand is not None:
+            opened = stack.enter_context(open_hand(hand, hand_port, source=source))
+            grasping = Grasping(live_policy(policy or POLICIES.default), opened, descriptor.layout)
+        elif policy is not None:
+            raise InputError("it needs a hand", parameter="policy")
+        session = LiveSession(
+            source,
+            pipeline,
+            () if grasping is None else (grasping,),
+            Path() if record is None else Path(record),
+            calibration,
+            None if grasping is None else grasping.requests,
+            shape,
+        )
+        if record is not None:
+            session.start_recording()
+        yield from session.events(seconds=seconds, pinches=pinches)
+        if session.recording.failed:
+            raise InputError(session.recording.failed, parameter="record")

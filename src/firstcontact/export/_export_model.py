@@ -1,0 +1,62 @@
+"""Write a model in another language."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from firstcontact.core import Dataset, InputError, need_for, replacing_folder
+from firstcontact.export._budget import small_enough
+from firstcontact.export._exporters import MODEL_EXPORTERS
+from firstcontact.export._trained import load_trained
+from firstcontact.models import Model
+
+StrPath = str | os.PathLike[str]
+
+
+def export_model(
+    model: StrPath | Model,
+    out: StrPath,
+    *,
+    to: str = "c",
+    data: Dataset | None = None,
+    budget_us: float | None = None,
+) -> list[str]:
+    """Write a model as C99, as ONNX, or as an image for a hand.
+
+    Parameters
+    ----------
+    model
+        Model, or its folder.
+    out
+        Folder for the files; it must be empty or new.
+    to
+        Name in ``firstcontact.plugins.MODEL_EXPORTERS``: "c", "onnx" or "hand".
+    data
+        Training pinches, to which what is made smaller is fitted.
+    budget_us
+        Time that a prediction may take on a Cortex-M7 of 600 MHz, us.
+
+    Returns
+    -------
+    list of str
+        Sentences about what was written.
+
+    Raises
+    ------
+    InputError
+        The model has no such form, or does not fit the budget. Nothing is written then.
+    """
+    exporter = MODEL_EXPORTERS.find(to)
+    need_for(exporter)
+    place = Path(out)
+    if place.exists() and (not place.is_dir() or any(place.iterdir())):
+        raise InputError(f"{place} is not an empty or new folder: name another", parameter="out")
+    if budget_us is not None and not 0.0 < budget_us <= 1e6:
+        raise InputError("it must lie between 0 and 1000000", parameter="budget_us")
+    with TemporaryDirectory() as scratch:
+        folder = model.save(Path(scratch, "model")) if isinstance(model, Model) else Path(model)
+        trained = small_enough(load_trained(folder), data, budget_us, exporter.parts)
+        with replacing_folder(place) as making:
+            return list(exporter.write(trained, making))

@@ -1,0 +1,217 @@
+"""The public functions: one program through all of them, and what they refuse."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import types
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import firstcontact as fc
+from firstcontact import plugins
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> fc.Dataset:
+    """Simulated pinches of the five blocks."""
+    folder = tmp_path_factory.mktemp("front") / "pinches"
+    return fc.simulate(folder, pinches_per_block=12, pinches_per_object=0, seed=5)
+
+
+@pytest.fixture(scope="module")
+def model(data: fc.Dataset) -> fc.Model:
+    return fc.train(data, "spectral_ridge" if "spectral_ridge" in plugins.ESTIMATORS else "svm")
+
+
+def test_every_public_name_is_there() -> None:
+    for name in fc.__all__:
+        assert getattr(fc, name) is not None
+    assert {"load", "train", "live", "plugins", "InputError"} <= set(fc.__all__)
+
+
+def test_importing_it_imports_no_arrays() -> None:
+    code = "import sys, firstcontact; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not set(done.stdout.split()) & {"numpy", "scipy", "sklearn", "numba", "torch", "msgspec"}
+
+
+def test_progress_counts_every_pinch(tmp_path: Path) -> None:
+    steps: list[int] = []
+    made = fc.simulate(
+        tmp_path / "few", pinches_per_block=1, pinches_per_object=0, progress=steps.append
+    )
+    assert sum(steps) == len(made) == 5
+
+
+def test_a_model_predicts_the_same_after_saving(
+    data: fc.Dataset, model: fc.Model, tmp_path: Path
+) -> None:
+    again = fc.load_model(model.save(tmp_path / "rig"))
+    assert again.moments == model.moments
+    for at in (0.003, 0.015):
+        told, kept = model.predict(data, at=at), again.predict(data, at=at)
+        assert np.array_equal(told.value, kept.value, equal_nan=True)
+        assert np.array_equal(told.low, kept.low, equal_nan=True)
+
+
+def test_predictions_hold_one_row_a_pinch(data: fc.Dataset, model: fc.Model) -> None:
+    predictions = model.predict(data, at=0.005)
+    there = np.isfinite(predictions.value)
+    assert len(predictions) == len(data)
+    assert there.mean() > 0.8
+    assert (predictions.low <= predictions.value)[there].all()
+    assert (predictions.value <= predictions.high)[there].all()
+    assert (predictions.elapsed[there] <= 0.005 + 1 / 4936).all()
+
+
+def test_nothing_after_the_second_contact_is_used(data: fc.Dataset, model: fc.Model) -> None:
+    predictions = model.predict(data, contacts=[p.first for p in data.pinches])
+    for pinch, elapsed in zip(data.pinches, predictions.elapsed, strict=True):
+        if pinch.offset is not None and np.isfinite(elapsed):
+            assert elapsed <= pinch.offset + 1e-9
+
+
+def test_too_early_is_refused_by_the_name_of_the_parameter(
+    data: fc.Dataset, model: fc.Model
+) -> None:
+    with pytest.raises(fc.InputError, match=r"^at:"):
+        model.predict(data, at=0.0005)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value"),
+    [("level", 0.2), ("seed", -1), ("windows", (5.0,)), ("windows", ()), ("contacts", "known")],
+)
+def test_training_names_the_parameter_that_is_wrong(
+    data: fc.Dataset, parameter: str, value: object
+) -> None:
+    unknown = data.take(np.arange(10))
+    if parameter == "contacts":
+        from dataclasses import replace
+
+        bare = tuple(replace(p, truth=()) for p in unknown.pinches)
+        unknown = replace(unknown, pinches=bare)
+    with pytest.raises(fc.InputError) as caught:
+        fc.train(unknown, **{parameter: value})  # type: ignore[arg-type]
+    assert caught.value.parameter == parameter
+
+
+def test_evaluation_scores_each_predictor_apart(data: fc.Dataset, model: fc.Model) -> None:
+    network, window = fc.evaluate(model, data)
+    assert network.groups[0].title == "seen in training"
+    assert set(network.rmse) == {0.002, 0.003, 0.005, 0.008, 0.015}
+    assert set(window.rmse) == {0.015}
+    assert window.scored + window.left_out == len(data)
+
+
+def test_a_model_of_the_package_knows_no_rig(data: fc.Dataset) -> None:
+    wide = fc.adapt().predict(data, at=0.005)
+    assert np.isfinite(wide.value).mean() > 0.5
+
+
+def test_a_model_is_written_as_c(data: fc.Dataset, model: fc.Model, tmp_path: Path) -> None:
+    assert fc.export_model(model, tmp_path / "c", to="c", data=data)
+    assert list((tmp_path / "c").rglob("*.c"))
+    with pytest.raises(fc.InputError, match=r"^out:"):
+        fc.export_model(model, tmp_path / "c", to="c")
+
+
+def test_contacts_are_detected(data: fc.Dataset) -> None:
+    known = [p.first for p in data.pinches]
+    detected = fc.detect(data)
+    assert len(detected) == len(data)
+    late = [
+        (d.sample - k.sample) / data.layout.rate
+        for d, k in zip(detected, known, strict=True)
+        if d is not None and k is not None
+    ]
+    assert np.median(np.abs(late)) < 0.003
+
+
+def test_live_gives_a_settled_estimate_for_each_pinch() -> None:
+    with fc.open("twin", speed=8.0, seed=2) as source:
+        calibration = fc.calibrate(source, seconds=0.5)
+        events = list(fc.live(source, calibration=calibration, pinches=2, real_time=False))
+    done = [e for e in events if isinstance(e, fc.PinchDone)]
+    assert len(done) == 2
+    assert sum(isinstance(e, fc.Settled) for e in events) >= 2
+
+
+def test_leaving_live_early_closes_the_source() -> None:
+    with fc.open("twin", speed=8.0, seed=3) as source:
+        calibration = fc.calibrate(source, seconds=0.5)
+        events = fc.live(source, calibration=calibration, real_time=False)
+        next(events)
+        events.close()
+        assert source.ended or not source.health.connected
+
+
+def test_recorded_pinches_are_loaded_again(tmp_path: Path) -> None:
+    counted: list[int] = []
+    with fc.open("twin", speed=8.0, seed=4) as source:
+        path = fc.record(
+            source,
+            tmp_path / "own",
+            object="block 29",
+            shore_a=29.0,
+            pinches=2,
+            progress=counted.append,
+        )
+    again = fc.load(path)
+    assert sum(counted) == len(again) == 2
+    assert set(again.shore_a) == {29.0}
+
+
+class _Publisher:
+    def __init__(self) -> None:
+        self.messages: list[object] = []
+
+    def publish(self, message: object) -> None:
+        self.messages.append(message)
+
+
+class _Node:
+    """Stand-in for ``rclpy.node.Node``: its interface, no ROS."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def create_publisher(self, kind: type, topic: str, depth: int) -> _Publisher:
+        assert (topic, depth) == ("stiffness", 10)
+        return _Publisher()
+
+
+class _Message:
+    def __init__(self, data: list[float]) -> None:
+        self.data = data
+
+
+def test_the_ros_node_publishes_each_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
+    modules = {name: types.ModuleType(name) for name in ("rclpy", "rclpy.node", "std_msgs")}
+    modules["std_msgs.msg"] = types.ModuleType("std_msgs.msg")
+    modules["rclpy"].ok = lambda: True  # type: ignore[attr-defined]
+    modules["rclpy.node"].Node = _Node  # type: ignore[attr-defined]
+    modules["std_msgs.msg"].Float32MultiArray = _Message  # type: ignore[attr-defined]
+    for name, module in modules.items():
+        monkeypatch.setitem(sys.modules, name, module)
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    monkeypatch.delitem(sys.modules, "ros_node", raising=False)
+    import ros_node
+
+    node = ros_node.Stiffness("twin", None, pinches=1)
+    node.run()
+    assert node.publisher.messages
+    for message in node.publisher.messages:
+        value, low, high = message.data
+        assert low <= value <= high
+
+
+@pytest.mark.parametrize(("example", "most"), [("live_callback.py", 15), ("ros_node.py", 40)])
+def test_examples_stay_short(example: str, most: int) -> None:
+    lines = (EXAMPLES / example).read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= most

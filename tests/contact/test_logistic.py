@@ -122,7 +122,8 @@ def test_same_pinches_same_detector(training, fitted):
 @pytest.mark.parametrize("name", ["line", "rate"])
 def test_broken_arrays_are_refused(fitted, name):
     arrays = fitted["logistic"].to_arrays()
-    for broken in (np.full((3, 3), 1.0), np.full_like(arrays[name], np.nan)):
+    huge = np.full_like(arrays[name], 1e308)  # finite, and scores overflow
+    for broken in (np.full((3, 3), 1.0), np.full_like(arrays[name], np.nan), huge):
         with pytest.raises(InputError, match=f"{name!r}.*train it again"):
             LogisticDetector.from_arrays(arrays | {name: broken})
     with pytest.raises(InputError, match="below 1020 Hz"):

@@ -14,6 +14,9 @@ from firstcontact.contact._stream import WindowDetector, WindowSizes
 from firstcontact.contact._training import usable
 from firstcontact.core import Dataset, InputError, Layout
 
+#: Bound of stored weights. Scores of any window stay finite below it; trained weights are around 1.
+LARGEST = 1e100
+
 
 class TrainedDetector(WindowDetector):
     """A detector of windows that learns.
@@ -102,9 +105,9 @@ def kept(
     Raises
     ------
     InputError
-        It is missing, has another shape or is not finite.
+        It is missing, has another shape, is not finite, or is so large that scores overflow.
     """
     value = np.array(arrays.get(name, np.nan), dtype=np.float64)
-    if value.shape != shape or not np.isfinite(value).all():
-        raise InputError(f"the detector's array {name!r} is missing: train it again")
+    if value.shape != shape or not (np.abs(value) < LARGEST).all():
+        raise InputError(f"the detector's array {name!r} is missing or damaged: train it again")
     return value

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -79,7 +80,7 @@ def test_samples_and_all_that_counts_them_are_at_the_new_rate(
     assert health.samples == len(given_now)
     assert health.lost_samples == pytest.approx(gap * share, abs=0.0005 * NEW + 3)
     missing = 0
-    for before, after in zip(arrivals, arrivals[1:], strict=False):
+    for before, after in pairwise(arrivals):
         if before.block.epoch == after.block.epoch:
             missing += after.block.first_sample - before.block.end
             assert after.block.first_sample >= before.block.end

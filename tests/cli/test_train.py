@@ -255,12 +255,18 @@ def test_a_model_is_made_for_another_rate_and_says_so(
     assert "warning: 60 pinches are ones that the model learned from" in capsys.readouterr().out
 
 
-def test_recordings_are_trained_on_at_their_own_rate(data: Path, tmp_path: Path) -> None:
+def test_shore_a_is_trained_at_the_rate_of_the_network_unless_another_is_given(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     other = resampled(data, 5200.0, tmp_path / "other")
     assert run("train", other, "--model", "peak", "--out", tmp_path / "m") == 0
+    assert "Resampled from 5200 Hz to 4936 Hz" in capsys.readouterr().out
     card = card_of(tmp_path / "m")
-    assert card["rate_hz"] == 5200.0
-    assert card["data"]["recorded_rate_hz"] is None
+    assert (card["rate_hz"], card["data"]["recorded_rate_hz"]) == (4936.0, 5200.0)
+    assert (tmp_path / "m" / "anytime.json").is_file()
+    assert run("train", other, "--model", "peak", "--rate", 5200, "--out", tmp_path / "own") == 0
+    card = card_of(tmp_path / "own")
+    assert (card["rate_hz"], card["data"]["recorded_rate_hz"]) == (5200.0, None)
 
 
 def test_a_rate_that_no_touch_can_be_heard_at_is_refused(

@@ -87,7 +87,8 @@ def train(
     level
         Coverage of the intervals.
     rate
-        Sampling rate to resample the pinches to first, Hz; by default their own.
+        Sampling rate to resample the pinches to first, Hz; by default that of the network where
+        the labels are Shore A, and else their own.
     seed
         Of folds, hyper-parameter search and training.
     workers
@@ -108,6 +109,8 @@ def train(
     _check(windows, level, seed, rate)
     dataset = _training_pinches(data)
     digests = pinch_digests(dataset.pinches)
+    if rate is None and np.isfinite(dataset.shore_a).any():
+        rate = pretrained().rate
     dataset, notes = _resampled(dataset, rate)
     fitted = fit_detector(dataset, detector)
     target, values = _target(dataset)

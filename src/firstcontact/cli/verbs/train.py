@@ -47,7 +47,8 @@ class Train:
     seed: int = 0
     """Of the folds, the search and the training."""
     rate: float | None = None
-    """Hz to resample the pinches to first, for use at that rate; left out: as they were recorded"""
+    """Hz to resample the pinches to first; left out: that of the any-time model, 4936 Hz, where
+    there are Shore A labels, and else as they were recorded."""
     workers: int = 1
     """Processes; 0 takes all cores."""
     cluster: str | None = None

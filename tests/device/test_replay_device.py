@@ -103,3 +103,22 @@ def test_what_does_not_go_over_a_wire_is_refused(tmp_path: Path) -> None:
             ReplayDevice(path, terminal)
     finally:
         terminal.unplug()
+
+
+@pytest.mark.parametrize(
+    ("gap", "speed", "paced"),
+    [(0, 1.0, True), (0, 4.0, False), (0, math.inf, False), (9, 1.0, False)],
+)
+def test_its_descriptor_says_whether_it_keeps_real_time(
+    gap: int, speed: float, paced: bool, tmp_path: Path
+) -> None:
+    path = tmp_path / "a.mcap"
+    with RecordingWriter(path, Header(DESCRIPTOR.layout, "synthetic")) as writer:
+        writer.write(Block(numbered(0, 50), 0))
+        writer.write(Block(numbered(50 + gap, 50), 50 + gap))
+        writer.write(Block(numbered(0, 50), 0, 1))  # an epoch of its own is no gap
+    terminal = PseudoTerminal(tmp_path / "port")
+    try:
+        assert ReplayDevice(path, terminal, speed).descriptor.paced is paced
+    finally:
+        terminal.unplug()

@@ -76,9 +76,12 @@ class ReplayDevice:
             header.hand,
             header.source,
         )
+        self._lives = list(_lives(recording))
+        # A gap takes no time, so samples behind many of them come at a higher rate.
+        paced = speed == 1.0 and all(len(blocks) == 1 for blocks, _ in self._lives)
+        self.descriptor = replace(self.descriptor, paced=paced)
         #: Whether it was recorded with a calibration, which stays behind.
         self.calibrated = header.calibration is not None
-        self._lives = list(_lives(recording))
         self._rate = header.layout.rate * speed
         self._boot = secrets.randbits(31)
         self._terminal = terminal

@@ -20,6 +20,7 @@ from firstcontact.device._inbox import Inbox
 from firstcontact.device._opening import SourceOptions
 from firstcontact.device._protocol import VERSION, FrameType, marker_text
 from firstcontact.device._source import Arrival, Descriptor, Health
+from firstcontact.device._stream_checks import RateCheck
 from firstcontact.device._transport import LinkError, SerialTransport, no_port
 from firstcontact.device._twin_words import TWIN
 from firstcontact.recording import Marker
@@ -43,6 +44,11 @@ FAREWELL = 10.0
 NAP = 0.02
 #: ... and up to so long before they are due, for waking up.
 EARLY = 0.0004
+#: A device whose rate is wrong is refused in this phase of its first epoch, s. Later, in the middle
+#: of a session, a warning is logged.
+OPENING = 5.0
+#: Sources whose samples take as long as they take to compute.
+SIMULATED = ("twin", "synthetic")
 #: Bytes of a read after which nothing is waited for: it comes faster than its rate says.
 PILE = 4096
 
@@ -82,6 +88,9 @@ class SerialSource:
         self._decoder = Decoder()
         self._assembler = Assembler()
         self._clock = ClockFit(1.0)
+        self._rate_check = RateCheck(1.0)
+        self._began = 0.0  # when the first samples of an epoch came
+        self._has_warned = False  # of the rate, in this epoch
         self._thread: threading.Thread | None = None
         self._closing = threading.Event()
         self._heard = 0.0  # when samples or an answer came last
@@ -293,7 +302,9 @@ class SerialSource:
                     said.source,
                     said.layout.rate,
                 )
-                self._clock = ClockFit(self.descriptor.layout.rate)
+                rate = said.layout.rate
+                self._clock, self._rate_check = ClockFit(rate), RateCheck(rate)
+                self._began, self._has_warned = math.inf, False
             self._markers += out.markers
             self._told += out.told
             for block in out.blocks:
@@ -302,6 +313,7 @@ class SerialSource:
                 self._inbox.put(Arrival(block, now, due, told=told))
             if out.blocks and out.blocks[-1].epoch == self._assembler.epoch:
                 self._clock.add(out.blocks[-1].end, now)
+                self._check_rate(out.blocks[-1].end, now)
             if out.blocks or self._assembler.epoch != epoch:
                 self._sampled, self._connected = now, True
             if out.blocks or out.greeted:
@@ -310,6 +322,30 @@ class SerialSource:
                     self._inbox.changed.notify_all()
                 self._inbox.wake()
             return out
+
+    def _check_rate(self, end: int, now: float) -> None:
+        """Hold the rate of a device that sends in real time against the one that it states.
+
+        Raises
+        ------
+        InputError
+            It differs, and the device was opened just now.
+        """
+        self._began = min(self._began, now)
+        descriptor = self.descriptor
+        if not descriptor.paced or descriptor.source in SIMULATED or self._has_warned:
+            return
+        if not self._rate_check.add(end, now):
+            return
+        message = (
+            f"the device sends {self._rate_check.rate:.0f} samples a second by this machine's "
+            f"clock, and its rate is stated as {descriptor.layout.rate:.0f}: correct the timer or "
+            "the stated rate of its firmware"
+        )
+        if self._assembler.epoch == 0 and now - self._began < OPENING:
+            raise InputError(message)
+        self._has_warned = True
+        _log.warning("%s: %s", self.name, message)
 
     def _due(self, epoch: int, end: int) -> tuple[Marker, ...]:
         """Take the markers that belong to samples before this one."""

@@ -25,6 +25,7 @@ class _Said:
     layout: Layout
     answers: Answering | None = None
     models: ModelRoom | None = None
+    paced: bool = True
 
 
 def layout_to_send(layout: Layout) -> dict[str, Any]:
@@ -65,6 +66,8 @@ class Descriptor:
         What answers on the device itself; None where nothing does.
     models
         What models it takes; None where it takes none.
+    paced
+        Whether a device sends its samples in real time.
     """
 
     layout: Layout
@@ -76,10 +79,11 @@ class Descriptor:
     delay: float = 0.0
     answers: Answering | None = None
     models: ModelRoom | None = None
+    paced: bool = True
 
     def to_text(self) -> str:
         """JSON, as it goes over the wire."""
-        tree = {
+        tree: dict[str, Any] = {
             "firmware": self.firmware,
             "sensor": self.sensor,
             "hand": self.hand,
@@ -90,6 +94,8 @@ class Descriptor:
             tree["answers"] = asdict(self.answers)
         if self.models is not None:
             tree["models"] = asdict(self.models)
+        if not self.paced:
+            tree["paced"] = False
         return json.dumps(tree, separators=(",", ":"), ensure_ascii=False)
 
     @classmethod
@@ -116,6 +122,7 @@ class Descriptor:
             said.source,
             answers=said.answers,
             models=said.models,
+            paced=said.paced,
         )
 
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import io
 import os
 import sys
-from contextlib import redirect_stdout
 from importlib.metadata import version
 from pathlib import Path
 
@@ -24,7 +22,7 @@ def cache_folder() -> Path:
 
 
 def twin_model(condition: str, seed: int) -> Path:
-    """Folder of a model and a detector trained on the twin; simulated and trained when missing.
+    """Return the folder of a model trained on the twin; simulate and train it if it is missing.
 
     Parameters
     ----------
@@ -36,27 +34,20 @@ def twin_model(condition: str, seed: int) -> Path:
     folder = cache_folder() / f"twin-{version('firstcontact')}.{RECIPE}-{condition}-{seed}"
     if (folder / "detector.json").is_file():
         return folder
-    from firstcontact.cli.verbs.simulate import Simulate
-    from firstcontact.cli.verbs.train import Train
     from firstcontact.core import need, temporary_beside
+    from firstcontact.models import train
+    from firstcontact.recording import load_dataset
+    from firstcontact.twin import simulate
 
     need("twin", "numba")
     print(f"no --model: one is trained on the twin first and kept in {folder}", file=sys.stderr)
     with temporary_beside(folder) as making:
         making.mkdir()
-        learned = io.StringIO()
-        with redirect_stdout(learned):  # it names folders that are gone when it is read
-            Simulate(
-                making / "pinches",
-                condition,  # type: ignore[arg-type]  # the twin refuses other names
-                PINCHES,
-                pinches_per_object=0,
-                seed=seed,
-            ).run()
-            Train(making / "pinches", making / "model", contacts="detected").run()
-        for line in learned.getvalue().splitlines():
-            if str(making) not in line:
-                print(line, file=sys.stderr)
+        simulate(making / "pinches", condition, PINCHES, pinches_per_object=0, seed=seed)
+        model = train(load_dataset(making / "pinches"), contacts="detected")
+        model.save(making / "model")
+        for line in model.notes:
+            print(line, file=sys.stderr)
         try:
             (making / "model").rename(folder)
         except OSError:

@@ -37,7 +37,9 @@ def anytime_table(results: SubjectResults) -> Table | None:
     if found.fixed is not None:
         title = names.estimator(found.fixed.estimator).title
         cells = [Cell(ABSENT)] * (len(found.rmse) - 1)
-        last = Cell(shown_number(found.fixed.rmse, 2), _ends(found.fixed.intervals.get("rmse"), 1))
+        last = Cell(
+            shown_number(found.fixed.rmse, 2), shown_ends(found.fixed.intervals.get("rmse"), 1)
+        )
         rows.insert(1, Row([Cell(f"RMSE, {title}", "whole window"), *cells, last], True))
     if found.blocks is not None:
         rows += _side(found.blocks, _ASKED["blocks"])
@@ -61,7 +63,9 @@ def _side(scores: AnytimeScores, asked: str) -> list[Row]:
     def cells(key: str, digits: int) -> list[Cell]:
         ends = scores.intervals.get(key, {})
         values: dict[str, float] = getattr(scores, key)
-        return [Cell(shown_number(v, digits), _ends(ends.get(ms), 1)) for ms, v in values.items()]
+        return [
+            Cell(shown_number(v, digits), shown_ends(ends.get(ms), 1)) for ms, v in values.items()
+        ]
 
     held = scores.intervals.get("coverage", {})
     covered = [Cell(percent(v), _shares(held.get(ms))) for ms, v in scores.coverage.items()]
@@ -124,7 +128,7 @@ def _cell(its: OffBlocks, key: str, usual: OffBlocks | None) -> Cell:
         return Cell(ABSENT)
     if key == "accuracy":
         return Cell(percent(score.value), _shares(score.ends))
-    said = [_ends(score.ends, 1)] if score.ends else []
+    said = [shown_ends(score.ends, 1)] if score.ends else []
     bias = key.startswith("bias")
     base = None if usual is None or bias or its.sets != usual.sets else usual.bounded(key)
     if base is not None and base.value > 0:
@@ -136,5 +140,6 @@ def _shares(ends: Ends | None) -> str:
     return ", ".join(percent(end).removesuffix(" %") for end in ends or ())
 
 
-def _ends(ends: Ends | None, digits: int) -> str:
+def shown_ends(ends: Ends | None, digits: int) -> str:
+    """Format the ends of an interval, "" if there is none."""
     return ", ".join(shown_number(end, digits) for end in ends or ())

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from firstcontact.core import gent_shore_a
 from firstcontact.models import (
     SHORE_A,
-    AtLengths,
+    Answering,
     Fit,
-    InContextModel,
     Task,
+    Touches,
     adapt_network,
     fit_at_lengths,
     fit_model,
@@ -76,35 +76,47 @@ def _trained(entrant: Entrant, its: RigSet, learn: Index, ask: Index, seed: int)
 
 def _in_context(entrant: Entrant, its: RigSet, learn: Index, ask: Index, seed: int) -> Values:
     """The in-context network, which is told of these pinches; of radii where it is to be."""
-    touches = its.touches
-    model = in_context(its, learn, seed)
-    asked = touches.take(ask)
+    asked = its.touches.take(ask)
     if entrant.options.get("radii"):
         asked = replace(asked, radii=its.radii[ask])
-    return model.answers(asked).values
-
-
-def in_context(its: RigSet, learn: Index, seed: int) -> InContextModel:
-    """The in-context network, told of these pinches."""
-    windows = its.windows
-    return adapt_network(
-        pretrained(), its.touches.take(learn), windows.y[learn], windows.sessions[learn], seed
-    ).model
+    return fit_on_set(entrant, its, learn, seed).answers(asked).values
 
 
 def _anybody(entrant: Entrant, its: RigSet, learn: Index, ask: Index, seed: int) -> Values:
     """A regressor of a user's own: a model a length, answering by the longest that is filled."""
-    return at_lengths(entrant, its, learn, seed).answers(its.touches.take(ask)).values
+    return fit_on_set(entrant, its, learn, seed).answers(its.touches.take(ask)).values
 
 
-def at_lengths(entrant: Entrant, its: RigSet, learn: Index, seed: int) -> AtLengths:
-    """Models of several lengths of a registered estimator, or of a user's own regressor."""
+def fit_on_set(entrant: Entrant, its: RigSet, learn: Index, seed: int) -> Answering:
+    """Fit an entrant to pinches of a set; see :func:`fit_answering`."""
+    windows = its.windows
+    return fit_answering(
+        entrant, its.touches.take(learn), windows.y[learn], windows.sessions[learn], seed
+    )
+
+
+def fit_answering(
+    entrant: Entrant, touches: Touches, shore_a: Values, groups: NDArray[np.str_], seed: int
+) -> Answering:
+    """Condition the in-context network on contacts, or train one model a window length.
+
+    Parameters
+    ----------
+    entrant
+        In-context network, registered estimator or regressor of a user.
+    touches, shore_a
+        Contacts to learn from, shape (n,).
+    groups
+        Session or specimen of each contact, held out whole for intervals, shape (n,).
+    seed
+        Random seed of trainings and folds.
+    """
+    if entrant.way == "in context":
+        return adapt_network(pretrained(), touches, shore_a, groups, seed).model
     options = dict(entrant.options)
     own, name = options.pop("regressor", None), options.pop("estimator", None)
     learner = registered(name, options) if own is None else from_regressor(imported(own), own)
-    touches, windows = its.touches.take(learn), its.windows
-    groups = windows.sessions[learn]
-    return fit_at_lengths(learner, touches, windows.y[learn], groups, seed=seed)
+    return fit_at_lengths(learner, touches, shore_a, groups, seed=seed)
 
 
 def _modulus(entrant: Entrant, its: RigSet, learn: Index, ask: Index, seed: int) -> Values:

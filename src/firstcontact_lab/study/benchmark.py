@@ -10,7 +10,6 @@ import numpy as np
 from firstcontact.core import Runner
 from firstcontact.models import (
     ESTIMATORS,
-    Answering,
     Answers,
     AnytimeScores,
     answers_by_time,
@@ -21,7 +20,7 @@ from firstcontact.models import (
 from firstcontact.twin import condition
 from firstcontact_lab.report.results.benchmark import Benchmarked
 from firstcontact_lab.study._comparison import BRIEF, HOME, NETWORK, compared, rig_sets, sides
-from firstcontact_lab.study._entrants import Entrant, at_lengths, in_context
+from firstcontact_lab.study._entrants import Entrant, fit_on_set
 from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use
 from firstcontact_lab.study.settings import StudySettings
 
@@ -56,6 +55,12 @@ def contender(name: str) -> Entrant:
     return Entrant(name, "trained", {"estimator": name})
 
 
+def competitors(name: str) -> list[Entrant]:
+    """Return the contender, the default estimator and the in-context network in both forms."""
+    asked, usual = contender(name), contender(ESTIMATORS.default)
+    return [asked, *([] if asked == usual else [usual]), *NETWORK]
+
+
 def benchmark(
     name: str,
     conditions: Sequence[str],
@@ -86,9 +91,7 @@ def benchmark(
     InputError
         Nobody of that name, or answers that are none.
     """
-    asked = contender(name)
-    usual = contender(ESTIMATORS.default)
-    everybody = [asked, *([] if asked == usual else [usual]), *NETWORK]
+    everybody = competitors(name)
     out = {}
     for its in conditions:
         sets = rig_sets(size.seeds, condition(its), size.sizes, LATE, runner)
@@ -112,11 +115,7 @@ def _timed(asked: tuple[Entrant, int], sets: Sequence[RigSet], seed: int) -> dic
     entrant, place = asked
     its = sets[place]
     learn, _ = sides(its, HOME)
-    model: Answering = (
-        in_context(its, learn, seed)
-        if entrant in NETWORK
-        else at_lengths(entrant, its, learn, seed)
-    )
+    model = fit_on_set(entrant, its, learn, seed)
     return answers_by_time(model, its.touches.take(its.where(Use.OBJECTS)))
 
 

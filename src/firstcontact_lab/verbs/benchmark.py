@@ -1,4 +1,4 @@
-"""``firstcontact benchmark``: anybody's regressor on the rigs that ours are judged on."""
+"""``firstcontact benchmark``: a user's regressor beside ours, on rigs of the twin or recordings."""
 
 from __future__ import annotations
 
@@ -16,17 +16,22 @@ from firstcontact.core import InputError, need
 
 @dataclass(frozen=True)
 class Benchmark:
-    """Ask a regressor, the default one and the in-context network the same about simulated rigs."""
+    """Score a regressor, the default one and the in-context network on the same pinches.
+
+    These are of simulated rigs, or recordings with whole sessions held out.
+    """
 
     regressor: tyro.conf.Positional[str]
     """PACKAGE:NAME of a class, an instance or a pipeline with scikit-learn's fit(X, y) and
     predict(X), which is imported and so runs; or the name of a registered estimator."""
     out: Path = Path("firstcontact-benchmark")
     """Folder for report.html and results.json; those of another benchmark are replaced."""
+    recordings: Path | None = None
+    """A recording, or a folder of recordings, to score on instead of simulated rigs."""
     condition: str | None = None
     """One condition of the twin; left out: each of them."""
     quick: bool = False
-    """One small set for a first look; no number is to be quoted."""
+    """One small set of the twin for a first look; no number is to be quoted."""
     seed: int = 0
     """Of trainings and bootstrap intervals; those of the sets are always the same."""
     workers: int = 0
@@ -36,9 +41,11 @@ class Benchmark:
         """Run it, print the tables and write the report."""
         from firstcontact.core import asked_workers, parallel
 
-        need("study", "matplotlib", "jinja2", "numba")
+        need("study", "matplotlib", "jinja2", *([] if self.recordings else ["numba"]))
         if self.seed < 0:
             raise InputError("--seed must not be negative")
+        if self.recordings is not None and (self.condition is not None or self.quick):
+            raise InputError("--condition and --quick are for the twin: omit them or --recordings")
         from firstcontact.core import installed_versions, write_text
         from firstcontact.twin import CONDITIONS, condition
         from firstcontact_lab.report.benchmark_page import in_words, render
@@ -46,6 +53,7 @@ class Benchmark:
         from firstcontact_lab.report.results.benchmark import BenchmarkResults
         from firstcontact_lab.report.results.file import read_results, write_results
         from firstcontact_lab.study.benchmark import QUICK, Size, benchmark
+        from firstcontact_lab.study.recorded_benchmark import benchmark_recordings
 
         names = [condition(self.condition).name] if self.condition else list(CONDITIONS)
         if (self.out / RESULTS).exists():
@@ -57,8 +65,16 @@ class Benchmark:
         sys.path.insert(0, "")
         try:
             with parallel(asked_workers(self.workers)) as runner:
-                size = QUICK if self.quick else Size()
-                found = benchmark(self.regressor, names, size, self.seed, runner, print)
+                conditions, recorded = {}, None
+                if self.recordings is not None:
+                    recorded = benchmark_recordings(
+                        self.regressor, self.recordings, self.seed, runner, print
+                    )
+                else:
+                    size = QUICK if self.quick else Size()
+                    conditions = dict(
+                        benchmark(self.regressor, names, size, self.seed, runner, print)
+                    )
         finally:
             with suppress(ValueError):
                 sys.path.remove("")
@@ -70,7 +86,8 @@ class Benchmark:
             seed=self.seed,
             seconds=round(time.monotonic() - began, 1),
             versions=installed_versions(),
-            conditions=dict(found),
+            conditions=conditions,
+            recordings=recorded,
         )
         self.out.mkdir(parents=True, exist_ok=True)
         write_results(self.out / RESULTS, results)

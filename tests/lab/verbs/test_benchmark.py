@@ -1,4 +1,4 @@
-"""Anybody's regressor is asked what ours are asked."""
+"""Benchmark of a user's regressor on simulated rigs and on recordings."""
 
 from __future__ import annotations
 
@@ -6,9 +6,13 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
-from trainings import run
+from trainings import LAYOUT, recordings, run, touch
 
+from firstcontact.core import Dataset, Label, Role
+from firstcontact.models import ESTIMATORS
+from firstcontact.recording import Header, write_dataset
 from firstcontact_lab.report.results.benchmark import BenchmarkResults
 from firstcontact_lab.report.results.file import read_results
 
@@ -45,6 +49,17 @@ class OddError(BaseException): ...
 class Odd(Loud):
     def predict(self, X):
         raise OddError
+
+class Sealed(Loud):
+    # Refuses windows that it has learned from.
+    def fit(self, X, y):
+        super().fit(X, y)
+        self.learned = {row.tobytes() for row in X}
+
+    def predict(self, X):
+        if any(row.tobytes() in self.learned for row in X):
+            raise RuntimeError("these windows are not held out")
+        return super().predict(X)
 
 pipeline = make_pipeline(StandardScaler(), Ridge())
 number = 5
@@ -128,3 +143,122 @@ def test_results_of_something_else_are_not_written_over(here: Path, capsys: Any)
 def test_other_words_are_refused(here: Path) -> None:
     assert asked("svm", "--seed", "-1") == 2
     assert run("benchmark", "svm", "--condition", "tropical") == 2
+
+
+LOUD = "their_regressors:Loud"
+
+
+@pytest.fixture
+def quick_default(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ESTIMATORS, "default", "peak")
+
+
+def scored(folder: Path, name: str = LOUD, *more: str) -> int:
+    return run("benchmark", name, "--recordings", folder, "--workers", "1", "--out", "b", *more)
+
+
+def recorded(folder: Path, labels: list[Label], known: bool = True) -> Path:
+    rng = np.random.default_rng(1)
+    pinches = tuple(touch(label.shore_a or 20.0, label, rng, known) for label in labels)
+    folder.mkdir()
+    write_dataset(Dataset(pinches, "synthetic"), folder, Header(LAYOUT, "synthetic"))
+    return folder
+
+
+def block(shore: float | None, session: str, specimen: str = "") -> Label:
+    return Label("block", shore, None, specimen, session)
+
+
+@pytest.mark.usefixtures("quick_default")
+def test_recordings_are_scored_on_the_same_held_out_sessions(here: Path, capsys: Any) -> None:
+    data = recordings(here / "pinches", ("a", "b"))
+    assert scored(data, "their_regressors:Sealed") == 0
+    text = capsys.readouterr().out
+    results = read_results(here / "b" / "results.json", BenchmarkResults)
+    assert results.conditions == {}
+    found = results.recordings
+    assert (found.path, found.source, found.pinches) == (str(data), "synthetic", 34)
+    assert (found.held_out.cluster, found.held_out.clusters, found.held_out.folds) == (
+        "session", 2, 2,
+    )  # fmt: skip
+    for group, pinches in ((found.held_out, 30), (found.objects, 4)):
+        assert list(group.scores) == ["their_regressors:Sealed", "peak", "in_context"]
+        for scores in group.scores.values():
+            assert scores.n == pinches
+            assert list(scores.rmse) == ["2", "3", "5", "8", "15"]
+    assert all(its.intervals["rmse"] for its in found.held_out.scores.values())
+    assert found.objects.clusters == 1
+    assert not any(its.intervals for its in found.objects.scores.values())
+    page = (here / "b" / "report.html").read_text(encoding="utf-8")
+    for shown in (text, page):
+        assert "synthetic recordings" in shown
+        assert str(data) in shown
+        assert "bootstrap interval over 2 sessions" in shown
+        assert "In-context network" in shown
+        assert "Twin" not in shown
+    assert page.count("data:image/svg") == 2
+
+
+@pytest.mark.usefixtures("quick_default")
+def test_specimens_are_held_out_where_no_session_is_named(here: Path) -> None:
+    labels = [
+        block(shore, "", f"{shore:g} {copy}")
+        for shore in (10.0, 60.0)
+        for copy in range(2)
+        for _ in range(6)
+    ]
+    assert scored(recorded(here / "pinches", labels)) == 0
+    found = read_results(here / "b" / "results.json", BenchmarkResults).recordings
+    assert (found.held_out.cluster, found.held_out.clusters) == ("specimen", 4)
+    assert found.objects is None
+
+
+@pytest.mark.usefixtures("quick_default")
+def test_objects_of_a_session_to_learn_from_are_not_called_unseen(here: Path, capsys: Any) -> None:
+    labels = [block(s, i, f"{s:g}") for s in (10.0, 60.0) for i in "ab" for _ in range(6)]
+    labels += [Label("apple", 30.0, None, "apple", "a", Role.TEST)] * 2
+    assert scored(recorded(here / "pinches", labels)) == 0
+    found = read_results(here / "b" / "results.json", BenchmarkResults).recordings
+    assert found.objects is None
+    assert "'a'" in found.left_out
+    assert found.left_out in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("quick_default")
+@pytest.mark.parametrize(
+    ("labels", "why"),
+    [
+        ([block(s, "a") for s in (10.0, 60.0)], "sessions"),
+        ([block(s, "") for s in (10.0, 60.0)], "sessions"),
+        ([block(None, s) for s in "ab"], "Shore A"),
+        ([block(20.0, s) for s in "ab"], "two Shore A levels"),
+        ([block(10.0, "a"), block(60.0, "b")], "two Shore A levels"),
+        ([Label("apple", s, None, "x", "a", Role.TEST) for s in (1.0, 9.0)], '"test"'),
+    ],
+)
+def test_recordings_without_labels_or_sessions_are_refused(
+    here: Path, capsys: Any, labels: list[Label], why: str
+) -> None:
+    data = recorded(here / "pinches", labels * 6)
+    assert scored(data) == 2
+    message = capsys.readouterr().err
+    assert str(data) in message
+    assert why in message
+    assert message.count("\n") == 1
+    assert not (here / "b").exists()
+
+
+@pytest.mark.usefixtures("quick_default")
+def test_too_few_recorded_pinches_are_refused(here: Path, capsys: Any) -> None:
+    labels = [block(s, i) for s in (10.0, 60.0) for i in "ab"] * 2
+    assert scored(recorded(here / "pinches", labels)) == 2
+    assert str(here / "pinches") in capsys.readouterr().err
+    assert not (here / "b").exists()
+
+
+def test_settings_of_the_twin_are_refused_with_recordings(here: Path, capsys: Any) -> None:
+    assert scored(here, LOUD, "--quick") == 2
+    assert scored(here, LOUD, "--condition", "paper-rig") == 2
+    assert "--recordings" in capsys.readouterr().err
+    assert scored(here / "absent") == 2
+    assert not (here / "b").exists()

@@ -18,8 +18,11 @@ _PANELS = {
 }
 
 
-def scores_by_time_figure(found: Mapping[str, AnytimeScores]) -> Figure:
-    """Error, coverage and width of everybody, at each time."""
+def scores_by_time_figure(
+    found: Mapping[str, AnytimeScores],
+    title: str = "Unseen objects by the time after the contact",
+) -> Figure:
+    """Plot error, coverage and width of all competitors against the time."""
     with canvas(1, len(_PANELS), (9.0, 3.4)) as (figure, axes):
         for ax, (key, label) in zip(axes[0], _PANELS.items(), strict=True):
             for number, (name, scores) in enumerate(found.items()):
@@ -33,7 +36,7 @@ def scores_by_time_figure(found: Mapping[str, AnytimeScores]) -> Figure:
         image = uri(figure)
     return Figure(
         "scores-by-time",
-        "Unseen objects by the time after the contact",
-        "Signal after that time, or after the second contact, is shown to nobody.",
+        title,
+        "Signal after that time, or after the second contact, is left out.",
         image,
     )

@@ -41,7 +41,7 @@ def objects(
     subject: Subject, settings: StudySettings, runner: Runner, models: Sequence[str]
 ) -> PartResult:
     """Learn from all pinches of the role ``train``, ask about those of ``test``."""
-    reason = _reason(subject)
+    reason = why_not_unseen(subject)
     if reason:
         return PartResult(left_out=[reason])
     data = subject.windows(DURATION)
@@ -90,7 +90,7 @@ def objects(
 
 def object_splits(subject: Subject, data: LabelledWindows) -> list[Split]:
     """The one split of the roles, or none where it cannot be done with these windows."""
-    if _reason(subject) or not data.test.any() or data.test.all():
+    if why_not_unseen(subject) or not data.test.any() or data.test.all():
         return []
     split = unseen_objects(data.test, [Group.SESSION] if _sessions_unknown(subject) else [])
     return [] if learns_one_value([split], data.y) else [split]
@@ -114,7 +114,8 @@ def _sessions_unknown(subject: Subject) -> bool:
     return subject.dataset.sessions_assumed or "" in subject.dataset.sessions
 
 
-def _reason(subject: Subject) -> str:
+def why_not_unseen(subject: Subject) -> str:
+    """Return why a dataset has no unseen objects to score, "" if it has some."""
     dataset = subject.dataset
     if not (dataset.test & np.isfinite(dataset.shore_a)).any():
         return "Unseen objects: no pinch has the role `test` and a Shore A."

@@ -1,0 +1,197 @@
+"""Benchmark of a regressor on recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Contact, Dataset, InputError, Runner, counted, same_rate
+from firstcontact.models import (
+    Answers,
+    LabelledTouches,
+    Split,
+    answers_by_time,
+    anytime_scores,
+    by_session,
+    fit_detector,
+    found,
+    found_as_live,
+    joined_answers,
+    learns_one_value,
+    pretrained,
+)
+from firstcontact.recording import check_rate, load_dataset
+from firstcontact.signal import resample_dataset
+from firstcontact_lab.report.results.benchmark import RecordedData, RecordedScores
+from firstcontact_lab.study._comparison import NETWORK
+from firstcontact_lab.study._entrants import Entrant, fit_answering
+from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.benchmark import competitors
+from firstcontact_lab.study.parts.objects import why_not_unseen
+
+Names = NDArray[np.str_]
+
+
+def benchmark_recordings(
+    name: str,
+    path: Path,
+    seed: int,
+    runner: Runner,
+    say: Callable[[str], object] = lambda line: None,
+) -> RecordedData:
+    """Score a regressor, the default estimator and the in-context network on the same folds.
+
+    Contacts are those that a detector finds which learned from other sessions.
+
+    Parameters
+    ----------
+    name
+        Regressor, as in :func:`firstcontact_lab.study.benchmark.contender`.
+    path
+        Recording, or folder of recordings.
+    seed
+        Random seed of folds, trainings and bootstrap intervals.
+    runner
+        Runs the trainings.
+    say
+        Receives warnings and progress, a line at a time.
+
+    Raises
+    ------
+    InputError
+        If no such regressor exists or its predictions are invalid, or if the recordings have too
+        few pinches, Shore A levels or named sessions.
+    """
+    entrants = [e for e in competitors(name) if e is not NETWORK[1]]
+    dataset = _load(path, say)
+    contacts, how = _contacts(dataset, seed, runner)
+    labelled = LabelledTouches.of(dataset, contacts)
+    known = labelled.take(labelled.touches.answerable)
+    test = dataset.test[known.which]
+    learn, ask = np.flatnonzero(~test), np.flatnonzero(test)
+    cluster, groups = _groups(dataset, known, learn, path)
+    folds = [
+        replace(fold, train=learn[fold.train], test=learn[fold.test])
+        for fold in by_session(groups[learn], known.shore_a[learn], seed)
+    ]
+    if learns_one_value(folds, known.shore_a):
+        raise InputError(
+            f"{path}: a fold without some {cluster}s leaves fewer than two Shore A levels to learn "
+            f"from: record each level in several {cluster}s, or more levels"
+        )
+    say(f"{path}: {counted(len(learn), 'pinch')}, {counted(len(folds), 'fold')} by {cluster}")
+    reason = why_not_unseen(Subject("recordings", dataset)) if dataset.test.any() else ""
+    if dataset.test.any() and not (reason or len(ask)):
+        reason = "Unseen objects: no contact was found in them."
+    objects = None
+    try:
+        held_out = _scores(entrants, known, folds, groups, groups, cluster, seed, runner)
+        if len(ask) and not reason:
+            split = Split("unseen objects", learn, ask)
+            clusters = known.clusters
+            objects = _scores(entrants, known, [split], groups, clusters, "specimen", seed, runner)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    return RecordedData(
+        path=str(path),
+        source=dataset.source,
+        pinches=len(dataset),
+        unused=len(dataset) - len(labelled),
+        too_short=len(labelled) - len(known),
+        levels=[float(level) for level in np.unique(known.shore_a[learn])],
+        contacts=how,
+        held_out=held_out,
+        objects=objects,
+        left_out=reason,
+    )
+
+
+def _load(path: Path, say: Callable[[str], object]) -> Dataset:
+    """Load recordings at the network's rate."""
+    dataset = load_dataset(path)
+    for sentence in dataset.losses:
+        say(f"warning: {sentence}")
+    if dataset.test.all():
+        raise InputError(f'{path}: all pinches have role "test": none is there to learn from')
+    if not np.isfinite(dataset.shore_a[~dataset.test]).any():
+        raise InputError(
+            f"{path}: no pinch to learn from has a Shore A: record with --shore, or import with a "
+            "column shore_a"
+        )
+    rate = pretrained().rate
+    if not same_rate(check_rate(f"{path}: the rate", dataset.layout.rate), rate):
+        dataset = resample_dataset(dataset, rate)
+        say(dataset.notes[-1])
+    return dataset
+
+
+def _contacts(dataset: Dataset, seed: int, runner: Runner) -> tuple[Sequence[Contact | None], str]:
+    """Return contacts as found live; detectors learn from pinches of role "train" only."""
+    contacts: list[Contact | None] = [None] * len(dataset)
+    learn = dataset.take(~dataset.test)
+    detector = fit_detector(learn)
+    alignment = found_as_live(learn, detector, seed, runner)
+    parts = [(~dataset.test, alignment.contacts)]
+    if dataset.test.any():
+        parts.append((dataset.test, found(dataset.take(dataset.test), detector).contacts))
+    for mask, part in parts:
+        for place, contact in zip(np.flatnonzero(mask), part, strict=True):
+            contacts[place] = contact
+    return contacts, alignment.how
+
+
+def _groups(
+    dataset: Dataset, known: LabelledTouches, learn: NDArray[np.intp], path: Path
+) -> tuple[str, Names]:
+    """Return what folds keep whole and its names: sessions, or specimens where there is one."""
+    if known.take(learn).named_sessions is not None:
+        return "session", known.sessions
+    specimens = [dataset.pinches[place].label.specimen for place in known.which[learn]]
+    if len(set(specimens)) < 2 or "" in specimens:
+        raise InputError(
+            f"{path}: neither several named sessions nor several named specimens with contacts and "
+            "a Shore A are here, so none can be held out: record two sessions or more"
+        )
+    return "specimen", known.specimens
+
+
+def _scores(
+    entrants: Sequence[Entrant],
+    known: LabelledTouches,
+    splits: Sequence[Split],
+    groups: Names,
+    clusters: Names,
+    cluster: str,
+    seed: int,
+    runner: Runner,
+) -> RecordedScores:
+    """Score all entrants on the test sides of the same splits."""
+    trainings = [(entrant, split) for entrant in entrants for split in splits]
+    answers = iter(runner.map(_predict, trainings, known, groups, seed))
+    order = np.concatenate([split.test for split in splits])
+    scores = {}
+    for entrant in entrants:
+        parts = [next(answers) for _ in splits]
+        joined = {ms: joined_answers([part[ms] for part in parts]) for ms in parts[0]}
+        scores[entrant.name] = anytime_scores(joined, known.shore_a[order], clusters[order], seed)
+    return RecordedScores(
+        learned=float(np.mean([len(split.train) for split in splits])),
+        folds=len(splits),
+        cluster=cluster,
+        clusters=len(np.unique(clusters[order])),
+        scores=scores,
+    )
+
+
+def _predict(
+    training: tuple[Entrant, Split], known: LabelledTouches, groups: Names, seed: int
+) -> dict[int, Answers]:
+    """Fit an entrant to one side of a split and predict for the other, by time."""
+    entrant, split = training
+    train, test = known.take(split.train), known.take(split.test)
+    model = fit_answering(entrant, train.touches, train.shore_a, groups[split.train], seed)
+    return answers_by_time(model, test.touches)

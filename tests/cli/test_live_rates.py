@@ -44,7 +44,7 @@ def fast_model(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Detector and model of windows at 8 kHz."""
     folder = tmp_path_factory.mktemp("fast")
     data = resampled(recordings(folder / "data"), FAST, folder / "at 8 kHz")
-    assert run("train", data, "--out", folder / "model") == 0
+    assert run("train", data, "--rate", "8000", "--out", folder / "model") == 0
     return folder / "model"
 
 

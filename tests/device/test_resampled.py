@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from firstcontact.core import Block, ChannelKind, Contact, Finger, InputError, fingertip_layout
 from firstcontact.device import Arrival, ReplaySource, ResampledSource, remaining
+from firstcontact.device._twin_source import TwinSource
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
 from firstcontact.signal import resample
 
@@ -119,6 +120,14 @@ def test_a_reader_that_waits_for_more_samples_gets_some(tmp_path: Path) -> None:
     with ReplaySource(path, speed=np.inf, block=1) as inner:
         source = ResampledSource(inner, NEW)
         assert all(len(source.read(1.0)[0].block.data) for _ in range(40))
+
+
+def test_only_a_recording_has_a_calibration(tmp_path: Path) -> None:
+    path = recorded_at(8000.0, tmp_path, [Block(samples(600, 0), 0, 0)])
+    with ReplaySource(path) as inner:
+        assert hasattr(ResampledSource(inner, NEW), "calibration")
+    with TwinSource(speed=2.0) as device:
+        assert not hasattr(ResampledSource(device, 8000.0), "calibration")
 
 
 def test_words_and_orders_go_to_the_source(tmp_path: Path) -> None:

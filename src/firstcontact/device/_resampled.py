@@ -71,8 +71,8 @@ class ResampledSource:
 
     @property
     def calibration(self) -> Calibration | None:
-        """Calibration in a recording's header; None for a device."""
-        calibration: Calibration | None = getattr(self._source, "calibration", None)
+        """Calibration in a recording's header; a device has no such attribute."""
+        calibration: Calibration | None = getattr(self._source, "calibration")  # noqa: B009
         return calibration
 
     @property

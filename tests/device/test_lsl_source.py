@@ -15,7 +15,7 @@ from firstcontact.core import InputError
 from firstcontact.device import Arrival, SourceOptions
 from firstcontact.device._lsl_source import LslSource, from_name
 
-pytest.importorskip("pylsl")
+pylsl = pytest.importorskip("pylsl")
 
 
 @pytest.fixture
@@ -112,3 +112,19 @@ def test_streams_that_cannot_be_used_are_refused(
     monkeypatch.setattr("firstcontact.device._lsl_source.PATIENCE", 0.2)
     with pytest.raises(InputError, match="no LSL stream is called"):
         LslSource("nobody sends this").__enter__()
+
+
+@pytest.mark.parametrize("kind", ["LostError", "TimeoutError", "InternalError"])
+def test_whatever_the_library_says_of_a_sender_that_died_is_an_input_error(
+    name: str, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """LSL says it in three ways, depending on how far the dead sender's socket is closed."""
+
+    def refuse(self: object, timeout: float = 0.0) -> object:
+        raise getattr(pylsl.util, kind)("connection refused")
+
+    outlet = pylsl.StreamOutlet(pylsl.StreamInfo(name, "Piezo", 1, 4936.0, pylsl.cf_float32))
+    monkeypatch.setattr(pylsl.StreamInlet, "info", refuse)
+    with pytest.raises(InputError), LslSource(name):
+        pass
+    del outlet

@@ -118,7 +118,8 @@ class LslSource(ThreadedSource):
         self._lsl = lsl_library()
         from pylsl import util
 
-        self._lost = (util.LostError, TimeoutError, getattr(util, "TimeoutError", TimeoutError))
+        # InternalError: the port of a sender that just died refuses the connection.
+        self._lost = (util.LostError, util.TimeoutError, util.InternalError, TimeoutError)
         found = self._found(PATIENCE)
         if found is None:
             raise InputError(

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from firstcontact.cli import main as command
+from firstcontact.cli.verbs import verb_places
 
 
 @pytest.fixture(scope="module")
@@ -40,11 +41,11 @@ def completed(script: Path, *words: str) -> set[str]:
 
 
 def test_verbs_are_completed(script: Path) -> None:
-    assert completed(script, "") == {*command.VERBS, "--help", "--version", "--completion"}
+    assert completed(script, "") == {*verb_places(), "--help", "--version", "--completion"}
     assert completed(script, "st") == {"study"}
 
 
-@pytest.mark.parametrize("verb", command.VERBS)
+@pytest.mark.parametrize("verb", verb_places())
 def test_each_option_in_the_help_of_a_verb_is_completed(
     verb: str, script: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -75,7 +75,8 @@ class Train:
             model.write(making)
         for line in model.notes:
             print(line)
-        print(f"model: {self.out}" if model.moments else f"detector: {self.out}")
+        made = "model" if model.moments else f"detector {model.own_detector.name}"
+        print(f"{made}: {self.out}")
         if former:
             print(replaced(self.out))
 

@@ -80,7 +80,8 @@ def live(
     Parameters
     ----------
     source
-        An open source. It is closed when the iteration ends.
+        An open source. It is closed when the iteration ends. Its samples are resampled where the
+        model takes another rate.
     model
         Model or its folder; by default the model of the package, which knows no rig and so has
         wide intervals.
@@ -109,7 +110,7 @@ def live(
     """
     from threadpoolctl import threadpool_limits
 
-    from firstcontact.device import measure_noise
+    from firstcontact.device import ResampledSource, measure_noise
     from firstcontact.grasp import POLICIES, live_policy, open_hand
     from firstcontact.models import Model, load_model, shipped_model
     from firstcontact.streaming import Grasping, LiveSession, ModelWithInterval, Pipeline
@@ -118,6 +119,10 @@ def live(
         model = shipped_model()
     elif not isinstance(model, Model):
         model = load_model(model)
+    detector = model.own_detector
+    rate = detector.rate or model.rate
+    if source.descriptor.layout.rate != rate:
+        source = ResampledSource(source, rate)
     descriptor = source.descriptor
     if calibration is None:
         recorded = hasattr(source, "calibration")
@@ -131,7 +136,7 @@ def live(
         stack.enter_context(threadpool_limits(1))
         pipeline = Pipeline(
             descriptor.layout,
-            model.own_detector,
+            detector,
             [ModelWithInterval(w.model, w.interval) for w in model.windows],
             calibration,
             anytime=None if model.network is None else model.network.model,

@@ -79,8 +79,39 @@ def test_nothing_after_the_second_contact_is_used(data: fc.Dataset, model: fc.Mo
 def test_too_early_is_refused_by_the_name_of_the_parameter(
     data: fc.Dataset, model: fc.Model
 ) -> None:
-    with pytest.raises(fc.InputError, match=r"^at:"):
-        model.predict(data, at=0.0005)
+    for at in (0.0005, 5.0, float("nan")):
+        with pytest.raises(fc.InputError) as caught:
+            model.predict(data, at=at)
+        assert caught.value.parameter == "at"
+
+
+def test_the_predictor_is_chosen_by_its_name(data: fc.Dataset, model: fc.Model) -> None:
+    window = model.predict(data, estimator=model.windows[0].model.kind)
+    assert set(window.elapsed[np.isfinite(window.elapsed)]) == {0.015}
+    with pytest.raises(fc.InputError) as caught:
+        model.predict(data, estimator="nobody")
+    assert caught.value.parameter == "estimator"
+
+
+def test_what_is_no_dataset_is_refused_by_name(data: fc.Dataset, model: fc.Model) -> None:
+    calls = {
+        "train": lambda: fc.train("pinches"),  # type: ignore[arg-type]
+        "predict": lambda: model.predict(data.pinches[0]),  # type: ignore[arg-type]
+        "evaluate": lambda: fc.evaluate(model, "pinches"),  # type: ignore[arg-type]
+    }
+    for call in calls.values():
+        with pytest.raises(fc.InputError) as caught:
+            call()
+        assert caught.value.parameter == "data"
+    with pytest.raises(fc.InputError) as caught:
+        model.predict(data, contacts=[])
+    assert caught.value.parameter == "contacts"
+    with pytest.raises(fc.InputError) as caught:
+        fc.evaluate(model, data, contacts="truth")
+    assert caught.value.parameter == "contacts"
+    with pytest.raises(fc.InputError) as caught:
+        next(fc.live("twin"))  # type: ignore[arg-type]
+    assert caught.value.parameter == "source"
 
 
 @pytest.mark.parametrize(
@@ -136,7 +167,8 @@ def test_contacts_are_detected(data: fc.Dataset) -> None:
 def test_live_gives_a_settled_estimate_for_each_pinch() -> None:
     with fc.open("twin", speed=8.0, seed=2) as source:
         calibration = fc.calibrate(source, seconds=0.5)
-        events = list(fc.live(source, calibration=calibration, pinches=2, real_time=False))
+        events = list(fc.live(source, calibration=calibration, pinches=2))
+    assert not any(e.real_time for e in events if isinstance(e, fc.PinchDone))
     done = [e for e in events if isinstance(e, fc.PinchDone)]
     assert len(done) == 2
     assert sum(isinstance(e, fc.Settled) for e in events) >= 2
@@ -145,7 +177,7 @@ def test_live_gives_a_settled_estimate_for_each_pinch() -> None:
 def test_leaving_live_early_closes_the_source() -> None:
     with fc.open("twin", speed=8.0, seed=3) as source:
         calibration = fc.calibrate(source, seconds=0.5)
-        events = fc.live(source, calibration=calibration, real_time=False)
+        events = fc.live(source, calibration=calibration)
         next(events)
         events.close()
         assert source.ended or not source.health.connected

@@ -29,9 +29,13 @@ from .models import train as train
 from .streaming import Armed as Armed
 from .streaming import Estimated as Estimated
 from .streaming import Event as Event
+from .streaming import FromHand as FromHand
+from .streaming import HandAsked as HandAsked
+from .streaming import HandPinch as HandPinch
 from .streaming import PinchDone as PinchDone
 from .streaming import Refused as Refused
 from .streaming import Running as Running
+from .streaming import SameObject as SameObject
 from .streaming import Settled as Settled
 from .streaming import Touched as Touched
 

@@ -73,7 +73,7 @@ def live(
     record: str | os.PathLike[str] | None = None,
     seconds: float | None = None,
     pinches: int | None = None,
-    real_time: bool = True,
+    real_time: bool | None = None,
 ) -> Iterator[Event]:
     """Follow a source: yield contacts, estimates and finished pinches as they happen.
 
@@ -96,7 +96,8 @@ def live(
     seconds, pinches
         End after this time, s, or after so many pinches.
     real_time
-        False for a source that runs at another speed: no estimate is then called in time.
+        Set False for a source that runs at another speed, if it does not say so itself. No
+        estimate is then called in time or too late.
 
     Yields
     ------
@@ -115,6 +116,13 @@ def live(
     from firstcontact.models import Model, load_model, shipped_model
     from firstcontact.streaming import Grasping, LiveSession, ModelWithInterval, Pipeline
 
+    if not hasattr(source, "descriptor"):
+        raise InputError(
+            f"an open source is needed, not {type(source).__name__}: open(device) gives one",
+            parameter="source",
+        )
+    if real_time is None:
+        real_time = getattr(source, "speed", 1.0) == 1.0
     if model is None:
         model = shipped_model()
     elif not isinstance(model, Model):

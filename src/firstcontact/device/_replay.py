@@ -69,6 +69,11 @@ class ReplaySource:
         self._end: Block | None = None
 
     @property
+    def speed(self) -> float:
+        """Multiple of real time; inf without a pace."""
+        return self._speed
+
+    @property
     def name(self) -> str:
         """The file."""
         return str(self._recording.path)

@@ -36,6 +36,8 @@ class TwinSource(SerialSource):
         super().__init__("twin")
         self._make = partial(TwinDevice, condition, objects, seed, speed, latency)
         self.device: TwinDevice | None = None
+        #: Multiple of real time.
+        self.speed = speed
         if speed > 1.0:  # then the device waits: an order is not to come long after its samples
             self.most = round(AHEAD * FINGERTIP_RATE)
 

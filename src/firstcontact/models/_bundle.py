@@ -193,7 +193,8 @@ class Model:
     def __repr__(self) -> str:
         parts = [f"detector={None if self.detector is None else self.detector.name!r}"]
         parts += [f"{w.model.kind!r} at {1e3 * w.duration:.3g} ms" for w in self.windows]
-        parts += ["'network' from 2 to 15 ms"] if self.network else []
+        if self.network is not None:
+            parts.append(f"{self.network.model.kind!r} from 2 to 15 ms")
         return f"Model({', '.join(parts)})"
 
     @property
@@ -218,33 +219,48 @@ class Model:
         data: Dataset,
         at: float | None = None,
         contacts: Sequence[Contact | None] | None = None,
+        *,
+        estimator: str | None = None,
     ) -> Predictions:
         """Predict the stiffness of each pinch.
 
-        The network predicts where the model has one, else the longest window that fits. No sample
-        after a known second contact is used by the network.
+        The network predicts where the model has one, else the longest window that fits. The
+        network uses no sample after a known second contact.
 
         Parameters
         ----------
         data
             Pinches; they are resampled to the model's rate where theirs differs.
         at
-            Elapsed time after the contact, s; the longest by default.
+            Longest signal after the contact, s; the longest that the model takes by default.
+            ``Predictions.elapsed`` is shorter where the second finger touched earlier.
         contacts
             First contact of each pinch at the rate of ``data``; detected by default.
+        estimator
+            Name of the predictor to use, such as "svm", as ``repr`` shows it.
 
         Raises
         ------
         InputError
             ``at`` is shorter than the first moment, or ``data`` has another kind of signal.
         """
-        if not self.moments:
-            raise InputError("model: it holds a detector only: train with an estimator")
-        latest = self.moments[-1] if at is None else at
-        if latest < self.moments[0] - 1e-9:
+        require_dataset(data)
+        if contacts is not None and len(contacts) != len(data):
             raise InputError(
-                f"at: the model predicts from {1e3 * self.moments[0]:.3g} ms after a contact on, "
-                f"not at {1e3 * latest:.3g} ms"
+                f"{len(data)} pinches need as many, and {len(contacts)} are given: None for a "
+                "pinch without one",
+                parameter="contacts",
+            )
+        if estimator is not None:
+            return self._only(estimator).predict(data, at, contacts)
+        if not self.moments:
+            raise InputError("it holds a detector only: train with an estimator", parameter="model")
+        latest = self.moments[-1] if at is None else at
+        if not self.moments[0] - 1e-9 <= latest <= 1.0:
+            raise InputError(
+                f"the model predicts from {self.moments[0]:.3g} to {self.moments[-1]:.3g} s after a "
+                f"contact, and {latest:g} s is given",
+                parameter="at",
             )
         if not same_rate(data.layout.rate, self.rate):
             if contacts is not None:
@@ -258,6 +274,21 @@ class Model:
             return self._by_network(self.network.model, data, firsts, latest)
         fitting = [w for w in self.windows if w.duration <= latest + 1e-9]
         return self._by_window(fitting[-1], data, firsts)
+
+    def _only(self, estimator: str) -> Model:
+        """Return the model with the predictors of this name alone."""
+        windows = tuple(w for w in self.windows if w.model.kind == estimator)
+        network = self.network
+        if network is not None and network.model.kind != estimator:
+            network = None
+        if not windows and network is None:
+            kinds = [w.model.kind for w in self.windows]
+            kinds += [] if self.network is None else [self.network.model.kind]
+            raise InputError(
+                f"{estimator!r} is none of {', '.join(kinds)}, which the model has",
+                parameter="estimator",
+            )
+        return replace(self, windows=windows, network=network)
 
     def _by_network(
         self,
@@ -367,6 +398,21 @@ def load_model(path: str | os.PathLike[str], detector: Detector | None = None) -
     if detector is None and any((place / DETECTOR_CARD).exists() for place in (folder, *folders)):
         detector = load_detector(folders[0] if folders else folder)
     return Model(detector, tuple(windows), network, folder=folder)
+
+
+def require_dataset(data: object) -> None:
+    """Refuse what is not a dataset, such as a path.
+
+    Raises
+    ------
+    InputError
+        Names the parameter and the function that loads one.
+    """
+    if not isinstance(data, Dataset):
+        raise InputError(
+            f"a Dataset is needed, not {type(data).__name__}: load(path) gives one",
+            parameter="data",
+        )
 
 
 def shipped_model() -> Model:

@@ -13,7 +13,12 @@ from firstcontact.contact import Detector
 from firstcontact.core import Dataset, InputError, counted, same_rate
 from firstcontact.models._alignment import Alignment, found, known
 from firstcontact.models._anytime_scores import answers_by_time, anytime_scores
-from firstcontact.models._bundle import Model, NetworkPredictor, WindowPredictor
+from firstcontact.models._bundle import (
+    Model,
+    NetworkPredictor,
+    WindowPredictor,
+    require_dataset,
+)
 from firstcontact.models._final_model import covered, score
 from firstcontact.models._known_pinches import known_pinches
 from firstcontact.models._labelled_touches import LabelledTouches
@@ -154,6 +159,7 @@ def evaluate(
     """
     if not model.moments:
         raise InputError("it holds a detector only: train with an estimator", parameter="model")
+    require_dataset(data)
     aligned: dict[float, tuple[Dataset, Alignment]] = {}
 
     def at(rate: float) -> tuple[Dataset, Alignment]:

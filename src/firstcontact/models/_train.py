@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,12 @@ from firstcontact.core import (
 from firstcontact.models._adapting import Adapted, adapt_network
 from firstcontact.models._alignment import Alignment, fit_detector, found_as_live, known
 from firstcontact.models._anytime_file import pretrained
-from firstcontact.models._bundle import Model, NetworkPredictor, WindowPredictor
+from firstcontact.models._bundle import (
+    Model,
+    NetworkPredictor,
+    WindowPredictor,
+    require_dataset,
+)
 from firstcontact.models._card import LearnedFrom, Provenance
 from firstcontact.models._final_model import FinalModel, train_final_model
 from firstcontact.models._in_context import InContextModel
@@ -232,6 +237,10 @@ def known_contacts(contacts: str, dataset: Dataset) -> bool:
     InputError
         Known contacts are demanded and there are none.
     """
+    if contacts not in get_args(Contacts):
+        raise InputError(
+            f"{contacts!r} is none of {', '.join(get_args(Contacts))}", parameter="contacts"
+        )
     there = any(p.first is not None for p in dataset.pinches)
     if contacts == "known" and not there:
         raise InputError(
@@ -281,6 +290,7 @@ def _check(windows: Sequence[float], level: float, seed: int, rate: float | None
 
 
 def _training_pinches(data: Dataset) -> Dataset:
+    require_dataset(data)
     dataset = data.take(~data.test)
     if not len(dataset):
         raise InputError(

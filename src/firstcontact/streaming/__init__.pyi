@@ -3,9 +3,13 @@
 from ._events import Armed as Armed
 from ._events import Estimated as Estimated
 from ._events import Event as Event
+from ._events import FromHand as FromHand
+from ._events import HandAsked as HandAsked
+from ._events import HandPinch as HandPinch
 from ._events import PinchDone as PinchDone
 from ._events import Refused as Refused
 from ._events import Running as Running
+from ._events import SameObject as SameObject
 from ._events import Settled as Settled
 from ._events import Touched as Touched
 from ._grasping import Grasping as Grasping

@@ -25,7 +25,7 @@ def _start(way: str) -> str:
     title = names.detector(way).title
     if names.learned(way):
         return (
-            f"Every pinch is judged by an {title} detector that did not learn from it, and {read} "
+            f"Every pinch is judged by a detector ({title}) that did not learn from it, and {read} "
             "where that detector says."
         )
     if way in DETECTORS:

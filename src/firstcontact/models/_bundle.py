@@ -256,10 +256,11 @@ class Model:
         if not self.moments:
             raise InputError("it holds a detector only: train with an estimator", parameter="model")
         latest = self.moments[-1] if at is None else at
-        if not self.moments[0] - 1e-9 <= latest <= 1.0:
+        first, last = self.moments[0], self.moments[-1]
+        if not first - 1e-9 <= latest <= 1.0:
             raise InputError(
-                f"the model predicts from {self.moments[0]:.3g} to {self.moments[-1]:.3g} s after a "
-                f"contact, and {latest:g} s is given",
+                f"the model predicts from {first:.3g} to {last:.3g} s after a contact, and {latest:g} s "
+                "is given",
                 parameter="at",
             )
         if not same_rate(data.layout.rate, self.rate):

@@ -259,8 +259,8 @@ class Model:
         first, last = self.moments[0], self.moments[-1]
         if not first - 1e-9 <= latest <= 1.0:
             raise InputError(
-                f"the model predicts from {first:.3g} to {last:.3g} s after a contact, and {latest:g} s "
-                "is given",
+                f"the model predicts from {first:.3g} to {last:.3g} s after a contact, "
+                f"and {latest:g} s is given",
                 parameter="at",
             )
         if not same_rate(data.layout.rate, self.rate):

@@ -75,7 +75,8 @@ def room(name: str) -> str:
     """A table of a room."""
     full = f"firstcontact.{name}" if name else "firstcontact"
     module = import_module(full)
-    words = PUBLIC[name].split() if name in PUBLIC else module.__all__
+    words = PUBLIC[name].split() if name in PUBLIC else list(module.__all__)
+    words += [] if name else ["open"]  # which a star import leaves out
     rows = [f"| `{word}` | {said(getattr(module, word))} |" for word in sorted(words)]
     head = f"## {full}\n\n{said(module)}\n\n| name | |\n|---|---|\n"
     return head + "\n".join(rows) + "\n"

@@ -135,8 +135,10 @@ def test_training_names_the_parameter_that_is_wrong(
 def test_evaluation_scores_each_predictor_apart(data: fc.Dataset, model: fc.Model) -> None:
     network, window = fc.evaluate(model, data)
     assert network.groups[0].title == "seen in training"
-    assert set(network.rmse) == {0.002, 0.003, 0.005, 0.008, 0.015}
-    assert set(window.rmse) == {0.015}
+    assert set(network.groups[0].rmse) == {0.002, 0.003, 0.005, 0.008, 0.015}
+    assert set(window.groups[0].rmse) == {0.015}
+    assert not network.rmse  # no score on training data
+    assert not window.rmse
     assert window.scored + window.left_out == len(data)
 
 
@@ -247,3 +249,36 @@ def test_the_ros_node_publishes_each_estimate(monkeypatch: pytest.MonkeyPatch) -
 def test_examples_stay_short(example: str, most: int) -> None:
     lines = (EXAMPLES / example).read_text(encoding="utf-8").splitlines()
     assert len(lines) <= most
+
+
+@pytest.mark.parametrize(
+    ("options", "parameter"),
+    [
+        ({"hand": "ability"}, "hand"),  # it closes only when it is asked to
+        ({"hand": "nobody"}, ""),
+        ({"policy": "stiffness"}, "policy"),
+        ({"hand_port": "/dev/null"}, "hand_port"),
+        ({"seconds": -1.0}, "seconds"),
+        ({"pinches": 0}, "pinches"),
+    ],
+)
+def test_live_refuses_before_it_touches_the_source(
+    options: dict[str, object], parameter: str
+) -> None:
+    with pytest.raises(fc.InputError) as caught:
+        next(fc.live(fc.open("twin"), **options))  # type: ignore[arg-type]
+    assert caught.value.parameter == parameter
+
+
+def test_a_recording_is_read_only_when_it_is_open(data: fc.Dataset, tmp_path: Path) -> None:
+    recording = next(iter(sorted(_recordings(tmp_path))))
+    with pytest.raises(fc.InputError, match="not open"):
+        list(fc.live(fc.open(str(recording), speed=float("inf"))))
+    with pytest.raises(fc.InputError) as caught:
+        next(fc.live(fc.open(str(recording)), hand="twin"))
+    assert caught.value.parameter == "hand"
+
+
+def _recordings(folder: Path) -> list[Path]:
+    fc.simulate(folder / "few", pinches_per_block=1, pinches_per_object=0)
+    return list((folder / "few").glob("*.mcap"))

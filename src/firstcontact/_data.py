@@ -239,7 +239,7 @@ def record(
     Parameters
     ----------
     source
-        An open source.
+        An open source. It is closed at the end.
     out
         Folder for the recording; sessions in it are continued in a further file.
     object, shore_a, specimen, role
@@ -265,10 +265,13 @@ def record(
     Raises
     ------
     InputError
-        The source fails, or the recording cannot be written. Samples that were written stay.
+        The source fails or ends too early, or the recording cannot be written. Samples that were
+        written stay.
     """
     from firstcontact.collect import Guide, Item, header_of, run_session, so_far, with_noise
 
+    if role not in tuple(Role):
+        raise InputError(f"{role!r} is none of {', '.join(Role)}", parameter="role")
     item = Item(object, pinches, shore_a, specimen, Role(role))
     folder = Path(out)
     try:
@@ -280,10 +283,17 @@ def record(
     if calibration is None:
         calibration = with_noise(None, calibrate(source))
     before = so_far(folder, session, source.descriptor)
+    if before.files and before.done[item.label(session)] >= pinches:
+        return before.files[-1]
     guide = Guide(source.descriptor.layout, (item,), session, calibration, before.done)
     header = header_of(source.descriptor, session, calibration, notes=notes)
     with progress_steps(progress, pinches, "pinch") as step:
-        run_session(source, guide, before.path, header, _Counting(step), stopped)
+        complete = run_session(source, guide, before.path, header, _Counting(step), stopped)
+    if not complete and not stopped():
+        raise InputError(
+            f"the source ended before {pinches} valid pinches: what came is in {before.path}",
+            parameter="source",
+        )
     return before.path
 
 

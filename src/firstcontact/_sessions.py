@@ -111,18 +111,26 @@ def live(
     """
     from threadpoolctl import threadpool_limits
 
-    from firstcontact.device import ResampledSource, measure_noise
-    from firstcontact.grasp import POLICIES, live_policy, open_hand
+    from firstcontact.device import ResampledSource, TransportDelay, measure_noise
+    from firstcontact.grasp import POLICIES, HandError, live_policy, open_hand
     from firstcontact.models import Model, load_model, shipped_model
     from firstcontact.streaming import Grasping, LiveSession, ModelWithInterval, Pipeline
 
-    if not hasattr(source, "descriptor"):
+    if not hasattr(type(source), "descriptor"):
         raise InputError(
             f"an open source is needed, not {type(source).__name__}: open(device) gives one",
             parameter="source",
         )
     if real_time is None:
         real_time = getattr(source, "speed", 1.0) == 1.0
+    for name, bound in (("seconds", seconds), ("pinches", pinches)):
+        if bound is not None and not bound > 0:
+            raise InputError(f"{bound:g} is given: give a number above 0", parameter=name)
+    recorded = hasattr(source, "calibration")
+    if hand is not None:
+        _check_hand(hand, hand_port, source, recorded=recorded, real_time=real_time)
+    elif policy is not None or hand_port is not None:
+        raise InputError("it needs a hand", parameter="hand_port" if policy is None else "policy")
     if model is None:
         model = shipped_model()
     elif not isinstance(model, Model):
@@ -133,7 +141,6 @@ def live(
         source = ResampledSource(source, rate)
     descriptor = source.descriptor
     if calibration is None:
-        recorded = hasattr(source, "calibration")
         calibration = (
             getattr(source, "calibration", None)
             if recorded
@@ -153,10 +160,17 @@ def live(
         )
         grasping = None
         if hand is not None:
-            opened = stack.enter_context(open_hand(hand, hand_port, source=source))
-            grasping = Grasping(live_policy(policy or POLICIES.default), opened, descriptor.layout)
-        elif policy is not None:
-            raise InputError("it needs a hand", parameter="policy")
+            transport = TransportDelay(descriptor.layout.rate) if real_time else None
+            try:
+                opened = stack.enter_context(open_hand(hand, hand_port, source=source))
+            except HandError as error:
+                raise InputError(str(error), parameter="hand") from error
+            grasping = Grasping(
+                live_policy(policy or POLICIES.default),
+                opened,
+                descriptor.layout,
+                transport=transport,
+            )
         session = LiveSession(
             source,
             pipeline,
@@ -168,6 +182,35 @@ def live(
         )
         if record is not None:
             session.start_recording()
-        yield from session.events(seconds=seconds, pinches=pinches)
+        for event in session.events(seconds=seconds, pinches=pinches):
+            if session.recording.failed:
+                raise InputError(session.recording.failed, parameter="record")
+            yield event
         if session.recording.failed:
             raise InputError(session.recording.failed, parameter="record")
+
+
+def _check_hand(
+    hand: str, port: str | None, source: Source, *, recorded: bool, real_time: bool
+) -> None:
+    """Refuse a hand that must not be driven from this source."""
+    from firstcontact.grasp import HANDS, Begins
+
+    kind = HANDS.find(hand)
+    rehearsed = port is not None and port == kind.simulated_port
+    if kind.real and not rehearsed and (recorded or not real_time):
+        raise InputError(
+            f"{hand} is not driven from a recording, nor at another speed than real time",
+            parameter="hand",
+        )
+    if kind.of_source not in (None, source.name):
+        raise InputError(
+            f"{hand} is the hand of the source {kind.of_source!r}: open that, or name another",
+            parameter="hand",
+        )
+    if kind.begins is Begins.US:
+        raise InputError(
+            f"{hand} closes only when it is asked to, which `firstcontact live --hand {hand}` "
+            "offers on its page and keyboard",
+            parameter="hand",
+        )

@@ -113,6 +113,8 @@ class ReplaySource:
 
         Its blocks come as they come: ``least`` changes nothing.
         """
+        if not self._began:
+            raise InputError(f"{self.name} is not open: enter the source first")
         if self._ended:
             return []
         if not self._paced:

@@ -57,6 +57,7 @@ def export_model(
         raise InputError("it must lie between 0 and 1000000", parameter="budget_us")
     with TemporaryDirectory() as scratch:
         folder = model.save(Path(scratch, "model")) if isinstance(model, Model) else Path(model)
-        trained = small_enough(load_trained(folder), data, budget_us, exporter.parts)
-        with replacing_folder(place) as making:
+        learned = None if data is None else data.take(~data.test)
+        trained = small_enough(load_trained(folder), learned, budget_us, exporter.parts)
+        with replacing_folder(place) as making, MODEL_EXPORTERS.calling(to):
             return list(exporter.write(trained, making))

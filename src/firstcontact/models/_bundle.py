@@ -271,7 +271,7 @@ class Model:
                 )
             data = resample_dataset(data, self.rate)
         firsts = found(data, self.own_detector).contacts if contacts is None else list(contacts)
-        if self.network is not None:
+        if self.network is not None and latest >= MOMENTS[0] - 1e-9:
             return self._by_network(self.network.model, data, firsts, latest)
         fitting = [w for w in self.windows if w.duration <= latest + 1e-9]
         return self._by_window(fitting[-1], data, firsts)

@@ -29,6 +29,8 @@ from firstcontact.models._training import labelled_windows
 from firstcontact.signal import resample_dataset
 
 T = TypeVar("T")
+#: Title of the group of pinches that the model was trained on.
+SEEN = "seen in training"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,12 +88,15 @@ class Evaluation:
     contacts
         How the contacts were found, in words.
     scored, left_out
-        Number of pinches that were scored; and of those without a contact, a label, or enough
-        signal before the second contact.
+        Number of pinches that were scored, and of all others: without a contact, a label or a
+        whole window, of a class that the model does not know, or for the network without enough
+        signal before the second contact. Windows may hold the second contact, as in the paper.
     warnings
         Sentences about pinches that the model was trained on.
     groups
         Scores, pinches that were not seen in training first.
+    duration
+        Length of the window, s; None for the network.
     """
 
     predictor: str
@@ -101,29 +106,32 @@ class Evaluation:
     left_out: int
     warnings: tuple[str, ...]
     groups: tuple[GroupScores, ...]
+    duration: float | None = None
 
     @property
     def when(self) -> str:
         """Elapsed time of the predictions, in words."""
-        times = list(self.rmse or self.groups[0].coverage)
-        if self.groups[0].window is None:
-            return "at any time"
-        return f"{1e3 * times[0]:g} ms" if times else "one window"
+        return "at any time" if self.duration is None else f"{1e3 * self.duration:g} ms"
 
     @property
     def rmse(self) -> Mapping[float, float]:
-        """Root mean square error of the first group by elapsed time, s."""
-        return self.groups[0].rmse
+        """Root mean square error by elapsed time, s; empty if all pinches are of the training."""
+        return self._unseen.rmse if self._unseen else {}
 
     @property
     def coverage(self) -> Mapping[float, float]:
-        """Share of truths in the interval, of the first group by elapsed time, s."""
-        return self.groups[0].coverage
+        """Share of truths in the interval by elapsed time, s, as :attr:`rmse`."""
+        return self._unseen.coverage if self._unseen else {}
 
     @property
     def width(self) -> Mapping[float, float]:
-        """Mean width of the interval, of the first group by elapsed time, s."""
-        return self.groups[0].width
+        """Mean width of the interval by elapsed time, s, as :attr:`rmse`."""
+        return self._unseen.width if self._unseen else {}
+
+    @property
+    def _unseen(self) -> GroupScores | None:
+        """First group that is not of the training itself."""
+        return next((group for group in self.groups if group.title != SEEN), None)
 
 
 def evaluate(
@@ -281,14 +289,17 @@ def _of_window(
                 level=None if predictor.interval is None else predictor.interval.level,
             )
         )
+    if not groups:
+        raise InputError("no pinch is of a class that the model knows", parameter="data")
     return Evaluation(
         predictor=model.kind,
         target=target,
         contacts=aligned.how,
-        scored=len(cut),
-        left_out=len(dataset) - len(cut),
+        scored=sum(group.n for group in groups),
+        left_out=len(dataset) - sum(group.n for group in groups),
         warnings=tuple(warnings),
         groups=tuple(groups),
+        duration=predictor.duration,
     )
 
 

@@ -112,6 +112,8 @@ def train(
     kind = ESTIMATORS.find(estimator)
     need_for(kind)
     _check(windows, level, seed, rate)
+    if task not in tuple(Task):
+        raise InputError(f"{task!r} is none of {', '.join(Task)}", parameter="task")
     dataset = _training_pinches(data)
     digests = pinch_digests(dataset.pinches)
     if rate is None and np.isfinite(dataset.shore_a).any():

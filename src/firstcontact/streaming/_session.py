@@ -182,12 +182,13 @@ class LiveSession:
                         said = actor.came(arrival.block)
                         self._events += said
                         found |= bool(said)
-                yield from self._events[given:]
-                given = len(self._events)
+                # Recorder and sinks first: the caller may take its time, or never come back.
+                fresh, given = self._events[given:], len(self._events)
                 if found or time.monotonic() - told >= together:
                     self._tell()
                     told = time.monotonic()
                     given = 0
+                yield from fresh
                 if (pinches is not None and self.pinches >= pinches) or self._alone:
                     break
             self._act(self.pipeline.finish())

@@ -7,6 +7,7 @@ Importing this package imports no verb.
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
@@ -14,7 +15,7 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
 
-from firstcontact.core import InputError
+from firstcontact.core import ForeignCode, InputError, remember
 
 #: Options that stand in place of a verb.
 GENERAL = ("--help", "--version", "--completion")
@@ -43,14 +44,19 @@ def configuration(verb: str) -> type[Any]:
         No verb has this name.
     """
     name = _module(verb)
-    if (Path(__path__[0]) / f"{name}.py").is_file():
+    if verb == _verb(name) and name in (module.name for module in iter_modules(__path__)):
         place = f"{__name__}.{name}:{_class(name)}"
     elif verb in verb_places():
         place = verb_places()[verb]
     else:
         raise InputError(f"{verb!r} is not a verb: choose one of {', '.join(verb_places())}")
     module, _, attribute = place.partition(":")
-    found: type[Any] = getattr(import_module(module), attribute)
+    title = f"the verb {verb!r} of another package"
+    foreign = not module.startswith(("firstcontact.", "firstcontact_lab."))
+    if foreign:
+        remember(module, title)
+    with ForeignCode(title) if foreign else nullcontext():
+        found: type[Any] = getattr(import_module(module), attribute)
     return found
 
 

@@ -69,8 +69,8 @@ def _lines(evaluation: Evaluation) -> Iterator[str]:
     """Format the scores of one predictor."""
     yield (
         f"{evaluation.when}, {evaluation.predictor}: contacts {evaluation.contacts}; "
-        f"{counted(evaluation.scored, 'pinch')} scored, {evaluation.left_out} without contact or "
-        "label, or ended by the second contact"
+        f"{counted(evaluation.scored, 'pinch')} scored, {evaluation.left_out} left out (no "
+        "contact, label, whole window or known class)"
     )
     yield from evaluation.warnings
     for group in evaluation.groups:

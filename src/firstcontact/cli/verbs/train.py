@@ -72,6 +72,8 @@ class Train:
         warn_of(dataset)
         with where(self.cluster), replacing_folder(self.out) as making:
             model = self._train(dataset)
+            # The training decides whether there is an any-time model again.
+            check_replaceable(self.out, names, anytime=model.network is not None)
             model.write(making)
         for line in model.notes:
             print(line)

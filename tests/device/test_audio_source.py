@@ -12,6 +12,7 @@ import pytest
 from firstcontact.cli.main import main
 from firstcontact.core import InputError
 from firstcontact.device import Arrival, Source, open_source
+from firstcontact.recording import read_recording
 from firstcontact.signal import CausalResampler, resample
 from sound import heard_here
 
@@ -133,11 +134,12 @@ def test_an_input_that_keeps_no_pace_is_refused(tmp_path: Path) -> None:
         assert source.ended
 
 
-def test_what_an_input_without_a_pace_gives_is_not_recorded(
+def test_an_input_without_a_pace_is_refused_and_gives_no_pinch(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
     with without_a_pace(tmp_path) as name:
         assert main(["record", "--device", name, "--object", "x", "--out", str(out)]) == 2
     assert "audio:fast" in capsys.readouterr().err
-    assert not list(tmp_path.rglob("*.mcap"))
+    # On a busy machine the refusal may come after the first samples: they are kept, no pinch is.
+    assert not [r for r in tmp_path.rglob("*.mcap") if read_recording(r).pinches]

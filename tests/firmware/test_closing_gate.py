@@ -24,7 +24,7 @@ ROOM = 4096
 def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
     made = tmp_path_factory.mktemp("gate") / "gate.so"
     source = FIRMWARE / "answers" / "fc_gate.c"
-    kernels = FIRMWARE.parent / "src" / "firstcontact" / "embedded" / "c"
+    kernels = FIRMWARE.parent / "src" / "firstcontact" / "export" / "c"
     options = ["-std=c99", "-O2", "-ffp-contract=off", "-shared", "-fPIC", f"-I{kernels}"]
     subprocess.run(["gcc", *options, str(source), "-o", str(made)], check=True)
     return ctypes.CDLL(str(made))

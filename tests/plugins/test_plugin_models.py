@@ -45,7 +45,7 @@ def model(environment: dict[str, str], pinches: Path) -> Path:
     options = ("--model", "loudness", "--detector", "energy", "--contacts", "detected")
     done = firstcontact(environment, "train", pinches, "--out", out, *options)
     assert done.returncode == 0, done.stderr
-    assert "loudness (regression) learned from" in done.stdout
+    assert "loudness (regression), 15 ms: " in done.stdout
     assert "detector energy:" in done.stdout
     return out
 

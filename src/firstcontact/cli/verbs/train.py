@@ -77,8 +77,9 @@ class Train:
             model.write(making)
         for line in model.notes:
             print(line)
-        made = "model" if model.moments else f"detector {model.own_detector.name}"
-        print(f"{made}: {self.out}")
+        if model.moments:
+            print(f"model: {self.out}")
+        print(f"detector {model.own_detector.name}: {self.out}")
         if former:
             print(replaced(self.out))
 

@@ -15,10 +15,9 @@ if TYPE_CHECKING:
 
     from firstcontact.collect import Judged
     from firstcontact.contact import Detector
-    from firstcontact.core import Calibration, Contact, Dataset, Label, VibrationSensor
+    from firstcontact.core import AnyPath, Calibration, Contact, Dataset, Label, VibrationSensor
     from firstcontact.device import Source
 
-StrPath = str | os.PathLike[str]
 #: True for a progress bar on standard error, or a function that is called with finished steps.
 Progress = bool | Callable[[int], object]
 
@@ -27,7 +26,7 @@ REST = 2.0
 PATIENCE = 10.0
 
 
-def load(path: StrPath | Iterable[StrPath]) -> Dataset:
+def load(path: AnyPath | Iterable[AnyPath]) -> Dataset:
     """Load the pinches of recordings.
 
     Parameters
@@ -52,20 +51,19 @@ def load(path: StrPath | Iterable[StrPath]) -> Dataset:
     """
     from firstcontact.recording import load_dataset
 
-    paths = [path] if isinstance(path, str | os.PathLike) else list(path)
-    return load_dataset([Path(p) for p in paths])
+    return load_dataset(path if isinstance(path, str | os.PathLike) else list(path))
 
 
 def import_recordings(
-    path: StrPath,
-    out: StrPath,
+    path: AnyPath,
+    out: AnyPath,
     *,
     rate: float | None = None,
     source: str | None = None,
     sensor: VibrationSensor | None = None,
-    events: StrPath | None = None,
-    channels: StrPath | None = None,
-    labels: StrPath | None = None,
+    events: AnyPath | None = None,
+    channels: AnyPath | None = None,
+    labels: AnyPath | None = None,
 ) -> Dataset:
     """Convert files of another format into recordings.
 
@@ -96,12 +94,11 @@ def import_recordings(
     """
     from firstcontact.recording import import_path
 
-    events, channels, labels = (None if t is None else Path(t) for t in (events, channels, labels))
-    return import_path(Path(path), Path(out), rate, source, sensor, events, channels, labels)
+    return import_path(path, out, rate, source, sensor, events, channels, labels)
 
 
 def simulate(
-    out: StrPath,
+    out: AnyPath,
     *,
     condition: Literal["paper-rig", "everyday"] = "paper-rig",
     pinches_per_block: int = 500,
@@ -217,7 +214,7 @@ def detect(data: Dataset, detector: Detector | str | None = None) -> list[Contac
 
 def record(
     source: Source,
-    out: StrPath,
+    out: AnyPath,
     *,
     object: str,
     pinches: int = 10,
@@ -268,7 +265,7 @@ def record(
         The source fails or ends too early, or the recording cannot be written. Samples that were
         written stay.
     """
-    from firstcontact.collect import Guide, Item, header_of, run_session, so_far, with_noise
+    from firstcontact.collect import Guide, Item, header_of, run_session, so_far
 
     if role not in tuple(Role):
         raise InputError(f"{role!r} is none of {', '.join(Role)}", parameter="role")
@@ -280,11 +277,11 @@ def record(
         raise InputError(
             f"out: {folder} cannot be made ({error.strerror}): choose another"
         ) from error
-    if calibration is None:
-        calibration = with_noise(None, calibrate(source))
     before = so_far(folder, session, source.descriptor)
     if before.files and before.done[item.label(session)] >= pinches:
         return before.files[-1]
+    if calibration is None:
+        calibration = calibrate(source)
     guide = Guide(source.descriptor.layout, (item,), session, calibration, before.done)
     header = header_of(source.descriptor, session, calibration, notes=notes)
     with progress_steps(progress, pinches, "pinch") as step:

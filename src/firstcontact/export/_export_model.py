@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from firstcontact.core import Dataset, InputError, need_for, replacing_folder
+from firstcontact.core import AnyPath, Dataset, InputError, need_for, replacing_folder
 from firstcontact.export._budget import small_enough
 from firstcontact.export._exporters import MODEL_EXPORTERS
 from firstcontact.export._trained import load_trained
 from firstcontact.models import Model
 
-StrPath = str | os.PathLike[str]
-
 
 def export_model(
-    model: StrPath | Model,
-    out: StrPath,
+    model: AnyPath | Model,
+    out: AnyPath,
     *,
     to: str = "c",
     data: Dataset | None = None,
@@ -52,7 +49,7 @@ def export_model(
     need_for(exporter)
     place = Path(out)
     if place.exists() and (not place.is_dir() or any(place.iterdir())):
-        raise InputError(f"{place} is not an empty or new folder: name another", parameter="out")
+        raise InputError("it is there already: name a folder that is empty or new", parameter="out")
     if budget_us is not None and not 0.0 < budget_us <= 1e6:
         raise InputError("it must lie between 0 and 1000000", parameter="budget_us")
     with TemporaryDirectory() as scratch:

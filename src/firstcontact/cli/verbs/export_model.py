@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import tyro
 
 from firstcontact.cli.choices import one_of
-from firstcontact.core import InputError
 from firstcontact.export import MODEL_EXPORTERS
-
-if TYPE_CHECKING:
-    from firstcontact.core import Dataset
 
 
 @dataclass(frozen=True)
@@ -35,27 +31,11 @@ class ExportModel:
 
     def run(self) -> None:
         """Export whole, or not at all."""
-        from firstcontact.core import need_for, replacing_folder
-        from firstcontact.export import load_trained, small_enough
+        from firstcontact.export import export_model
+        from firstcontact.recording import load_dataset
 
-        exporter = MODEL_EXPORTERS.find(self.to)
-        need_for(exporter)
-        if self.out.exists() and (not self.out.is_dir() or any(self.out.iterdir())):
-            raise InputError(f"{self.out} is there already: name a folder that is empty or new")
-        if self.budget_us is not None and not 0.0 < self.budget_us <= 1e6:
-            raise InputError("--budget-us must lie between 0 and 1000000")
-        trained = load_trained(self.model)
-        trained = small_enough(trained, self._pinches(), self.budget_us, exporter.parts)
-        with replacing_folder(self.out) as making, MODEL_EXPORTERS.calling(self.to):
-            lines = exporter.write(trained, making)
+        data = None if self.data is None else load_dataset(self.data)
+        lines = export_model(self.model, self.out, to=self.to, data=data, budget_us=self.budget_us)
         for line in lines:
             print(line)
         print(f"written to {self.out}")
-
-    def _pinches(self) -> Dataset | None:
-        from firstcontact.recording import load_dataset
-
-        if self.data is None:
-            return None
-        dataset = load_dataset(self.data)
-        return dataset.take(~dataset.test)

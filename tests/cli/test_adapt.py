@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from trainings import LAYOUT, recordings, resampled, run
 
 from firstcontact.cli.live_models import shipped_model
 from firstcontact.contact import detect, load_detector
@@ -24,6 +23,7 @@ from firstcontact.models import (
 from firstcontact.models._anytime_file import CARD, WEIGHTS
 from firstcontact.recording import Header, load_dataset, write_dataset
 from firstcontact.testing import closings
+from trainings import LAYOUT, recordings, resampled, run
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

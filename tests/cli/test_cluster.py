@@ -12,7 +12,6 @@ from typing import Any
 
 import pytest
 from distributed import Client
-from trainings import recordings
 
 from dask_cluster import cluster
 from firstcontact.cli.main import main
@@ -20,6 +19,7 @@ from firstcontact.cli.verbs.train import Train
 from firstcontact.core import on_cluster
 from firstcontact.twin import simulate
 from processes import children, until
+from trainings import recordings
 
 #: What results say of the run and of times on this machine.
 RUN = {"study", "inference_us", "part_seconds", "seconds"}

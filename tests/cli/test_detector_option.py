@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from trainings import recordings, run
 
 from firstcontact.contact import DETECTORS, load_detector
 from firstcontact.recording import find_recordings
+from trainings import recordings, run
 
 
 @pytest.fixture(scope="module")

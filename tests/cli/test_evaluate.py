@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from trainings import LAYOUT, card_of, recordings, resampled, run, touch
 
 from firstcontact.core import Dataset, Label, Role
 from firstcontact.recording import Header, load_dataset, write_dataset
+from trainings import LAYOUT, card_of, recordings, resampled, run, touch
 
 
 @pytest.fixture(scope="module")

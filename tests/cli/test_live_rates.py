@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from trainings import recordings, resampled, run
 
 from firstcontact.core import Dataset, Label
 from firstcontact.models import pretrained, save_anytime
 from firstcontact.recording import Header, read_recording, write_dataset
 from firstcontact.signal import resample_dataset
 from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
+from trainings import recordings, resampled, run
 
 FAST = 8000.0
 

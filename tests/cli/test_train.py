@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from trainings import LAYOUT, card_of, recordings, resampled, run, touch
 
 from firstcontact.contact import DETECTORS, detect, load_detector, make_detector
 from firstcontact.core import Dataset, InputError, Label, Role, Serial
@@ -22,6 +21,7 @@ from firstcontact.models import (
 )
 from firstcontact.models._folds import inner_folds
 from firstcontact.recording import Header, load_dataset, write_dataset
+from trainings import LAYOUT, card_of, recordings, resampled, run, touch
 
 
 @pytest.fixture(scope="module")

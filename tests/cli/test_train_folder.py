@@ -9,11 +9,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from trainings import card_of, recordings, run
 
 from firstcontact.contact import load_detector
 from firstcontact.core import InputError
 from firstcontact.models import load_window_model, model_folders
+from trainings import card_of, recordings, run
 
 #: Trains with files of at most so many bytes, which is a full disk for what is larger.
 FULL = """

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from trainings import LAYOUT, recordings, run, touch
 
 from firstcontact.core import Dataset, Label, Role
 from firstcontact.models import ESTIMATORS
 from firstcontact.recording import Header, write_dataset
 from firstcontact_lab.report.results.benchmark import BenchmarkResults
 from firstcontact_lab.report.results.file import read_results
+from trainings import LAYOUT, recordings, run, touch
 
 MINE = """
 import numpy as np

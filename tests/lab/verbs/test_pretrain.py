@@ -11,12 +11,11 @@ import pytest
 pytest.importorskip("numba")
 pytest.importorskip("torch")
 
-from trainings import run
-
 from firstcontact.models import load_anytime, read_anytime_card
 from firstcontact.models._anytime_file import WEIGHTS
 from firstcontact.twin import FAMILIES
 from ringing import ringing
+from trainings import run
 
 
 def test_a_small_one_from_nothing_and_the_same_again(tmp_path: Path, capsys: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
 import signal
@@ -11,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from distributed import Client
+from distributed import rpc
 
 from dask_cluster import cluster
 from firstcontact.cli.main import main
@@ -27,6 +28,13 @@ RUN = {"study", "inference_us", "part_seconds", "seconds"}
 
 def contents(folder: Path) -> dict[str, bytes]:
     return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+async def processing(address: str) -> dict[str, list[str]]:
+    """Ask the scheduler for the tasks of each worker, without being one of its clients."""
+    async with rpc(address) as scheduler:
+        tasks: dict[str, list[str]] = await scheduler.processing(workers=None)
+        return tasks
 
 
 def test_a_set_is_the_same_to_the_byte_though_a_worker_is_killed(tmp_path: Path) -> None:
@@ -64,9 +72,8 @@ def test_an_interrupt_leaves_neither_processes_nor_work_behind(tmp_path: Path) -
         assert last == "firstcontact: interrupted"
         assert not list(tmp_path.glob("*out*"))
         assert process.returncode == 128 + signal.SIGINT
-        with Client(one.address) as client:
-            until(lambda: not any(client.processing().values()))
-            assert one.workers[0].poll() is None
+        until(lambda: not any(asyncio.run(processing(one.address)).values()))
+        assert one.workers[0].poll() is None
 
 
 def test_a_model_learned_there_is_the_same(tmp_path: Path) -> None:

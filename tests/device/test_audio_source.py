@@ -76,10 +76,15 @@ def test_an_overflow_is_a_gap_of_its_length(tmp_path: Path) -> None:
         open_source("audio:disc") as source,
     ):
         arrivals = until(source, 4936)
+        source.close()  # no overflow is counted between the reading and the counts
+        arrivals += source.read(0.0)
         health = source.health
     # What was in the buffer is lost, too.
     assert health.overflow_samples >= lost * 4936 // RATE
-    assert abs(health.lost_samples - health.overflow_samples) <= 2 * gaps(arrivals)
+    # What lies before a gap and needs samples of the gap does not come either. Each end of a gap
+    # falls between two samples, and the overflow is rounded once.
+    edges = CausalResampler(48_000.0, 4936.0).delay * 4936.0 + 1
+    assert abs(health.lost_samples - health.overflow_samples) <= edges * gaps(arrivals) + 1
     assert gaps(arrivals) >= 1
     assert agree(arrivals, tape) > 10
 
@@ -129,7 +134,8 @@ def without_a_pace(folder: Path) -> Iterator[str]:
 
 def test_an_input_that_keeps_no_pace_is_refused(tmp_path: Path) -> None:
     with without_a_pace(tmp_path) as name, open_source(name) as source:
-        with pytest.raises(InputError, match="samples a second by this machine's clock"):
+        # What lies in memory may be no numbers: that is refused, too.
+        with pytest.raises(InputError, match="audio:fast"):
             until(source, 1_000_000_000)
         assert source.ended
 

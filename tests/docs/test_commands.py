@@ -62,7 +62,7 @@ ELSEWHERE = {
     "make real": "by hand before a release: it makes docs/results/real.json",
     "make embedded": "by hand before a release: it makes docs/results/embedded.json",
     "make quick-embedded": ".ci/run",
-    "make readme-numbers": "by hand before a release; its script: tests/docs/test_numbers.py",
+    "make readme-numbers": "by hand before a release; its script: tests/docs/test_tables.py",
     "make test": ".ci/run",
     "make lint": ".ci/run",
     "make types": ".ci/run",

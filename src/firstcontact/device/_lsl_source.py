@@ -329,7 +329,7 @@ def _literal(text: str) -> str:
 
 
 def _distinct_names(streams: Sequence[Any]) -> list[str]:
-    """Return a name for each stream that no other one of them has."""
+    """Return a name for each stream that no other one of them has, in order."""
     names = []
     for stream in streams:
         for field in _SENDERS:
@@ -337,7 +337,7 @@ def _distinct_names(streams: Sequence[Any]) -> list[str]:
             if where and [getattr(s, field)() for s in streams].count(where) == 1:
                 names.append(f"lsl:{stream.name()}@{where}")
                 break
-    return names
+    return sorted(names)
 
 
 def from_name(name: str, options: SourceOptions) -> LslSource:

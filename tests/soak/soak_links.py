@@ -176,9 +176,14 @@ class LslLink(Link):
         self.sender = subprocess.Popen(words, stdin=pipe, stdout=pipe, text=True)
         assert self.sender.stdout is not None
         assert self.sender.stdout.readline() == "ready\n"
+        self.heard = False
 
     def _ask(self, request: str) -> None:
         assert self.sender.stdin is not None
+        assert self.sender.stdout is not None
+        if not self.heard:  # on a busy machine the source may take seconds to come back
+            assert self.sender.stdout.readline() == "heard\n"
+            self.heard = True
         self.sender.stdin.write(f"{request}\n")
         self.sender.stdin.flush()
 

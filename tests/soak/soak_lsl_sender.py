@@ -4,10 +4,12 @@
 
 Reads requests from standard input, one a line: ``hold SECONDS`` (the samples come later, with their
 own stamps), ``lose COUNT`` (samples are not sent), ``nan COUNT`` and ``huge COUNT`` (samples hold
-NaN or 1e300), ``rest`` (no sample is made from now on) and ``end``. Says ``ready``, and the number
-of the last sample after ``rest``.
+NaN or 1e300), ``rest`` (no sample is made from now on) and ``end``. Requests wait until somebody
+listens. Says ``ready``, ``heard`` when somebody listens, and the number of the last sample after
+``rest``.
 """
 
+import os
 import sys
 import threading
 import time
@@ -28,14 +30,14 @@ requests: SimpleQueue[list[str]] = SimpleQueue()
 def listen() -> None:
     for line in sys.stdin:
         requests.put(line.split())
-    requests.put(["end"])
+    os._exit(0)  # who asked is gone
 
 
 threading.Thread(target=listen, daemon=True).start()
 print("ready", flush=True)
 while not outlet.wait_for_consumers(0.5):
-    if not requests.empty():
-        sys.exit()
+    pass
+print("heard", flush=True)
 zero, sent, resting, until = pylsl.local_clock(), 0, False, 0.0
 faults = {"lose": 0, "nan": 0, "huge": 0}
 while True:

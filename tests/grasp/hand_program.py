@@ -1,7 +1,7 @@
-"""A program that closes a hand and then does what it is told: for tests that end it.
+"""Program that closes a hand, for tests that end the program.
 
-Arguments: the hand's name, its port or "-", and what to do once it closes: ``wait`` for a signal,
-``raise``, ``exit``, ``hang`` without a word, or ``hold`` Python's lock when a line comes.
+Arguments: the hand's name, its port or "-", and the action after closing: ``wait`` for a signal,
+``raise``, ``exit``, ``hang`` silently, or ``hold`` Python's global lock when a line arrives.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ CLOSE = Command(0.02, 2.0)
 
 
 def main() -> None:
-    name, port, then = sys.argv[1:]
+    name, port, action = sys.argv[1:]
     never = threading.Event()
     with open_hand(name, None if port == "-" else port) as hand:
         hand.send(CLOSE)
         print("closing", flush=True)
-        if then == "raise":
+        if action == "raise":
             raise RuntimeError("a bug")
-        if then == "exit":
+        if action == "exit":
             sys.exit(0)
         while not never.wait(0.05):
-            if then in ("wait", "hold"):
+            if action in ("wait", "hold"):
                 hand.send(CLOSE)
-            if then == "hold" and select.select([sys.stdin], [], [], 0)[0]:
-                # Unlike CDLL, it calls with the lock held: no thread runs meanwhile.
+            if action == "hold" and select.select([sys.stdin], [], [], 0)[0]:
+                # PyDLL, unlike CDLL, keeps the lock during the call, so that no thread runs.
                 ctypes.PyDLL(None).sleep(600)
 
 

@@ -1,4 +1,4 @@
-"""Hands that tests command."""
+"""Hands for tests."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ import pytest
 from firstcontact.core import Command
 from firstcontact.grasp import Begins, HandError, HandLimits
 
-#: Of a machine that does much else at the same time, s.
+#: Longest wait on a busy machine, s.
 PATIENCE = 60.0
 
 
 class Commanded(Protocol):
-    """Whatever takes commands."""
+    """Object that takes commands."""
 
     def send(self, command: Command) -> None: ...
 
 
 def refused(hand: Commanded, command: Command) -> str:
-    """What it says when it takes no commands any more."""
+    """Send the command until the hand refuses it, and return the error's text."""
     tick = threading.Event()
     for _ in range(int(PATIENCE / 0.02)):
         try:
@@ -31,41 +31,41 @@ def refused(hand: Commanded, command: Command) -> str:
         except HandError as error:
             return str(error)
         tick.wait(0.02)
-    pytest.fail("it took commands until the end")
+    pytest.fail("the hand refused no command")
 
 
-class HeardHand:
-    """Takes orders down; can be told to fail."""
+class RecordingHand:
+    """Hand that records its orders. Set ``error`` to make it fail."""
 
-    name = "heard"
+    name = "recording"
     begins = Begins.OTHERS
 
     def __init__(self, limits: HandLimits | None = None) -> None:
         self.limits = limits or HandLimits(speed=0.1, force=5.0, rate=1000.0, watchdog=inf)
-        self.told: list[Command | str] = []
+        self.orders: list[Command | str] = []
         self.error: Exception | None = None
         self._change = threading.Condition()
 
-    def _tell(self, what: Command | str) -> None:
+    def _record(self, order: Command | str) -> None:
         with self._change:
-            self.told.append(what)
+            self.orders.append(order)
             self._change.notify_all()
 
     def wait(self, reached: Callable[[list[Command | str]], bool]) -> None:
-        """Until what it was told is so."""
+        """Wait until the recorded orders meet a condition."""
         with self._change:
-            assert self._change.wait_for(lambda: reached(self.told), PATIENCE), self.told
+            assert self._change.wait_for(lambda: reached(self.orders), PATIENCE), self.orders
 
     def send(self, command: Command) -> None:
         if self.error is not None:
             raise self.error
-        self._tell(command)
+        self._record(command)
 
     def release(self) -> None:
-        self._tell("release")
+        self._record("release")
 
     def close(self) -> None:
-        self._tell("close")
+        self._record("close")
 
     def __enter__(self) -> Self:
         return self

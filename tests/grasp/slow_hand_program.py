@@ -1,7 +1,7 @@
-"""A program that closes a hand which takes its time to let go: until a line comes.
+"""Program with a hand that needs a line on standard input before it has let go.
 
-It prints "closing" in its block, "letting go" where the hand begins to let go, and "let go" where
-it has. Ending it meanwhile is what its tests try.
+It prints "closing" in its ``with`` block, "letting go" when the hand begins to let go, and "let
+go" afterwards. Tests end the program in between.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from firstcontact.grasp import Hand, HandLimits, SafeHand
 
 
 class SlowHand(Hand):
-    """Lets go when it is told a line."""
+    """Hand that lets go when a line arrives."""
 
     name = "slow"
     limits = HandLimits(speed=0.1, force=5.0, rate=100.0, watchdog=inf)
 
     def send(self, command: Command) -> None:
-        """Take it."""
+        """Ignore the command."""
 
     def release(self) -> None:
-        """Nothing to be seen of it."""
+        """Do nothing."""
 
     def close(self) -> None:
         print("letting go", flush=True)

@@ -1,4 +1,4 @@
-"""What every registered hand must do; a new one is tested by being registered."""
+"""Conformance tests of all registered hands, plug-ins included."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from firstcontact.testing import check_hand
 
 
 @pytest.mark.parametrize("name", HANDS)
-def test_it_keeps_to_what_hands_promise(name: str) -> None:
+def test_registered_hand_passes_the_conformance_check(name: str) -> None:
     kind = HANDS[name]
     if kind.of_source is None:
         check_hand(kind)
@@ -22,14 +22,14 @@ def test_it_keeps_to_what_hands_promise(name: str) -> None:
 
 
 class Careless(PrintHand):
-    """Takes commands at any time."""
+    """Hand that takes commands even when it is not open."""
 
     def send(self, command: Command) -> None:
         self._note(command)
 
 
 class Mute(PrintHand):
-    """Does not say why it takes none."""
+    """Hand that refuses commands without a reason."""
 
     def send(self, command: Command) -> None:
         if not self._open:
@@ -37,7 +37,7 @@ class Mute(PrintHand):
 
 
 class Stuck(PrintHand):
-    """Cannot be released before it is opened."""
+    """Hand that cannot be released before it is opened."""
 
     def release(self) -> None:
         if not self._open:
@@ -45,7 +45,7 @@ class Stuck(PrintHand):
 
 
 class Swallowing(PrintHand):
-    """Hides what goes wrong."""
+    """Hand that hides errors."""
 
     def __exit__(self, *error: object) -> bool:  # type: ignore[override]
         self.close()
@@ -53,6 +53,6 @@ class Swallowing(PrintHand):
 
 
 @pytest.mark.parametrize("kind", [Careless, Mute, Stuck, Swallowing])
-def test_a_hand_that_does_otherwise_is_found_out(kind: type[PrintHand]) -> None:
+def test_conformance_check_rejects_a_faulty_hand(kind: type[PrintHand]) -> None:
     with pytest.raises((AssertionError, HandError)):
         check_hand(kind)

@@ -1,4 +1,4 @@
-"""The Ability Hand: its package's simulated hand, and an emulated one on a pseudo terminal."""
+"""Ability Hand: its package's simulated hand, and an emulated one on a pseudo terminal."""
 
 from __future__ import annotations
 
@@ -32,21 +32,21 @@ def port(tmp_path: Path) -> Path:
     return tmp_path / "ttyHand"
 
 
-def made_safe(port: Path) -> SafeHand:
-    """A hand on this port, and a program that may be slow."""
+def safe_hand(port: Path) -> SafeHand:
+    """Return a hand on this port that tolerates a slow program."""
     return SafeHand(AbilityHand(str(port)), silence=PATIENCE)
 
 
-def closing(emulated: EmulatedAbility) -> bool:
-    """Whether finger and thumb have moved on from open."""
+def is_closing(emulated: EmulatedAbility) -> bool:
+    """Return True if finger and thumb have moved away from open."""
     return min(emulated.targets[-1][INDEX], emulated.targets[-1][THUMB]) > OPEN + 8
 
 
-def opened_then_closing(emulated: EmulatedAbility, hand: SafeHand) -> None:
-    """Let it open, and then close."""
+def open_then_close(emulated: EmulatedAbility, hand: SafeHand) -> None:
+    """Wait until the hand is open, and start to close it."""
     emulated.wait(lambda e: e.open)
     hand.send(CLOSE)
-    emulated.wait(closing)
+    emulated.wait(is_closing)
 
 
 def test_the_simulated_hand_of_the_package_closes_stops_and_opens() -> None:
@@ -66,12 +66,12 @@ def test_the_simulated_hand_of_the_package_closes_stops_and_opens() -> None:
         hand.send(CLOSE)
         until(30.0, 1)
         hand.send(Command(0.0, 2.0))
-        seen: list[float] = []
-        while len(seen) < 2 or seen[-1] != seen[-2]:
+        positions: list[float] = []
+        while len(positions) < 2 or positions[-1] != positions[-2]:
             assert ability.felt is not None
-            seen.append(ability.felt.position[0])
+            positions.append(ability.felt.position[0])
             tick.wait(0.2)
-        assert seen[-1] < CLOSED - 1, "it was stopped, not at its end"
+        assert positions[-1] < CLOSED - 1, "the hand closed fully"
         hand.release()
         until(NEARLY_OPEN, -1)
         hand.send(CLOSE)
@@ -79,60 +79,60 @@ def test_the_simulated_hand_of_the_package_closes_stops_and_opens() -> None:
     assert ability.felt.open
 
 
-def test_it_closes_in_steps_no_larger_than_ordered(port: Path) -> None:
-    with EmulatedAbility(port) as emulated, made_safe(port) as hand:
-        opened_then_closing(emulated, hand)
-        seen = len(emulated.targets)
-        emulated.wait(lambda e: len(e.targets) > seen + 50)
+def test_hand_closes_in_steps_no_larger_than_commanded(port: Path) -> None:
+    with EmulatedAbility(port) as emulated, safe_hand(port) as hand:
+        open_then_close(emulated, hand)
+        count = len(emulated.targets)
+        emulated.wait(lambda e: len(e.targets) > count + 50)
         closing_targets = [t for t in emulated.targets if t[INDEX] > OPEN + 0.1]
         for finger, lever in LEVERS.items():
             steps = [b[finger] - a[finger] for a, b in pairwise(closing_targets)]
-            # The longest step is three periods of 10 ms, however late the thread came.
+            # The longest step is three periods of 10 ms, also when the thread was late.
             assert max(steps) <= degrees(CLOSE.speed / lever) * 0.03 + 0.01
             assert min(steps) >= 0
             assert sum(steps) > 0
 
 
-def test_it_stops_at_the_force_limit(port: Path) -> None:
+def test_hand_stops_at_the_force_limit(port: Path) -> None:
     with (
         EmulatedAbility(port, touch_at=25.0) as emulated,
-        made_safe(port) as hand,
+        safe_hand(port) as hand,
     ):
-        opened_then_closing(emulated, hand)
+        open_then_close(emulated, hand)
         emulated.wait(lambda e: e.force(INDEX) > 1.5 and e.force(THUMB) > 1.5)
-        seen = len(emulated.targets)
-        emulated.wait(lambda e: len(e.targets) > seen + 100)
-        # Three steps of 30 ms, as many as answers that were on their way: 4.7 degrees of the thumb.
+        count = len(emulated.targets)
+        emulated.wait(lambda e: len(e.targets) > count + 100)
+        # Three steps of 30 ms for the answers still on their way: 4.7 degrees of the thumb.
         assert 1.5 < emulated.hardest < 2.0 + 1.0
 
 
-def test_a_lower_limit_holds_from_then_on(port: Path) -> None:
+def test_hand_keeps_to_a_lower_force_limit(port: Path) -> None:
     with (
         EmulatedAbility(port, touch_at=25.0) as emulated,
-        made_safe(port) as hand,
+        safe_hand(port) as hand,
     ):
         emulated.wait(lambda e: e.open)
         hand.send(Command(0.01, 1.2))
         emulated.wait(lambda e: e.force(INDEX) > 1.0 and e.force(THUMB) > 1.0)
-        seen = len(emulated.targets)
-        emulated.wait(lambda e: len(e.targets) > seen + 100)
+        count = len(emulated.targets)
+        emulated.wait(lambda e: len(e.targets) > count + 100)
         assert emulated.hardest < 1.6
 
 
-def test_it_opens_when_the_program_is_silent(port: Path) -> None:
+def test_hand_opens_when_the_program_is_silent(port: Path) -> None:
     with EmulatedAbility(port) as emulated, AbilityHand(str(port)) as hand:
         emulated.wait(lambda e: e.open)
         tick = threading.Event()
-        while not closing(emulated):
+        while not is_closing(emulated):
             hand.send(Command(0.25, 2.0))
             tick.wait(0.02)
         emulated.wait(lambda e: e.open)
 
 
-def test_an_exception_opens_it(port: Path) -> None:
+def test_hand_opens_after_an_exception(port: Path) -> None:
     def use(emulated: EmulatedAbility) -> None:
-        with made_safe(port) as hand:
-            opened_then_closing(emulated, hand)
+        with safe_hand(port) as hand:
+            open_then_close(emulated, hand)
             raise ZeroDivisionError
 
     with EmulatedAbility(port) as emulated:
@@ -142,17 +142,17 @@ def test_an_exception_opens_it(port: Path) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT])
-def test_a_program_that_is_stopped_opens_it(port: Path, number: int) -> None:
+def test_hand_opens_when_a_signal_ends_the_program(port: Path, number: int) -> None:
     with EmulatedAbility(port) as emulated, started(port) as program:
-        emulated.wait(lambda e: bool(e.targets) and closing(e))
+        emulated.wait(lambda e: bool(e.targets) and is_closing(e))
         program.send_signal(number)
         program.wait(PATIENCE)
         emulated.wait(lambda e: e.open)
 
 
-def test_a_program_that_is_stopped_twice_opens_it(port: Path) -> None:
+def test_hand_opens_when_two_signals_end_the_program(port: Path) -> None:
     with EmulatedAbility(port) as emulated, started(port) as program:
-        emulated.wait(lambda e: bool(e.targets) and closing(e))
+        emulated.wait(lambda e: bool(e.targets) and is_closing(e))
         program.send_signal(signal.SIGINT)
         program.send_signal(signal.SIGTERM)
         emulated.wait(lambda e: e.open)
@@ -160,40 +160,40 @@ def test_a_program_that_is_stopped_twice_opens_it(port: Path) -> None:
         assert program.wait(PATIENCE) in (-signal.SIGINT, 128 + signal.SIGTERM)
 
 
-def test_a_program_that_is_killed_opens_it(port: Path) -> None:
+def test_hand_opens_when_the_program_is_killed(port: Path) -> None:
     with EmulatedAbility(port) as emulated, started(port) as program:
-        emulated.wait(lambda e: bool(e.targets) and closing(e))
+        emulated.wait(lambda e: bool(e.targets) and is_closing(e))
         program.kill()
         program.wait(PATIENCE)
         emulated.wait(lambda e: e.open)
 
 
-def test_a_program_that_is_stopped_by_the_system_opens_it(port: Path) -> None:
+def test_hand_opens_when_the_program_is_suspended(port: Path) -> None:
     with EmulatedAbility(port) as emulated, started(port) as program:
-        emulated.wait(lambda e: bool(e.targets) and closing(e))
+        emulated.wait(lambda e: bool(e.targets) and is_closing(e))
         program.send_signal(signal.SIGSTOP)
         emulated.wait(lambda e: e.open)
         program.kill()
 
 
-def test_a_program_that_keeps_the_interpreters_lock_opens_it(port: Path) -> None:
+def test_hand_opens_when_the_program_keeps_the_global_lock(port: Path) -> None:
     with EmulatedAbility(port) as emulated, started(port, "hold") as program:
-        emulated.wait(lambda e: bool(e.targets) and closing(e))
+        emulated.wait(lambda e: bool(e.targets) and is_closing(e))
         assert program.stdin is not None
         program.stdin.write("now\n")
         program.stdin.flush()
         emulated.wait(lambda e: e.open)
-        # It has not come to itself yet, and would not for ten minutes.
+        # The program is still blocked, and would be for ten minutes.
         assert program.poll() is None
         program.kill()
         emulated.wait(lambda e: not e.controlled)
 
 
 @contextmanager
-def started(port: Path, then: str = "wait") -> Iterator[subprocess.Popen[str]]:
-    """A program that closes the hand and goes on saying that it is alive, or as it is told."""
+def started(port: Path, action: str = "wait") -> Iterator[subprocess.Popen[str]]:
+    """Run a program that closes the hand and then does ``action``."""
     with subprocess.Popen(
-        [sys.executable, PROGRAM, "ability", port, then],
+        [sys.executable, PROGRAM, "ability", port, action],
         stdin=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
@@ -205,53 +205,53 @@ def started(port: Path, then: str = "wait") -> Iterator[subprocess.Popen[str]]:
             program.kill()
 
 
-def test_a_cable_that_is_pulled_is_noticed(port: Path) -> None:
-    with EmulatedAbility(port) as emulated, made_safe(port) as hand:
-        opened_then_closing(emulated, hand)
+def test_hand_fails_when_the_cable_is_pulled(port: Path) -> None:
+    with EmulatedAbility(port) as emulated, safe_hand(port) as hand:
+        open_then_close(emulated, hand)
         emulated.unplug()
         assert "stopped answering" in refused(hand, CLOSE)
 
 
-def test_a_hand_that_falls_silent_is_opened_blindly(port: Path) -> None:
-    with EmulatedAbility(port) as emulated, made_safe(port) as hand:
-        opened_then_closing(emulated, hand)
+def test_hand_that_stops_answering_still_receives_open(port: Path) -> None:
+    with EmulatedAbility(port) as emulated, safe_hand(port) as hand:
+        open_then_close(emulated, hand)
         emulated.mute = True
         assert "stopped answering" in refused(hand, CLOSE)
         emulated.wait(lambda e: e.open)
 
 
-def test_where_no_hand_answers_it_says_so(port: Path) -> None:
+def test_port_without_a_hand_is_refused(port: Path) -> None:
     terminal = PseudoTerminal(port)
     try:
-        with pytest.raises(InputError, match=r"no Ability Hand answers on .*ttyHand"):
+        with pytest.raises(InputError, match="ttyHand"):
             AbilityHand(str(port)).__enter__()
     finally:
         terminal.unplug()
     assert not sys.stdin.closed
 
 
-def test_a_port_that_is_not_there_is_named(port: Path) -> None:
-    with pytest.raises(InputError, match=r"ttyHand cannot be opened \(No such file"):
+def test_missing_port_is_refused(port: Path) -> None:
+    with pytest.raises(InputError, match="ttyHand"):
         AbilityHand(str(port)).__enter__()
 
 
-def test_two_programs_do_not_drive_one_hand(port: Path) -> None:
+def test_second_program_is_refused(port: Path) -> None:
     with EmulatedAbility(port) as emulated:
         with AbilityHand(str(port)):
             emulated.wait(lambda e: e.open)
-            with pytest.raises(InputError, match="in use by another program"):
+            with pytest.raises(InputError, match="in use"):
                 AbilityHand(str(port)).__enter__()
         with AbilityHand(str(port)):
             emulated.wait(lambda e: e.controlled)
 
 
 def test_a_port_is_needed() -> None:
-    with pytest.raises(InputError, match="needs its serial port"):
+    with pytest.raises(InputError, match="serial port"):
         AbilityHand()
 
 
 def test_the_package_leaves_no_traces(tmp_path: Path) -> None:
-    """In a fresh process: no file, no path, no module, no logging, nothing on standard output."""
+    """A fresh process has no new file, path, module, log handler or output."""
     code = """
 import logging, os, sys
 from firstcontact.core import Command
@@ -265,13 +265,13 @@ assert "config" not in sys.modules
 assert not logging.getLogger().handlers
 assert "matplotlib" not in sys.modules
 """
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-W", "error", "-c", code],
         cwd=tmp_path,
         capture_output=True,
         text=True,
         timeout=PATIENCE,
     )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout == ""
+    assert process.returncode == 0, process.stderr
+    assert process.stdout == ""
     assert not list(tmp_path.iterdir())

@@ -1,4 +1,4 @@
-"""Targets of the Ability Hand's fingers: closed forms."""
+"""Targets of the Ability Hand's fingers, compared with closed forms."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ AT_REST = Felt([20.0] * 5 + [OPPOSED])
 
 
 def touched(newton: float, finger: int, position: float) -> Felt:
-    """A finger that presses with one sensor, and the other that does not."""
+    """Return a state where one sensor of one finger is loaded."""
     touch = [0.0] * 30
     touch[{INDEX: 3, THUMB: 27}[finger]] = newton
     return Felt([position] * 5 + [OPPOSED], touch)
@@ -39,8 +39,8 @@ def test_both_fingertips_move_at_the_commanded_speed(speed: float) -> None:
         fingers.move(Command(speed, 5.0), 0.01, felt)
         felt = Felt(fingers.targets)
     for finger, lever in LEVERS.items():
-        gone = (fingers.targets[finger] - 20.0) * lever
-        assert gone == pytest.approx(degrees(speed) * 0.4)
+        travel = (fingers.targets[finger] - 20.0) * lever
+        assert travel == pytest.approx(degrees(speed) * 0.4)
 
 
 def test_the_other_fingers_follow_the_index_and_the_thumb_is_opposed() -> None:
@@ -51,14 +51,14 @@ def test_the_other_fingers_follow_the_index_and_the_thumb_is_opposed() -> None:
     assert fingers.targets[5] == OPPOSED
 
 
-def test_opening_is_at_once() -> None:
+def test_opening_sets_the_final_targets() -> None:
     fingers = Fingers(AT_REST)
     fingers.open()
     assert fingers.targets == RELEASED
 
 
 @pytest.mark.parametrize("finger", [INDEX, THUMB])
-def test_a_finger_that_presses_stays_and_the_other_goes_on(finger: int) -> None:
+def test_pressing_finger_stays_and_the_other_moves_on(finger: int) -> None:
     other = THUMB if finger == INDEX else INDEX
     fingers = Fingers(AT_REST)
     fingers.move(Command(0.02, 2.0), 0.03, touched(2.0, finger, 19.5))
@@ -66,12 +66,12 @@ def test_a_finger_that_presses_stays_and_the_other_goes_on(finger: int) -> None:
     assert fingers.targets[other] > 20.0
 
 
-def test_a_stop_with_a_lower_limit_takes_the_lead_away() -> None:
+def test_stop_with_a_lower_limit_removes_the_lead() -> None:
     fingers = Fingers(AT_REST)
     fingers.move(Command(0.05, 2.0), 0.05, AT_REST)
     ahead = fingers.targets[INDEX]
     fingers.move(Command(0.0, 2.0), 0.01, touched(1.0, INDEX, 20.0))
-    assert fingers.targets[INDEX] == ahead, "below the limit it keeps what was ordered"
+    assert fingers.targets[INDEX] == ahead, "below the limit the target stays"
     fingers.move(Command(0.0, 1.0), 0.01, touched(1.0, INDEX, 20.0))
     assert fingers.targets[INDEX] == 20.0
 
@@ -93,7 +93,7 @@ def test_targets_stay_within_reach_and_near_a_blocked_finger(
     fingers = Fingers(AT_REST)
     for speed, force, seconds, position in steps:
         felt = Felt([position] * 5 + [OPPOSED])
-        before = fingers.targets
+        previous = fingers.targets
         fingers.move(Command(speed, force), seconds, felt)
         for finger in LEVERS:
             target = fingers.targets[finger]
@@ -101,10 +101,10 @@ def test_targets_stay_within_reach_and_near_a_blocked_finger(
             if speed > 0 and force > 0:
                 assert target <= max(position + LEAD, OPEN)
                 reach = degrees(speed / LEVERS[finger]) * seconds
-                assert target <= before[finger] + reach + 1e-9
+                assert target <= previous[finger] + reach + 1e-9
 
 
-def test_negative_touch_is_no_force() -> None:
+def test_negative_touch_counts_as_zero_force() -> None:
     felt = Felt([0.0] * 6, [-1.0] * 29 + [0.5])
     assert felt.force(INDEX) == 0.0
     assert felt.force(THUMB) == 0.5

@@ -1,4 +1,4 @@
-"""What a hand is told and when: with times that the tests make up."""
+"""Pacing of a hand's commands, with times from the tests."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ numbers = st.floats(-1e3, 1e3)
 
 
 @given(numbers, numbers)
-def test_commands_are_clipped_to_what_the_hand_can_do(speed: float, force: float) -> None:
+def test_commands_are_clipped_to_the_limits(speed: float, force: float) -> None:
     pacer = Pacer(LIMITS, 1.0)
     pacer.offer(Command(speed, force), 0.0)
     due = pacer.due(0.0)
@@ -36,9 +36,9 @@ def test_commands_are_clipped_to_what_the_hand_can_do(speed: float, force: float
 
 
 @pytest.mark.parametrize("command", [Command(nan, 1.0), Command(0.1, inf), Command(-inf, 1.0)])
-def test_numbers_that_are_none_are_refused(command: Command) -> None:
+def test_commands_that_are_not_finite_are_refused(command: Command) -> None:
     pacer = Pacer(LIMITS, 1.0)
-    with pytest.raises(ValueError, match="cannot close at"):
+    with pytest.raises(ValueError, match="m/s"):
         pacer.offer(command, 0.0)
     assert pacer.due(0.0) is None
 
@@ -62,7 +62,7 @@ def test_the_rate_holds_and_the_last_command_arrives(steps: list[tuple[float, fl
     assert pacer.counts.sent + pacer.counts.superseded == len(steps)
 
 
-def test_a_newer_command_overtakes_one_that_waits() -> None:
+def test_newer_command_replaces_a_waiting_one() -> None:
     pacer = Pacer(LIMITS, 1.0)
     pacer.offer(SLOW, 0.0)
     assert pacer.due(0.0) == Due(SLOW)
@@ -73,28 +73,28 @@ def test_a_newer_command_overtakes_one_that_waits() -> None:
     assert (pacer.counts.sent, pacer.counts.superseded) == (2, 1)
 
 
-def test_the_last_command_is_repeated_before_the_hand_loses_patience() -> None:
+def test_last_command_is_repeated_before_the_hands_watchdog_acts() -> None:
     limits = HandLimits(0.1, 5.0, 100.0, watchdog=0.75)
     pacer = Pacer(limits, 1.0)
     pacer.offer(SLOW, 0.0)
     now = 0.0
     while (due := pacer.due(now)) == Due(SLOW):
-        told, now = now, pacer.next_time()
-        assert now - told < limits.watchdog
-    assert due == Due(None), "silence ends in a release"
+        sent, now = now, pacer.next_time()
+        assert now - sent < limits.watchdog
+    assert due == Due(None), "silence must end in a release"
     assert now == 1.0
     assert pacer.counts.repeated == 3
-    assert pacer.next_time() == inf, "nothing more to do for a released hand"
+    assert pacer.next_time() == inf, "a released hand needs no further action"
 
 
-def test_a_hand_without_a_watchdog_is_told_once() -> None:
+def test_hand_without_a_watchdog_gets_no_repeats() -> None:
     pacer = Pacer(HandLimits(0.1, 5.0, 100.0, inf), 1.0)
     pacer.offer(SLOW, 0.0)
     assert pacer.due(0.0) == Due(SLOW)
     assert pacer.next_time() == 1.0
 
 
-def test_a_word_puts_the_release_off() -> None:
+def test_alive_postpones_the_release() -> None:
     pacer = Pacer(HandLimits(0.1, 5.0, 100.0, inf), 1.0)
     pacer.offer(SLOW, 0.0)
     pacer.due(0.0)
@@ -104,7 +104,7 @@ def test_a_word_puts_the_release_off() -> None:
     assert pacer.counts.released == 1
 
 
-def test_a_command_that_waits_is_not_sent_after_a_release() -> None:
+def test_waiting_command_is_not_sent_after_a_release() -> None:
     pacer = Pacer(LIMITS, 1.0)
     pacer.offer(SLOW, 0.0)
     pacer.due(0.0)
@@ -114,7 +114,7 @@ def test_a_command_that_waits_is_not_sent_after_a_release() -> None:
     assert pacer.counts.superseded == 1
 
 
-def test_a_stalled_machine_releases_rather_than_sends_what_is_old() -> None:
+def test_stalled_machine_releases_instead_of_sending_an_old_command() -> None:
     pacer = Pacer(LIMITS, 1.0)
     pacer.offer(SLOW, 0.0)
     assert pacer.due(5.0) == Due(None)

@@ -1,4 +1,4 @@
-"""The dry hand writes down what it is told."""
+"""Output of the hand that only prints its commands."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from firstcontact.grasp import HANDS, open_hand
 from firstcontact.grasp._printing import PrintHand
 
 
-def test_a_line_for_each_order_that_differs() -> None:
+def test_each_new_command_prints_one_line() -> None:
     out = io.StringIO()
     with PrintHand(out=out) as hand:
         for command in (
@@ -31,7 +31,7 @@ def test_a_line_for_each_order_that_differs() -> None:
     ]
 
 
-def test_a_terminal_that_is_gone_does_no_harm() -> None:
+def test_closed_output_raises_no_error() -> None:
     out = io.StringIO()
     with PrintHand(out=out) as hand:
         hand.send(Command(0.02, 2.0))
@@ -40,6 +40,6 @@ def test_a_terminal_that_is_gone_does_no_harm() -> None:
         assert hand.told[-1] is None
 
 
-def test_a_name_that_is_no_hand_is_refused() -> None:
-    with pytest.raises(InputError, match=f"choose one of {', '.join(HANDS)}"):
+def test_unknown_hand_is_refused() -> None:
+    with pytest.raises(InputError, match=", ".join(HANDS)):
         open_hand("iron")

@@ -1,4 +1,4 @@
-"""A hand in a process of its own: told there, let go there, and the process ends."""
+"""Hand in a separate process: its orders, its release and the end of the process."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from firstcontact.core import Command, InputError
 from firstcontact.grasp._separate import MUTE, SeparateHand
 
 CLOSE = Command(0.02, 2.0)
-#: A hand that writes down what it is told, in a file; "fail" there makes it fail.
+#: Module with a hand that writes its orders into a file. A force of 4 N makes it fail.
 MODULE = """
 from math import inf
 from firstcontact.core._errors import InputError
@@ -53,7 +53,7 @@ class FileHand:
             raise InputError("nowhere is no port")
         if self.file.endswith("crash"):
             raise ZeroDivisionError
-        print("to whoever reads standard output")
+        print("a line on standard output")
         return self
 
     def __exit__(self, *error):
@@ -63,7 +63,7 @@ class FileHand:
 
 @pytest.fixture(autouse=True)
 def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """The hand's module, importable here and in other processes."""
+    """Write the hand's module, importable here and in other processes."""
     (tmp_path / "file_hand.py").write_text(MODULE)
     monkeypatch.syspath_prepend(tmp_path)
     path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
@@ -72,34 +72,34 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     sys.modules.pop("file_hand", None)
 
 
-def made(told: Path, silence: float = PATIENCE) -> SeparateHand:
-    """A hand that writes into this file."""
+def file_hand(log: Path, silence: float = PATIENCE) -> SeparateHand:
+    """Return a hand that writes into this file."""
     from file_hand import FileHand
 
-    return SeparateHand(FileHand, str(told), silence)
+    return SeparateHand(FileHand, str(log), silence)
 
 
-def wait_for(told: Path, *last: str) -> list[str]:
-    """Until the last lines of a file are these."""
+def wait_for(log: Path, *last: str) -> list[str]:
+    """Wait until the last lines of a file are these, and return all lines."""
     tick = threading.Event()
     lines: list[str] = []
     for _ in range(int(PATIENCE / 0.02)):
-        lines = told.read_text().splitlines() if told.exists() else []
+        lines = log.read_text().splitlines() if log.exists() else []
         if lines[-len(last) :] == list(last):
             return lines
         tick.wait(0.02)
     pytest.fail(f"{lines}")
 
 
-def process_of(hand: SeparateHand) -> int:
-    """The number of its process."""
+def process_id(hand: SeparateHand) -> int:
+    """Return the number of the hand's process."""
     assert hand._child is not None
     return hand._child.pid
 
 
 @contextmanager
 def watched(pid: int) -> Iterator[int]:
-    """A descriptor that becomes readable when a process ends."""
+    """Open a descriptor that becomes readable when the process ends."""
     descriptor = os.pidfd_open(pid)
     try:
         yield descriptor
@@ -111,71 +111,71 @@ def ends(descriptor: int) -> bool:
     return bool(select.select([descriptor], [], [], PATIENCE)[0])
 
 
-def test_orders_come_in_order_and_the_end_releases(tmp_path: Path) -> None:
-    told = tmp_path / "told"
-    with made(told) as hand, watched(process_of(hand)) as process:
+def test_orders_keep_their_order_and_the_end_releases(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    with file_hand(log) as hand, watched(process_id(hand)) as process:
         hand.send(CLOSE)
         hand.send(Command(0.0, 1.5))
         hand.release()
         hand.send(CLOSE)
         hand.close()
         assert ends(process)
-    assert told.read_text().splitlines() == ["0.02 2.0", "0.0 1.5", "release", "0.02 2.0", "close"]
+    assert log.read_text().splitlines() == ["0.02 2.0", "0.0 1.5", "release", "0.02 2.0", "close"]
 
 
-def test_a_pipe_that_is_silent_releases(tmp_path: Path) -> None:
-    told = tmp_path / "told"
-    with made(told, silence=0.2) as hand:
-        assert hand.limits.watchdog == 0.2, "so often it must be told"
+def test_silent_pipe_releases(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    with file_hand(log, silence=0.2) as hand:
+        assert hand.limits.watchdog == 0.2, "the silence limits the watchdog"
         hand.send(CLOSE)
-        wait_for(told, "0.02 2.0", "release")
+        wait_for(log, "0.02 2.0", "release")
         hand.send(CLOSE)
-        wait_for(told, "release", "0.02 2.0", "release")
+        wait_for(log, "release", "0.02 2.0", "release")
 
 
-def test_a_hand_that_fails_is_told_with_its_own_words(tmp_path: Path) -> None:
-    with made(tmp_path / "told") as hand:
+def test_failure_of_the_hand_reaches_the_program(tmp_path: Path) -> None:
+    with file_hand(tmp_path / "log") as hand:
         hand.send(Command(0.0, 4.0))
         assert refused(hand, CLOSE) == "the cable is out"
 
 
-def test_a_process_that_is_killed_or_stopped_is_noticed(tmp_path: Path) -> None:
-    with made(tmp_path / "told") as hand:
-        os.kill(process_of(hand), signal.SIGKILL)
+def test_killed_or_suspended_process_is_noticed(tmp_path: Path) -> None:
+    with file_hand(tmp_path / "log") as hand:
+        os.kill(process_id(hand), signal.SIGKILL)
         assert "process of the hand 'file'" in refused(hand, CLOSE)
         hand.release()
-    with made(tmp_path / "told") as hand, watched(process_of(hand)) as process:
-        os.kill(process_of(hand), signal.SIGSTOP)
+    with file_hand(tmp_path / "log") as hand, watched(process_id(hand)) as process:
+        os.kill(process_id(hand), signal.SIGSTOP)
         assert "does not answer" in refused(hand, CLOSE)
         hand.release()
         hand.close()
-        assert ends(process), "it was killed, since it did not end"
+        assert ends(process), "a suspended process must be killed"
     assert MUTE <= 1.0
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP, signal.SIGQUIT])
-def test_signals_to_the_program_are_not_for_it(number: signal.Signals, tmp_path: Path) -> None:
-    told = tmp_path / "told"
-    with made(told) as hand:
-        os.kill(process_of(hand), number)
+def test_process_ignores_signals_to_the_program(number: signal.Signals, tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    with file_hand(log) as hand:
+        os.kill(process_id(hand), number)
         hand.send(CLOSE)
-        wait_for(told, "0.02 2.0")
+        wait_for(log, "0.02 2.0")
 
 
-def test_terminated_it_lets_go(tmp_path: Path) -> None:
-    told = tmp_path / "told"
-    with made(told) as hand, watched(process_of(hand)) as process:
-        os.kill(process_of(hand), signal.SIGTERM)
+def test_terminated_process_releases(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    with file_hand(log) as hand, watched(process_id(hand)) as process:
+        os.kill(process_id(hand), signal.SIGTERM)
         assert ends(process)
-        wait_for(told, "close")
+        wait_for(log, "close")
 
 
 @pytest.mark.parametrize(
-    ("port", "words"), [("nowhere", "nowhere is no port"), ("crash", "ZeroDivisionError")]
+    ("port", "reason"), [("nowhere", "nowhere is no port"), ("crash", "ZeroDivisionError")]
 )
-def test_a_hand_that_cannot_be_opened_is_refused(port: str, words: str, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=words):
-        made(tmp_path / port).__enter__()
+def test_hand_that_cannot_open_is_refused(port: str, reason: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=reason):
+        file_hand(tmp_path / port).__enter__()
 
 
 PARENT = """
@@ -191,16 +191,16 @@ with SeparateHand(FileHand, sys.argv[1], 60.0) as hand:
 
 
 @pytest.mark.parametrize("stopped", [False, True])
-def test_it_lets_go_and_ends_when_the_program_is_killed(tmp_path: Path, stopped: bool) -> None:
-    told = tmp_path / "told"
+def test_process_releases_and_ends_after_the_program(tmp_path: Path, stopped: bool) -> None:
+    log = tmp_path / "log"
     pipe = subprocess.PIPE
-    with subprocess.Popen([sys.executable, "-c", PARENT, told], stdin=pipe, stdout=pipe) as program:
+    with subprocess.Popen([sys.executable, "-c", PARENT, log], stdin=pipe, stdout=pipe) as program:
         assert program.stdout is not None
         pid = int(program.stdout.readline())
-        wait_for(told, "0.02 2.0")
+        wait_for(log, "0.02 2.0")
         with watched(pid) as process:
             if stopped:
                 os.kill(pid, signal.SIGSTOP)
             program.kill()
             assert ends(process)
-    assert told.read_text().splitlines()[-1] == "close"
+    assert log.read_text().splitlines()[-1] == "close"

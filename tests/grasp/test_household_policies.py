@@ -1,4 +1,4 @@
-"""Policies for a household: slow at the first contact, one force from the second on, a reflex."""
+"""Household policies: slow at first contact, one force after the second, slip reflex."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ HOUSEHOLD = [name for name, policy in POLICIES.items() if policy.task is Task.HO
 
 
 @pytest.mark.parametrize("name", HOUSEHOLD)
-def test_it_slows_down_at_once_and_presses_where_both_fingers_touch(name: str) -> None:
+def test_policy_slows_down_at_first_contact_and_presses_at_the_second(name: str) -> None:
     policy = make_policy(POLICIES[name], Grip(), Truth(30.0), {})
     assert isinstance(policy, FinalForce)
     for _ in range(2):
@@ -41,7 +41,7 @@ def test_it_slows_down_at_once_and_presses_where_both_fingers_touch(name: str) -
         assert policy.felt(0.0, PATIENCE) == policy.final
 
 
-def test_a_stalled_drive_builds_the_force_that_is_wanted() -> None:
+def test_stalled_drive_builds_the_target_force() -> None:
     for force in (1.0, 3.0, 12.0):
         command = Grip().pressing(force)
         assert command.force == force
@@ -49,53 +49,53 @@ def test_a_stalled_drive_builds_the_force_that_is_wanted() -> None:
     assert Grip().pressing(50.0) == Grip().pressing(12.0)
 
 
-def test_the_force_steps_up_with_the_cautious_end_of_the_estimate() -> None:
+def test_force_steps_up_with_the_lowered_estimate() -> None:
     policy = ByStiffness(Grip(), soft=2, firm=6, middle=30, width=2, caution=1.0, unknown=0.25)
     policy.begin()
-    assert policy.wanted() == 3.0
+    assert policy.target_force() == 3.0
     forces = []
     for value, half in ((0.0, 0.0), (30.0, 0.0), (60.0, 30.0), (60.0, 10.0)):
         policy.estimated(Stiffness(value, value - half, value + half, 0.01))
-        forces.append(policy.wanted())
+        forces.append(policy.target_force())
     assert forces == pytest.approx([2.0, 4.0, 4.0, 6.0], abs=1e-3)
     policy.begin()
-    assert policy.told is None
+    assert policy.estimate is None
 
 
-def test_an_estimate_that_comes_after_the_second_contact_corrects_the_force() -> None:
+def test_estimate_after_the_second_contact_corrects_the_force() -> None:
     policy = ByStiffness(Grip())
     policy.begin()
     policy.touched(CONTACT, True)
     unknown = policy.touched(CONTACT, False)
-    told = policy.estimated(Stiffness(90.0, 85.0, 95.0, 0.003))
-    assert told is not None
+    corrected = policy.estimated(Stiffness(90.0, 85.0, 95.0, 0.003))
+    assert corrected is not None
     assert unknown is not None
-    assert told.force > unknown.force
-    assert policy.late() == told
+    assert corrected.force > unknown.force
+    assert policy.late() == corrected
 
 
 @pytest.mark.parametrize("kind", [ByStiffness, StiffnessReflex])
-def test_an_estimate_by_the_deadline_is_no_miss_however_late_the_second_finger_comes(
+def test_estimate_by_the_deadline_counts_even_if_the_second_finger_is_late(
     kind: type[ByStiffness],
 ) -> None:
     sent: list[Command] = []
     loop = GraspLoop(kind(Grip()), sent.append, 1000.0)
-    for told in (True, False):
+    for has_estimate in (True, False):
         loop.begin()
         loop.touched(CONTACT, True, 0.105)
-        if told:
+        if has_estimate:
             loop.estimated(Stiffness(40.0, 35.0, 45.0, 0.01), 0.115)
         loop.felt(0.0, 0.100 + ByStiffness.deadline + 0.002)
-        # Who knows goes on as before, who does not goes on more gently.
-        assert (sent[-1] == Command(SLOW, 1.0)) is told
-        assert (sent[-1].speed < SLOW) is not told
+        # With an estimate the speed stays; without one the policy becomes gentler.
+        assert (sent[-1] == Command(SLOW, 1.0)) is has_estimate
+        assert (sent[-1].speed < SLOW) is not has_estimate
         loop.touched(Contact(Finger.THUMB, 170, 175), False, 0.175)
         loop.done(Contact(Finger.THUMB, 170, 175))
     assert (loop.counts.estimates, loop.counts.misses) == (1, 1)
 
 
 @pytest.mark.parametrize("kind", [SlipReflex, StiffnessReflex])
-def test_each_slip_raises_the_force_up_to_the_hands(
+def test_each_slip_raises_the_force_up_to_the_hands_limit(
     kind: type[SlipReflex | StiffnessReflex],
 ) -> None:
     sent: list[Command] = []
@@ -107,26 +107,26 @@ def test_each_slip_raises_the_force_up_to_the_hands(
         loop.touched(CONTACT, True, 0.105)
         loop.touched(Contact(Finger.THUMB, 110, 115), False, 0.115)
         first = sent[-1].force
-        told = []
+        forces = []
         for time in (0.5, 0.6, 0.7, 0.8):
             loop.slipped(time)
-            told.append(sent[-1].force)
-        assert told == [min(first * 2**n, 12.0) for n in (1, 2, 3, 4)]
+            forces.append(sent[-1].force)
+        assert forces == [min(first * 2**n, 12.0) for n in (1, 2, 3, 4)]
         loop.done()
-        before = len(sent)
+        count = len(sent)
         loop.slipped(0.9)
-        assert len(sent) == before
+        assert len(sent) == count
 
 
-def test_who_knows_the_weight_presses_with_what_holds_it_within_bounds() -> None:
+def test_weight_policy_presses_with_the_holding_force_within_bounds() -> None:
     def force(mass: float) -> float:
-        return ByWeight(Grip(), Truth(50.0, mass), margin=2.0, least=1.0, most=8.0).wanted()
+        return ByWeight(Grip(), Truth(50.0, mass), margin=2.0, least=1.0, most=8.0).target_force()
 
     assert force(0.001) == 1.0
     assert force(0.2) == pytest.approx(2 * 0.2 * 9.81)
     assert force(2.0) == 8.0
 
 
-def test_the_scale_multiplies_whatever_is_wanted() -> None:
+def test_scale_multiplies_the_target_force() -> None:
     assert Blind(Grip(), 3.0, scale=0.5).final.force == 1.5
     assert StiffnessReflex(Grip(), soft=2.0, firm=2.0, scale=2.0).final.force == 4.0

@@ -1,4 +1,4 @@
-"""The loop: who is asked when, and every missed deadline counted exactly."""
+"""Grasp loop: calls of the policy and the exact count of missed deadlines."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from firstcontact.grasp import POLICIES, GraspLoop, Grip, Stiffness, Taxels, Tru
 from firstcontact.grasp._taxels import REST
 
 RATE = 1000.0
-SURE = Stiffness(50.0, 45.0, 55.0, 0.015)
+NARROW = Stiffness(50.0, 45.0, 55.0, 0.015)
 SHORT = Stiffness(50.0, 10.0, 90.0, 0.003)
 
 
-def looped(name: str, deadline: float | None = None) -> tuple[GraspLoop, list[Command]]:
+def make_loop(name: str, deadline: float | None = None) -> tuple[GraspLoop, list[Command]]:
     sent: list[Command] = []
     truth = (Truth(30.0),) if POLICIES[name].needs_truth else ()
     loop = GraspLoop(POLICIES[name](Grip(), *truth), sent.append, RATE, deadline)
@@ -31,10 +31,10 @@ def touch(loop: GraspLoop, sample: int = 100) -> None:
 
 
 @given(st.integers(1, 60))
-def test_an_estimate_meets_the_deadline_up_to_it_and_not_after(ms: int) -> None:
-    loop, sent = looped("first_contact", deadline=0.025)
+def test_estimate_at_the_deadline_counts_and_a_later_one_does_not(ms: int) -> None:
+    loop, sent = make_loop("first_contact", deadline=0.025)
     touch(loop)
-    loop.estimated(SURE, (100 + ms) / RATE)
+    loop.estimated(NARROW, (100 + ms) / RATE)
     late = ms > 25
     assert loop.counts.misses == loop.counts.unused == late
     assert loop.counts.estimates == (not late)
@@ -42,17 +42,17 @@ def test_an_estimate_meets_the_deadline_up_to_it_and_not_after(ms: int) -> None:
 
 
 @given(st.lists(st.tuples(st.booleans(), st.booleans()), max_size=12))
-def test_misses_are_the_closings_with_a_contact_and_without_an_estimate(
+def test_closing_with_a_contact_but_no_estimate_is_a_miss(
     closings: list[tuple[bool, bool]],
 ) -> None:
-    loop, _ = looped("early_exit")
+    loop, _ = make_loop("early_exit")
     for number, (contact, answered) in enumerate(closings):
         loop.begin()
         start = 1000 * number
         if contact:
             touch(loop, start + 100)
         if answered:
-            loop.estimated(SURE, (start + 118) / RATE)
+            loop.estimated(NARROW, (start + 118) / RATE)
         for sample in range(start + 120, start + 300, 5):
             loop.felt(0.0, sample / RATE)
         loop.done()
@@ -63,60 +63,60 @@ def test_misses_are_the_closings_with_a_contact_and_without_an_estimate(
     assert counts.unused == sum(a and not c for c, a in closings)
 
 
-def test_time_alone_brings_the_fallback_once() -> None:
-    loop, sent = looped("first_contact", deadline=0.025)
+def test_passing_time_sends_the_fallback_once() -> None:
+    loop, sent = make_loop("first_contact", deadline=0.025)
     touch(loop)
     loop.felt(0.0, 0.125)
     assert loop.counts.misses == 0
     for t in (0.126, 0.2, 0.3):
         loop.felt(0.0, t)
     assert loop.counts.misses == 1
-    loop.estimated(SURE, 0.31)
+    loop.estimated(NARROW, 0.31)
     loop.done()
     assert (loop.counts.misses, loop.counts.unused) == (1, 1)
     assert sent == [Grip().approach, Grip().gentle]
 
 
-def test_an_estimate_that_is_passed_over_does_not_end_the_wait() -> None:
-    loop, _ = looped("early_exit")
+def test_ignored_estimate_does_not_end_the_wait() -> None:
+    loop, _ = make_loop("early_exit")
     touch(loop)
     loop.estimated(SHORT, 0.105)
     loop.felt(0.0, 0.2)
     assert (loop.counts.estimates, loop.counts.misses) == (1, 1)
 
 
-def test_a_closing_that_ends_first_was_missed_and_the_hand_hears_nothing() -> None:
-    loop, sent = looped("first_contact")
+def test_closing_that_ends_before_the_deadline_is_a_miss_without_a_command() -> None:
+    loop, sent = make_loop("first_contact")
     touch(loop)
-    before = len(sent)
+    count = len(sent)
     loop.done()
     loop.felt(1.0, 0.2)
     touch(loop, 300)
     assert loop.counts.misses == 1
-    assert len(sent) == before
+    assert len(sent) == count
 
 
 @pytest.mark.parametrize("name", POLICIES)
 def test_the_same_command_is_not_sent_twice(name: str) -> None:
-    loop, sent = looped(name)
+    loop, sent = make_loop(name)
     touch(loop)
     for t in (0.11, 0.12, 0.13, 0.2):
         loop.felt(0.4, t)
-    loop.estimated(SURE, 0.21)
+    loop.estimated(NARROW, 0.21)
     assert loop.counts.commands == len(sent)
     assert all(a != b for a, b in itertools.pairwise(sent))
 
 
 @pytest.mark.parametrize("name", ["none", "force_feedback", "touch", "blind", "weight"])
-def test_who_wants_no_estimate_misses_none(name: str) -> None:
-    loop, _ = looped(name, deadline=0.001)
+def test_policy_without_a_deadline_has_no_misses(name: str) -> None:
+    loop, _ = make_loop(name, deadline=0.001)
     touch(loop)
     loop.felt(0.0, 9.0)
     loop.done()
     assert loop.counts.misses == 0
 
 
-def test_taxels_are_measured_from_where_they_rest() -> None:
+def test_taxels_are_measured_from_their_unloaded_level() -> None:
     layout = fingertip_layout()
     columns = layout.columns(ChannelKind.FORCE)
     data = np.zeros((600, len(layout.channels)), np.int16)
@@ -129,36 +129,36 @@ def test_taxels_are_measured_from_where_they_rest() -> None:
             taxels.begin()
             felt = [taxels.update(data[i : i + step]) for i in range(0, len(data), step)]
             assert felt[-1] == pytest.approx(expected)
-            rest = round(REST * layout.rate)
-            assert felt[: rest // step] == [0.0] * (rest // step)
+            unloaded = round(REST * layout.rate)
+            assert felt[: unloaded // step] == [0.0] * (unloaded // step)
             assert taxels.update(data[:0]) == 0.0
 
 
-def test_without_force_channels_nothing_is_felt() -> None:
+def test_taxels_are_zero_without_force_channels() -> None:
     layout = fingertip_layout()
     bare = type(layout)(layout.channels[:2], layout.rate)
     assert Taxels(bare).update(np.ones((400, 2), np.int16)) == 0.0
 
 
-def test_what_reaches_the_hand_after_the_second_contact_was_not_in_time() -> None:
-    """In hindsight: with the hand's own pacing, and up to the contact itself."""
+def test_estimate_that_reaches_the_hand_after_the_second_contact_is_overtaken() -> None:
+    """The hand's pacing counts, and the second contact is known only afterwards."""
     for wait, overtaken in ((0.004, 0), (0.006, 1)):
         sent: list[Command] = []
         policy = POLICIES["first_contact"](Grip())
         loop = GraspLoop(policy, sent.append, RATE, 0.025, wait=lambda w=wait: w)  # type: ignore[misc]
         loop.begin()
         touch(loop)
-        loop.estimated(SURE, 0.110)
+        loop.estimated(NARROW, 0.110)
         loop.done(Contact(Finger.THUMB, 115, 118))
         assert (loop.counts.estimates, loop.counts.overtaken) == (1 - overtaken, overtaken)
-        assert sent[-1] == Grip().command_for(45.0), "it was acted upon all the same"
+        assert sent[-1] == Grip().command_for(45.0), "the policy acted on it anyway"
 
 
-def test_the_deadline_is_held_against_when_the_hand_gets_it() -> None:
+def test_deadline_applies_to_the_arrival_at_the_hand() -> None:
     sent: list[Command] = []
     loop = GraspLoop(POLICIES["first_contact"](Grip()), sent.append, RATE, 0.025, lambda: 0.010)
     loop.begin()
     touch(loop)
-    loop.estimated(SURE, 0.120)
+    loop.estimated(NARROW, 0.120)
     assert (loop.counts.misses, loop.counts.unused, loop.counts.estimates) == (1, 1, 0)
     assert sent[-1] == Grip().gentle

@@ -1,4 +1,4 @@
-"""What every registered policy keeps to; a new one is held to it by being registered."""
+"""Conformance tests of all registered policies, plug-ins included."""
 
 from __future__ import annotations
 
@@ -26,100 +26,100 @@ def _around(value: float, half: float, ms: float = 15.0) -> Stiffness:
 
 
 @pytest.mark.parametrize("name", POLICIES)
-def test_it_keeps_to_what_policies_promise(name: str) -> None:
+def test_registered_policy_passes_the_conformance_check(name: str) -> None:
     check_policy(POLICIES[name])
 
 
 @pytest.mark.parametrize("name", ["first_contact", "early_exit"])
-def test_late_means_as_gentle_as_the_softest_thing_bears(name: str) -> None:
+def test_late_estimate_leads_to_the_gentle_command(name: str) -> None:
     assert live_policy(name).late() == Grip().gentle
 
 
-def test_live_has_all_that_need_no_truth() -> None:
+def test_live_policies_are_all_that_need_no_truth() -> None:
     assert set(POLICIES) - set(live_policies()) == {"weight"}
     for name in live_policies():
         assert live_policy(name).name == name
-    with pytest.raises(InputError, match=r"'weight'.*: choose one of none"):
+    with pytest.raises(InputError, match="weight"):
         live_policy("weight")
 
 
-def test_what_a_policy_listens_to_is_told_by_what_it_answers() -> None:
-    heard = {name for name, policy in POLICIES.items() if policy.hears()}
+def test_policy_inputs_follow_from_the_overridden_methods() -> None:
+    piezos = {name for name, policy in POLICIES.items() if policy.uses_piezos()}
     household = {name for name, policy in POLICIES.items() if policy.task is Task.HOUSEHOLD}
-    assert heard == {"touch", "first_contact", "early_exit"} | household
-    feels = {name for name, policy in POLICIES.items() if policy.feels()}
-    assert feels == {"force_feedback"} | household
+    assert piezos == {"touch", "first_contact", "early_exit"} | household
+    force = {name for name, policy in POLICIES.items() if policy.uses_force()}
+    assert force == {"force_feedback"} | household
     reflexes = {name for name, policy in POLICIES.items() if policy.has_reflex()}
     assert reflexes == {"slip_reflex", "stiffness_reflex"}
 
 
 class Idle(Policy):
-    """Does nothing of its own."""
+    """Policy that overrides no method."""
 
     name, title = "idle", "idle"
 
 
 class Wild(Touch):
-    """Presses harder than the hand may."""
+    """Policy that exceeds the hand's force."""
 
     def touched(self, contact: Contact, first: bool) -> Command:
         return Command(self.grip.speed, 2 * self.grip.force)
 
 
 class Rash(FirstContact):
-    """The softer, the harder."""
+    """Policy that presses soft objects harder."""
 
     def estimated(self, stiffness: Stiffness) -> Command:
         return self.grip.command_for(100 - stiffness.value)
 
 
 class Sure(FirstContact):
-    """Takes the firm end of the interval for true."""
+    """Policy that uses the firm end of the interval."""
 
     def estimated(self, stiffness: Stiffness) -> Command:
         return self.grip.command_for(stiffness.high)
 
 
 class Speechless(FirstContact):
-    """Has a deadline and no answer to its end."""
+    """Policy with a deadline but no fallback."""
 
     def late(self) -> None:
         return None
 
 
 class Once(ForceFeedback):
-    """Acts in its first closing only."""
+    """Policy that acts in its first closing only."""
 
     def begin(self) -> Command:
-        return self._before
+        return self._approach
 
 
 class Colourless(Touch):
-    """Cannot be drawn."""
+    """Policy with an invalid colour."""
 
     colour = "a nice blue"
 
 
 class Untried(ForceFeedback):
-    """Has a setting that it does not take."""
+    """Policy with a setting that its constructor does not take."""
 
     tunables: ClassVar = {"grace": Tunable("Grace", "", 1.0, (1.0,), (1.0,))}
 
 
 @pytest.mark.parametrize("kind", [Idle, Wild, Rash, Sure, Speechless, Once, Colourless, Untried])
-def test_a_policy_that_does_otherwise_is_found_out(kind: type[Policy]) -> None:
+def test_conformance_check_rejects_a_faulty_policy(kind: type[Policy]) -> None:
     with pytest.raises((AssertionError, TypeError)):
         check_policy(kind)
 
 
 @given(SHORE)
-def test_the_moving_mass_at_the_granted_speed_presses_to_the_dent(shore_a: float) -> None:
+def test_moving_mass_at_the_commanded_speed_presses_to_the_dent(shore_a: float) -> None:
     grip = Grip(speed=inf)
     energy = grip.mass * grip.speed_for(shore_a) ** 2 / 2
     assert energy == pytest.approx(0.4 * grip.stiffness(shore_a) * grip.dent**2.5)
 
 
-def test_the_force_stays_within_the_margins_of_what_holds_the_payload() -> None:
+def test_force_stays_within_the_margins_of_the_holding_force() -> None:
     grip = Grip()
     assert grip.holding == pytest.approx(0.2 * 9.81)
     assert grip.force_for(0) == pytest.approx(1.3 * grip.holding)
@@ -128,7 +128,7 @@ def test_the_force_stays_within_the_margins_of_what_holds_the_payload() -> None:
     assert Grip(force=1.0).force_for(100) == 1.0
 
 
-def test_feedback_acts_once_a_closing_and_only_above_its_threshold() -> None:
+def test_feedback_acts_once_per_closing_and_only_above_its_threshold() -> None:
     policy = ForceFeedback(Grip(), 0.1, 3.0, 0.02, 2.0)
     for _ in range(2):
         assert policy.begin() == Command(Grip().speed, 3.0)

@@ -1,4 +1,4 @@
-"""Grasp modulation: policies, and the hands that they command."""
+"""Grasp modulation: policies and the hands that they command."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Grasp modulation: policies, and the hands that they command."""
+"""Grasp modulation: policies and the hands that they command."""
 
 from ._grip import Grip as Grip
 from ._hand import Begins as Begins

@@ -1,4 +1,4 @@
-"""PSYONIC's Ability Hand, through the package that its maker publishes."""
+"""PSYONIC's Ability Hand, driven through the package of its maker."""
 
 from __future__ import annotations
 
@@ -12,21 +12,22 @@ from firstcontact.grasp._ability_fingers import RELEASED, Felt, Fingers
 from firstcontact.grasp._ability_package import SIMULATED, check, claimed, open_client
 from firstcontact.grasp._hand import Begins, Hand, HandError, HandLimits
 
-#: Time without an answer after which the hand is taken for lost, s.
+#: Time without an answer after which the hand counts as lost, s.
 LOST = 0.5
 
-#: How long closing waits for the hand to say that it is open, s.
+#: Longest wait for the hand to report that it is open, s.
 OPENING = 2.0
 
 
 class AbilityHand(Hand):
-    """Index finger and thumb close at the commanded speed; the other fingers follow the index.
+    """Ability Hand: index finger and thumb close at the commanded speed.
 
-    A thread of its own sends position targets a hundred times a second, and reads back
-    positions and touch sensors. Without a command for 0.3 s it opens the hand, as the hand
-    leaves the control of the port by itself after that time.
+    The other fingers follow the index. A separate thread sends position targets a hundred times
+    a second and reads back positions and touch sensors. Without a command for 0.3 s the thread
+    opens the hand: the hand itself ignores the port after that time.
 
-    The hand opens when it is opened and must be empty then: its touch sensors are set to zero.
+    On entering the ``with`` block the fingers open. The hand must be empty then, because the
+    touch sensors are set to zero.
 
     Parameters
     ----------
@@ -36,7 +37,7 @@ class AbilityHand(Hand):
     Raises
     ------
     InputError
-        The package or the port is missing; on entering, no hand answers.
+        The package or the port is missing. On entering: no hand answers.
     """
 
     name = "ability"
@@ -58,11 +59,11 @@ class AbilityHand(Hand):
 
     @property
     def felt(self) -> Felt | None:
-        """What the hand last said of itself; None before its first word."""
+        """Last state that the hand reported; None before the first report."""
         return self._felt
 
     def send(self, command: Command) -> None:
-        """Order: the newest holds until the next, for 0.3 s at most.
+        """Set the command. It holds until the next one, for 0.3 s at most.
 
         Raises
         ------
@@ -78,13 +79,13 @@ class AbilityHand(Hand):
             self._change.notify()
 
     def release(self) -> None:
-        """Open, as fast as the hand can; it is told so again and again until the next command."""
+        """Open the hand as fast as it can. The thread repeats this until the next command."""
         with self._change:
             self._command = None
             self._change.notify()
 
     def close(self) -> None:
-        """Release, wait up to 2 s for the hand to say that it is open, and close the port."""
+        """Release, wait up to 2 s for the hand to report that it is open, and close the port."""
         with self._change:
             self._closing, self._command = True, None
             self._change.notify()
@@ -92,8 +93,8 @@ class AbilityHand(Hand):
             self._thread.join()
 
     def __enter__(self) -> Self:
-        # A daemon, and with it the package's reading thread: a program that ends without closing
-        # stops sending, which the hand notices.
+        # A daemon thread, and so is the package's reading thread. A program that ends without
+        # closing stops sending, and the hand's own watchdog opens it.
         self._thread = threading.Thread(target=self._run, name="ability hand", daemon=True)
         self._thread.start()
         self._ready.wait()
@@ -121,13 +122,13 @@ class AbilityHand(Hand):
         fingers: Fingers | None = None
         zero: list[float] = []
         period = 1 / self.limits.rate
-        before = moved = answered = time.monotonic()
+        last_step = moved = answered = time.monotonic()
         reads, until = client.n_reads, inf
         targets: list[float] = []
         while True:
             with self._change:
-                self._change.wait(max(before + period - time.monotonic(), 0.0))
-                before = now = time.monotonic()
+                self._change.wait(max(last_step + period - time.monotonic(), 0.0))
+                last_step = now = time.monotonic()
                 if self._closing and until == inf:
                     until = now + OPENING
                 if self._command is not None and now > self._heard + self.limits.watchdog:
@@ -143,7 +144,7 @@ class AbilityHand(Hand):
                 fingers = fingers or Fingers(self._felt)
             elif now > answered + LOST and self._failure is None:
                 self._failure = HandError(f"the Ability Hand on {self._port} stopped answering")
-            # Only an answer to the order to open says that it is open.
+            # Trust the reported position only if it answers the order to open.
             opened = fresh and targets == RELEASED and self._felt is not None and self._felt.open
             if now >= until or (until < inf and opened):
                 return
@@ -153,8 +154,8 @@ class AbilityHand(Hand):
                     fingers.open()
                     moved = now
                 elif fresh:
-                    # Not blindly: each step needs an answer to the one before, and after a
-                    # stall it goes on from where it is.
+                    # Each step needs an answer to the previous one. After a stall the finger
+                    # continues from its present position.
                     fingers.move(command, min(now - moved, 3 * period), self._felt)
                     moved = now
                 targets = fingers.targets

@@ -1,7 +1,7 @@
-"""Where the fingers of an Ability Hand should go: geometry and the force limit.
+"""Position targets for the fingers of an Ability Hand: geometry and force limit.
 
-Nothing here was measured on a hand. The levers are those of the hand's published URDF (size
-"large"), taken as constant; how far that is off is said in docs/reference/hands.md.
+No value here was measured on a hand. The levers are those of the hand's published URDF (size
+"large"), taken as constant. docs/reference/hands.md states the error of this assumption.
 """
 
 from __future__ import annotations
@@ -14,63 +14,63 @@ from firstcontact.core import Command
 
 INDEX, MIDDLE, RING, PINKY, THUMB, ROTATOR = range(6)
 
-#: How far the pad goes by one radian of the finger's joint, m. URDF: index 0.105 (open) to 0.073
+#: Travel of the pad per radian of the finger's joint, m. URDF: index 0.105 (open) to 0.073
 #: (80 degrees), here at 45 degrees; thumb 0.052 (pad) to 0.059 (tip).
 LEVERS = {INDEX: 0.092, THUMB: 0.055}
 
-#: First of a finger's six touch sensors among the thirty.
+#: Index of a finger's first touch sensor. A finger has six, the hand thirty.
 SENSORS = {INDEX: 0, THUMB: 24}
 
 #: Flexion of an open and of a fully closed finger, degrees.
 OPEN, CLOSED = 5.0, 100.0
 
-#: The thumb stands opposite the index finger, degrees; assumed.
+#: Rotation of the thumb opposite the index finger, degrees; assumed.
 OPPOSED = -80.0
 
-#: Where all six motors go to let go, degrees.
+#: Targets of the six motors that open the hand, degrees.
 RELEASED = [OPEN] * 5 + [OPPOSED]
 
-#: How far a target may run ahead of a closing finger, degrees; assumed. It bounds what the
-#: hand's position controller pushes with where no touch sensor tells of the contact.
+#: Largest lead of a target over a closing finger, degrees; assumed. It limits the force of the
+#: hand's position controller when no touch sensor reports the contact.
 LEAD = 10.0
 
-#: Flexion below which a finger counts as open, degrees.
+#: Largest flexion of a finger that counts as open, degrees.
 NEARLY_OPEN = OPEN + 3.0
 
 
 @dataclass(frozen=True, slots=True)
 class Felt:
-    """What the hand last said of itself.
+    """State that the hand last reported.
 
     Parameters
     ----------
     position
-        Of the six motors, degrees.
+        Positions of the six motors, degrees.
     touch
-        Of the thirty touch sensors above their unloaded reading, N; empty where it has none.
+        Forces of the thirty touch sensors above their unloaded reading, N; empty without sensors.
     """
 
     position: Sequence[float]
     touch: Sequence[float] = ()
 
     def force(self, finger: int) -> float:
-        """Sum over a finger's six sensors, N; 0 without sensors."""
+        """Return the sum over a finger's six sensors, N; 0 without sensors."""
         first = SENSORS[finger]
         return sum(max(x, 0.0) for x in self.touch[first : first + 6])
 
     @property
     def open(self) -> bool:
-        """Whether index finger and thumb are open."""
+        """True if index finger and thumb are open."""
         return all(self.position[finger] <= NEARLY_OPEN for finger in LEVERS)
 
 
 class Fingers:
-    """Targets of index finger and thumb; the other fingers follow the index.
+    """Position targets of index finger and thumb. The other fingers follow the index.
 
     Parameters
     ----------
     felt
-        Where the hand is; it starts from there.
+        State of the hand, where the targets start.
     """
 
     def __init__(self, felt: Felt) -> None:
@@ -78,19 +78,19 @@ class Fingers:
 
     @property
     def targets(self) -> list[float]:
-        """Of the six motors, degrees."""
+        """Targets of the six motors, degrees."""
         index = self._targets[INDEX]
         return [index, index, index, index, self._targets[THUMB], OPPOSED]
 
     def open(self) -> None:
-        """Go to open at once, as fast as the hand can."""
+        """Set the targets to open."""
         self._targets = dict.fromkeys(self._targets, OPEN)
 
     def move(self, command: Command, seconds: float, felt: Felt) -> None:
-        """Go on as ordered for some time.
+        """Move the targets at the commanded speed for some time, s.
 
-        A closing finger that presses with the limit or more stays where it is, or goes
-        back to where it is if its target was ahead of it.
+        If a closing finger presses with the force limit or more, its target stays, or returns
+        to the finger's position if it was ahead.
         """
         for finger, lever in LEVERS.items():
             target, position = self._targets[finger], felt.position[finger]

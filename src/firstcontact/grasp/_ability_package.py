@@ -1,9 +1,12 @@
-"""The published package of the Ability Hand, without what it does to a program.
+"""Ability Hand's published package, without its side effects.
 
-Version 0.2.2, at import: writes ``config.py`` into the working folder and puts that folder on the
-import path; with logging on, sends the root logger to a file there. Opening: ends the process
-where no hand answers. Closing: prints, and divides by the number of writes. While it runs:
-swallows every error of the port, and its threads outlive the main one.
+Version 0.2.2 has these side effects:
+
+- Import writes ``config.py`` into the working folder and puts that folder on the import path.
+  With logging on, it also sends the root logger to a file there.
+- Opening ends the process if no hand answers.
+- Closing prints, and divides by the number of writes.
+- The threads ignore every error of the port and outlive the main thread.
 """
 
 from __future__ import annotations
@@ -21,14 +24,14 @@ from typing import Any
 
 from firstcontact.core import InputError, need
 
-#: The name of a port that stands for the package's own simulated hand.
+#: Port that stands for the package's own simulated hand.
 SIMULATED = "simulated"
 
 _importing = threading.Lock()
 
 
 class _UnansweredError(Exception):
-    """Instead of the end of the process."""
+    """No hand answered; the package would end the process."""
 
 
 def _unanswered(code: object = None) -> None:
@@ -36,12 +39,12 @@ def _unanswered(code: object = None) -> None:
 
 
 def check(port: str | None) -> str:
-    """The port, if the package is there and a port was named.
+    """Return the port if the package is installed and a port was given.
 
     Raises
     ------
     InputError
-        The package is missing, or the port.
+        The package or the port is missing.
     """
     need("hand", "ah_wrapper")
     if port is None:
@@ -54,12 +57,12 @@ def check(port: str | None) -> str:
 
 @contextmanager
 def claimed(port: str) -> Iterator[None]:
-    """Hold the port against other programs that ask; the package opens it without asking.
+    """Lock the port against other programs. The package opens it without a lock.
 
     Raises
     ------
     InputError
-        There is no such port, or somebody holds it.
+        The port does not exist, or another program has locked it.
     """
     if port == SIMULATED:
         yield
@@ -85,19 +88,19 @@ def claimed(port: str) -> Iterator[None]:
 
 
 def open_client(port: str, rate: float) -> Any:
-    """A client of the hand on this port that reads by a thread and never writes by itself.
+    """Return a client of the hand that reads in a thread and never writes by itself.
 
-    Its thread ends with the process if called in a daemon thread, and only then.
+    Call this in a daemon thread: only then does the client's thread end with the process.
 
     Raises
     ------
     InputError
-        No hand answers there.
+        No hand answers on the port.
     """
     package = load()
     simulated = port == SIMULATED
     try:
-        # It talks on standard output, which may carry data.
+        # The package prints to standard output, which may carry data.
         with redirect_stdout(sys.stderr):
             client = package.AHSerialClient(
                 port=port,
@@ -111,8 +114,8 @@ def open_client(port: str, rate: float) -> Any:
             f"no Ability Hand answers on {port}: check power, cable and port, and that UART and "
             "byte stuffing are on (We16, We46, We47 in its app)"
         ) from error
-    # Its own zero is taken at the first reading in which every sensor feels something,
-    # which may be in the middle of a grasp.
+    # The package sets its zero at the first reading where every sensor is loaded. That may be in
+    # the middle of a grasp.
     client.hand = package.Hand(addr=client.hand.addr, fsr_offset=False)
     client.print_stats = lambda: None
     client.start_threads()
@@ -120,24 +123,24 @@ def open_client(port: str, rate: float) -> Any:
 
 
 def load() -> Any:
-    """The package, imported so that it leaves the program alone."""
+    """Import the package without its side effects and return it."""
     with _importing:
         if "ah_wrapper.serial_connection" not in sys.modules:
-            with _its_config():
+            with _isolated_config():
                 import_module("ah_wrapper")
         connection: Any = sys.modules["ah_wrapper.serial_connection"]
-        # Its ``exit(1)`` also closes standard input.
+        # The package's ``exit(1)`` would also close standard input.
         connection.exit = _unanswered
         return sys.modules["ah_wrapper"]
 
 
 @contextmanager
-def _its_config() -> Iterator[None]:
-    """Let the package find a ``config`` module and a working folder that are nobody's."""
+def _isolated_config() -> Iterator[None]:
+    """Give the package a temporary ``config`` module and working folder."""
     config: Any = ModuleType("config")
     config.write_log = False
     config.velocity_warning = False
-    theirs, path, getcwd = sys.modules.get("config"), list(sys.path), os.getcwd
+    original, path, getcwd = sys.modules.get("config"), list(sys.path), os.getcwd
     with tempfile.TemporaryDirectory() as folder:
         sys.modules["config"] = config
         os.getcwd = lambda: folder
@@ -147,5 +150,5 @@ def _its_config() -> Iterator[None]:
             os.getcwd = getcwd
             sys.path[:] = path
             del sys.modules["config"]
-            if theirs is not None:
-                sys.modules["config"] = theirs
+            if original is not None:
+                sys.modules["config"] = original

@@ -1,4 +1,4 @@
-"""How hard and how fast to close on something, by mechanics: the rule of all who know stiffness."""
+"""Grip force and closing speed for a given stiffness, from contact mechanics."""
 
 from __future__ import annotations
 
@@ -7,42 +7,42 @@ from math import isfinite, sqrt
 
 from firstcontact.core import Command, contact_modulus, gent_modulus, hertz_stiffness, holding_force
 
-#: Poisson's ratio that the rule counts on: of what does not change its volume.
+#: Poisson's ratio of an incompressible material. The rule assumes it for every object.
 INCOMPRESSIBLE = 0.5
 
 
 @dataclass(frozen=True, slots=True)
 class Grip:
-    """What is declared of a hand and its use, and what follows from it.
+    """Declared properties of a hand and its use, and the commands that follow from them.
 
-    The dent, the small margin and the searching force were chosen on closings that no report
-    shows (docs/explanation/grasping.md); nothing else was chosen by a score.
+    The values of ``dent``, ``searching`` and the smaller margin were tuned on closings that no
+    report shows (docs/explanation/grasping.md). No other value was tuned.
 
     Parameters
     ----------
     speed
-        Of the approach at each fingertip, m/s; nothing closes faster.
+        Approach speed at each fingertip, m/s. It is also the upper limit of every command.
     force
-        The most that the hand presses with, N.
+        Highest force of the hand, N.
     mass
-        What moves with a fingertip, motor and gears included, kg.
+        Mass that moves with a fingertip, motor and gears included, kg.
     tip_radius
-        Of a fingertip, m.
+        Radius of a fingertip, m.
     pad_modulus
-        Young's modulus of its pad, Pa.
+        Young's modulus of the fingertip's pad, Pa.
     payload
-        The heaviest thing that is to be held, kg.
+        Mass of the heaviest object to hold, kg.
     friction
-        Coefficient that is counted on.
+        Assumed coefficient of friction.
     margins
-        Smallest and largest ratio of the force to what just holds the payload: the small
-        one for what is soft or not known, the large one for what bears it.
+        Smallest and largest ratio of the grip force to the force that just holds the payload.
+        The smaller one applies to soft and unknown objects, the larger one to firm objects.
     dent
-        How deep a fingertip may press into pad and object together, m.
+        Allowed indentation of pad and object together, m.
     searching
-        Force that the approach is made with, N: enough to move, and to be felt.
+        Force limit of the approach, N: enough to move the finger and to feel a contact.
     push
-        Force that a stalled drive builds for each m/s that it is told to close, N s/m.
+        Force that a stalled drive builds for each m/s of commanded closing speed, N s/m.
     """
 
     speed: float = 0.13
@@ -58,48 +58,54 @@ class Grip:
     push: float = 250.0
 
     def stiffness(self, shore_a: float) -> float:
-        """Hertz's K of a fingertip on a flat object of that Shore A, N/m^1.5."""
+        """Return Hertz's K of a fingertip on a flat object of that Shore A, N/m^1.5."""
         young = gent_modulus(_within(shore_a))
         modulus = contact_modulus(self.pad_modulus, young, INCOMPRESSIBLE)
         return hertz_stiffness(modulus, self.tip_radius)
 
     @property
     def holding(self) -> float:
-        """Force that just holds the payload between two fingers, N."""
+        """Smallest force that holds the payload between two fingers, N."""
         return holding_force(self.payload, self.friction)
 
     def force_for(self, shore_a: float) -> float:
-        """Force that presses to the dent, within the margins and the hand's, N."""
+        """Return the force that presses to the dent, limited by the margins and the hand, N."""
         low, high = (m * self.holding for m in self.margins)
-        bears: float = self.stiffness(shore_a) * self.dent**1.5
-        return min(max(bears, low), high, self.force)
+        force: float = self.stiffness(shore_a) * self.dent**1.5
+        return min(max(force, low), high, self.force)
 
     def speed_for(self, shore_a: float) -> float:
-        """Speed at which the moving mass alone presses to the dent, m/s (Hertz's impact)."""
+        """Return the speed at which the moving mass alone presses to the dent, m/s.
+
+        Hertz's theory of impact gives it.
+        """
         # m v^2 / 2 = (2/5) K dent^2.5
-        bears: float = sqrt(0.8 * self.stiffness(shore_a) / self.mass) * self.dent**1.25
-        return min(bears, self.speed)
+        speed: float = sqrt(0.8 * self.stiffness(shore_a) / self.mass) * self.dent**1.25
+        return min(speed, self.speed)
 
     def command_for(self, shore_a: float) -> Command:
-        """How to close on something of that Shore A."""
+        """Return the command for an object of that Shore A."""
         return Command(self.speed_for(shore_a), self.force_for(shore_a))
 
     def pressing(self, force: float) -> Command:
-        """As slow as still builds that force once both fingers touch."""
-        within = min(force, self.force)
-        return Command(min(1.1 * within / self.push, self.speed), within)
+        """Return the slowest command that still builds this force once both fingers touch."""
+        limited = min(force, self.force)
+        return Command(min(1.1 * limited / self.push, self.speed), limited)
 
     @property
     def approach(self) -> Command:
-        """At the approach's speed, and no stronger than that needs: nothing is held yet."""
+        """Command for the approach: its speed, and only the force that moving needs."""
         return Command(self.speed, min(self.searching, self.force))
 
     @property
     def gentle(self) -> Command:
-        """What does for the softest thing on the scale: where nothing is known, and too late."""
+        """Command for the softest object on the scale, used while the stiffness is unknown."""
         return self.command_for(0.0)
 
 
 def _within(shore_a: float) -> float:
-    """On the scale; at its upper end the modulus is infinite. No number is the softest."""
+    """Return a Shore A within 0 to 99, and 0 for NaN.
+
+    The modulus is infinite at 100.
+    """
     return min(max(shore_a, 0.0), 99.0) if isfinite(shore_a) else 0.0

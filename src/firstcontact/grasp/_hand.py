@@ -1,4 +1,4 @@
-"""What a hand is to a policy."""
+"""Base class of hands, their limits and their error."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from firstcontact.core import Command
 
 
 class HandError(RuntimeError):
-    """The hand cannot take the command: not open, closed, not reachable, or the command is none."""
+    """Error of a hand that cannot take a command: not open, unreachable, or command invalid."""
 
 
 @dataclass(frozen=True, slots=True)
 class HandLimits:
-    """What a hand can do.
+    """Limits of a hand.
 
     Parameters
     ----------
@@ -25,10 +25,10 @@ class HandLimits:
     force
         Highest force of a fingertip, N.
     rate
-        Most commands per second that it takes, Hz.
+        Highest rate of commands, Hz.
     watchdog
-        Longest time without a command before it acts by itself, s; infinite
-        where it waits for ever.
+        Longest time without a command before the hand acts by itself, s; infinite without a
+        watchdog.
     """
 
     speed: float
@@ -38,52 +38,52 @@ class HandLimits:
 
 
 class Begins(Flag):
-    """Who begins the closings of a hand."""
+    """Origin of a hand's closings."""
 
-    #: Its own controller, its wearer, or the twin: that it closes is heard.
+    #: The hand's controller, its wearer or the twin begins a closing. The signal shows it.
     OTHERS = auto()
-    #: Whoever has the hand open here: it stays open until it is told to close.
+    #: This program begins a closing. The hand stays open until then.
     US = auto()
 
 
 class Hand(ABC):
-    """A hand that takes commands. Opened by ``with``; released on every way out.
+    """Base class of hands. Use one in a ``with`` block, which always releases it.
 
-    A registered one is made from its port's name or None, or from the source that it is
-    driven over; making it opens nothing.
+    The registry makes a hand from a port's name or None, or from the source that drives it.
+    Making a hand opens nothing.
     """
 
-    #: Under which it is registered and reported.
+    #: Name in the registry and in reports.
     name: ClassVar[str]
     limits: HandLimits
-    #: Whether it moves for real: then no recording drives it, nor a clock that runs faster.
+    #: True if it moves. Recordings and sources faster than real time must not drive it.
     real: ClassVar[bool] = True
-    #: The port under which it works without hardware, for tests and dry runs.
+    #: Port that stands for a simulated hand, for tests and dry runs.
     simulated_port: ClassVar[str | None] = None
-    #: Whether a process of its own drives it, which lets go when the program hangs or is no more.
+    #: True if a separate process drives it and releases it when the program hangs or ends.
     separate: ClassVar[bool] = False
-    #: Who begins its closings; both where it only takes note.
+    #: Origin of its closings; both values for a hand that only records the commands.
     begins: ClassVar[Begins] = Begins.OTHERS
-    #: Name of the source over which it is driven; it is then made from that source.
+    #: Name of the source that drives it; the hand is then made from that source.
     of_source: ClassVar[str | None] = None
 
     @abstractmethod
     def send(self, command: Command) -> None:
-        """Order; returns at once. The hand may answer later or not at all.
+        """Send a command without waiting for the hand's answer.
 
         Raises
         ------
         HandError
-            Not open, closed, or known to be out of reach.
+            The hand is not open, or known to be unreachable.
         """
 
     @abstractmethod
     def release(self) -> None:
-        """Open and let go, whatever was ordered before, until the next command. Never raises."""
+        """Open the hand until the next command. Raise no errors."""
 
     @abstractmethod
     def close(self) -> None:
-        """Release and let go of the connection. Closing twice is fine."""
+        """Release the hand and close the connection. Closing twice is allowed."""
 
     def __enter__(self) -> Self:
         return self

@@ -1,4 +1,4 @@
-"""Signals while a hand is open: the first lets go of it, and no other disturbs that."""
+"""Signal handling while a hand is open: the first signal releases it, later ones wait."""
 
 from __future__ import annotations
 
@@ -11,34 +11,35 @@ from types import FrameType
 
 from firstcontact.core import by_signal
 
-#: Signals that end a process without a word, unless somebody takes them.
+#: Signals that end a process silently unless it handles them.
 ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
-#: Who asks again after so long asks a program that went on after the first time, s.
+#: Time after which a further signal counts as a first one, s: the program handled the earlier.
 INSISTED = 2.0
 
 
 class Leaving:
-    """Takes the signals that nobody else handles, from :meth:`take` to :meth:`give_back`.
+    """Handler for signals that the program does not handle, while a hand is open.
 
-    The first raises KeyboardInterrupt (SIGINT) or SystemExit where the main thread is. It is then
-    on its way out of a ``with`` block, and another that comes meanwhile would keep it from letting
-    go: so it waits. Only the main thread can do this; elsewhere nothing happens.
+    It is active from :meth:`take` to :meth:`give_back`. The first signal raises
+    KeyboardInterrupt (SIGINT) or SystemExit in the main thread, which then leaves its ``with``
+    block. A second signal could interrupt the release of the hand, so it waits. Outside the main
+    thread the methods do nothing.
 
     Parameters
     ----------
     let_go
-        Called with the first signal, in the main thread wherever that is: must be quick and safe
-        to call at any point.
+        Called in the main thread on the first signal. It must be quick and safe at any point of
+        the program.
     """
 
     def __init__(self, let_go: Callable[[], None]) -> None:
         self._let_go = let_go
         self._taken: list[signal.Signals] = []
-        self._at: float | None = None  # when the signal came that is on its way out
-        self._waiting: list[int] | None = None  # signals that wait while this is held
+        self._at: float | None = None  # time of the signal whose exception is being handled
+        self._waiting: list[int] | None = None  # signals deferred until the block ends
 
     def take(self) -> None:
-        """Take SIGINT where Python raises KeyboardInterrupt, others where the process just ends."""
+        """Install the handler for each signal that still has its default action."""
         if threading.current_thread() is not threading.main_thread():
             return
         taken = [n for n in ENDING if signal.getsignal(n) is signal.SIG_DFL]
@@ -46,44 +47,44 @@ class Leaving:
             taken.append(signal.SIGINT)
         self._taken = taken
         for number in taken:
-            signal.signal(number, self._came)
+            signal.signal(number, self._on_signal)
 
     def give_back(self) -> None:
-        """Leave signals to whoever had them."""
+        """Restore the default handlers."""
         if threading.current_thread() is not threading.main_thread():
             return
         taken, self._taken = self._taken, []
         for number in taken:
-            own = number == signal.SIGINT
-            signal.signal(number, signal.default_int_handler if own else signal.SIG_DFL)
+            is_interrupt = number == signal.SIGINT
+            signal.signal(number, signal.default_int_handler if is_interrupt else signal.SIG_DFL)
 
-    def goes_on(self) -> None:
-        """The program has caught the first and goes on: the next is a first again."""
+    def rearm(self) -> None:
+        """Treat the next signal as a first one, after the program has handled the previous."""
         if self._at is not None and threading.current_thread() is threading.main_thread():
             self._at = None
 
     @contextmanager
-    def held(self) -> Iterator[None]:
-        """Hold back signals, whoever handles them, to the end of the block; then they happen."""
-        came: list[int] = []
-        before = {}
-        self._waiting = came
+    def deferred(self) -> Iterator[None]:
+        """Defer all ending signals to the end of the block, also those with other handlers."""
+        deferred: list[int] = []
+        handlers = {}
+        self._waiting = deferred
         if threading.current_thread() is threading.main_thread():
             for number in (signal.SIGINT, *ENDING):
-                if signal.getsignal(number) not in (signal.SIG_IGN, None, self._came):
-                    before[number] = signal.signal(number, lambda n, frame: came.append(n))
+                if signal.getsignal(number) not in (signal.SIG_IGN, None, self._on_signal):
+                    handlers[number] = signal.signal(number, lambda n, frame: deferred.append(n))
         try:
             yield
         finally:
-            for number, handler in before.items():
+            for number, handler in handlers.items():
                 signal.signal(number, handler)
             self.give_back()
             self._waiting = None
-            # One that came on the way out has the first's exception already.
-            if came and self._at is None:
-                signal.raise_signal(came[0])
+            # A signal that followed the first needs no second exception.
+            if deferred and self._at is None:
+                signal.raise_signal(deferred[0])
 
-    def _came(self, number: int, frame: FrameType | None) -> None:
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
         now = time.monotonic()
         if self._waiting is not None:
             self._waiting.append(number)

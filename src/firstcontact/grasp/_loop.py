@@ -1,4 +1,4 @@
-"""From what happens to what the hand is told, with every missed deadline counted."""
+"""Grasp loop: passes events to a policy and its commands to a hand."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from firstcontact.grasp._policy import Policy, Stiffness
 
 @dataclass(slots=True)
 class LoopCounts:
-    """What happened so far.
+    """Counts of a grasp loop.
 
     Parameters
     ----------
     closings, contacts
-        Closings, and those of them with a contact.
+        Closings, and closings with a contact.
     commands
-        Sent.
+        Commands sent.
     estimates
-        That reached the hand within the deadline of their closing and, in hindsight, before
-        the second contact.
+        Estimates that reached the hand within the deadline and before the second contact.
     misses
         Contacts whose deadline passed without an estimate.
     unused
-        Estimates that came after it and were not acted upon.
+        Estimates after the deadline, which the policy did not receive.
     overtaken
-        Estimates within the deadline that, in hindsight, reached the hand after the second contact.
+        Estimates that met the deadline but reached the hand after the second contact. This is
+        known only when the closing is over.
     """
 
     closings: int = 0
@@ -40,25 +40,24 @@ class LoopCounts:
 
 
 class GraspLoop:
-    """Asks a policy and tells a hand.
+    """Loop between events, a policy and a hand. It counts every missed deadline.
 
-    All times are seconds of one clock that only goes forward, that of the samples: sample
-    number over rate, plus what was spent on the way and on computing. An estimate that reaches
-    the hand at the deadline itself meets it. After a miss the fallback holds for the rest of
-    the closing.
+    All times are seconds on the clock of the samples: the sample's number divided by the rate,
+    plus the time for transport and computing. An estimate that reaches the hand exactly at the
+    deadline meets it. After a miss the fallback holds for the rest of the closing.
 
     Parameters
     ----------
     policy
-        What decides.
+        Grasp policy.
     send
-        Takes a command to the hand; None is never sent, and the same command not twice.
+        Function that sends a command to the hand. The loop sends no command twice in a row.
     rate
-        Of the samples, Hz.
+        Rate of the samples, Hz.
     deadline
-        After the first contact, s; None takes the policy's own.
+        Deadline after the first contact, s; None for the policy's own.
     wait
-        How long a command that is given now waits until the hand takes it, s.
+        Function that returns the time until the hand takes a command given now, s.
     """
 
     def __init__(
@@ -75,8 +74,8 @@ class GraspLoop:
         self._rate = rate
         self._wait = wait
         self._reached: list[float] = []
-        wants = policy.deadline
-        self._patience = deadline if deadline is not None and wants is not None else wants
+        default = policy.deadline
+        self._deadline = deadline if deadline is not None and default is not None else default
         self._closing = self._holding = False
         self._first: float | None = None
         self._due: float | None = None
@@ -84,62 +83,62 @@ class GraspLoop:
         self._last: Command | None = None
 
     def begin(self) -> None:
-        """A closing begins."""
+        """Start a closing."""
         self.counts.closings += 1
         self._closing = True
         self._first = self._due = self._last = None
         self._missed = False
         self._reached = []
-        self._tell(self.policy.begin())
+        self._forward(self.policy.begin())
 
     def touched(self, contact: Contact, first: bool, now: float) -> None:
-        """A finger touched, as was known at ``now``."""
+        """Pass a contact to the policy. The program learned of it at ``now``."""
         if not self._closing:
             return
         if first:
             self.counts.contacts += 1
             self._first = contact.sample / self._rate
-            if self._patience is not None:
-                self._due = self._first + self._patience
-        self._tell(self.policy.touched(contact, first))
-        self._watch(now)
+            if self._deadline is not None:
+                self._due = self._first + self._deadline
+        self._forward(self.policy.touched(contact, first))
+        self._check_deadline(now)
 
     def estimated(self, stiffness: Stiffness, now: float) -> None:
-        """An estimate came at ``now``."""
+        """Pass an estimate of time ``now`` to the policy."""
         reaches = now + self._wait()
-        self._watch(reaches)
+        self._check_deadline(reaches)
         if not self._closing or self._first is None or self._missed:
             self.counts.unused += 1
             return
         self.counts.estimates += 1
         self._reached.append(reaches)
-        # Whoever passes this one over still waits for another.
+        # A policy that ignores this estimate still waits for another.
         command = self.policy.estimated(stiffness)
         if command is not None:
             self._due = None
-        self._tell(command)
+        self._forward(command)
 
     def felt(self, volts: float, now: float) -> None:
-        """A block of samples up to ``now`` was felt; comes with every block, as time does."""
+        """Pass the force of a block up to ``now`` to the policy, and check the deadline."""
         if not self._closing:
             return
         since = None if self._first is None else now - self._first
-        self._tell(self.policy.felt(volts, since))
-        self._watch(now)
+        self._forward(self.policy.felt(volts, since))
+        self._check_deadline(now)
 
     def slipped(self, now: float) -> None:
-        """The object slips, as was known at ``now``: also after the closing, while it is held."""
+        """Pass a slip to the policy, also after the closing while the hand holds the object."""
         if self._closing or self._holding:
-            self._watch(now)
-            self._tell(self.policy.slipped())
+            self._check_deadline(now)
+            self._forward(self.policy.slipped())
 
     def done(self, second: Contact | None = None) -> None:
-        """The closing is over: what was waited for was missed, and nobody is told any more.
+        """End the closing. An estimate that is still due counts as missed.
 
         Parameters
         ----------
         second
-            The second contact: estimates that reached the hand after it do not count.
+            Second contact. Estimates that reached the hand after it do not count.
         """
         late = 0 if second is None else sum(t >= second.sample / self._rate for t in self._reached)
         self.counts.estimates -= late
@@ -151,10 +150,10 @@ class GraspLoop:
         self._closing = False
 
     def released(self) -> None:
-        """The hand has let go: nobody is told of a slip any more."""
+        """Stop passing slips, because the hand has released the object."""
         self._holding = False
 
-    def _watch(self, now: float) -> None:
+    def _check_deadline(self, now: float) -> None:
         if self._due is not None and now > self._due:
             self._miss()
 
@@ -162,15 +161,15 @@ class GraspLoop:
         self._due = None
         self._missed = True
         self.counts.misses += 1
-        self._tell(self.policy.late())
+        self._forward(self.policy.late())
 
-    def _tell(self, command: Command | None) -> None:
+    def _forward(self, command: Command | None) -> None:
         if command is None:
             return
         if not isinstance(command, Command):
             raise InputError(
-                f"policy {self.policy.name!r} returned {type(command).__name__}: let it return a "
-                "Command or None"
+                f"policy {self.policy.name!r} returned {type(command).__name__}: return a Command "
+                "or None"
             )
         if command == self._last:
             return

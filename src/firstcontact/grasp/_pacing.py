@@ -1,4 +1,4 @@
-"""What a hand is told and when, without threads: limits, rate, repeats, silence."""
+"""Pacing of a hand's commands, without threads: limits, rate, repeats, silence."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from firstcontact.grasp._hand import HandLimits
 
 @dataclass(slots=True)
 class HandCounts:
-    """What became of the commands.
+    """Counts of the commands to a hand.
 
     Attributes
     ----------
     sent
-        Commands that went to the hand for the first time.
+        Commands sent for the first time.
     clipped
-        Commands that asked for more than the hand can do.
+        Commands beyond the hand's limits.
     superseded
-        Commands that a newer one, or a release, overtook while they waited.
+        Commands that a newer one or a release replaced while they waited.
     repeated
-        Commands sent again to keep the hand's own watchdog quiet.
+        Commands sent again so that the hand's own watchdog does not act.
     released
-        Releases, for whatever reason.
+        Releases of any cause.
     """
 
     sent: int = 0
@@ -36,20 +36,20 @@ class HandCounts:
 
 @dataclass(frozen=True, slots=True)
 class Due:
-    """What is to be done now: tell the hand this command, or release it where there is none."""
+    """Action that is due: send this command, or release the hand if it is None."""
 
     command: Command | None
 
 
 class Pacer:
-    """Decides what a hand is told; the times come from outside.
+    """Schedule of a hand's commands. The caller passes the times.
 
     Parameters
     ----------
     limits
-        Of the hand.
+        Limits of the hand.
     silence
-        Time without a word of the program after which the hand is released, s.
+        Time without a call from the program after which the hand is released, s.
     """
 
     def __init__(self, limits: HandLimits, silence: float) -> None:
@@ -57,15 +57,15 @@ class Pacer:
         self.counts = HandCounts()
         self._silence = silence
         self._interval = 1 / limits.rate
-        # Three chances within the hand's patience; not faster than it takes commands.
+        # Three repeats before the hand's watchdog acts, but no faster than it takes commands.
         self._repeat = max(limits.watchdog / 3, self._interval)
         self._waiting: Command | None = None
         self._last: Command | None = None
-        self._told = -inf
-        self._heard = -inf
+        self._sent_at = -inf
+        self._called_at = -inf
 
     def offer(self, command: Command, now: float) -> None:
-        """Take the newest command; one that still waits is overtaken.
+        """Take a command. It replaces one that still waits.
 
         Raises
         ------
@@ -82,34 +82,34 @@ class Pacer:
         self.counts.clipped += clipped != command
         self.counts.superseded += self._waiting is not None
         self._waiting = clipped
-        self._heard = now
+        self._called_at = now
 
     def alive(self, now: float) -> None:
-        """The program is there, and wants nothing new."""
-        self._heard = now
+        """Note that the program runs and has no new command."""
+        self._called_at = now
 
     def release(self) -> None:
-        """Forget what was ordered; the caller releases the hand."""
+        """Discard all commands. The caller releases the hand."""
         self.counts.superseded += self._waiting is not None
         self.counts.released += 1
         self._waiting = self._last = None
 
     def wait(self, now: float) -> float:
-        """How long a command that is offered now waits before it is due, s."""
-        return max(self._told + self._interval - now, 0.0)
+        """Return the time until a command that is offered now is due, s."""
+        return max(self._sent_at + self._interval - now, 0.0)
 
     def next_time(self) -> float:
-        """When :meth:`due` will have something at the earliest; infinite if never."""
+        """Return the earliest time of the next action, s; infinite if there is none."""
         if self._waiting is None and self._last is None:
             return inf
-        after = self._interval if self._waiting is not None else self._repeat
-        return min(self._told + after, self._heard + self._silence)
+        pause = self._interval if self._waiting is not None else self._repeat
+        return min(self._sent_at + pause, self._called_at + self._silence)
 
     def due(self, now: float) -> Due | None:
-        """What is to be done at this time; None if nothing."""
+        """Return the action that is due at this time; None if there is none."""
         if now < self.next_time():
             return None
-        if now >= self._heard + self._silence:
+        if now >= self._called_at + self._silence:
             self.release()
             return Due(None)
         if self._waiting is not None:
@@ -117,5 +117,5 @@ class Pacer:
             self.counts.sent += 1
         else:
             self.counts.repeated += 1
-        self._told = now
+        self._sent_at = now
         return Due(self._last)

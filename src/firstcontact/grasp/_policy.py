@@ -1,4 +1,4 @@
-"""What a grasp policy is: from what is known of a pinch to what the hand should do."""
+"""Base class of grasp policies and the types that they use."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Stiffness:
-    """An estimate as a policy sees it: one that the second finger has not overtaken.
+    """Stiffness estimate for a policy. It used only samples before the second contact.
 
     Parameters
     ----------
     value
         Shore A.
     low, high
-        Bounds of the interval; equal to the value where the model has none.
+        Bounds of the interval; equal to the value if the model gives no interval.
     duration
-        Of the window it was made from, s.
+        Length of the window that the model used, s.
     standing
-        Whether no better one comes, however short its window was.
+        True if no later estimate of this closing follows.
     """
 
     value: float
@@ -39,14 +39,14 @@ class Stiffness:
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """What a policy that no real hand can be driven with is told of the object beforehand.
+    """Properties of the object that only a simulated hand can know before it closes.
 
     Parameters
     ----------
     shore_a
-        Shore A.
+        Stiffness, Shore A.
     mass
-        kg.
+        Mass, kg.
     """
 
     shore_a: float
@@ -54,50 +54,50 @@ class Truth:
 
 
 class Task(Enum):
-    """What a policy is for, and compared in."""
+    """Task of a policy. A study compares policies with the same task."""
 
-    #: Hold a declared payload, as gently and as soon as can be.
+    #: Hold a declared payload, as gently and as early as possible.
     PAYLOAD = auto()
-    #: Hold whatever people pick up, of a weight that nobody declares, and break nothing.
+    #: Hold household objects of unknown weight without breaking them.
     HOUSEHOLD = auto()
 
 
 class Part(Enum):
-    """What part a policy has in a comparison."""
+    """Role of a policy in a comparison."""
 
-    #: Modulates nothing; what is tuned may take hardly longer.
+    #: No modulation. Its closing time limits the closing time of tuned policies.
     UNMODULATED = auto()
-    #: What there is today, to be beaten.
+    #: Today's method, which a candidate must beat.
     BASELINE = auto()
-    #: Does as the candidates do, but knows no stiffness.
+    #: Acts like the candidates, but without the stiffness.
     CONTROL = auto()
-    #: Is judged against every baseline and control.
+    #: Compared with every baseline and control.
     CANDIDATE = auto()
-    #: Shows what could be reached at most.
+    #: Upper limit that uses knowledge no real hand has.
     LIMIT = auto()
 
 
 class ForceArray(Enum):
-    """The force sensors that a policy is tried with on the twin."""
+    """Force sensors of the twin in a comparison."""
 
-    #: As they are drawn for each pinch.
+    #: Sensors with the random errors of each simulated pinch.
     DRAWN = auto()
-    #: The best that such a sensor could be.
+    #: Sensors without errors.
     IDEAL = auto()
 
 
 @dataclass(frozen=True, slots=True)
 class SensorVariant:
-    """A policy with one kind of force sensors.
+    """Policy combined with one kind of force sensor.
 
     Parameters
     ----------
     key
-        In tables and files.
+        Key in tables and files.
     title, colour
-        As of a policy.
+        Title and colour in tables and figures.
     force_array
-        What it feels with.
+        Kind of force sensor.
     """
 
     key: str
@@ -108,14 +108,16 @@ class SensorVariant:
 
 @dataclass(frozen=True, slots=True)
 class Tunable:
-    """A setting of a policy that a study chooses; a keyword of the policy.
+    """Setting of a policy that a study tunes. Its name is a keyword of the policy.
 
     Parameters
     ----------
-    title, unit, scale
-        As a table shows it, and what the value is multiplied by for that.
+    title, unit
+        Name and unit in tables.
+    scale
+        Factor from the value to the number in the table.
     tried, few
-        Values to choose from; fewer of them in a quick study.
+        Values to choose from in a full study and in a quick study.
     """
 
     title: str
@@ -126,16 +128,16 @@ class Tunable:
 
 
 class Policy:
-    """Decides what a hand does in one closing after the other.
+    """Grasp policy: decides how a hand closes.
 
-    This one closes as it began, whatever happens: others say what they do besides. Each
-    method may answer with a command, which holds until the next, or with None to leave
-    things as they are.
+    This base class closes with the approach command until the end. Subclasses override the
+    methods of the events they act on. Each method returns a command, which holds until the
+    next one, or None to keep the present command.
 
     Parameters
     ----------
     grip
-        What is declared of the hand.
+        Declared properties of the hand.
 
     Examples
     --------
@@ -148,64 +150,69 @@ class Policy:
     0.05
     """
 
-    #: Under which it is registered and reported.
+    #: Name in the registry and in reports.
     name: ClassVar[str]
-    #: As people read it.
+    #: Title in tables and figures.
     title: ClassVar[str]
-    #: In figures, of the form "#56B4E9".
+    #: Colour in figures, such as "#56B4E9".
     colour: ClassVar[str] = SKY
     part: ClassVar[Part] = Part.CANDIDATE
     task: ClassVar[Task] = Task.PAYLOAD
-    #: Whether it is told a :class:`Truth`, behind the grip: no real hand can be driven so.
+    #: True if the constructor takes a :class:`Truth` after the grip. No real hand can give one.
     needs_truth: ClassVar[bool] = False
-    #: What a study tunes before it compares.
+    #: Settings that a study tunes before it compares.
     tunables: ClassVar[Mapping[str, Tunable]] = {}
-    #: With which sensors a study tries it, if not just as it is.
+    #: Force sensors that a study combines the policy with; empty for the drawn ones only.
     variants: ClassVar[tuple[SensorVariant, ...]] = ()
-    #: Time after the first contact by which it wants an estimate, s; None if it wants none.
+    #: Latest time of an estimate after the first contact, s; None if the policy uses none.
     deadline: float | None = None
 
     def __init__(self, grip: Grip) -> None:
         self.grip = grip
 
     @classmethod
-    def hears(cls) -> bool:
-        """Whether it acts on what the piezos tell: contacts or estimates."""
+    def uses_piezos(cls) -> bool:
+        """Return True if the policy acts on contacts or estimates."""
         return (cls.touched, cls.estimated) != (Policy.touched, Policy.estimated)
 
     @classmethod
-    def feels(cls) -> bool:
-        """Whether it acts on the force sensors."""
+    def uses_force(cls) -> bool:
+        """Return True if the policy acts on the force sensors."""
         return cls.felt is not Policy.felt
 
     @classmethod
     def has_reflex(cls) -> bool:
-        """Whether it acts when the object slips."""
+        """Return True if the policy acts when the object slips."""
         return cls.slipped is not Policy.slipped
 
     def begin(self) -> Command:
-        """A closing begins: at the approach's speed, no stronger than that needs."""
+        """Return the command at the beginning of a closing."""
         return self.grip.approach
 
     def touched(self, contact: Contact, first: bool) -> Command | None:
-        """A finger touched; ``first`` says whether it is the first of this closing."""
+        """React to a contact. ``first`` is True for the first one of this closing."""
         return None
 
     def estimated(self, stiffness: Stiffness) -> Command | None:
-        """An estimate came."""
+        """React to a stiffness estimate."""
         return None
 
     def felt(self, volts: float, since: float | None) -> Command | None:
-        """The loudest taxel is this far above its unloaded level, V, so long after the contact, s.
+        """React to the force sensors. The loop calls this with every block of samples.
 
-        Asked with every block of samples; ``since`` is None before the first contact.
+        Parameters
+        ----------
+        volts
+            Highest taxel above its unloaded level, V.
+        since
+            Time since the first contact, s; None before it.
         """
         return None
 
     def slipped(self) -> Command | None:
-        """The object slips, as a detector says; told again while it goes on slipping."""
+        """React to slip. The loop calls this again while the slip continues."""
         return None
 
     def late(self) -> Command | None:
-        """The deadline passed without an estimate: the declared fallback."""
+        """Return the fallback command when the deadline passed without an estimate."""
         return None

@@ -1,4 +1,4 @@
-"""A hand that only writes down what it is told."""
+"""Hand that only prints its commands."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from firstcontact.grasp._hand import Begins, Hand, HandError, HandLimits
 
 
 class PrintHand(Hand):
-    """For a dry run: a line for each order, none for the same order again.
+    """Hand for a dry run. It prints one line per command, but not for a repeated one.
 
     Parameters
     ----------
     port
-        It needs none.
+        Ignored.
     out
-        Where the lines go; standard error if None, so that standard output stays for data.
+        Stream for the lines. None means standard error, because standard output carries data.
 
     Attributes
     ----------
     told
-        The last thousand orders; None is a release.
+        Last thousand orders: a command, or None for a release.
     """
 
     name = "print"
@@ -40,13 +40,13 @@ class PrintHand(Hand):
         self._began = time.monotonic()
 
     def send(self, command: Command) -> None:
-        """Write the command down."""
+        """Print the command."""
         if not self._open:
             raise HandError(f"the hand {self.name!r} is not open")
         self._note(command)
 
     def release(self) -> None:
-        """Write the release down."""
+        """Print the release."""
         if self._open:
             self._note(None)
 
@@ -65,16 +65,16 @@ class PrintHand(Hand):
         self.told.append(command)
         if again:
             return
-        # A terminal that is gone must not keep a program from releasing.
+        # A closed terminal must not prevent the release.
         try:
             seconds = time.monotonic() - self._began
-            print(f"hand {seconds:9.3f} s  {words(command)}", file=self._out or sys.stderr)
+            print(f"hand {seconds:9.3f} s  {describe(command)}", file=self._out or sys.stderr)
         except (OSError, ValueError):
             return
 
 
-def words(command: Command | None) -> str:
-    """An order as a person reads it."""
+def describe(command: Command | None) -> str:
+    """Return an order as text for people."""
     if command is None:
         return "release"
     if command.speed == 0:

@@ -1,4 +1,4 @@
-"""All hands by name. A new hand is one file and one line here."""
+"""Registry of hands. A new hand is one file and one line here."""
 
 from __future__ import annotations
 
@@ -23,28 +23,29 @@ HANDS: Registry[type[Hand]] = Registry(
 
 
 def make_hand(kind: type[Hand], port: str | None = None, source: object = None) -> Hand:
-    """A hand that is not open yet, in a process of its own if it is to have one.
+    """Return a hand that is not open yet, in a separate process if its class asks for one.
 
     Parameters
     ----------
     kind
-        A class of hands.
+        Class of the hand.
     port
-        Where it is connected, for hands that need it.
+        Port that the hand is connected to, for hands that need one.
     source
-        Over which it is driven, for hands that are; open when the hand is and as long.
+        Open source that drives the hand, for hands that need one. Keep it open as long as the
+        hand.
 
     Raises
     ------
     InputError
-        It needs something that is missing.
+        The port, the source or a package is missing.
     """
     made: Callable[[Any], Hand] = kind
     with HANDS.calling(kind.name):
         if kind.of_source is not None:
             if source is None:
                 raise InputError(
-                    f"the hand {kind.name!r} needs its source: open it, and pass it on"
+                    f"the hand {kind.name!r} needs its source: open the source and pass it"
                 )
             return made(source)
         return SeparateHand(kind, port) if kind.separate else made(port)
@@ -53,7 +54,7 @@ def make_hand(kind: type[Hand], port: str | None = None, source: object = None) 
 def open_hand(
     name: str, port: str | None = None, *, source: object = None, silence: float = 1.0
 ) -> SafeHand:
-    """A hand made safe, to be entered by ``with``.
+    """Return a hand with a watchdog. Open it with ``with``.
 
     Parameters
     ----------
@@ -62,11 +63,11 @@ def open_hand(
     port, source
         As in :func:`make_hand`.
     silence
-        Time without a word of the program after which it is released, s.
+        Time without a call from the program after which the hand is released, s.
 
     Raises
     ------
     InputError
-        There is none of that name, or it needs something that is missing.
+        No hand has that name, or its port, source or package is missing.
     """
     return SafeHand(make_hand(HANDS.find(name), port, source), silence=silence)

@@ -1,4 +1,4 @@
-"""A hand that lets go when the program fails."""
+"""Hand wrapper that releases the hand when the program fails."""
 
 from __future__ import annotations
 
@@ -15,37 +15,44 @@ from firstcontact.grasp._hand import Hand, HandError
 from firstcontact.grasp._leaving import Leaving
 from firstcontact.grasp._pacing import HandCounts, Pacer
 
-#: A signal's handler waits so long for the thread to take notice, s.
+#: Longest wait of a signal handler for the watchdog thread, s.
 PROMPT = 0.1
 
 
 class SafeHand(Hand):
-    """Any hand, made safe; a hand itself.
+    """Wrapper that limits, paces and watches any hand. It is a hand itself.
 
-    Commands are clipped to the hand's limits and sent no faster than it takes them: the
-    newest wins, and the last one is always sent. A thread repeats the last command
-    before the hand's own watchdog runs out, and releases the hand when the program has been
-    silent. The hand is released, too, on leaving the ``with`` block by any way, at the
-    interpreter's exit, when the hand fails, and at once on Ctrl-C, SIGTERM, SIGHUP and SIGQUIT
-    where nobody else handles them (then KeyboardInterrupt or SystemExit is raised in the main
-    thread). Signals that come from then on, or while it is being closed, wait until it is closed.
-    That thread needs Python's lock: for code that keeps it, see
+    Commands are clipped to the hand's limits and sent no faster than the hand takes them. A
+    newer command replaces a waiting one, and the last one is always sent. A watchdog thread
+    repeats the last command before the hand's own watchdog runs out. It releases the hand when
+    the program has been silent.
+
+    The hand is also released
+
+    - when the ``with`` block ends, in any way,
+    - when the interpreter exits,
+    - when the hand fails,
+    - immediately on Ctrl-C, SIGTERM, SIGHUP and SIGQUIT, unless the program handles them. Then
+      KeyboardInterrupt or SystemExit is raised in the main thread.
+
+    Later signals, and signals during closing, wait until the hand is closed. The thread needs
+    Python's global lock. For code that keeps this lock, see
     :class:`firstcontact.grasp._separate.SeparateHand`.
 
     Parameters
     ----------
     hand
-        Not open yet; it is opened and closed with this one.
+        Hand that is not open yet. It is opened and closed with this one.
     silence
         Time without :meth:`send` or :meth:`alive` after which the hand is released, s.
     clock
-        Seconds that only go forward.
+        Monotonic clock, s.
     """
 
     def __init__(
         self, hand: Hand, *, silence: float = 1.0, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        self.name = hand.name  # type: ignore[misc]  # as what is inside
+        self.name = hand.name  # type: ignore[misc]  # same as the wrapped hand
         self.limits = hand.limits
         self.begins = hand.begins  # type: ignore[misc]
         self._hand = hand
@@ -55,34 +62,34 @@ class SafeHand(Hand):
         self._thread: threading.Thread | None = None
         self._closed = False
         self._failure: HandError | None = None
-        self._asked = False  # by a signal to release
+        self._release_requested = False  # set by a signal handler
         self._leaving = Leaving(self._let_go)
 
     @property
     def counts(self) -> HandCounts:
-        """What became of the commands so far."""
+        """Counts of the commands so far."""
         return self._pacer.counts
 
     @property
     def failure(self) -> HandError | None:
-        """Why the hand takes no commands any more; None while it does."""
+        """Error that stopped the hand; None while it takes commands."""
         return self._failure
 
     @property
     def wait(self) -> float:
-        """How long a command that is given now waits until the hand takes it, s."""
+        """Time until the hand takes a command that is given now, s."""
         return self._pacer.wait(self._clock())
 
     def send(self, command: Command) -> None:
-        """Order; what waits is overtaken.
+        """Set the command. It replaces one that still waits.
 
         Raises
         ------
         HandError
-            The command is not finite (the hand was released), or the hand is not
-            open or has failed.
+            The command is not finite, and the hand was released. Or the hand is not open or has
+            failed.
         """
-        self._leaving.goes_on()
+        self._leaving.rearm()
         with self._change:
             self._check()
             try:
@@ -95,28 +102,28 @@ class SafeHand(Hand):
             self._check()
 
     def alive(self) -> None:
-        """Say that the program is there and what was ordered still holds.
+        """Confirm that the program runs and the last command still holds.
 
         Raises
         ------
         HandError
             As in :meth:`send`.
         """
-        self._leaving.goes_on()
+        self._leaving.rearm()
         with self._change:
             self._check()
             self._pacer.alive(self._clock())
 
     def release(self) -> None:
-        """Open and let go now, until the next command."""
+        """Open the hand now, until the next command."""
         with self._change:
             if not self._closed:
                 self._release()
 
     def close(self) -> None:
-        """Release, and let go of the hand; closing twice is fine."""
-        # A second signal must not disturb the releasing that the first began.
-        with self._leaving.held():
+        """Release and close the hand. Closing twice is allowed."""
+        # A second signal must not interrupt the release that the first one started.
+        with self._leaving.deferred():
             self._end()
 
     def _end(self) -> None:
@@ -138,7 +145,7 @@ class SafeHand(Hand):
     def __enter__(self) -> Self:
         if self._closed or self._thread is not None:
             raise HandError(f"the hand {self.name!r} can be opened once")
-        # A program that handles a signal ends its blocks by itself, and with them this one.
+        # A program with its own signal handlers leaves its ``with`` blocks by itself.
         self._leaving.take()
         try:
             self._hand.__enter__()
@@ -146,14 +153,14 @@ class SafeHand(Hand):
             thread = threading.Thread(target=self._watch, name="hand watchdog", daemon=True)
             thread.start()
             self._thread = thread
-        except BaseException:  # a signal, too: there is no block yet to be left
+        except BaseException:  # also on a signal: no ``with`` block closes it yet
             self.close()
             raise
         return self
 
     def _let_go(self) -> None:
-        """Have the thread release: this one may be in the middle of anything."""
-        self._asked = True
+        """Ask the watchdog thread to release: a signal may interrupt any code here."""
+        self._release_requested = True
         if self._change.acquire(timeout=PROMPT):
             self._change.notify()
             self._change.release()
@@ -165,12 +172,12 @@ class SafeHand(Hand):
             raise HandError(f"the hand {self.name!r} failed: {self._failure}") from self._failure
 
     def _release(self) -> bool:
-        """Have the hand let go, and return True if it did."""
+        """Release the hand. Return True if it did not fail."""
         self._pacer.release()
-        return self._did(self._hand.release)
+        return self._attempt(self._hand.release)
 
-    def _did(self, act: Callable[[], None]) -> bool:
-        """Have the hand act, and note what it raises: the watchdog must not end by that."""
+    def _attempt(self, act: Callable[[], None]) -> bool:
+        """Call the hand and store its error, so that the watchdog thread continues."""
         try:
             act()
         except BaseException as error:
@@ -183,16 +190,16 @@ class SafeHand(Hand):
         return True
 
     def _act(self) -> None:
-        """Do what is due."""
-        if self._asked:
-            self._asked = False
+        """Carry out the action that is due."""
+        if self._release_requested:
+            self._release_requested = False
             self._release()
         due = self._pacer.due(self._clock())
         if due is None:
             return
         if due.command is None:
-            self._did(self._hand.release)
-        elif not self._did(partial(self._hand.send, due.command)):
+            self._attempt(self._hand.release)
+        elif not self._attempt(partial(self._hand.send, due.command)):
             self._release()
 
     def _watch(self) -> None:

@@ -1,4 +1,4 @@
-"""A hand in a process of its own, which lets go when the program hangs or is no more."""
+"""Hand in a separate process, which releases the hand when the program hangs or ends."""
 
 from __future__ import annotations
 
@@ -12,99 +12,101 @@ from firstcontact.core import Child, Command, InputError
 from firstcontact.grasp._hand import Hand, HandError
 from firstcontact.grasp._separate_process import ENDED
 
-#: Longest wait for the hand to be there, s.
+#: Longest wait for the hand to open, s.
 START = 30.0
-#: A process that has not answered for so long is taken for lost, s.
+#: Time without an answer after which the process counts as lost, s.
 MUTE = 1.0
 
 
 class SeparateHand(Hand):
-    """Drives a hand from a process of its own; a hand itself.
+    """Hand that a separate process drives. It is a hand itself.
 
-    The process has the hand's port, and hears each order through a pipe. When the pipe has been
-    silent for as long as the hand's own watchdog takes, or ``silence``, it releases the hand; when
-    the pipe ends it releases the hand, closes it and ends. So the hand is released, too, when this
-    program is killed or stopped, crashes, or runs foreign code that keeps Python's lock, which no
-    thread of its own can help against.
+    The process holds the hand's port and receives each order through a pipe. It releases the
+    hand when the pipe has been silent for ``silence`` or for the time of the hand's own watchdog.
+    When the pipe ends, the process releases the hand, closes it and exits. The hand is therefore
+    released even when this program is killed or stopped, crashes, or runs code that keeps
+    Python's global lock. A thread could not do that.
 
     Parameters
     ----------
     kind
-        A class of hands made from a port; the process imports it by its module's name.
+        Class of the hand, made from a port. The process imports it by its module's name.
     port
-        For it.
+        Port of the hand.
     silence
-        Longest time without an order, s; :class:`~firstcontact.grasp._safe.SafeHand` repeats the
+        Longest time without an order, s. :class:`~firstcontact.grasp._safe.SafeHand` repeats the
         last one more often.
 
     Raises
     ------
     InputError
-        What the class raises; on entering, also what it raises then.
+        Error of the class, raised here or on entering.
     """
 
     def __init__(self, kind: type[Any], port: str | None = None, silence: float = 1.0) -> None:
         hand: Hand = kind(port)
-        self.name = hand.name  # type: ignore[misc]  # as what it drives
+        self.name = hand.name  # type: ignore[misc]  # same as the driven hand
         self.begins = hand.begins  # type: ignore[misc]
         self.limits = replace(hand.limits, watchdog=min(hand.limits.watchdog, silence))
-        self._words = (kind.__module__, kind.__qualname__, str(self.limits.watchdog))
+        self._arguments = (kind.__module__, kind.__qualname__, str(self.limits.watchdog))
         self._port = () if port is None else (port,)
         self._child: Child | None = None
-        self._unanswered: deque[float] = deque()  # when each of them was told
+        self._unanswered: deque[float] = deque()  # time of each order without an answer
 
     def send(self, command: Command) -> None:
-        """Order.
+        """Send the command to the process.
 
         Raises
         ------
         HandError
-            It is not open, has failed, or its process does not answer.
+            The hand is not open or has failed, or its process does not answer.
         """
         if self._child is None:
             raise HandError(f"the hand {self.name!r} is not open")
-        self._hear(self._child)
+        self._read_answers(self._child)
         try:
-            self._tell(self._child, f"send {command.speed!r} {command.force!r}")
+            self._write_order(self._child, f"send {command.speed!r} {command.force!r}")
         except OSError as error:
             raise HandError(f"the process of the hand {self.name!r} takes no orders") from error
 
     def release(self) -> None:
-        """Open and let go, until the next order."""
+        """Open the hand, until the next command."""
         if self._child is not None:
-            with suppress(OSError):  # a process that has ended has released it
-                self._tell(self._child, "release")
+            with suppress(OSError):  # a process that has ended has released the hand
+                self._write_order(self._child, "release")
 
     def close(self) -> None:
-        """Have it released and closed, and wait for that."""
+        """Release and close the hand, and wait until the process has done so."""
         child, self._child = self._child, None
         if child is not None:
             child.end(ENDED)
 
     def __enter__(self) -> Self:
-        child = Child("firstcontact.grasp._separate_process", *self._words, *self._port, wakes=True)
+        child = Child(
+            "firstcontact.grasp._separate_process", *self._arguments, *self._port, wakes=True
+        )
         try:
-            word, _, rest = child.answer(START).partition(" ")
+            word, _, message = child.answer(START).partition(" ")
         except TimeoutError:
-            word, rest = "", f"the hand {self.name!r} was not there within {START:g} s: check it"
+            word, message = "", f"the hand {self.name!r} did not open within {START:g} s: check it"
         except OSError:
-            word, rest = "", ""
+            word, message = "", ""
         except BaseException:
             child.end(ENDED)
             raise
         if word != "ready":
             child.end(ENDED)
-            raise InputError(rest or f"the process of the hand {self.name!r} did not start")
+            raise InputError(message or f"the process of the hand {self.name!r} did not start")
         self._unanswered.clear()
         self._child = child
         return self
 
-    def _tell(self, child: Child, line: str) -> None:
+    def _write_order(self, child: Child, line: str) -> None:
         child.tell(line, 0.0)
         self._unanswered.append(time.monotonic())
 
-    def _hear(self, child: Child) -> None:
-        """Take its answers so far."""
+    def _read_answers(self, child: Child) -> None:
+        """Read all answers that have arrived."""
         while True:
             try:
                 word, _, why = child.answer(0.0).partition(" ")

@@ -1,7 +1,8 @@
-"""The process that a hand has for itself.
+"""Separate process that drives one hand.
 
-Started by :class:`firstcontact.grasp._separate.SeparateHand`, one order a line on its standard
-input, each answered with a line. It imports no arrays and computes nothing: it is never late.
+:class:`firstcontact.grasp._separate.SeparateHand` starts it. It reads one order per line from
+standard input and answers each with one line. It imports no NumPy and computes nothing, so that
+it always answers in time.
 """
 
 from __future__ import annotations
@@ -15,21 +16,22 @@ from importlib import import_module
 from firstcontact.core import Command, InputError, in_a_line
 from firstcontact.grasp._hand import Hand, HandError
 
-#: From the end of the orders to that of the process, s at most: the Ability Hand opens in 2.
+#: Longest time from the end of the orders to the end of the process, s. The Ability Hand needs
+#: 2 s of it to open.
 ENDED = 5.0
 
 
 class Orders:
-    """What comes through the pipe, to a hand.
+    """Loop that reads orders from the pipe and passes them to a hand.
 
     Parameters
     ----------
     hand
-        Open.
+        Open hand.
     silence
-        Without an order for so long the hand is released, s.
+        Time without an order after which the hand is released, s.
     out
-        Descriptor for answers.
+        File descriptor for the answers.
     """
 
     def __init__(self, hand: Hand, silence: float, out: int) -> None:
@@ -38,7 +40,7 @@ class Orders:
         self._out = out
 
     def serve(self) -> None:
-        """Obey until standard input ends."""
+        """Carry out orders until standard input ends."""
         part = b""
         while True:
             if not select.select([0], [], [], self._silence)[0]:
@@ -49,7 +51,7 @@ class Orders:
                 return
             *lines, part = (part + data).split(b"\n")
             for line in lines:
-                say(self._out, self._obey(line.decode().split()))
+                write_line(self._out, self._obey(line.decode().split()))
 
     def _obey(self, words: list[str]) -> str:
         try:
@@ -65,8 +67,8 @@ class Orders:
         return "done"
 
 
-def say(out: int, line: str) -> None:
-    """Tell the program a line; one that is gone is not told."""
+def write_line(out: int, line: str) -> None:
+    """Write a line to the program. Ignore that the program may have ended."""
     try:
         os.write(out, line.replace("\n", " ").encode() + b"\n")
     except OSError:
@@ -74,27 +76,27 @@ def say(out: int, line: str) -> None:
 
 
 def main() -> None:
-    """Be the hand's process until standard input ends."""
+    """Drive the hand until standard input ends."""
     parent = os.getppid()
     for number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
-    # It is woken when the program is gone; whatever holds it then, the system ends it.
+    # SIGCONT arrives when the program ends. The timer ends this process even if a call blocks it.
     signal.signal(signal.SIGCONT, lambda *_: None if os.getppid() == parent else _end_within(ENDED))
-    # What the hand's package prints is not for the pipe.
+    # Output that the hand's package prints must not enter the pipe.
     out = os.dup(1)
     os.dup2(2, 1)
     module, name, silence, *port = sys.argv[1:]
     try:
         hand: Hand = getattr(import_module(module), name)(port[0] if port else None)
         with hand:
-            say(out, "ready")
+            write_line(out, "ready")
             Orders(hand, float(silence), out).serve()
             _end_within(ENDED)
     except (InputError, HandError) as error:
-        say(out, f"refused {error}")
+        write_line(out, f"refused {error}")
     except Exception as error:
-        say(out, f"refused the hand {name} raised {in_a_line(error)}")
+        write_line(out, f"refused the hand {name} raised {in_a_line(error)}")
 
 
 def _end_within(seconds: float) -> None:

@@ -145,4 +145,4 @@ def approached(pick: Pick, speed: float, own: OwnHand, breaks: bool = False) -> 
     outcome = plant.outcome
     both = outcome.first_contact is not None and outcome.second_contact is not None
     offset = (outcome.second_contact or 0.0) - (outcome.first_contact or 0.0) if both else None
-    return Approached(plant, policy.told, tuple(answers), heard, offset)
+    return Approached(plant, policy.estimate, tuple(answers), heard, offset)

@@ -85,8 +85,8 @@ def played(
     # The approach is as it was drawn; the policy is told so.
     grip = Grip(speed=plant.nominal.speed, force=plant.nominal.force)
     policy = variant.make(grip, KINDS[setup.kind].shore_a, tuned.get(variant.key, {}))
-    feels = policy.feels()
-    if not policy.hears() or models is None:
+    feels = policy.uses_force()
+    if not policy.uses_piezos() or models is None:
         return close(plant, policy, feels=feels)
     wanted = models.stiffness if policy.deadline is not None else ()
     pipeline = Pipeline(LAYOUT, models.detector, wanted, clock=lambda: 0.0)

@@ -88,7 +88,7 @@ def forces_of(kind: type[Policy], settings: Settings, table: Table, told: Told) 
         estimate = told[place]
         if estimate is not None:
             policy.estimated(estimate)
-        forces[place] = policy.wanted()
+        forces[place] = policy.target_force()
     return forces
 
 

@@ -1,1 +1,1 @@
-"""What a hand can do with what it feels: one policy a file, all in the registry."""
+"""Grasp policies, one per file, and their registry."""

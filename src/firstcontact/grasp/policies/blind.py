@@ -1,4 +1,4 @@
-"""The baseline: one force for everything."""
+"""Baseline policy with one force for every object."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from firstcontact.grasp._grip import Grip
 from firstcontact.grasp._policy import Part, Tunable
 from firstcontact.grasp.policies.final_force import FinalForce
 
-#: The force, for whoever tunes one.
+#: Tunable force.
 FORCE = Tunable("Force", "N", 1, (1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0), (2.0, 3.0, 4.0))
 
 
 class Blind(FinalForce):
-    """Knows when the fingers touch, and nothing of what they touch.
+    """Policy that knows the contacts but not the stiffness.
 
     Parameters
     ----------
     grip
-        What is declared of the hand.
+        Declared properties of the hand.
     force
-        To press with, N.
+        Grip force, N.
     approach, scale
-        As of :class:`~firstcontact.grasp.policies.final_force.FinalForce`.
+        As in :class:`~firstcontact.grasp.policies.final_force.FinalForce`.
     """
 
     name = "blind"
@@ -38,6 +38,6 @@ class Blind(FinalForce):
         super().__init__(grip, approach, scale)
         self.force = force
 
-    def wanted(self) -> float:
-        """The same for everything."""
+    def target_force(self) -> float:
+        """Return the same force for every object."""
         return self.force

@@ -1,4 +1,4 @@
-"""Force and speed from the first estimate that is sure enough."""
+"""Policy with force and speed from the first estimate that is precise enough."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from firstcontact.grasp.policies.first_contact import LONGEST, FirstContact
 
 
 class EarlyExit(FirstContact):
-    """Acts on the first estimate whose interval is tight, or on that of the longest window.
+    """Policy that acts on the first narrow interval, or on the longest window.
 
     Parameters
     ----------
     grip
-        What is declared of the hand.
+        Declared properties of the hand.
     window
-        The longest window, s.
+        Length of the longest window, s.
     tight
-        An interval no wider than this is acted upon, Shore A. A quarter of what everyday
-        objects span (28 to 67 in the paper).
+        Widest interval to act on, Shore A. The default is a quarter of the range of everyday
+        objects (28 to 67 in the paper).
     """
 
     name = "early_exit"
@@ -32,15 +32,15 @@ class EarlyExit(FirstContact):
         self._acted = False
 
     def begin(self) -> Command:
-        """As all that wait for an estimate."""
+        """Return the approach command and reset the state."""
         self._acted = False
         return super().begin()
 
     def estimated(self, stiffness: Stiffness) -> Command | None:
-        """Close as the soft end of the interval bears, once."""
-        sure = stiffness.high - stiffness.low <= self.tight
+        """Return the command for the soft end of the interval, once per closing."""
+        precise = stiffness.high - stiffness.low <= self.tight
         last = stiffness.standing or stiffness.duration >= self.window - 5e-4
-        if self._acted or not (sure or last):
+        if self._acted or not (precise or last):
             return None
         self._acted = True
         return self.grip.command_for(min(stiffness.low, stiffness.value))

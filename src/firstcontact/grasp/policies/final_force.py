@@ -1,4 +1,4 @@
-"""Slow down at the contact, set the force at the second: what all policies for a household do."""
+"""Base class of the household policies: slow at first contact, final force at the second."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from firstcontact.grasp._policy import Policy, Task, Tunable
 if TYPE_CHECKING:
     from firstcontact.core import Contact
 
-#: Closing speed from the first contact on, m/s.
+#: Closing speed after the first contact, m/s.
 SLOW = 0.03
-#: A second contact that nobody heard is taken for granted so long after the first, s.
+#: Time after the first contact when the policy assumes a second one that was not detected, s.
 PATIENCE = 0.08
-#: Speed of the approach, for whoever tunes it.
+#: Tunable speed of the approach.
 APPROACH = Tunable("Approach", "mm/s", 1e3, (0.07, 0.10, 0.13), (0.10,))
 
 
 class FinalForce(Policy):
-    """Closes slowly from the first contact on, and presses with one force from the second on.
+    """Policy that closes slowly after the first contact and sets its force at the second.
 
-    Only this force depends on what is known: slowing down never waits for anything.
+    Only this force depends on the stiffness. Slowing down never waits for an estimate.
 
     Parameters
     ----------
     grip
-        What is declared of the hand.
+        Declared properties of the hand.
     approach
         Closing speed until the first contact, m/s.
     scale
-        What every force is multiplied by: the lower, the more cautious.
+        Factor on every force. A lower one is more cautious.
     """
 
     task = Task.HOUSEHOLD
@@ -46,43 +46,43 @@ class FinalForce(Policy):
 
     @property
     def both(self) -> bool:
-        """Whether it presses: both fingers touch, as far as it knows."""
+        """True if the policy presses because both fingers touch."""
         return self._both
 
     @abstractmethod
-    def wanted(self) -> float:
-        """Force to press with as far as is known now, N, before the scale."""
+    def target_force(self) -> float:
+        """Return the grip force from the present knowledge, N, before the scale."""
 
     @property
     def final(self) -> Command:
-        """The command of the second contact, as far as is known now."""
-        return self.grip.pressing(self.scale * self.wanted())
+        """Command after the second contact, from the present knowledge."""
+        return self.grip.pressing(self.scale * self.target_force())
 
     @property
     def slow(self) -> Command:
-        """The command of the first contact."""
+        """Command after the first contact."""
         grip = self.grip
         return Command(min(SLOW, grip.speed), min(grip.searching, grip.force))
 
     @property
     def begun(self) -> Command:
-        """The command of the approach."""
+        """Command of the approach."""
         grip = self.grip
         return Command(min(self.approach, grip.speed), min(grip.searching, grip.force))
 
     def begin(self) -> Command:
-        """Approach, no stronger than that needs."""
+        """Return the approach command."""
         self._both = False
         return self.begun
 
     def touched(self, contact: Contact, first: bool) -> Command | None:
-        """Slow down, then press."""
+        """Slow down at the first contact, press at the second."""
         if first:
             return self.slow
         return self._press()
 
     def felt(self, volts: float, since: float | None) -> Command | None:
-        """Press, where the second contact was not heard for too long."""
+        """Press if the second contact was not detected for too long."""
         if since is None or since < PATIENCE:
             return None
         return self._press()

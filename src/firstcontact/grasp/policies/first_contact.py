@@ -1,4 +1,4 @@
-"""Force and speed from the estimate at first contact."""
+"""Policy with force and speed from the estimate at first contact."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from firstcontact.grasp._policy import Policy, Stiffness
 if TYPE_CHECKING:
     from firstcontact.core import Contact
 
-#: How long the longest window is, s.
+#: Length of the longest window, s.
 LONGEST = 0.015
-#: What is granted for its end, the filter's look-ahead and the computing, s.
+#: Time allowed after the window for the filter's look-ahead and the computing, s.
 GRANTED = 0.010
 
 
 class FirstContact(Policy):
-    """Gentle from the contact on, as nothing is known then; what is firm is let go faster.
+    """Policy that is gentle after the contact and faster once the object proves firm.
 
-    Takes the soft end of the interval for true: a wide one is gentle by itself.
+    It uses the soft end of the interval, so that a wide interval makes it gentle.
 
     Parameters
     ----------
     grip
-        What is declared of the hand.
+        Declared properties of the hand.
     window
-        The window whose estimate it waits for, s; shorter ones are passed over where another is
-        to come.
+        Length of the window to wait for, s. The policy ignores estimates of shorter windows,
+        except the final one.
     """
 
     name = "first_contact"
@@ -41,16 +41,16 @@ class FirstContact(Policy):
         self.deadline = window + GRANTED
 
     def touched(self, contact: Contact, first: bool) -> Command | None:
-        """Slow down for the softest thing at the first contact."""
+        """Slow down for the softest object at the first contact."""
         return self.grip.gentle if first else None
 
     def estimated(self, stiffness: Stiffness) -> Command | None:
-        """Close as the soft end of the interval bears."""
-        # Half a sample at any rate: a window's length is a whole number of them.
+        """Return the command for the soft end of the interval."""
+        # Tolerance for rounding: a window's length is a whole number of samples.
         if stiffness.duration < self.window - 5e-4 and not stiffness.standing:
             return None
         return self.grip.command_for(min(stiffness.low, stiffness.value))
 
     def late(self) -> Command | None:
-        """Slow and gentle."""
+        """Return the gentle command."""
         return self.grip.gentle

@@ -1,4 +1,4 @@
-"""The classic: close until the force sensors say that something is there."""
+"""Classic policy: close until the force sensors report a contact."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from firstcontact.grasp._policy import ForceArray, Part, Policy, SensorVariant, 
 
 
 class ForceFeedback(Policy):
-    """Slows down and limits the force once a taxel rises, whatever is touched.
+    """Policy that slows down and limits the force once a taxel rises, for every object alike.
 
     Parameters
     ----------
     grip
-        What is declared of the hand.
+        Declared properties of the hand.
     threshold
-        How far a taxel rises for something to be there, V.
+        Rise of a taxel that counts as a contact, V.
     approach
-        Force limit until then, N.
+        Force limit before the contact, N.
     speed
-        Closing speed from then on, m/s.
+        Closing speed after the contact, m/s.
     force
-        Force limit from then on, N.
+        Force limit after the contact, N.
     """
 
     name = "force_feedback"
@@ -53,18 +53,18 @@ class ForceFeedback(Policy):
     ) -> None:
         super().__init__(grip)
         self.threshold = threshold
-        self._before = Command(grip.speed, min(approach, grip.force))
-        self._then = Command(min(speed, grip.speed), min(force, grip.force))
+        self._approach = Command(grip.speed, min(approach, grip.force))
+        self._after_contact = Command(min(speed, grip.speed), min(force, grip.force))
         self._acted = False
 
     def begin(self) -> Command:
-        """Close at the approach's speed with the limit of the approach."""
+        """Return the approach speed with the approach's force limit."""
         self._acted = False
-        return self._before
+        return self._approach
 
     def felt(self, volts: float, since: float | None) -> Command | None:
-        """Act once, when a taxel is above the threshold."""
+        """Slow down once, when a taxel exceeds the threshold."""
         if self._acted or not volts > self.threshold:
             return None
         self._acted = True
-        return self._then
+        return self._after_contact

@@ -1,4 +1,4 @@
-"""No modulation: fixed speed, fixed force."""
+"""Policy without modulation: fixed speed and fixed force."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from firstcontact.grasp._policy import Part, Policy
 
 
 class NoModulation(Policy):
-    """The approach's speed and the hand's force, until it stalls."""
+    """Policy with the approach's speed and the hand's full force until the hand stalls."""
 
     name = "none"
     title = "no modulation"
@@ -15,5 +15,5 @@ class NoModulation(Policy):
     part = Part.UNMODULATED
 
     def begin(self) -> Command:
-        """Close, as strong as the hand is."""
+        """Return the approach speed with the hand's full force."""
         return Command(self.grip.speed, self.grip.force)

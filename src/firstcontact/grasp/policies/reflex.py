@@ -1,4 +1,4 @@
-"""Press harder when the object slips."""
+"""Slip reflex: a mixin that raises the grip force on slip."""
 
 from __future__ import annotations
 
@@ -9,39 +9,39 @@ from firstcontact.core import Command
 from firstcontact.grasp._policy import Tunable
 from firstcontact.grasp.policies.final_force import FinalForce
 
-#: What a slip multiplies the force by.
+#: Tunable factor on the force at each slip.
 BOOST = Tunable("Boost", "times", 1, (2.0, 3.0), (2.0,))
 
 
 class Reflex(FinalForce):
-    """Beside another of its kind: a slip raises the force.
+    """Mixin that raises the grip force on slip. Combine it with a household policy.
 
-    Each time it is told that the object slips, the force becomes ``boost`` times as high, up
-    to the hand's, and is built as fast as the hand approaches.
+    Each slip multiplies the force by ``boost``, up to the hand's limit. The hand builds the
+    force at approach speed.
     """
 
     boost: float = 2.0
-    _times: int = 0
+    _slips: int = 0
     extra: ClassVar[Mapping[str, Tunable]] = {"boost": BOOST}
 
     def begin(self) -> Command:
-        """Nothing has slipped."""
-        self._times = 0
+        """Return the approach command and reset the slips."""
+        self._slips = 0
         return super().begin()
 
     @property
     def final(self) -> Command:
-        """What the policy presses with, raised as often as the object slipped."""
+        """Command after the second contact, raised once for each slip."""
         command = super().final
-        if not self._times:
+        if not self._slips:
             return command
-        harder = self.grip.pressing(command.force * self.boost**self._times)
+        harder = self.grip.pressing(command.force * self.boost**self._slips)
         return Command(max(harder.speed, self.begun.speed), harder.force)
 
     def slipped(self) -> Command | None:
-        """Press harder."""
+        """Raise the force if the hand presses already."""
         if not self._both:
             return None
         if self.final.force < self.grip.force:
-            self._times += 1
+            self._slips += 1
         return self.final

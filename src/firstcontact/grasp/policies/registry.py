@@ -1,4 +1,4 @@
-"""All policies by name. A new policy is one file and one line here."""
+"""Registry of policies. A new policy is one file and one line here."""
 
 from __future__ import annotations
 
@@ -33,45 +33,47 @@ POLICIES: Registry[type[Policy]] = Registry(
 def make_policy(
     kind: type[Policy], grip: Grip, truth: Truth, settings: Mapping[str, float]
 ) -> Policy:
-    """A policy for one pinch.
+    """Return a policy for one pinch.
 
     Parameters
     ----------
     kind
-        A class of policies.
+        Class of the policy.
     grip
-        What is declared of the hand.
+        Declared properties of the hand.
     truth
-        Of the object, for a policy that is told it.
+        Properties of the object, for a policy that needs them.
     settings
-        That it was tuned to.
+        Tuned settings.
     """
     made: Callable[..., Policy] = kind
     return made(grip, truth, **settings) if kind.needs_truth else made(grip, **settings)
 
 
 def live_policies() -> list[str]:
-    """Return the names of policies that may drive a real hand: those that need no truth.
+    """Return the names of the policies for real hands: those that need no truth.
 
-    Plug-ins are among them unseen: they are imported when they are chosen.
+    All plug-ins are among them, because a plug-in is imported only when it is chosen.
     """
-    own = POLICIES.own
-    return [name for name in POLICIES.names if name not in own or not POLICIES[name].needs_truth]
+    built_in = POLICIES.own
+    return [
+        name for name in POLICIES.names if name not in built_in or not POLICIES[name].needs_truth
+    ]
 
 
 def live_policy(name: str, grip: Grip | None = None) -> Policy:
-    """A policy for a hand whose object is not known.
+    """Return a policy for a hand that does not know its object.
 
     Raises
     ------
     InputError
-        There is none of that name.
+        No policy has that name, or the policy needs the truth.
     """
     kind = POLICIES.find(name)
     if kind.needs_truth:
-        others = ", ".join(other for other in live_policies() if other != name)
+        choices = ", ".join(live_policies())
         raise InputError(
-            f"policy {name!r} needs to know the object beforehand: choose one of {others}"
+            f"policy {name!r} needs to know the object beforehand: choose one of {choices}"
         )
     with POLICIES.calling(name):
         return kind(grip or Grip())

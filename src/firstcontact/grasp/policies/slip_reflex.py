@@ -1,4 +1,4 @@
-"""One force for everything, and a reflex."""
+"""Policy with one force for every object and a slip reflex."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from firstcontact.grasp.policies.reflex import Reflex
 
 
 class SlipReflex(Reflex, Blind):
-    """As blind, until the object slips: then harder.
+    """Policy like ``blind`` that presses harder on slip.
 
     Parameters
     ----------
     grip
-        What is declared of the hand.
+        Declared properties of the hand.
     force
-        To press with at first, N.
+        Grip force before the first slip, N.
     boost
-        What each slip multiplies it by.
+        Factor on the force at each slip.
     approach, scale
-        As of :class:`~firstcontact.grasp.policies.final_force.FinalForce`.
+        As in :class:`~firstcontact.grasp.policies.final_force.FinalForce`.
     """
 
     name = "slip_reflex"

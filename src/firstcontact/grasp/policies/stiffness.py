@@ -1,4 +1,4 @@
-"""The force from the estimate and its interval: what is firm is pressed harder."""
+"""Policy with a force that grows with the estimated stiffness."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from firstcontact.grasp.policies.first_contact import GRANTED, LONGEST
 
 
 class ByStiffness(FinalForce):
-    """A smooth step from one force to another, over the cautious end of the interval.
+    """Policy with a logistic step between two forces.
 
-    The last estimate before the second contact counts. Where there is none the force lies
-    between both.
+    It uses the last estimate before the second contact, lowered by part of the interval. Without
+    an estimate the force lies between the two.
 
     Parameters
     ----------
     grip
-        What is declared of the hand.
+        Declared properties of the hand.
     soft, firm
-        Forces for the softest and the firmest, N.
+        Forces for the softest and the firmest objects, N.
     middle, width
-        Where on the scale the step is, and how wide, Shore A.
+        Centre and width of the step, Shore A.
     caution
-        So many half widths of its interval are taken off an estimate.
+        Number of half widths of the interval to subtract from an estimate.
     unknown
-        Of the way from ``soft`` to ``firm`` where there is no estimate.
+        Position between ``soft`` (0) and ``firm`` (1) without an estimate.
     approach, scale
-        As of :class:`~firstcontact.grasp.policies.final_force.FinalForce`.
+        As in :class:`~firstcontact.grasp.policies.final_force.FinalForce`.
     """
 
     name = "stiffness"
@@ -63,34 +63,34 @@ class ByStiffness(FinalForce):
         super().__init__(grip, approach, scale)
         self.soft, self.firm, self.middle, self.width = soft, firm, middle, width
         self.caution, self.unknown = caution, unknown
-        self._told: Stiffness | None = None
+        self._estimate: Stiffness | None = None
 
     @property
-    def told(self) -> Stiffness | None:
-        """The estimate that counts, as far as there is one."""
-        return self._told
+    def estimate(self) -> Stiffness | None:
+        """Estimate that determines the force; None without one."""
+        return self._estimate
 
     def begin(self) -> Command:
-        """Approach, and know nothing."""
-        self._told = None
+        """Return the approach command and discard the last estimate."""
+        self._estimate = None
         return super().begin()
 
     def estimated(self, stiffness: Stiffness) -> Command | None:
-        """Remember it; press accordingly where both fingers touch, go on slowly until then."""
-        self._told = stiffness
+        """Store the estimate. Press accordingly if both fingers touch, else stay slow."""
+        self._estimate = stiffness
         return self.final if self._both else self.slow
 
     def late(self) -> Command | None:
-        """Stay slow, or press as without any estimate: none came by the deadline."""
+        """Stay slow, or press with the force for no estimate if both fingers touch."""
         if self._both:
             return self.final
         return Command(min(self.slow.speed, self.grip.gentle.speed), self.slow.force)
 
-    def wanted(self) -> float:
-        """The step, at the estimate less what it may be too high."""
+    def target_force(self) -> float:
+        """Return the force of the step at the lowered estimate."""
         share = self.unknown
-        if self._told is not None:
-            half = (self._told.high - self._told.low) / 2
-            away = (self._told.value - self.caution * half - self.middle) / self.width
-            share = 1 / (1 + exp(-min(max(away, -50.0), 50.0)))
+        if self._estimate is not None:
+            half = (self._estimate.high - self._estimate.low) / 2
+            offset = (self._estimate.value - self.caution * half - self.middle) / self.width
+            share = 1 / (1 + exp(-min(max(offset, -50.0), 50.0)))
         return self.soft + share * (self.firm - self.soft)

@@ -1,4 +1,4 @@
-"""Stiffness first, reflex second."""
+"""Policy with a force from the stiffness and a slip reflex."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from firstcontact.grasp.policies.stiffness import ByStiffness
 
 
 class StiffnessReflex(Reflex, ByStiffness):
-    """As stiffness has it, until the object slips: then harder.
+    """Policy like ``stiffness`` that presses harder on slip.
 
     Parameters
     ----------
     grip
-        What is declared of the hand.
+        Declared properties of the hand.
     boost
-        What each slip multiplies the force by.
+        Factor on the force at each slip.
     settings
-        As of :class:`~firstcontact.grasp.policies.stiffness.ByStiffness`.
+        As in :class:`~firstcontact.grasp.policies.stiffness.ByStiffness`.
     """
 
     name = "stiffness_reflex"

@@ -1,4 +1,4 @@
-"""The control of the estimate: gentle at every contact, whatever was touched."""
+"""Control policy: gentle at the first contact, for every object alike."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Touch(Policy):
-    """What first contact saves without knowing any stiffness."""
+    """Policy that acts at first contact but uses no stiffness."""
 
     name = "touch"
     title = "gentle at touch"
@@ -20,5 +20,5 @@ class Touch(Policy):
     part = Part.CONTROL
 
     def touched(self, contact: Contact, first: bool) -> Command | None:
-        """Slow down for the softest thing at the first contact."""
+        """Slow down for the softest object at the first contact."""
         return self.grip.gentle if first else None

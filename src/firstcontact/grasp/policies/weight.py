@@ -1,4 +1,4 @@
-"""The force from the weight, for who knows it beforehand."""
+"""Reference policy with a force from the object's known weight."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from firstcontact.grasp.policies.final_force import FinalForce
 
 
 class ByWeight(FinalForce):
-    """Presses with what holds that weight, within two bounds; its friction is not known.
+    """Policy that knows the weight but not the friction. Its force lies within two bounds.
 
     Parameters
     ----------
     grip
-        What is declared of the hand.
+        Declared properties of the hand.
     truth
-        The weight.
+        Properties of the object.
     margin
-        Force, as a multiple of what just holds the weight at the friction that is counted on.
+        Ratio of the force to the force that just holds the weight at the assumed friction.
     least, most
         Bounds of the force, N.
     approach, scale
-        As of :class:`~firstcontact.grasp.policies.final_force.FinalForce`.
+        As in :class:`~firstcontact.grasp.policies.final_force.FinalForce`.
     """
 
     name = "weight"
@@ -52,7 +52,7 @@ class ByWeight(FinalForce):
         super().__init__(grip, approach, scale)
         self.mass, self.margin, self.least, self.most = truth.mass, margin, least, most
 
-    def wanted(self) -> float:
-        """What holds it."""
+    def target_force(self) -> float:
+        """Return the force that holds the object."""
         holding = holding_force(self.mass, self.grip.friction)
         return min(max(self.margin * holding, self.least), self.most)

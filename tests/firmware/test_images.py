@@ -226,4 +226,4 @@ def test_what_is_written_by_default_fits_a_place_and_the_docs_say_how_long_it_is
         lengths.append(len(model_image(known.detector, model, FLOORS).data))  # type: ignore[arg-type]
     assert max(lengths) <= (1 << int(shift[1])) - 16
     row = " | ".join(f"{n:,}" for n in lengths)
-    assert f"| {USUAL_DIRECTIONS}, unless told otherwise | {row} |" in page
+    assert f"| {USUAL_DIRECTIONS} (default) | {row} |" in page

@@ -26,9 +26,9 @@ T = TypeVar("T")
 
 #: Card of the detector that goes with the models beside it or below it.
 DETECTOR_CARD = "detector.json"
-#: Longest card, and largest file of weights, that is looked at, bytes. A card lists sessions and
+#: Longest card and largest weights file that are read, bytes. A card lists sessions and
 #: specimens; an SVM of 100,000 support vectors has 30 MB.
-LONGEST_CARD = 1 << 24
+LONGEST_CARD = 1 << 22
 LONGEST_WEIGHTS = 1 << 28
 #: Largest number of an array whose products are taken; float32 ends at 3.4e38.
 LARGEST = 1e30

@@ -8,12 +8,12 @@ from dataclasses import replace
 
 from numbered import DESCRIPTOR
 
-from firstcontact.device import Answering, Descriptor, FrameType
+from firstcontact.device import Descriptor, DevicePredictor, FrameType
 from firstcontact.device._flashing import KEPT
 from firstcontact.device._responder import Responder
 
 MODEL = "0123456789abcdef"
-TAKER = replace(DESCRIPTOR, answers=Answering(MODEL))
+TAKER = replace(DESCRIPTOR, predictor=DevicePredictor(MODEL))
 
 #: Kind of the host's frame and how many bytes are there to what the device says is there, or to
 #: the payload of its answer; None for no answer.

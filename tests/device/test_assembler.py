@@ -16,10 +16,10 @@ from firstcontact.core import Finger, InputError
 from firstcontact.device import (
     Assembler,
     Decoder,
+    DeviceContact,
+    DeviceEstimate,
+    DevicePrediction,
     FrameType,
-    Told,
-    ToldContact,
-    ToldEstimate,
     encode,
 )
 from firstcontact.device import _protocol as protocol
@@ -255,16 +255,18 @@ def test_another_version_is_refused() -> None:
         Line(encode(FrameType.REFUSED, 0, b"\1too hot"))
 
 
-ESTIMATE = ToldEstimate(Finger.THUMB, 1000, 59, 1058, 30.5, 22.0, 39.0, False, False, 4e-4, 0)
+ESTIMATE = DeviceEstimate(Finger.THUMB, 1000, 59, 1058, 30.5, 22.0, 39.0, False, False, 4e-4, 0)
 MINUTE = round(60 * DESCRIPTOR.layout.rate)
 
 
-def told(payload: bytes, kind: FrameType, next_sample: int = 1060) -> tuple[list[Told], Counts]:
+def told(
+    payload: bytes, kind: FrameType, next_sample: int = 1060
+) -> tuple[list[DevicePrediction], Counts]:
     """Answers of a device in a frame of their own, between its samples."""
     line = Line()
     line.feed(*frames(next_sample - 60, 60, 1))
     out = line.feed(encode(kind, 13, payload), *frames(next_sample, 10, 14))
-    return out.told, line.counts
+    return out.predictions, line.counts
 
 
 @pytest.mark.parametrize("flags", [{}, {"refused": True, "value": 0.0, "low": 0.0, "high": 0.0}])
@@ -286,8 +288,8 @@ def test_an_estimate_is_given_as_it_was_made(flags: dict[str, float]) -> None:
         {"contact": -1},
         {"contact": 1059},
         {"samples": 60},
-        {"known": 1060 + MINUTE + 1},
-        {"contact": 2**31 - 1, "known": 2**31 - 1},
+        {"decided": 1060 + MINUTE + 1},
+        {"contact": 2**31 - 1, "decided": 2**31 - 1},
     ],
 )
 def test_an_estimate_that_cannot_be_one_is_counted_as_damaged(wrong: dict[str, float]) -> None:
@@ -311,7 +313,7 @@ def test_a_contact_is_known_where_a_device_goes_on_after_a_long_absence() -> Non
     first = 10 * MINUTE
     payload = contact_payload(Finger.INDEX, first, first + 12, True)
     out = line.feed(descriptor(counter=50), encode(FrameType.CONTACT, 51, payload))
-    assert out.told == [ToldContact(Finger.INDEX, first, first + 12, True, 1)]
+    assert out.predictions == [DeviceContact(Finger.INDEX, first, first + 12, True, 1)]
     assert line.feed(*frames(first + 20, 5, 52)).blocks[0].epoch == 1
     assert line.counts.malformed_frames == 0
 

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firstcontact.core import Block, ChannelKind, Contact, Finger, InputError, fingertip_layout
-from firstcontact.device import Arrival, ReplaySource, ResampledSource, remaining
+from firstcontact.device import Arrival, ReplaySource, ResampledSource, drain
 from firstcontact.device._twin_source import TwinSource
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
 from firstcontact.signal import resample
@@ -46,7 +46,7 @@ def read_all(source: ResampledSource) -> list[Arrival]:
     arrivals = []
     while not source.ended:
         arrivals += source.read(1.0)
-    return arrivals + remaining(source)
+    return arrivals + drain(source)
 
 
 @settings(max_examples=12, deadline=None)

@@ -17,7 +17,7 @@ from firstcontact.core import (
     VibrationCalibration,
     fingertip_layout,
 )
-from firstcontact.device import Told, ToldContact, ToldEstimate
+from firstcontact.device import DeviceContact, DeviceEstimate, DevicePrediction
 from firstcontact.export import Trained
 from firstcontact.export._hand_model import write
 from firstcontact.models import (
@@ -103,14 +103,17 @@ def of_host(events: list[Event]) -> Said:
     )
 
 
-def of_device(told: list[Told]) -> Said:
+def of_device(told: list[DevicePrediction]) -> Said:
     """The device's."""
-    contacts = [t for t in told if isinstance(t, ToldContact)]
-    estimates = [t for t in told if isinstance(t, ToldEstimate)]
+    contacts = [t for t in told if isinstance(t, DeviceContact)]
+    estimates = [t for t in told if isinstance(t, DeviceEstimate)]
     assert not any(t.refused for t in estimates)
     return Said(
-        [(t.finger, t.sample, t.known, t.first) for t in contacts],
-        {(t.contact, t.samples): (t.value, t.low, t.high, t.strange, t.known) for t in estimates},
+        [(t.finger, t.sample, t.decided, t.first) for t in contacts],
+        {
+            (t.contact, t.samples): (t.value, t.low, t.high, t.out_of_range, t.decided)
+            for t in estimates
+        },
     )
 
 

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Finger
-from firstcontact.device import ToldContact, ToldEstimate
+from firstcontact.device import DeviceContact, DeviceEstimate
 from firstcontact.device import _protocol as protocol
 from firstcontact.device._device_predictions import (
     contact_payload,
@@ -130,8 +130,8 @@ def test_payloads_of_answers_are_pythons(
     number, first = list(Finger).index(finger), bool(flags & 1)
     payload = contact_payload(finger, sample, known, first)
     assert core.contact_payload(sample, known, number, first) == payload
-    assert read_contact(payload, 3) == ToldContact(finger, sample, known, first, 3)
-    told = ToldEstimate(
+    assert read_contact(payload, 3) == DeviceContact(finger, sample, known, first, 3)
+    told = DeviceEstimate(
         finger, sample, 59, known, 41.5, 30.25, 52.75, first, flags >= 2, ns * 1e-9, 3
     )
     payload = estimate_payload(told)

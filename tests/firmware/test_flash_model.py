@@ -16,7 +16,7 @@ from serial_host import Host
 from firstcontact.cli.main import main
 from firstcontact.cli.verbs.ports import answer
 from firstcontact.core import InputError
-from firstcontact.device import Descriptor, FrameType, ask_for_room, flash_model
+from firstcontact.device import Descriptor, FrameType, check_model_fits, flash_model
 from firstcontact.device import _protocol as protocol
 from firstcontact.device._flashing import CHUNK
 from firstcontact.export import FORMAT, hand_image
@@ -238,10 +238,10 @@ def test_a_model_that_a_device_has_no_room_for_is_refused_before_it_is_sent(
 ) -> None:
     sizes = images[0].sizes
     with running(program, *kept) as device:
-        ask_for_room(device.path, FORMAT, sizes, len(images[0].data))
+        check_model_fits(device.path, FORMAT, sizes, len(images[0].data))
         with pytest.raises(InputError, match="there is room for"):
-            ask_for_room(device.path, FORMAT, sizes, 1 << 20)
+            check_model_fits(device.path, FORMAT, sizes, 1 << 20)
         with pytest.raises(InputError, match="other sizes"):
-            ask_for_room(device.path, FORMAT, sizes ^ 1, 1000)
+            check_model_fits(device.path, FORMAT, sizes ^ 1, 1000)
         with pytest.raises(InputError, match="takes format"):
-            ask_for_room(device.path, FORMAT + 1, sizes, 1000)
+            check_model_fits(device.path, FORMAT + 1, sizes, 1000)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from test_emulated_device import emulated
 
 from firstcontact.cli.main import main
-from firstcontact.device import SerialSource, Told, ToldEstimate, flash_model
+from firstcontact.device import DeviceEstimate, DevicePrediction, SerialSource, flash_model
 from firstcontact.export import FORMAT, hand_image
 from firstcontact.twin import TwinStream
 from firstcontact.twin._scans import write_scans
@@ -41,20 +41,20 @@ def flashed(path: str, folder: Path) -> None:
 
 
 def listened(
-    path: str, enough: Callable[[int, list[Told]], bool]
-) -> tuple[NDArray[np.int16], list[Told]]:
+    path: str, enough: Callable[[int, list[DevicePrediction]], bool]
+) -> tuple[NDArray[np.int16], list[DevicePrediction]]:
     """Samples from the first on, and what the device said of them."""
     blocks: list[NDArray[np.int16]] = []
-    told: list[Told] = []
+    told: list[DevicePrediction] = []
     patience = time.monotonic() + 120
     with SerialSource(path) as source:
-        assert source.descriptor.answers is not None
+        assert source.descriptor.predictor is not None
         while not enough(sum(map(len, blocks)), told):
             assert time.monotonic() < patience
             for arrival in source.read(0.2):
                 assert arrival.block.first_sample == sum(map(len, blocks))
                 blocks.append(arrival.block.data)
-                told += arrival.told
+                told += arrival.predictions
     return np.concatenate(blocks), told
 
 
@@ -79,17 +79,17 @@ def test_the_emulated_board_answers_as_live_does_and_counts_what_it_takes(
     model = tmp_path / "hand.model"
     model.write_bytes(hand_image(folder, FLOORS).data)
 
-    def enough(n: int, told: list[Told]) -> bool:
+    def enough(n: int, told: list[DevicePrediction]) -> bool:
         # An answer is told before the last of the samples that it is made from.
-        its = [t for t in told if isinstance(t, ToldEstimate)]
-        return len(its) >= few and n > its[few - 1].known
+        its = [t for t in told if isinstance(t, DeviceEstimate)]
+        return len(its) >= few and n > its[few - 1].decided
 
     counted = ("-icount", "shift=10,sleep=off")
     with emulated(image, "counted", str(scans), str(model), more=counted) as path:
         data, told = listened(path, enough)
-    estimates = [t for t in told if isinstance(t, ToldEstimate)][:few]
+    estimates = [t for t in told if isinstance(t, DeviceEstimate)][:few]
     host, device = of_host(python_says(folder, data)), of_device(told)
-    known = estimates[-1].known
+    known = estimates[-1].decided
     assert device.contacts[:1] == host.contacts[:1]
     for key, (*numbers, strange, at) in device.estimates.items():
         if at <= known:
@@ -97,7 +97,7 @@ def test_the_emulated_board_answers_as_live_does_and_counts_what_it_takes(
             np.testing.assert_allclose(numbers, wanted, atol=0.01)
             assert (strange, at) == (odd, complete)
     # Within half of the millisecond that there is for it, at 1.5 cycles an instruction.
-    assert all(100e-6 < t.took < 500e-6 for t in estimates)
+    assert all(100e-6 < t.compute_time < 500e-6 for t in estimates)
 
 
 def test_live_checks_the_hands_answers_pinch_by_pinch(

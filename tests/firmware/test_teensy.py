@@ -101,7 +101,7 @@ def streamed(device: Running, scans: NDArray[np.uint16]) -> list[protocol.Frame]
 
 
 def said(frames: list[protocol.Frame]) -> Said:
-    return of_device(Assembler().take(frames).told)
+    return of_device(Assembler().take(frames).predictions)
 
 
 def standing(answers: Said) -> dict[int, int]:
@@ -267,7 +267,7 @@ def test_a_late_answer_is_left_out_and_counted_and_no_sample_is_lost(
     with running(sketch, *flash, "--busy-us", "900") as device:
         frames = streamed(device, scans)
     assembler = Assembler()
-    device_says = of_device(assembler.take(frames).told)
+    device_says = of_device(assembler.take(frames).predictions)
     host = of_host(python_says(hand_models[0], DeviceFilter().update(scans)))
     assert device_says.contacts == host.contacts
     assert len(device_says.estimates) > 10
@@ -291,6 +291,6 @@ def test_answers_that_are_much_too_late_miss_samples_that_are_sent_all_the_same(
     with running(sketch, *flash, "--busy-us", "60000") as device:
         frames = streamed(device, scans)
     assembler = Assembler()
-    told = assembler.take(frames).told
+    told = assembler.take(frames).predictions
     assert len(told) >= 4
     assert assembler.counts.unheard_samples > 100

@@ -19,14 +19,14 @@ from fuzz_seeds import piezo_layout
 from firstcontact.contact import DETECTORS
 from firstcontact.core import Block, Finger, InputError, fingertip_layout
 from firstcontact.device import (
-    Answering,
     Assembler,
     Decoder,
     Descriptor,
+    DeviceContact,
+    DeviceEstimate,
+    DevicePredictor,
     FrameType,
     Health,
-    ToldContact,
-    ToldEstimate,
 )
 from firstcontact.device import _flashing as flashing_of_models
 from firstcontact.device import _protocol as protocol
@@ -43,7 +43,7 @@ from firstcontact.streaming.page._state import State
 DESCRIPTOR = Descriptor(piezo_layout(), "firmware", "sensor", "hand", "real")
 CHANNELS = len(DESCRIPTOR.layout.channels)
 MODEL = "0123456789abcdef"
-ANSWERING = replace(DESCRIPTOR, answers=Answering(MODEL))
+ANSWERING = replace(DESCRIPTOR, predictor=DevicePredictor(MODEL))
 
 
 def descriptor(rng: Random, folder: Path) -> None:
@@ -139,7 +139,7 @@ def _estimate(rng: Random, contact: int, known: int) -> bytes:
         low, value, high = rng.choice(((high, value, low), (low, rng.choice(wild), high)))
     finger, samples = rng.choice(list(Finger)), rng.choice((0, 59, known - contact, 65535))
     refused, strange = rng.random() < 0.2, rng.random() < 0.2
-    told = ToldEstimate(
+    told = DeviceEstimate(
         finger, contact, max(samples, 0) % 65536, known, value, low, high, refused, strange, 4e-4, 0
     )
     return estimate_payload(told)
@@ -172,13 +172,13 @@ def answers(rng: Random, _: Path) -> None:
     wire = [protocol.encode(int(kind), k, payload) for k, (kind, payload) in enumerate(sent)]
     for k in range(0, len(wire), 20):
         made = assembler.take(decoder.feed(b"".join(wire[k : k + 20])))
-        for told in made.told:
-            contact = told.sample if isinstance(told, ToldContact) else told.contact
-            assert 0 <= contact <= told.known, "a contact that is not in the samples"
-            if isinstance(told, ToldEstimate):
+        for told in made.predictions:
+            contact = told.sample if isinstance(told, DeviceContact) else told.contact
+            assert 0 <= contact <= told.decided, "a contact that is not in the samples"
+            if isinstance(told, DeviceEstimate):
                 assert 0 <= told.low <= told.value <= told.high <= 100, "no Shore A"
         blocks = made.blocks or [Block(np.zeros((1, CHANNELS), np.int16), at, assembler.epoch)]
-        events = gathered.came(made.told, blocks[-1], 0.0)
+        events = gathered.came(made.predictions, blocks[-1], 0.0)
         update = Update(events=tuple(events), health=Health(connected=True))
         for sink in (text, lines, state):
             sink.take(update)

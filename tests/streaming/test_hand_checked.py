@@ -10,7 +10,7 @@ import told_events
 from told_events import ANSWER, DESCRIPTOR, FIRST, SECOND
 
 from firstcontact.core import Block, Finger
-from firstcontact.device import Told, ToldContact, ToldEstimate
+from firstcontact.device import DeviceContact, DeviceEstimate, DevicePrediction
 from firstcontact.streaming import PinchDone, TextSink
 from firstcontact.streaming._event_json import of_event
 from firstcontact.streaming._events import FromHand, HandPinch
@@ -19,15 +19,15 @@ from firstcontact.streaming._sink import Update
 
 RATE = 4936.0
 DONE = PinchDone(1, 400, 1600, 0, (FIRST, SECOND), (), (), RATE, answers=(ANSWER,))
-TOLD: tuple[Told, ...] = (
+TOLD: tuple[DevicePrediction, ...] = (
     *told_events.TOLD,
-    ToldEstimate(Finger.THUMB, 510, 74, 583, 99.0, 90.0, 100.0, False, False, 441e-6, 0),
-    ToldContact(Finger.INDEX, 580, 590, False, 0),
+    DeviceEstimate(Finger.THUMB, 510, 74, 583, 99.0, 90.0, 100.0, False, False, 441e-6, 0),
+    DeviceContact(Finger.INDEX, 580, 590, False, 0),
 )
 
 
 def pinches(
-    told: tuple[Told, ...], done: tuple[PinchDone, ...], checked: bool = True
+    told: tuple[DevicePrediction, ...], done: tuple[PinchDone, ...], checked: bool = True
 ) -> list[HandPinch]:
     answers = HandAnswers("0123456789abcdef", RATE, checked)
     for pinch in done:
@@ -61,7 +61,7 @@ def test_the_same_answers_are_said_to_be_the_same() -> None:
 
 def test_a_second_contact_that_is_placed_before_the_first_is_its_pinchs() -> None:
     # Its onset may be found further back than the first one's, which was known earlier.
-    second = ToldContact(Finger.INDEX, 500, 590, False, 0)
+    second = DeviceContact(Finger.INDEX, 500, 590, False, 0)
     own = replace(DONE, contacts=(FIRST, replace(SECOND, sample=500)), answers=())
     (pinch,) = pinches((TOLD[0], second), (own,))
     assert pinch.second == second

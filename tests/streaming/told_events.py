@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from firstcontact.core import Block, Contact, Finger, fingertip_layout
-from firstcontact.device import Arrival, Descriptor, Health, ToldContact, ToldEstimate
+from firstcontact.device import Arrival, Descriptor, DeviceContact, DeviceEstimate, Health
 from firstcontact.recording import Marker
 from firstcontact.streaming import (
     Armed,
@@ -59,8 +59,8 @@ ANSWER = Running(
     compute=0.0003,
 )
 TOLD = (
-    ToldContact(Finger.THUMB, 510, 522, True, 0),
-    ToldEstimate(Finger.THUMB, 510, 59, 568, 30.5, 22.0, 39.0, False, False, 441e-6, 0),
+    DeviceContact(Finger.THUMB, 510, 522, True, 0),
+    DeviceEstimate(Finger.THUMB, 510, 59, 568, 30.5, 22.0, 39.0, False, False, 441e-6, 0),
 )
 EVENTS: tuple[Event, ...] = (
     Armed(400, 0),

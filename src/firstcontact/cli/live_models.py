@@ -12,7 +12,7 @@ from firstcontact.core import InputError, same_rate
 if TYPE_CHECKING:
     from firstcontact.contact import Detector
     from firstcontact.core import Calibration
-    from firstcontact.device import Answering
+    from firstcontact.device import DevicePredictor
     from firstcontact.models import InContextModel
     from firstcontact.streaming import ModelWithInterval
 
@@ -80,7 +80,7 @@ def no_model(detector: Path | None) -> Answerers:
     return Answerers(None if detector is None else load_detector(detector), [], None, {})
 
 
-def whose_answers(answers: Answering, model: Path | None) -> str:
+def whose_answers(answers: DevicePredictor, model: Path | None) -> str:
     """Whose answers these are, and what they are held against."""
     from firstcontact.export import hand_image
 
@@ -96,7 +96,7 @@ def whose_answers(answers: Answering, model: Path | None) -> str:
     return f"{told}, and {model} is {own}: its answers are compared, and will differ"
 
 
-def told_noise(answers: Answering | None) -> Calibration | None:
+def told_noise(answers: DevicePredictor | None) -> Calibration | None:
     """The noise above which the device hears its motor: the host is to begin closings with it."""
     from firstcontact.core import Calibration, VibrationCalibration, fingertip_layout
 

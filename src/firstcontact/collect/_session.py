@@ -11,7 +11,7 @@ from typing import Protocol
 
 from firstcontact.collect._guide import Guide, Judged
 from firstcontact.core import Calibration, InputError, Label
-from firstcontact.device import Descriptor, Recorder, Source, object_text, remaining
+from firstcontact.device import Descriptor, Recorder, Source, drain, object_text
 from firstcontact.recording import Header
 
 #: Longest wait for samples, s: how soon a request to stop is noticed.
@@ -95,7 +95,7 @@ def run_session(
         try:
             _follow(source, guide, recorder, screen, stopped)
         finally:
-            recorder.put(remaining(source))
+            recorder.put(drain(source))
     if recorder.status.failed:
         raise InputError(recorder.status.failed)
     return guide.current is None

@@ -16,7 +16,7 @@ from firstcontact.core import (
     Layout,
     finger_name,
 )
-from firstcontact.device import Source, next_arrivals
+from firstcontact.device import Source, wait_for_arrivals
 
 #: A tap rises this far above the noise floor, and above this voltage, V.
 FACTOR = 10.0
@@ -91,7 +91,7 @@ def wait_for_tap(
     left = patience * layout.rate
     source.read(0)  # what was felt before anybody was asked
     while left > 0:
-        for arrival in next_arrivals(source):
+        for arrival in wait_for_arrivals(source):
             left -= len(arrival.block.data)
             peak = watch.update(arrival.block)
             if peak is not None:

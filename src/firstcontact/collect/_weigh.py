@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from firstcontact.core import ChannelKind, Finger, InputError
-from firstcontact.device import Source, next_arrivals
+from firstcontact.device import Source, wait_for_arrivals
 
 
 def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
@@ -33,7 +33,7 @@ def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
     count = 0
     source.read(0)  # what came before the weight lay there
     while count < seconds * layout.rate:
-        for arrival in next_arrivals(source):
+        for arrival in wait_for_arrivals(source):
             volts = layout.physical(arrival.block.data, columns)
             total += volts.sum(axis=0)
             count += len(volts)

@@ -7,7 +7,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from firstcontact.core import Block, InputError
-from firstcontact.device._device_predictions import Told, check_place, read_contact, read_estimate
+from firstcontact.device._device_predictions import (
+    DevicePrediction,
+    check_place,
+    read_contact,
+    read_estimate,
+)
 from firstcontact.device._handshake import read_greeting, refusal
 from firstcontact.device._protocol import (
     Frame,
@@ -53,7 +58,7 @@ class Assembled:
 
     blocks: list[Block] = field(default_factory=list)
     markers: list[Marker] = field(default_factory=list)
-    told: list[Told] = field(default_factory=list)
+    predictions: list[DevicePrediction] = field(default_factory=list)
     greeted: bool = False
     stopped: bool = False
 
@@ -170,24 +175,24 @@ class Assembler:
             out.markers.append(Marker(self._unwrapped(sample), text, self.epoch))
         elif frame.type == FrameType.CONTACT:
             contact = read_contact(frame.payload, self.epoch)
-            sample, known = self._unwrapped(contact.sample), self._unwrapped(contact.known)
-            self._tell(replace(contact, sample=sample, known=known), out)
+            sample, known = self._unwrapped(contact.sample), self._unwrapped(contact.decided)
+            self._tell(replace(contact, sample=sample, decided=known), out)
         elif frame.type == FrameType.ESTIMATE:
             estimate = read_estimate(frame.payload, self.epoch)
-            sample, known = self._unwrapped(estimate.contact), self._unwrapped(estimate.known)
-            self._tell(replace(estimate, contact=sample, known=known), out)
+            sample, known = self._unwrapped(estimate.contact), self._unwrapped(estimate.decided)
+            self._tell(replace(estimate, contact=sample, decided=known), out)
         elif frame.type == FrameType.LATE:
             self._missed(*read_late(frame.payload))
         elif frame.type == FrameType.STOPPED:
             self._account(*read_stopped(frame.payload))
             out.stopped = True
 
-    def _tell(self, answer: Told, out: Assembled) -> None:
+    def _tell(self, answer: DevicePrediction, out: Assembled) -> None:
         """Add a contact or an estimate of the device, if its samples can exist."""
         assert self.descriptor is not None
-        newest = self._next if self._next is not None and self._goes_on else answer.known
+        newest = self._next if self._next is not None and self._goes_on else answer.decided
         check_place(answer, newest, round(FARTHEST * self.descriptor.layout.rate))
-        out.told.append(answer)
+        out.predictions.append(answer)
 
     def _ahead(self, counter: int) -> int:
         """How far a frame is ahead of the one that should come; negative if it is late."""

@@ -227,7 +227,7 @@ def _device(sound: Any, wanted: str) -> dict[str, Any]:
     return found[0]
 
 
-def found() -> Iterator[tuple[str, str]]:
+def discover() -> Iterator[tuple[str, str]]:
     """The inputs as ``ports`` lists them; none where PortAudio is missing."""
     try:
         sound = portaudio()

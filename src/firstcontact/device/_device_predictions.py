@@ -18,7 +18,7 @@ REFUSES, STRANGE = 1, 2
 
 
 @dataclass(frozen=True, slots=True)
-class Answering:
+class DevicePredictor:
     """What answers on a device, as its descriptor says.
 
     Parameters
@@ -38,7 +38,7 @@ class Answering:
 
 
 @dataclass(frozen=True, slots=True)
-class ModelRoom:
+class ModelSlot:
     """What models a device takes, as its descriptor says.
 
     Parameters
@@ -57,7 +57,7 @@ class ModelRoom:
     fault: Name = ""
 
 
-def passed_over(models: ModelRoom, answers: bool) -> str:
+def skipped_model(models: ModelSlot, answers: bool) -> str:
     """What a device says of a newest model that does not answer."""
     older = "the one before it answers" if answers else "none answers"
     return (
@@ -67,14 +67,14 @@ def passed_over(models: ModelRoom, answers: bool) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class ToldContact:
+class DeviceContact:
     """A contact that the device found.
 
     Parameters
     ----------
     finger
         Whose.
-    sample, known
+    sample, decided
         At which it began, and after which the device knew it; 64 bits.
     first
         Whether it is the closing's first.
@@ -84,13 +84,13 @@ class ToldContact:
 
     finger: Finger
     sample: int
-    known: int
+    decided: int
     first: bool
     epoch: int
 
 
 @dataclass(frozen=True, slots=True)
-class ToldEstimate:
+class DeviceEstimate:
     """An answer of the device.
 
     Parameters
@@ -99,15 +99,15 @@ class ToldEstimate:
         Of the contact that it is about, and the sample at which that began.
     samples
         After the contact that it was made from.
-    known
+    decided
         Sample after which the device made it.
     value, low, high
         Shore A and the interval's ends.
     refused
         Whether it is none: the signal cannot be used.
-    strange
+    out_of_range
         Whether the contact is like nothing that was learned from.
-    took
+    compute_time
         What making it took on the device, s; 0 where the device does not measure that.
     epoch
         Of the samples.
@@ -116,21 +116,21 @@ class ToldEstimate:
     finger: Finger
     contact: int
     samples: int
-    known: int
+    decided: int
     value: float
     low: float
     high: float
     refused: bool
-    strange: bool
-    took: float
+    out_of_range: bool
+    compute_time: float
     epoch: int
 
     def after(self, rate: float) -> float:
         """From the contact to the answer, s; rate in Hz."""
-        return (self.known - self.contact) / rate + self.took
+        return (self.decided - self.contact) / rate + self.compute_time
 
 
-Told = ToldContact | ToldEstimate
+DevicePrediction = DeviceContact | DeviceEstimate
 
 
 def contact_payload(finger: Finger, sample: int, known: int, first: bool) -> bytes:
@@ -138,37 +138,37 @@ def contact_payload(finger: Finger, sample: int, known: int, first: bool) -> byt
     return _CONTACT.pack(sample & 0xFFFFFFFF, known & 0xFFFFFFFF, list(Finger).index(finger), first)
 
 
-def read_contact(payload: bytes, epoch: int) -> ToldContact:
+def read_contact(payload: bytes, epoch: int) -> DeviceContact:
     """A contact frame's payload, sample numbers as sent (32 bits); FrameError when damaged."""
     if len(payload) != _CONTACT.size:
         raise FrameError("a contact frame has the wrong length")
     sample, known, finger, first = _CONTACT.unpack(payload)
-    return ToldContact(_finger(finger), sample, known, bool(first), epoch)
+    return DeviceContact(_finger(finger), sample, known, bool(first), epoch)
 
 
-def estimate_payload(told: ToldEstimate) -> bytes:
+def estimate_payload(told: DeviceEstimate) -> bytes:
     """Payload of an estimate frame."""
     return _ESTIMATE.pack(
         told.contact & 0xFFFFFFFF,
-        told.known & 0xFFFFFFFF,
+        told.decided & 0xFFFFFFFF,
         told.samples,
         list(Finger).index(told.finger),
-        told.refused * REFUSES | told.strange * STRANGE,
+        told.refused * REFUSES | told.out_of_range * STRANGE,
         told.value,
         told.low,
         told.high,
-        round(told.took * 1e9),
+        round(told.compute_time * 1e9),
     )
 
 
-def read_estimate(payload: bytes, epoch: int) -> ToldEstimate:
+def read_estimate(payload: bytes, epoch: int) -> DeviceEstimate:
     """An estimate frame's payload, sample numbers as sent (32 bits); FrameError when damaged."""
     if len(payload) != _ESTIMATE.size:
         raise FrameError("an estimate frame has the wrong length")
     contact, known, samples, finger, flags, value, low, high, took = _ESTIMATE.unpack(payload)
     if not 0.0 <= low <= value <= high <= 100.0:  # nor where one is no number
         raise FrameError("an estimate is no Shore A inside its interval")
-    return ToldEstimate(
+    return DeviceEstimate(
         _finger(finger),
         contact,
         samples,
@@ -183,7 +183,7 @@ def read_estimate(payload: bytes, epoch: int) -> ToldEstimate:
     )
 
 
-def check_place(answer: Told, newest: int, farthest: int) -> None:
+def check_place(answer: DevicePrediction, newest: int, farthest: int) -> None:
     """Raise FrameError where a contact or an estimate cannot be of a device's samples.
 
     Parameters
@@ -195,12 +195,12 @@ def check_place(answer: Told, newest: int, farthest: int) -> None:
     farthest
         Largest distance from it, samples.
     """
-    contact = answer.sample if isinstance(answer, ToldContact) else answer.contact
-    if not max(0, answer.known - farthest) <= contact <= answer.known:
+    contact = answer.sample if isinstance(answer, DeviceContact) else answer.contact
+    if not max(0, answer.decided - farthest) <= contact <= answer.decided:
         raise FrameError("a contact is not in the samples before it was known")
-    if abs(answer.known - newest) > farthest:
+    if abs(answer.decided - newest) > farthest:
         raise FrameError("a contact is known far from the samples that come")
-    if isinstance(answer, ToldEstimate) and answer.samples > answer.known - contact + 1:
+    if isinstance(answer, DeviceEstimate) and answer.samples > answer.decided - contact + 1:
         raise FrameError("an estimate is from samples after it was made")
 
 

@@ -140,7 +140,7 @@ def _refused(port: str, why: str) -> InputError:
     )
 
 
-def ask_for_room(port: str, form: int, sizes: int, length: int) -> None:
+def check_model_fits(port: str, form: int, sizes: int, length: int) -> None:
     """Ask a device whether it takes such a model, before anything else is done for it.
 
     Parameters
@@ -158,7 +158,7 @@ def ask_for_room(port: str, form: int, sizes: int, length: int) -> None:
     with closing(_Link(port)) as link:
         hello = link.hello()
     try:
-        models = read_greeting(hello).descriptor.models
+        models = read_greeting(hello).descriptor.model_slot
     except (FrameError, InputError):
         return  # a model that spoilt what it says of itself can still be replaced
     if models is None:
@@ -198,7 +198,7 @@ def flash_model(port: str, data: bytes, form: int, sizes: int) -> str:
         link.hello()  # whatever it says of itself: a model that spoilt that can still be replaced
         link.stop()
         state = link.send(data, form, sizes)
-        answers = link.greeting().descriptor.answers
+        answers = link.greeting().descriptor.predictor
     if state != KEPT or answers is None:
         raise InputError(f"{port}: the device did not keep the model: start again")
     return answers.model

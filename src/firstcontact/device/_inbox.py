@@ -8,7 +8,7 @@ from collections import deque
 from dataclasses import replace
 
 from firstcontact.core import Block, InputError
-from firstcontact.device._device_predictions import Told
+from firstcontact.device._device_predictions import DevicePrediction
 from firstcontact.device._source import Arrival
 from firstcontact.recording import Marker
 
@@ -54,7 +54,9 @@ class Inbox:
         if self.enough:
             self.changed.notify_all()
 
-    def attach(self, markers: tuple[Marker, ...], told: tuple[Told, ...], none: Block) -> None:
+    def attach(
+        self, markers: tuple[Marker, ...], predictions: tuple[DevicePrediction, ...], none: Block
+    ) -> None:
         """Give away what no sample comes with any more: with the last samples there were.
 
         Parameters
@@ -65,7 +67,11 @@ class Inbox:
             A block without samples, for where the last were read already.
         """
         last = self._arrivals.pop() if self._arrivals else Arrival(none, time.monotonic())
-        self._arrivals.append(replace(last, markers=last.markers + markers, told=last.told + told))
+        self._arrivals.append(
+            replace(
+                last, markers=last.markers + markers, predictions=last.predictions + predictions
+            )
+        )
 
     def end(self, error: InputError | None) -> None:
         """Nothing more comes; an error is raised behind the last samples."""

@@ -173,7 +173,7 @@ class RestMeter:
         return np.asarray(~(flat | strip | force | loud).any(axis=1))
 
 
-def next_arrivals(source: Source) -> list[Arrival]:
+def wait_for_arrivals(source: Source) -> list[Arrival]:
     """Read what comes next, at least one sample.
 
     Raises
@@ -217,6 +217,6 @@ def measure_noise(
     meter = RestMeter(source.descriptor.layout, seconds)
     most = (seconds + patience) * source.descriptor.layout.rate
     while not meter.done and meter.samples < most:
-        for arrival in next_arrivals(source):
+        for arrival in wait_for_arrivals(source):
             meter.update(arrival.block)
     return meter.calibration()

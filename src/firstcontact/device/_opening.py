@@ -73,7 +73,7 @@ class SourceKind:
         What its recordings will say of where they come from, where that is known before.
     shore_a
         Of an object that a simulated hand knows by name. Raises InputError for others.
-    found
+    discover
         What there is of it to open: the device as a person types it, and what it is.
     """
 
@@ -86,7 +86,7 @@ class SourceKind:
     is_port: bool = False
     origin: str = ""
     shore_a: Callable[[str], float] | None = None
-    found: Callable[[], Iterable[tuple[str, str]]] | None = None
+    discover: Callable[[], Iterable[tuple[str, str]]] | None = None
 
     def accepts(self, device: str) -> bool:
         """Whether this is a device of this kind."""
@@ -132,7 +132,7 @@ _OURS = (
         _in("_audio_source", "from_name"),
         takes=lambda device: device.partition(":")[0] in ("audio", "audio/2"),
         origin="real",
-        found=_in("_audio_source", "found"),
+        discover=_in("_audio_source", "discover"),
     ),
     SourceKind(
         "csv",
@@ -186,13 +186,13 @@ def _of_plugin(device: str) -> SourceKind | None:
     return None
 
 
-def found_devices() -> list[tuple[str, str]]:
+def list_devices() -> list[tuple[str, str]]:
     """What there is to open of kinds that can be looked for: as a person types it, what it is."""
     devices: list[tuple[str, str]] = []
     for name, kind in SOURCES.items():
-        if kind.found is not None:
+        if kind.discover is not None:
             with SOURCES.calling(name):
-                devices += kind.found()
+                devices += kind.discover()
     return devices
 
 

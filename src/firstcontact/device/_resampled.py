@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 
 from firstcontact.core import Block, Calibration, ChannelKind, Contact
-from firstcontact.device._device_predictions import Told, ToldContact
+from firstcontact.device._device_predictions import DeviceContact, DevicePrediction
 from firstcontact.device._source import Arrival, Descriptor, Health, Source
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.signal import CausalResampler, check_rates
@@ -150,11 +150,11 @@ class ResampledSource:
         number = self._resampler.number
         self._markers += [replace(m, sample=number(m.sample)) for m in arrival.markers]
         self._pinches += [self._moved(pinch) for pinch in arrival.pinches]
-        told = tuple(self._moved_prediction(t) for t in arrival.told)
+        told = tuple(self._moved_prediction(t) for t in arrival.predictions)
         begin = self._next - len(data)
         return before + self._due(Block(data.astype(np.float32), begin, block.epoch), told)
 
-    def _due(self, block: Block, told: tuple[Told, ...]) -> list[Arrival]:
+    def _due(self, block: Block, told: tuple[DevicePrediction, ...]) -> list[Arrival]:
         """Return samples with the words and marks that belong to them; none where all are empty."""
         markers = tuple(m for m in self._markers if (m.epoch, m.sample) < (block.epoch, block.end))
         pinches = tuple(p for p in self._pinches if (p.epoch, p.end) <= (block.epoch, block.end))
@@ -189,10 +189,10 @@ class ResampledSource:
             motor_start=None if pinch.motor_start is None else number(pinch.motor_start),
         )
 
-    def _moved_prediction(self, told: Told) -> Told:
+    def _moved_prediction(self, told: DevicePrediction) -> DevicePrediction:
         number = self._resampler.number
-        if isinstance(told, ToldContact):
-            return replace(told, sample=number(told.sample), known=number(told.known))
+        if isinstance(told, DeviceContact):
+            return replace(told, sample=number(told.sample), decided=number(told.decided))
         samples = round(told.samples * self._share)
-        contact, known = number(told.contact), number(told.known)
-        return replace(told, contact=contact, known=known, samples=samples)
+        contact, known = number(told.contact), number(told.decided)
+        return replace(told, contact=contact, decided=known, samples=samples)

@@ -15,7 +15,7 @@ from firstcontact.core import Block, InputError
 from firstcontact.device._assembler import Assembled, Assembler
 from firstcontact.device._clock import ClockFit
 from firstcontact.device._decoder import Decoder
-from firstcontact.device._device_predictions import Told
+from firstcontact.device._device_predictions import DevicePrediction
 from firstcontact.device._inbox import Inbox
 from firstcontact.device._opening import SourceOptions
 from firstcontact.device._protocol import VERSION, FrameType, marker_text
@@ -98,7 +98,7 @@ class SerialSource:
         self._inbox = Inbox()
         # What follows is changed and looked at with its lock.
         self._markers: list[Marker] = []  # that wait for their sample
-        self._told: list[Told] = []  # that wait for samples to come with
+        self._predictions: list[DevicePrediction] = []  # that wait for samples to come with
         self._connected = False
 
     @property
@@ -306,11 +306,12 @@ class SerialSource:
                 self._clock, self._rate_check = ClockFit(rate), RateCheck(rate)
                 self._began, self._has_warned = math.inf, False
             self._markers += out.markers
-            self._told += out.told
+            self._predictions += out.predictions
             for block in out.blocks:
-                due, told = self._due(block.epoch, block.end), tuple(self._told)
-                self._told = []
-                self._inbox.put(Arrival(block, now, due, told=told))
+                due = self._due(block.epoch, block.end)
+                predictions = tuple(self._predictions)
+                self._predictions = []
+                self._inbox.put(Arrival(block, now, due, predictions=predictions))
             if out.blocks and out.blocks[-1].epoch == self._assembler.epoch:
                 self._clock.add(out.blocks[-1].end, now)
                 self._check_rate(out.blocks[-1].end, now)
@@ -357,14 +358,14 @@ class SerialSource:
     def _part_with_markers(self) -> None:
         """Give away markers and answers that no sample comes with: with the last there were."""
         markers, self._markers = tuple(self._markers), []
-        told, self._told = tuple(self._told), []
+        predictions, self._predictions = tuple(self._predictions), []
         descriptor = self._assembler.descriptor
-        if not (markers or told) or descriptor is None:
+        if not (markers or predictions) or descriptor is None:
             return
         epoch, next_sample = self._assembler.epoch, self._assembler.next_sample
         number = markers[-1].sample if markers else next_sample
         none = np.zeros((0, descriptor.layout.width), np.int16)
-        self._inbox.attach(markers, told, Block(none, number, epoch))
+        self._inbox.attach(markers, predictions, Block(none, number, epoch))
 
     def _lost(self) -> None:
         _log.info("%s: lost", self.name)

@@ -8,14 +8,14 @@ from dataclasses import asdict, dataclass
 from typing import Any, Protocol, Self
 
 from firstcontact.core import Block, InputError, Layout, Name, VibrationSensor, read_record
-from firstcontact.device._device_predictions import Answering, ModelRoom, Told
+from firstcontact.device._device_predictions import DevicePrediction, DevicePredictor, ModelSlot
 from firstcontact.recording import SOURCES, Marker, PinchMark
 
 _FLASH = "flash the firmware that belongs to this version of firstcontact"
 
 
 @dataclass(frozen=True, slots=True)
-class _Said:
+class _DescriptorJson:
     """What a device sends: every field must be there."""
 
     firmware: Name
@@ -23,8 +23,8 @@ class _Said:
     hand: Name
     source: Name
     layout: Layout
-    answers: Answering | None = None
-    models: ModelRoom | None = None
+    answers: DevicePredictor | None = None
+    models: ModelSlot | None = None
     paced: bool = True
 
 
@@ -41,8 +41,8 @@ def layout_to_send(layout: Layout) -> dict[str, Any]:
         return layout.to_json()
     names = ("name", "kind", "finger", "unit", "scale", "offset", "taxel")
     channels = [{name: getattr(c, name) for name in names} for c in layout.channels]
-    for told, channel in zip(channels, layout.channels, strict=True):
-        told["kind"] = channel.sensor or channel.kind
+    for sent, channel in zip(channels, layout.channels, strict=True):
+        sent["kind"] = channel.sensor or channel.kind
     return {"channels": channels, "rate": layout.rate, "smoothing_alpha": alphas.pop()}
 
 
@@ -62,10 +62,10 @@ class Descriptor:
         Of the samples; a device on the wire sends int16.
     delay
         So much later than its instant the source's own filter lets a sample out, s.
-    answers
-        What answers on the device itself; None where nothing does.
-    models
-        What models it takes; None where it takes none.
+    predictor
+        Model that predicts on the device itself; None without one.
+    model_slot
+        Models that the device accepts; None if it accepts none.
     paced
         Whether a device sends its samples in real time.
     """
@@ -77,8 +77,8 @@ class Descriptor:
     source: str = "unknown"
     dtype: str = "int16"
     delay: float = 0.0
-    answers: Answering | None = None
-    models: ModelRoom | None = None
+    predictor: DevicePredictor | None = None
+    model_slot: ModelSlot | None = None
     paced: bool = True
 
     def to_text(self) -> str:
@@ -90,10 +90,10 @@ class Descriptor:
             "source": self.source,
             "layout": layout_to_send(self.layout),
         }
-        if self.answers is not None:
-            tree["answers"] = asdict(self.answers)
-        if self.models is not None:
-            tree["models"] = asdict(self.models)
+        if self.predictor is not None:
+            tree["answers"] = asdict(self.predictor)
+        if self.model_slot is not None:
+            tree["models"] = asdict(self.model_slot)
         if not self.paced:
             tree["paced"] = False
         return json.dumps(tree, separators=(",", ":"), ensure_ascii=False)
@@ -108,7 +108,7 @@ class Descriptor:
             It is not JSON, a field is missing or out of bounds, or no layout of
             fingertips.
         """
-        said = read_record(text.encode(), _Said, "the device's descriptor", _FLASH)
+        said = read_record(text.encode(), _DescriptorJson, "the device's descriptor", _FLASH)
         fault = said.layout.fault
         if not fault and said.source not in SOURCES:
             fault = f"the source {said.source!r}, not one of {', '.join(SOURCES)}"
@@ -120,8 +120,8 @@ class Descriptor:
             said.sensor,
             said.hand,
             said.source,
-            answers=said.answers,
-            models=said.models,
+            predictor=said.answers,
+            model_slot=said.models,
             paced=said.paced,
         )
 
@@ -141,7 +141,7 @@ class Arrival:
         came is with the last ones, or with none at all behind them.
     pinches
         Marks of the pinches that end in them (only a replayed recording has these).
-    told
+    predictions
         Contacts and estimates of a device that answers by itself, as they came: of these samples,
         of earlier ones or of some that are on their way.
     """
@@ -150,7 +150,7 @@ class Arrival:
     host: float
     markers: tuple[Marker, ...] = ()
     pinches: tuple[PinchMark, ...] = ()
-    told: tuple[Told, ...] = ()
+    predictions: tuple[DevicePrediction, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -274,7 +274,7 @@ class Source(Protocol):
     def __exit__(self, *exception: object) -> None: ...
 
 
-def remaining(source: Source) -> list[Arrival]:
+def drain(source: Source) -> list[Arrival]:
     """Close a source and return the samples that it received and that no reader took."""
     source.close()
     arrivals: list[Arrival] = []

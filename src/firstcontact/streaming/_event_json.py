@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from firstcontact.core import Contact, Finger
-from firstcontact.device import Descriptor, Health, Told, ToldContact
+from firstcontact.device import Descriptor, DeviceContact, DevicePrediction, Health
 from firstcontact.models import in_words
 from firstcontact.recording import Marker
 from firstcontact.streaming._events import (
@@ -57,7 +57,7 @@ def of_descriptor(descriptor: Descriptor) -> dict[str, Any]:
         "sensor": descriptor.sensor,
         "hand": descriptor.hand,
         "source": descriptor.source,
-        "answers": None if descriptor.answers is None else asdict(descriptor.answers),
+        "answers": None if descriptor.predictor is None else asdict(descriptor.predictor),
         "rate_hz": layout.rate,
         "channels": [
             {"name": name, "kind": c.sensor or c.kind, "finger": _finger(c.finger), "unit": c.unit}
@@ -120,7 +120,7 @@ def of_event(event: Event) -> dict[str, Any]:
             return _hand(event)
         case FromHand():
             told = event.told
-            kind = "hand_contact" if isinstance(told, ToldContact) else "hand_estimate"
+            kind = "hand_contact" if isinstance(told, DeviceContact) else "hand_estimate"
             return {"type": kind, **_told(told), "host_s": event.host}
         case HandPinch():
             return {
@@ -149,13 +149,13 @@ def of_event(event: Event) -> dict[str, Any]:
             }
 
 
-def _told(told: Told) -> dict[str, Any]:
+def _told(told: DevicePrediction) -> dict[str, Any]:
     """A contact or an estimate of the device's own."""
-    if isinstance(told, ToldContact):
+    if isinstance(told, DeviceContact):
         return {
             "finger": _finger(told.finger),
             "sample": told.sample,
-            "decided": told.known,
+            "decided": told.decided,
             "first": told.first,
             "epoch": told.epoch,
         }
@@ -163,13 +163,13 @@ def _told(told: Told) -> dict[str, Any]:
         "finger": _finger(told.finger),
         "sample": told.contact,
         "samples": told.samples,
-        "complete": told.known,
+        "complete": told.decided,
         "value": None if told.refused else told.value,
         "low": None if told.refused else told.low,
         "high": None if told.refused else told.high,
         "refused": told.refused,
-        "out_of_range": told.strange,
-        "took_s": told.took,
+        "out_of_range": told.out_of_range,
+        "took_s": told.compute_time,
         "epoch": told.epoch,
     }
 

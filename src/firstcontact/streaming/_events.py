@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from firstcontact.core import Contact, Finger
-from firstcontact.device import Told, ToldContact, ToldEstimate
+from firstcontact.device import DeviceContact, DeviceEstimate, DevicePrediction
 from firstcontact.recording import PinchMark
 from firstcontact.streaming._hand_requests import Ask
 
@@ -377,7 +377,7 @@ class FromHand:
         When it came (monotonic, s).
     """
 
-    told: Told
+    told: DevicePrediction
     host: float
 
     @property
@@ -443,9 +443,9 @@ class HandPinch:
 
     number: int
     model: str
-    first: ToldContact | None
-    second: ToldContact | None
-    standing: ToldEstimate | None
+    first: DeviceContact | None
+    second: DeviceContact | None
+    standing: DeviceEstimate | None
     answers: int
     check: HandCheck | None
     sample: int

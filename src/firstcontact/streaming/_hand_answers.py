@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from firstcontact.core import Block
-from firstcontact.device import Told, ToldContact, ToldEstimate
+from firstcontact.device import DeviceContact, DeviceEstimate, DevicePrediction
 from firstcontact.streaming._events import Event, FromHand, HandCheck, HandPinch, PinchDone
 
 #: A device's pinch is over so long after its first contact, s: the host's has been told by then.
@@ -33,14 +33,14 @@ class HandAnswers:
         self._checked = checked
         # With the first contact that each belongs to: a second one is known later and may be placed
         # before it.
-        self._told: list[tuple[Place, Told]] = []
+        self._told: list[tuple[Place, DevicePrediction]] = []
         self._first: Place | None = None
         self._done: list[PinchDone] = []
         self._number = 0
         self._heard: Place | None = None  # up to here, and what was not heard before: from, to
         self._gaps: list[tuple[Place, Place]] = []
 
-    def came(self, told: Sequence[Told], block: Block, host: float) -> list[Event]:
+    def came(self, told: Sequence[DevicePrediction], block: Block, host: float) -> list[Event]:
         """The device told these, and samples up to the end of a block are here."""
         begin = (block.epoch, block.first_sample)
         if self._heard is not None and self._heard < begin:
@@ -48,9 +48,9 @@ class HandAnswers:
             self._gaps.append((self._heard, begin))
         self._heard = (block.epoch, block.end)
         for one in told:
-            if isinstance(one, ToldContact) and one.first:
+            if isinstance(one, DeviceContact) and one.first:
                 self._first = _place(one)
-            second = isinstance(one, ToldContact) and not one.first
+            second = isinstance(one, DeviceContact) and not one.first
             own = self._first if second and self._first is not None else _place(one)
             self._told.append((own, one))
         events: list[Event] = [FromHand(t, host) for t in told]
@@ -71,7 +71,7 @@ class HandAnswers:
         """Pinches whose first contact was up to this sample, each once."""
         due = (epoch, until)
         events: list[Event] = []
-        firsts = [t for _, t in self._told if isinstance(t, ToldContact) and t.first]
+        firsts = [t for _, t in self._told if isinstance(t, DeviceContact) and t.first]
         for first in firsts:
             place = _place(first)
             if place > due:
@@ -105,11 +105,15 @@ class HandAnswers:
         return place[0], place[1] + pinches * self._over
 
     def _pinch(
-        self, first: ToldContact | None, its: Sequence[Told], own: PinchDone | None, lost: bool
+        self,
+        first: DeviceContact | None,
+        its: Sequence[DevicePrediction],
+        own: PinchDone | None,
+        lost: bool,
     ) -> HandPinch:
-        contacts = [t for t in its if isinstance(t, ToldContact)]
+        contacts = [t for t in its if isinstance(t, DeviceContact)]
         second = contacts[1] if len(contacts) > 1 else None
-        answers = [t for t in its if isinstance(t, ToldEstimate) and not t.refused]
+        answers = [t for t in its if isinstance(t, DeviceEstimate) and not t.refused]
         if first is not None and second is not None:
             # As on the host: what was made from samples after the second contact does not count.
             offset = second.sample - first.sample
@@ -130,9 +134,9 @@ class HandAnswers:
         )
 
 
-def _place(told: Told) -> Place:
+def _place(told: DevicePrediction) -> Place:
     """Epoch and sample of the contact that something is about."""
-    return told.epoch, told.sample if isinstance(told, ToldContact) else told.contact
+    return told.epoch, told.sample if isinstance(told, DeviceContact) else told.contact
 
 
 def _found(done: PinchDone) -> Place:
@@ -141,13 +145,13 @@ def _found(done: PinchDone) -> Place:
 
 
 def _check(
-    contacts: Sequence[ToldContact],
-    answers: Sequence[ToldEstimate],
+    contacts: Sequence[DeviceContact],
+    answers: Sequence[DeviceEstimate],
     own: PinchDone | None,
     lost: bool,
 ) -> HandCheck:
     here = [] if own is None else list(own.contacts)
-    same = [(c.finger, c.sample, c.known) for c in contacts] == [
+    same = [(c.finger, c.sample, c.decided) for c in contacts] == [
         (c.finger, c.sample, c.decided) for c in here
     ]
     found = {} if own is None else {(e.contact.sample, e.samples): e for e in own.answers}
@@ -164,7 +168,7 @@ def _check(
         contacts=same,
         compared=len(both),
         largest=max(differences, default=0.0),
-        flags=all(t.strange == e.strange for t, e in both),
+        flags=all(t.out_of_range == e.strange for t, e in both),
         missing=len(pairs) - len(both) + (last != stands),
         lost=lost,
     )

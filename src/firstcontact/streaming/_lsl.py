@@ -135,7 +135,7 @@ def _known(event: Event) -> int:
         case Armed() | HandAsked() | HandPinch():
             return event.sample
         case FromHand():
-            return event.told.known
+            return event.told.decided
         case Estimated() | Running() | Settled():
             return event.complete
         case PinchDone() | SameObject():

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Protocol
 
 from firstcontact.core import Block, Calibration, Contact, InputError, joined
-from firstcontact.device import Arrival, Recorder, RecorderStatus, Source, remaining
+from firstcontact.device import Arrival, Recorder, RecorderStatus, Source, drain
 from firstcontact.models import in_words, radius_of
 from firstcontact.recording import Header, PinchMark
 from firstcontact.streaming._events import Event, PinchDone
@@ -98,7 +98,7 @@ class LiveSession:
         self._was_connected: bool | None = None  # when the session closed the source
         self._events: list[Event] = []
         self._pinched = Pinched()
-        answers = source.descriptor.answers
+        answers = source.descriptor.predictor
         self._hand_answers = (
             None
             if answers is None
@@ -173,7 +173,9 @@ class LiveSession:
                         actor.arrived(arrival.block, arrival.host)
                     found |= self._act(self.pipeline.update(arrival.block, arrival.host))
                     if self._hand_answers is not None:
-                        came = self._hand_answers.came(arrival.told, arrival.block, arrival.host)
+                        came = self._hand_answers.came(
+                            arrival.predictions, arrival.block, arrival.host
+                        )
                         self._events += came
                         found |= bool(came)
                     corrected = self._pinched.labels(arrival.pinches)
@@ -325,7 +327,7 @@ class LiveSession:
     def _close_source(self) -> None:
         """Close the source and keep the samples that it received for the recorder and the sinks."""
         self._was_connected = self.source.health.connected
-        self._arrivals += remaining(self.source)
+        self._arrivals += drain(self.source)
 
     def _tell(self) -> None:
         """Hand what has come to the recorder and the sinks."""
@@ -380,7 +382,7 @@ def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
     blocks = joined(a.block for a in arrivals)
     markers = tuple(m for a in arrivals for m in a.markers)
     pinches = tuple(p for a in arrivals for p in a.pinches)
-    told = tuple(t for a in arrivals for t in a.told)
+    told = tuple(t for a in arrivals for t in a.predictions)
     last = len(blocks) - 1
     return tuple(
         Arrival(

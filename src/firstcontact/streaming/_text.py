@@ -135,7 +135,7 @@ def hand_line(event: HandPinch, rate: float) -> str:
     elif stands is None:
         parts.append(f"{finger_name(event.first.finger)} first, no estimate")
     else:
-        odd = ", out of range" if stands.strange else ""
+        odd = ", out of range" if stands.out_of_range else ""
         parts.append(
             f"{stands.value:.1f} Shore A ({stands.low:.0f} to {stands.high:.0f}) from "
             f"{1e3 * stands.samples / rate:.0f} ms at {1e3 * stands.after(rate):.1f} ms{odd}"

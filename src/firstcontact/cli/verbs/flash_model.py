@@ -31,11 +31,11 @@ class FlashModel:
 
     def run(self) -> None:
         """Send it; the device keeps its old model until the new one is whole and checked."""
-        from firstcontact.device import ask_for_room, flash_model
+        from firstcontact.device import check_model_fits, flash_model
         from firstcontact.export import FORMAT, hand_image
 
         image = hand_image(self.model)  # refused before the device is asked for anything,
-        ask_for_room(self.device, FORMAT, image.sizes, len(image.data))  # or the user for rest
+        check_model_fits(self.device, FORMAT, image.sizes, len(image.data))  # or the user for rest
         bare = len(image.data)
         image = hand_image(self.model, self._floors())
         found = flash_model(self.device, image.data, FORMAT, image.sizes)

@@ -64,13 +64,13 @@ def _libraries() -> list[str]:
 
 
 def _ports() -> Iterator[str]:
-    from firstcontact.device import access, found_devices, groups, ports
+    from firstcontact.device import access, groups, list_devices, ports
 
     found = ports()
     for port in found:
         yield _line(port.name, port.what)
         yield _line("", access(Path(port.name)))
-    others = found_devices()
+    others = list_devices()
     for name, what in others:
         yield _line(name, what)
     if not found and not others:

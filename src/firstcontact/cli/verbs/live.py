@@ -110,7 +110,7 @@ class Live:
         from firstcontact.cli.stopping import stopping
         from firstcontact.contact import untrained
         from firstcontact.core import read_calibration
-        from firstcontact.device import passed_over
+        from firstcontact.device import skipped_model
         from firstcontact.streaming import LiveSession, Pipeline, grasp_lines
 
         source: Source = open_source(
@@ -125,7 +125,7 @@ class Live:
         given = None if self.calibration is None else read_calibration(self.calibration)
         # Products of small matrices: threads of theirs only wait for one another.
         with stopping() as stop, source, threadpool_limits(1):
-            answers = source.descriptor.answers
+            answers = source.descriptor.predictor
             if loaded is None and answers is None:
                 _say(SHIPPED)
                 loaded = shipped_model(self.detector)
@@ -137,8 +137,8 @@ class Live:
             source = _at_rate(source, loaded)
             if answers is not None:
                 _say(whose_answers(answers, self.model))
-            if (models := source.descriptor.models) is not None and models.fault:
-                _say(passed_over(models, answers is not None))
+            if (models := source.descriptor.model_slot) is not None and models.fault:
+                _say(skipped_model(models, answers is not None))
             calibration = given or told_noise(answers) or self._measured(source)
             pipeline = Pipeline(
                 source.descriptor.layout,

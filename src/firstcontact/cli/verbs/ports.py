@@ -20,7 +20,7 @@ class Ports:
 
     def run(self) -> None:
         """Print one line a port."""
-        from firstcontact.device import found_devices, ports
+        from firstcontact.device import list_devices, ports
 
         found = ports()
         for port in found:
@@ -28,7 +28,7 @@ class Ports:
             if self.ask:
                 for line in answer(port.name):
                     print(f"{'':16} {line}")
-        others = found_devices()
+        others = list_devices()
         for name, what in others:
             print(f"{name:16} {what}")
         if not found and not others:
@@ -42,7 +42,7 @@ class Ports:
 
 def answer(port: str) -> Iterator[str]:
     """What is on a port says about itself, or why it cannot be told."""
-    from firstcontact.device import SerialSource, passed_over
+    from firstcontact.device import SerialSource, skipped_model
 
     try:
         with SerialSource(port, PATIENCE) as source:
@@ -54,5 +54,5 @@ def answer(port: str) -> Iterator[str]:
     yield f"a fingertip: {descriptor.firmware}; {descriptor.sensor}{hand} ({descriptor.source})"
     layout = descriptor.layout
     yield f"{counted(layout.width, 'channel')} at {layout.rate:g} Hz"
-    if descriptor.models is not None and descriptor.models.fault:
-        yield passed_over(descriptor.models, descriptor.answers is not None)
+    if descriptor.model_slot is not None and descriptor.model_slot.fault:
+        yield skipped_model(descriptor.model_slot, descriptor.predictor is not None)

@@ -39,8 +39,8 @@ def hand_timing(event: HandPinch, rate: float) -> dict[str, float] | None:
     if stands is None:
         return None
     return {
-        "signal": round(1e3 * (stands.known - stands.contact) / rate, 3),
-        "compute": round(1e3 * stands.took, 3),
+        "signal": round(1e3 * (stands.decided - stands.contact) / rate, 3),
+        "compute": round(1e3 * stands.compute_time, 3),
         "total": round(1e3 * stands.after(rate), 3),
     }
 

@@ -18,7 +18,7 @@ HEAD = """\
 
 Written by `docs/write_cli.py` from `--help`; a test holds this page against it.
 
-Exit codes, signals, and what happens when nobody reads: [How a command ends](endings.md).
+[Exit codes and logs](endings.md).
 
 To have verbs, options and their choices completed with Tab in bash:
 

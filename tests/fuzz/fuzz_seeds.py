@@ -190,6 +190,7 @@ def _models(folder: Path, seeds: Seeds) -> None:
         ("svm_classes", "svm", "classification"),
         ("peak", "peak", "regression"),
         ("mean", "train_mean", "regression"),
+        ("ridge", "sklearn.linear_model:Ridge", "regression"),
     ):
         out = folder / name
         arguments = ["train", str(learned), "--out", str(out), "--model", model, "--task", task]

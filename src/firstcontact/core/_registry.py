@@ -50,6 +50,9 @@ class Registry(Mapping[str, E], Generic[E]):
         its attributes only.
     instances
         Whether entries are instances of the base, and not classes that extend it.
+    maker
+        Function that makes an entry of a name with a colon, as "package.module:function". None
+        if such names are no entries.
 
     Examples
     --------
@@ -69,6 +72,7 @@ class Registry(Mapping[str, E], Generic[E]):
         *,
         base: str | None = None,
         instances: bool = False,
+        maker: str | None = None,
     ) -> None:
         self.kind = kind
         self.group = group
@@ -76,7 +80,8 @@ class Registry(Mapping[str, E], Generic[E]):
         self.default = next(iter(own)) if default is None else default
         #: Why a plug-in is not there, by its name.
         self.failed: dict[str, str] = {}
-        self._base, self._instances = base, instances
+        self._base, self._instances, self._maker = base, instances, maker
+        self._included: list[str] = []
         self._own = dict(own)
         self._loaded: dict[str, E] = {}
         self._plugins: dict[str, EntryPoint] | None = None
@@ -89,7 +94,7 @@ class Registry(Mapping[str, E], Generic[E]):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all entries; no plug-in is imported for them."""
-        return (*self._own, *self._found())
+        return (*self._own, *self._found(), *self._included)
 
     def __getitem__(self, name: str) -> E:
         if name not in self._loaded:
@@ -104,18 +109,22 @@ class Registry(Mapping[str, E], Generic[E]):
         for name in list(self._found()):
             if name in self._loaded or self._load(name):
                 yield name
+        yield from self._included
 
     def __len__(self) -> int:
         return sum(1 for _ in self)
 
     def find(self, name: str) -> E:
-        """The entry of this name.
+        """Return the entry of this name; a name with a colon may be that of an object to import.
 
         Raises
         ------
         InputError
             There is none; says which there are, or why a plug-in is not.
         """
+        if ":" in name and self._maker is not None and name not in self._loaded:
+            made: E = self._import(self._maker)(name)  # type: ignore[operator]
+            self._loaded[name] = made
         try:
             return self[name]
         except KeyError:
@@ -127,6 +136,18 @@ class Registry(Mapping[str, E], Generic[E]):
             raise InputError(
                 f"no {self.kind} is called {name!r}: choose one of {', '.join(self.names)}"
             ) from None
+
+    def include(self, name: str) -> None:
+        """Add the entry of a name with a colon, so that iterating gives it, too.
+
+        Raises
+        ------
+        InputError
+            As :meth:`find`.
+        """
+        self.find(name)
+        if name not in self.names:
+            self._included.append(name)
 
     def calling(self, name: str) -> AbstractContextManager[None]:
         """Return the boundary for a block that calls an entry; only plug-ins have one."""

@@ -37,7 +37,7 @@ Sha256 = Annotated[str, msgspec.Meta(pattern="^[0-9a-f]{64}$")]
 #: A sampling rate, Hz.
 Rate = Annotated[float, msgspec.Meta(gt=0, le=1e7)]
 
-_LIBRARIES = ("firstcontact", "numpy", "scikit-learn", "torch", "onnxruntime", "mapie")
+_LIBRARIES = ("firstcontact", "numpy", "scikit-learn", "skops", "torch", "onnxruntime", "mapie")
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,8 +21,6 @@ from ._anytime_scores import anytime_scores as anytime_scores
 from ._anytime_scores import joined_answers as joined_answers
 from ._at_lengths import AtLengths as AtLengths
 from ._at_lengths import fit_at_lengths as fit_at_lengths
-from ._at_lengths import from_regressor as from_regressor
-from ._at_lengths import imported as imported
 from ._at_lengths import registered as registered
 from ._bundle import Model as Model
 from ._bundle import NetworkPredictor as NetworkPredictor
@@ -105,6 +103,7 @@ from ._out_of_range import traits as traits
 from ._pooling import Combined as Combined
 from ._pooling import combine as combine
 from ._registry import ESTIMATORS as ESTIMATORS
+from ._registry import find_estimator as find_estimator
 from ._registry import make_estimator as make_estimator
 from ._rig import GENERAL as GENERAL
 from ._rig import LEVELS as LEVELS

@@ -6,17 +6,14 @@ registered estimators, and anybody's regressor, stand beside what answers at any
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping, Sequence
-from copy import deepcopy
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ForeignCode, InputError, in_a_line, is_interrupt, remember
+from firstcontact.core import InputError
 from firstcontact.models._anytime_model import Answers
 from firstcontact.models._conformal import conformal_interval, least_answers
 from firstcontact.models._folds import inner_folds
@@ -39,102 +36,24 @@ Ask = Callable[[Windows], Values]
 Learn = Callable[[Windows, Values, NDArray[np.str_] | None, float, int], Ask]
 
 
-def registered(name: str, options: Mapping[str, Any] | None = None) -> Learn:
-    """One of the registered estimators, with further fields of it."""
-
-    def learn(
-        X: Windows, y: Values, groups: NDArray[np.str_] | None, rate: float, seed: int
-    ) -> Ask:
-        estimator = make_estimator(name, Task.REGRESSION, rate, **(options or {}))
-        return estimator.fit(X, y, groups, seed=seed).predict
-
-    return learn
-
-
-def from_regressor(regressor: Any, name: str = "") -> Learn:
-    """Return a learner for a regressor in scikit-learn's form.
-
-    It has ``fit(X, y)`` and ``predict(X)``, with X of shape (n, samples). Every training takes a
-    new one, whose random states are the seed of the training.
+def registered(estimator: object, options: Mapping[str, Any] | None = None) -> Learn:
+    """Return a learner for an estimator.
 
     Parameters
     ----------
-    regressor
-        A class, which is made without arguments, or with ``random_state`` where it takes that. Or
-        an instance, such as a pipeline, which is copied; only its free random states are set.
-    name
-        Name for messages; that of the class if empty.
+    estimator
+        Name in the registry, ``PACKAGE:NAME``, or a regressor in scikit-learn's form.
+    options
+        Further fields of the estimator.
     """
-    kind = regressor if isinstance(regressor, type) else type(regressor)
-    title = name or kind.__name__
 
     def learn(
         X: Windows, y: Values, groups: NDArray[np.str_] | None, rate: float, seed: int
     ) -> Ask:
-        with ForeignCode(f"fit of {title}"):
-            model = _fresh(regressor, seed)
-            fitted = model.fit(X[:, :, 0].astype(np.float64), y.copy())
-        asked = model if fitted is None else fitted
-
-        def ask(windows: Windows) -> Values:
-            with ForeignCode(f"predict of {title}"):
-                found = asked.predict(windows[:, :, 0].astype(np.float64))
-                return np.asarray(found, dtype=np.float64).reshape(-1)
-
-        return ask
+        made = make_estimator(estimator, Task.REGRESSION, rate, **(options or {}))
+        return made.fit(X, y, groups, seed=seed).predict
 
     return learn
-
-
-def imported(name: str) -> Any:
-    """The regressor that ``PACKAGE:NAME`` names; importing it runs its package's own code.
-
-    Raises
-    ------
-    InputError
-        It cannot be imported, whatever the reason, or has not ``fit`` and ``predict``.
-    """
-    module, _, path = name.partition(":")
-    try:
-        with ForeignCode(name):
-            remember(module, name)
-            found: Any = import_module(module)
-            for part in path.split("."):
-                found = getattr(found, part)
-            fits = all(callable(getattr(found, method, None)) for method in ("fit", "predict"))
-    except BaseException as error:
-        if is_interrupt(error):
-            raise
-        raise InputError(
-            f"{name} cannot be imported ({in_a_line(error.__cause__ or error)}): name it "
-            "PACKAGE:NAME, from a folder or an environment that Python finds it in"
-        ) from None
-    if not fits:
-        raise InputError(
-            f"{name} is no regressor: name a class or an instance with fit(X, y) and predict(X)"
-        )
-    return found
-
-
-def _fresh(regressor: Any, seed: int) -> Any:
-    """Return an unfitted regressor of its own for one training."""
-    if isinstance(regressor, type):
-        return regressor(**({"random_state": seed} if _takes_seed(regressor) else {}))
-    if not hasattr(regressor, "get_params"):
-        return deepcopy(regressor)
-    from sklearn.base import clone
-
-    model = clone(regressor)
-    states = [n for n in model.get_params() if n.rpartition("__")[2] == "random_state"]
-    free = [n for n in states if model.get_params()[n] is None]
-    return model.set_params(**dict.fromkeys(free, seed))
-
-
-def _takes_seed(regressor: Callable[..., Any]) -> bool:
-    try:
-        return "random_state" in inspect.signature(regressor).parameters
-    except ValueError:  # classes of C tell nothing
-        return False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -216,7 +135,7 @@ def fit_at_lengths(
     Parameters
     ----------
     learn
-        :func:`registered` or :func:`from_regressor`.
+        Made by :func:`registered`.
     touches, shore_a
         To learn from, shape (n,).
     groups

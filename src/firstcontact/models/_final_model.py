@@ -15,7 +15,7 @@ from firstcontact.models._folds import inner_folds
 from firstcontact.models._interval import SHORE_A, Interval
 from firstcontact.models._metrics import classification_scores, regression_scores
 from firstcontact.models._model import WindowModel
-from firstcontact.models._registry import ESTIMATORS
+from firstcontact.models._registry import find_estimator
 from firstcontact.models._scores import TaskScores
 from firstcontact.models._spec import Task, Values
 from firstcontact.models._splits import Group, Split, by_session
@@ -59,7 +59,7 @@ class FinalModel:
 
 def train_final_model(
     data: LabelledWindows,
-    model: str,
+    model: object,
     task: Task,
     seed: int,
     level: float,
@@ -73,7 +73,7 @@ def train_final_model(
     data
         What to learn from.
     model
-        Name in the registry of estimators.
+        Name of an estimator, or a regressor in scikit-learn's form.
     task
         Regression or classification.
     seed
@@ -95,7 +95,7 @@ def train_final_model(
             f"{len(data)} labelled pinches are too few to learn from and to score: "
             f"record {LEAST} or more"
         )
-    estimator = ESTIMATORS.find(model)
+    estimator = find_estimator(model)
     splits, words = _splits(data, estimator.folds, seed)
     question = Question(model, task, data, splits)
     answers, spreads = held_out_with_spread(runner, [question], seed)[0]

@@ -25,6 +25,7 @@ ESTIMATORS: Registry[type[Estimator]] = Registry(
     },
     default="svm",
     base="firstcontact.models._estimator:Estimator",
+    maker="firstcontact.models._regressor:named_estimator",
 )
 
 
@@ -36,6 +37,10 @@ def model_kind(kind: str) -> type[WindowModel]:
     InputError
         No estimator that is registered makes any.
     """
+    from firstcontact.models._regressor import RegressorModel
+
+    if kind == RegressorModel.kind:
+        return RegressorModel
     # Those of this package come first: no plug-in is imported for them.
     models = (entry.model for entry in ESTIMATORS.values())
     found = next((model for model in models if model.kind == kind), None)
@@ -45,13 +50,37 @@ def model_kind(kind: str) -> type[WindowModel]:
     return found
 
 
-def make_estimator(name: str, task: Task, rate: float, **options: Any) -> Estimator:
-    """An estimator that has learned nothing yet.
+def find_estimator(estimator: object) -> type[Estimator]:
+    """Return an estimator class.
 
     Parameters
     ----------
-    name
-        One of :data:`ESTIMATORS`.
+    estimator
+        Name in :data:`ESTIMATORS`; ``PACKAGE:NAME``; an estimator class; or a regressor or
+        classifier in scikit-learn's form, as a class or an instance such as a pipeline.
+
+    Raises
+    ------
+    InputError
+        There is none of that name, or the object has no ``fit`` and ``predict``.
+    """
+    from firstcontact.models._estimator import Estimator
+    from firstcontact.models._regressor import regressor_estimator
+
+    if isinstance(estimator, str):
+        return ESTIMATORS.find(estimator)
+    if isinstance(estimator, type) and issubclass(estimator, Estimator):
+        return estimator
+    return regressor_estimator(estimator)
+
+
+def make_estimator(estimator: object, task: Task, rate: float, **options: Any) -> Estimator:
+    """Make an estimator that has learned nothing yet.
+
+    Parameters
+    ----------
+    estimator
+        As :func:`find_estimator` takes it.
     task, rate
         What it is to learn, and the sampling rate of its windows in Hz.
     options
@@ -62,8 +91,10 @@ def make_estimator(name: str, task: Task, rate: float, **options: Any) -> Estima
     InputError
         When there is none of that name, or it does not learn that.
     """
-    entry = ESTIMATORS.find(name)
-    with ESTIMATORS.calling(name):
+    entry = find_estimator(estimator)
+    with ESTIMATORS.calling(entry.name):
         if task not in entry.tasks:
-            raise InputError(f"{name} does not learn {task}: choose {' or '.join(entry.tasks)}")
+            raise InputError(
+                f"{entry.name} does not learn {task}: choose {' or '.join(entry.tasks)}"
+            )
         return entry(task, rate, **options)

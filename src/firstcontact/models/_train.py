@@ -35,7 +35,8 @@ from firstcontact.models._final_model import FinalModel, train_final_model
 from firstcontact.models._in_context import InContextModel
 from firstcontact.models._labelled_touches import LabelledTouches
 from firstcontact.models._learned_from import Digests, pinch_digests
-from firstcontact.models._registry import ESTIMATORS
+from firstcontact.models._registry import ESTIMATORS, find_estimator
+from firstcontact.models._regressor import RegressorEstimator
 from firstcontact.models._scores import TaskScores
 from firstcontact.models._spec import Task, Values
 from firstcontact.models._train_folder import folder_name
@@ -58,7 +59,7 @@ class UnknownRigError(InputError):
 
 def train(
     data: Dataset,
-    estimator: str = ESTIMATORS.default,
+    estimator: object = ESTIMATORS.default,
     *,
     detector: str | None = None,
     task: Task | str = Task.REGRESSION,
@@ -79,7 +80,9 @@ def train(
     data
         Pinches; those of role "test" are left out.
     estimator
-        Name in the registry of estimators.
+        Name in the registry of estimators; ``PACKAGE:NAME`` of a regressor or classifier in
+        scikit-learn's form; or such an object itself, as a class or an instance (a pipeline). It
+        is trained on rows of volts and saved by skops, which takes types of scikit-learn only.
     detector
         Name of the contact detector; the default one by default.
     task
@@ -109,9 +112,11 @@ def train(
     InputError
         A parameter is out of range, or the pinches are too few or have no labels.
     """
-    kind = ESTIMATORS.find(estimator)
+    kind = find_estimator(estimator)
     need_for(kind)
     _check(windows, level, seed, rate)
+    if issubclass(kind, RegressorEstimator):
+        kind.check_saved(seed)
     if task not in tuple(Task):
         raise InputError(f"{task!r} is none of {', '.join(Task)}", parameter="task")
     dataset = _training_pinches(data)
@@ -151,7 +156,7 @@ def train(
             name = "" if len(cuts) == 1 else folder_name(round(1e3 * length, 6))
             models.append(WindowPredictor(final.model, provenance, digests[cut.which], name))
             notes += [
-                f"{estimator} ({Task(task)}), {1e3 * length:g} ms: {counted(len(cut), 'pinch')}",
+                f"{kind.name} ({Task(task)}), {1e3 * length:g} ms: {counted(len(cut), 'pinch')}",
                 f"held out ({final.split}): {scores_in_words(final.scores, target)}",
                 _interval_in_words(final, target),
             ]

@@ -151,7 +151,7 @@ class Fit:
     Parameters
     ----------
     model
-        Name in the registry of estimators.
+        Name of an estimator, or a regressor in scikit-learn's form.
     task
         Regression or classification.
     learn
@@ -164,7 +164,7 @@ class Fit:
         Further fields of the estimator.
     """
 
-    model: str
+    model: object
     task: Task
     learn: LabelledWindows
     ask: Windows
@@ -180,7 +180,7 @@ def fit_model(fit: Fit) -> WindowModel:
     estimator = make_estimator(fit.model, fit.task, fit.learn.rate, **fit.options)
     sessions = fit.learn.sessions
     groups = sessions if (sessions != "").all() else None
-    with ESTIMATORS.calling(fit.model):
+    with ESTIMATORS.calling(estimator.name):
         model = estimator.fit(fit.learn.X, fit.learn.y, groups, seed=fit.seed)
         if not isinstance(model, WindowModel):
             raise TypeError(f"{type(model).__name__} is no model, and fit returned it")
@@ -191,7 +191,7 @@ def fit_model(fit: Fit) -> WindowModel:
 class Question:
     """A model, a task, the splits to do it in, and options of the estimator."""
 
-    model: str
+    model: object
     task: Task
     data: LabelledWindows
     splits: Sequence[Split]

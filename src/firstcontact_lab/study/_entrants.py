@@ -19,8 +19,6 @@ from firstcontact.models import (
     adapt_network,
     fit_at_lengths,
     fit_model,
-    from_regressor,
-    imported,
     pretrained,
     registered,
 )
@@ -115,7 +113,7 @@ def fit_answering(
         return adapt_network(pretrained(), touches, shore_a, groups, seed).model
     options = dict(entrant.options)
     own, name = options.pop("regressor", None), options.pop("estimator", None)
-    learner = registered(name, options) if own is None else from_regressor(imported(own), own)
+    learner = registered(name if own is None else own, options)
     return fit_at_lengths(learner, touches, shore_a, groups, seed=seed)
 
 

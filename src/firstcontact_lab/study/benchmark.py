@@ -14,7 +14,6 @@ from firstcontact.models import (
     AnytimeScores,
     answers_by_time,
     anytime_scores,
-    imported,
     joined_answers,
 )
 from firstcontact.twin import condition
@@ -48,10 +47,9 @@ def contender(name: str) -> Entrant:
     InputError
         Nobody of that name.
     """
-    if ":" in name:
-        imported(name)
-        return Entrant(name, "anybody", {"regressor": name})
     ESTIMATORS.find(name)
+    if ":" in name:
+        return Entrant(name, "anybody", {"regressor": name})
     return Entrant(name, "trained", {"estimator": name})
 
 

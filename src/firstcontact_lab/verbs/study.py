@@ -26,6 +26,8 @@ class Study:
     """A small study of a minute: every part runs, no number is to be quoted."""
     detector: Annotated[str, one_of(DETECTORS)] = DETECTORS.default
     """What finds the contacts at which windows start; all detectors are scored."""
+    estimator: tuple[str, ...] = ()
+    """Regressors or classifiers in scikit-learn's form to study beside ours, as PACKAGE:NAME."""
     early_ms: float = 0.0
     """How much earlier than its label a contact may be, ms: labels from a trigger are late."""
     board: Path | None = None
@@ -40,6 +42,7 @@ class Study:
     def run(self) -> None:
         """Run the study with its progress on stderr."""
         from firstcontact.core import asked_workers
+        from firstcontact.models import ESTIMATORS
         from firstcontact_lab.report.results.board import read_board
         from firstcontact_lab.study.settings import StudySettings
 
@@ -55,6 +58,8 @@ class Study:
             early=1e-3 * self.early_ms,
             board="" if self.board is None else str(self.board),
         )
+        for name in self.estimator:
+            ESTIMATORS.include(name)
         if self.board is not None:
             read_board(self.board)
         if self.quick:

@@ -1,0 +1,339 @@
+"""Any regressor or classifier in scikit-learn's form as an estimator, saved by skops.
+
+skops writes objects as a ZIP file of JSON and arrays. Only types of its list, and of ``TRUSTED``,
+are made again; no code in the file runs.
+"""
+
+from __future__ import annotations
+
+import inspect
+import io
+import json
+from collections.abc import Callable, Mapping
+from copy import deepcopy
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, ClassVar, Self
+from zipfile import ZIP_STORED, BadZipFile, ZipFile, ZipInfo
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import ForeignCode, InputError, in_a_line, is_interrupt, remember
+from firstcontact.models._estimator import Estimator, training_spec
+from firstcontact.models._model import WindowModel
+from firstcontact.models._spec import Arrays, Spec, Task, Values, Windows
+
+#: Types of scikit-learn that hold numbers only, beside those that skops trusts itself: the trees
+#: of forests and of boosting, and the kernels of Gaussian processes.
+TRUSTED = (
+    "sklearn.tree._tree.Tree",
+    "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor",
+    *(
+        f"sklearn.gaussian_process.kernels.{kernel}"
+        for kernel in (
+            *("CompoundKernel", "ConstantKernel", "DotProduct", "ExpSineSquared"),
+            *("Exponentiation", "Matern", "Product", "RBF", "RationalQuadratic", "Sum"),
+            "WhiteKernel",
+        )
+    ),
+)
+_SCHEMA = "schema.json"
+
+
+class RegressorModel(WindowModel):
+    """Fitted regressor or classifier of scikit-learn's form.
+
+    Parameters
+    ----------
+    spec
+        Windows and prediction of the model.
+    fitted
+        The object, which has ``predict(X)`` for X of shape (n, samples * channels), V.
+    title
+        Name for messages.
+    """
+
+    kind: ClassVar[str] = "sklearn"
+    modules: ClassVar[tuple[str, ...]] = ("skops",)
+    extra: ClassVar[str] = "sklearn"
+
+    def __init__(self, spec: Spec, fitted: Any, title: str = "") -> None:
+        self.spec = spec
+        self._fitted = fitted
+        self._title = title or type(fitted).__name__
+
+    @property
+    def notes(self) -> Mapping[str, Any]:
+        """Name of the regressor."""
+        return {"regressor": self._title}
+
+    def outputs(self, X: Windows) -> NDArray[Any]:
+        """Return the prediction for each window, or 1 for the predicted class and 0 for others."""
+        if not len(X):
+            return np.zeros((0, len(self.spec.classes) or 1))
+        with ForeignCode(f"predict of {self._title}"):
+            answer = self._fitted.predict(flat(X))
+            predicted: Values = np.asarray(answer, dtype=np.float64).reshape(-1, 1)
+        if len(predicted) != len(X):
+            raise InputError(
+                f"{self._title} predicted {len(X)} windows with {len(predicted)} numbers: "
+                "predict(X) must give one each"
+            )
+        if self.spec.task is Task.CLASSIFICATION:
+            chosen: Values = (predicted == np.array(self.spec.classes)).astype(np.float64)
+            return chosen
+        return predicted
+
+    def to_arrays(self) -> Arrays:
+        """Return the bytes of a skops file.
+
+        Raises
+        ------
+        InputError
+            An object of a type that is not trusted, which it names.
+        """
+        return {
+            "skops": np.frombuffer(to_skops(self._fitted, self._title), np.uint8),
+            "title": np.frombuffer(self._title.encode(), np.uint8),
+        }
+
+    @classmethod
+    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
+        """Return the model of a skops file; the inverse of :meth:`to_arrays`.
+
+        Raises
+        ------
+        InputError
+            A damaged file, or one with a type that is not trusted.
+        """
+        title = arrays["title"].tobytes().decode(errors="replace")[:200]
+        fitted = from_skops(arrays["skops"].tobytes())
+        if not callable(getattr(fitted, "predict", None)):
+            raise InputError("the skops file holds no object with predict(X): train again")
+        return cls(spec, fitted, title)
+
+
+@dataclass(frozen=True)
+class RegressorEstimator(Estimator):
+    """Estimator around a regressor or classifier; :func:`regressor_estimator` makes its subclass.
+
+    Every training takes an unfitted copy, whose free random states are the seed of the training.
+    """
+
+    model: ClassVar[type[WindowModel]] = RegressorModel
+    modules: ClassVar[tuple[str, ...]] = ("skops",)
+    extra: ClassVar[str] = "sklearn"
+    #: Class or instance that is trained.
+    regressor: ClassVar[Any]
+
+    def fit(
+        self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
+    ) -> RegressorModel:
+        """See :meth:`Estimator.fit`; windows are flattened to (n, samples * channels)."""
+        spec = training_spec(self.task, self.rate, X, y, groups)
+        with ForeignCode(f"fit of {self.title}"):
+            unfitted = fresh(self.regressor, seed)
+            fitted = unfitted.fit(flat(X), y.copy())
+        return RegressorModel(spec, unfitted if fitted is None else fitted, self.title)
+
+    @classmethod
+    def check_saved(cls, seed: int) -> None:
+        """Refuse, before a training, what could not be saved after it; InputError says why."""
+        with ForeignCode(cls.title):
+            unfitted = fresh(cls.regressor, seed)
+        to_skops(unfitted, cls.title)
+
+
+def regressor_estimator(regressor: Any, name: str = "") -> type[RegressorEstimator]:
+    """Return an estimator class for a regressor or classifier in scikit-learn's form.
+
+    Parameters
+    ----------
+    regressor
+        A class, which is made without arguments, or with ``random_state`` where it takes that. Or
+        an instance, such as a pipeline, which is copied.
+    name
+        Name in results and messages; that of the class if empty.
+
+    Raises
+    ------
+    InputError
+        It lacks ``fit`` or ``predict``.
+    """
+    kind = regressor if isinstance(regressor, type) else type(regressor)
+    title = name or kind.__name__
+    with ForeignCode(title):
+        fits = all(callable(getattr(regressor, method, None)) for method in ("fit", "predict"))
+        task = Task.CLASSIFICATION if _classifies(regressor) else Task.REGRESSION
+    if not fits:
+        raise InputError(
+            f"{title} is no regressor: name a class or an instance with fit(X, y) and predict(X)"
+        )
+    attributes = {
+        "name": title,
+        "title": title,
+        "tasks": (task,),
+        "regressor": regressor,
+    }
+    return type("RegressorEstimator", (RegressorEstimator,), attributes)
+
+
+def imported(name: str) -> Any:
+    """Import the regressor that ``PACKAGE:NAME`` names, which runs its package's code.
+
+    Raises
+    ------
+    InputError
+        It cannot be imported.
+    """
+    module, _, path = name.partition(":")
+    try:
+        with ForeignCode(name):
+            remember(module, name)
+            regressor: Any = import_module(module)
+            for part in path.split("."):
+                regressor = getattr(regressor, part)
+    except BaseException as error:
+        if is_interrupt(error):
+            raise
+        raise InputError(
+            f"{name} cannot be imported ({in_a_line(error.__cause__ or error)}): name it "
+            "PACKAGE:NAME, from a folder or an environment that Python finds it in"
+        ) from None
+    return regressor
+
+
+def named_estimator(name: str) -> type[RegressorEstimator]:
+    """Return the estimator of the regressor that ``PACKAGE:NAME`` names; see :func:`imported`."""
+    return regressor_estimator(imported(name), name)
+
+
+def fresh(regressor: Any, seed: int) -> Any:
+    """Return an unfitted regressor of its own for one training."""
+    if isinstance(regressor, type):
+        return regressor(**({"random_state": seed} if _takes_seed(regressor) else {}))
+    if not hasattr(regressor, "get_params"):
+        return deepcopy(regressor)
+    from sklearn.base import clone
+
+    model = clone(regressor)
+    states = [n for n in model.get_params() if n.rpartition("__")[2] == "random_state"]
+    free = [n for n in states if model.get_params()[n] is None]
+    return model.set_params(**dict.fromkeys(free, seed))
+
+
+def flat(X: Windows) -> NDArray[np.float64]:
+    """Return windows (n, samples, channels) as rows (n, samples * channels)."""
+    rows: NDArray[np.float64] = X.transpose(0, 2, 1).reshape(len(X), -1).astype(np.float64)
+    return rows
+
+
+def to_skops(fitted: Any, title: str) -> bytes:
+    """Return an object as the bytes of a skops file; equal objects give equal bytes.
+
+    Raises
+    ------
+    InputError
+        A type that is not trusted, which it names, or an object that skops cannot write.
+    """
+    from skops.io import dumps
+
+    try:
+        raw = dumps(fitted)
+    except Exception as error:
+        raise InputError(f"{title} cannot be saved by skops ({in_a_line(error)})") from None
+    _check_types(raw, title)
+    return _renumbered(raw)
+
+
+def from_skops(raw: bytes) -> Any:
+    """Return the object of a skops file.
+
+    Raises
+    ------
+    InputError
+        A damaged file, or one with a type that is not trusted, which it names.
+    """
+    from skops.io import loads
+
+    try:
+        with ZipFile(io.BytesIO(raw)) as archive:
+            # A compressed entry can grow without bound when it is read.
+            if any(entry.compress_type != ZIP_STORED for entry in archive.infolist()):
+                raise BadZipFile("it is compressed")
+        _check_types(raw, "the skops file")
+        return loads(raw, trusted=list(TRUSTED))
+    except InputError:
+        raise
+    except BaseException as error:
+        if is_interrupt(error):
+            raise
+        raise InputError(
+            f"the skops file is damaged ({in_a_line(error)[:200]}): train again"
+        ) from None
+
+
+def _check_types(raw: bytes, title: str) -> None:
+    from skops.io import get_untrusted_types
+
+    unknown = sorted(set(get_untrusted_types(data=raw)) - set(TRUSTED))
+    if unknown:
+        raise InputError(
+            f"{title} holds {', '.join(unknown[:5])}, which is not among the types of "
+            "scikit-learn, SciPy and NumPy that are trusted: use these, or write an estimator",
+            parameter="estimator",
+        )
+
+
+def _renumbered(raw: bytes) -> bytes:
+    """Return a skops file with its objects numbered in order, and not by their addresses."""
+    numbers: dict[str, int] = {}
+
+    def number(address: object) -> int:
+        return numbers.setdefault(str(address), len(numbers))
+
+    def walk(node: Any) -> Any:
+        if isinstance(node, list):
+            return [walk(child) for child in node]
+        if not isinstance(node, dict):
+            return node
+        out: dict[str, Any] = {}
+        for key, value in node.items():
+            if key == "__id__" and isinstance(value, int):
+                out[key] = number(value)
+            elif key == "file" and isinstance(value, str):
+                stem, dot, ending = value.partition(".")
+                out[key] = files.setdefault(value, f"{number(stem)}{dot}{ending}")
+            else:
+                out[key] = walk(value)
+        return out
+
+    files: dict[str, str] = {}
+    buffer = io.BytesIO()
+    with ZipFile(io.BytesIO(raw)) as archive, ZipFile(buffer, "w") as renumbered:
+        schema = walk(json.loads(archive.read(_SCHEMA)))
+        for old, new in files.items():
+            renumbered.writestr(ZipInfo(new), archive.read(old))
+        renumbered.writestr(ZipInfo(_SCHEMA), json.dumps(schema))
+    return buffer.getvalue()
+
+
+def _classifies(regressor: Any) -> bool:
+    """Return True for a classifier of scikit-learn, as an instance or a class."""
+    if isinstance(regressor, type):
+        from sklearn.base import ClassifierMixin
+
+        return issubclass(regressor, ClassifierMixin)
+    if not hasattr(regressor, "__sklearn_tags__"):
+        return False
+    from sklearn.base import is_classifier
+
+    return bool(is_classifier(regressor))
+
+
+def _takes_seed(regressor: Callable[..., Any]) -> bool:
+    try:
+        return "random_state" in inspect.signature(regressor).parameters
+    except ValueError:  # classes of C tell nothing
+        return False

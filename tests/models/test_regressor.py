@@ -1,0 +1,182 @@
+"""Regressors and classifiers of scikit-learn as estimators: trained, saved by skops, refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+from zipfile import ZIP_DEFLATED, ZipFile
+
+import numpy as np
+import pytest
+from sklearn.ensemble import HistGradientBoostingRegressor, RandomForestRegressor
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import RBF, WhiteKernel
+from sklearn.linear_model import LogisticRegression, Ridge
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import FunctionTransformer, StandardScaler
+from sklearn.svm import SVR
+
+import firstcontact as fc
+from firstcontact.core import Dataset, InputError
+from firstcontact.models import (
+    ESTIMATORS,
+    LearnedFrom,
+    Provenance,
+    Task,
+    find_estimator,
+    load_window_model,
+    save_model,
+)
+from firstcontact.models._regressor import RegressorModel, from_skops, to_skops
+from firstcontact.recording import load_dataset
+from firstcontact.testing import check_estimator
+from firstcontact.testing._windows import RATE, toy_windows
+from trainings import recordings
+
+PIPELINE = make_pipeline(StandardScaler(), Ridge(10))
+RIDGE = "sklearn.linear_model:Ridge"
+
+
+class Mean:
+    """Regressor of a type that no file can make again."""
+
+    def fit(self, X: Any, y: Any) -> Mean:
+        self.mean = float(y.mean())
+        return self
+
+    def predict(self, X: Any) -> Any:
+        return np.full(len(X), self.mean)
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    return load_dataset(recordings(tmp_path_factory.mktemp("pinches") / "p"))
+
+
+@pytest.mark.parametrize("regressor", [PIPELINE, make_pipeline(StandardScaler(), SVR(C=100))])
+def test_a_regressor_keeps_the_promises_of_estimators(regressor: Any) -> None:
+    check_estimator(find_estimator(regressor))
+
+
+def test_a_classifier_keeps_the_promises_of_estimators() -> None:
+    classifier = make_pipeline(StandardScaler(), LogisticRegression())
+    assert find_estimator(classifier).tasks == (Task.CLASSIFICATION,)
+    check_estimator(find_estimator(classifier))
+
+
+@pytest.mark.parametrize(
+    "regressor",
+    [
+        PIPELINE,
+        RandomForestRegressor(5, random_state=0),
+        HistGradientBoostingRegressor(max_iter=5, random_state=0),
+        GaussianProcessRegressor(RBF() + WhiteKernel(), optimizer=None),
+        make_pipeline(FunctionTransformer(np.abs), StandardScaler(), Ridge()),
+    ],
+)
+def test_a_saved_model_predicts_the_same(regressor: Any, tmp_path: Path) -> None:
+    X, y, groups = toy_windows(90)
+    model = find_estimator(regressor)(Task.REGRESSION, RATE).fit(X, y, groups)
+    card = Provenance(data=LearnedFrom(source="synthetic", pinches=90))
+    loaded = load_window_model(save_model(model, tmp_path / "m", card))
+    assert isinstance(loaded, RegressorModel)
+    np.testing.assert_array_equal(loaded.predict(X), model.predict(X))
+    assert loaded.notes == model.notes
+
+
+def test_train_takes_an_instance_and_a_name(data: Dataset, tmp_path: Path) -> None:
+    predicted = []
+    for number, estimator in enumerate((Ridge(), Ridge, RIDGE)):
+        model = fc.train(data, estimator=estimator, windows=(0.005, 0.015))
+        loaded = fc.load_model(model.save(tmp_path / str(number)))
+        assert [w.model.kind for w in loaded.windows] == ["sklearn", "sklearn"]
+        values = loaded.predict(data, estimator="sklearn").value
+        np.testing.assert_array_equal(values, model.predict(data, estimator="sklearn").value)
+        assert np.isfinite(values).all()
+        predicted.append(values)
+        assert fc.evaluate(loaded, data)[-1].groups[0].rmse
+    np.testing.assert_array_equal(predicted[0], predicted[1])
+    np.testing.assert_array_equal(predicted[0], predicted[2])
+
+
+def test_a_model_is_followed_live(data: Dataset, tmp_path: Path) -> None:
+    model = fc.train(data, estimator=PIPELINE)
+    recording = sorted((recordings(tmp_path / "live", ("e",))).glob("*.mcap"))[0]
+    with fc.open(str(recording), speed=float("inf")) as source:
+        events = list(fc.live(source, model.save(tmp_path / "m")))
+    assert any(getattr(event, "value", None) is not None for event in events)
+
+
+def test_training_leaves_the_instance_unfitted(data: Dataset) -> None:
+    regressor = Ridge()
+    fc.train(data, estimator=regressor)
+    assert not hasattr(regressor, "coef_")
+
+
+def test_what_cannot_be_saved_is_refused_before_it_is_trained(data: Dataset) -> None:
+    unnamed = make_pipeline(FunctionTransformer(lambda X: X), Ridge())
+    for estimator in (Mean, Mean(), unnamed):
+        with pytest.raises(InputError) as refused:
+            fc.train(data, estimator=estimator)
+        assert refused.value.parameter == "estimator"
+    with pytest.raises(InputError) as refused:
+        to_skops(Mean(), "Mean")
+    assert f"{__name__}.Mean" in str(refused.value)
+
+
+@pytest.mark.parametrize("estimator", [5, "no_such_module:Ridge", "sklearn.linear_model:Lasagne"])
+def test_what_is_no_regressor_is_refused(data: Dataset, estimator: Any) -> None:
+    with pytest.raises(InputError):
+        fc.train(data, estimator=estimator)
+
+
+def _rewritten(raw: bytes, tmp_path: Path, change: Any, compression: int = 0) -> bytes:
+    source, target = tmp_path / "a.skops", tmp_path / "b.skops"
+    source.write_bytes(raw)
+    with ZipFile(source) as old, ZipFile(target, "w", compression) as new:
+        for name in old.namelist():
+            content = old.read(name)
+            new.writestr(name, change(content) if name == "schema.json" else content)
+    return target.read_bytes()
+
+
+def test_a_file_with_an_untrusted_type_is_refused_with_its_name(tmp_path: Path) -> None:
+    raw = to_skops(PIPELINE.fit(np.eye(3), np.arange(3)), "pipeline")
+
+    def change(schema: bytes) -> bytes:
+        tree = json.loads(schema)
+        tree["__module__"], tree["__class__"] = "subprocess", "Popen"
+        return json.dumps(tree).encode()
+
+    with pytest.raises(InputError) as refused:
+        from_skops(_rewritten(raw, tmp_path, change))
+    assert "subprocess.Popen" in str(refused.value)
+
+
+def test_a_damaged_file_is_refused(tmp_path: Path) -> None:
+    raw = to_skops(PIPELINE.fit(np.eye(3), np.arange(3)), "pipeline")
+    damaged = [
+        b"",
+        raw[:-30],
+        raw[: len(raw) // 2],
+        _rewritten(raw, tmp_path, lambda schema: b"{}"),
+        _rewritten(raw, tmp_path, lambda schema: schema[:50]),
+        _rewritten(raw, tmp_path, lambda schema: schema, ZIP_DEFLATED),
+        _rewritten(raw, tmp_path, lambda schema: schema.replace(b"Ridge", b"Rodge")),
+    ]
+    for content in damaged:
+        with pytest.raises(InputError):
+            from_skops(content)
+
+
+def test_names_of_regressors_join_the_registry_when_they_are_included(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(ESTIMATORS, "_included", [])
+    ESTIMATORS.find(RIDGE)
+    assert RIDGE not in ESTIMATORS.names
+    ESTIMATORS.include(RIDGE)
+    ESTIMATORS.include(RIDGE)
+    assert list(ESTIMATORS).count(RIDGE) == 1
+    assert ESTIMATORS[RIDGE].title == RIDGE

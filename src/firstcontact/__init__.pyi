@@ -1,12 +1,12 @@
 from . import plugins as plugins
-from ._data import calibrate as calibrate
 from ._data import detect as detect
 from ._data import import_recordings as import_recordings
 from ._data import load as load
-from ._data import record as record
 from ._data import simulate as simulate
 from ._sessions import live as live
 from ._sessions import open as open
+from .collect import calibrate as calibrate
+from .collect import record as record
 from .core import Calibration as Calibration
 from .core import Contact as Contact
 from .core import Dataset as Dataset

@@ -3,27 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
-from contextlib import contextmanager
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from firstcontact.core import InputError, Role, cores
+from firstcontact.core import InputError, progress_steps
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from firstcontact.collect import Judged
     from firstcontact.contact import Detector
-    from firstcontact.core import AnyPath, Calibration, Contact, Dataset, Label, VibrationSensor
-    from firstcontact.device import Source
-
-#: True for a progress bar on standard error, or a function that is called with finished steps.
-Progress = bool | Callable[[int], object]
-
-#: Rest that is measured where no calibration is given, and the longest wait for it, s.
-REST = 2.0
-PATIENCE = 10.0
+    from firstcontact.core import AnyPath, Contact, Dataset, Progress
 
 
 def load(path: AnyPath | Iterable[AnyPath]) -> Dataset:
@@ -47,7 +35,9 @@ def load(path: AnyPath | Iterable[AnyPath]) -> Dataset:
     Examples
     --------
     >>> import firstcontact as fc
-    >>> data = fc.load("recordings")  # doctest: +SKIP
+    >>> data = fc.load("recordings")
+    >>> data
+    Dataset(60 pinches, 5 objects, 1 session, 4936 Hz, source='twin')
     """
     from firstcontact.recording import load_dataset
 
@@ -60,7 +50,7 @@ def import_recordings(
     *,
     rate: float | None = None,
     source: str | None = None,
-    sensor: VibrationSensor | None = None,
+    sensor: str | None = None,
     events: AnyPath | None = None,
     channels: AnyPath | None = None,
     labels: AnyPath | None = None,
@@ -78,7 +68,8 @@ def import_recordings(
     source
         "real", "twin" or "synthetic", for a format that does not store it.
     sensor
-        Kind of vibration sensor, for a format that does not store it.
+        "piezo", "accelerometer", "microphone" or "hydrophone", for a format that does not store
+        it.
     events, channels, labels
         Tables of contacts in long files, of signal names, and of labels of files.
 
@@ -91,10 +82,26 @@ def import_recordings(
     ------
     InputError
         The input cannot be used, or ``out`` holds files. Nothing is written then.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import firstcontact as fc
+    >>> rng = np.random.default_rng(0)
+    >>> signals = rng.normal(0, 0.002, (4, 2, 3000))  # pinches, fingers, samples; in volts
+    >>> labels = {"shore_a": [10.0, 10.0, 60.0, 60.0], "first_contact": [1000] * 4}
+    >>> np.savez("taps.npz", X=signals, rate=4936.0, **labels)
+    >>> data = fc.import_recordings("taps.npz", "imported", source="synthetic")
+    >>> len(data), data.source
+    (4, 'synthetic')
     """
+    from firstcontact.core import VibrationSensor
     from firstcontact.recording import import_path
 
-    return import_path(path, out, rate, source, sensor, events, channels, labels)
+    if sensor is not None and sensor not in tuple(VibrationSensor):
+        raise InputError(f"{sensor!r} is none of {', '.join(VibrationSensor)}", parameter="sensor")
+    kind = None if sensor is None else VibrationSensor(sensor)
+    return import_path(path, out, rate, source, kind, events, channels, labels)
 
 
 def simulate(
@@ -105,7 +112,8 @@ def simulate(
     pinches_per_object: int = 50,
     seed: int = 0,
     workers: int | None = None,
-    progress: Progress = False,
+    noise: AnyPath | None = None,
+    progress: Progress = None,
 ) -> Dataset:
     """Simulate labelled pinches of five blocks and eight objects on the twin.
 
@@ -120,7 +128,9 @@ def simulate(
     seed
         The same seed writes the same bytes.
     workers
-        Threads; all cores by default.
+        Threads; all cores by default. They do not change a byte.
+    noise
+        Recording of a real sensor at rest. Its noise replaces the modelled electronics and hum.
     progress
         True shows a bar; a function is called with the number of finished pinches.
 
@@ -143,42 +153,21 @@ def simulate(
     >>> len(data), data.source
     (10, 'twin')
     """
+    from firstcontact.core import need
+
+    need("twin", "numba")
+    from firstcontact.twin import check_set, read_noise
     from firstcontact.twin import simulate as simulate_set
 
+    recorded = None if noise is None else read_noise(Path(noise))
+    folder = Path(out)
+    check_set(folder, condition, pinches_per_block, pinches_per_object, seed, workers)
     total = 5 * pinches_per_block + 8 * pinches_per_object
-    with progress_steps(progress, total, "pinch") as step:
+    with progress_steps(progress, total, "pinch", condition) as step:
         simulate_set(
-            Path(out),
-            condition,
-            pinches_per_block,
-            pinches_per_object,
-            seed,
-            workers or cores(),
-            step,
+            folder, condition, pinches_per_block, pinches_per_object, seed, workers, step, recorded
         )
-    return load(out)
-
-
-def calibrate(source: Source, *, seconds: float = REST, patience: float = PATIENCE) -> Calibration:
-    """Measure the noise floor of each finger while the hand is open and still.
-
-    Parameters
-    ----------
-    source
-        An open source.
-    seconds
-        Length of rest that is measured, s.
-    patience
-        Longest additional wait for that rest, s.
-
-    Raises
-    ------
-    InputError
-        The hand does not rest, or a sensor is dead.
-    """
-    from firstcontact.device import measure_noise
-
-    return measure_noise(source, seconds, patience)
+    return load(folder)
 
 
 def detect(data: Dataset, detector: Detector | str | None = None) -> list[Contact | None]:
@@ -201,6 +190,15 @@ def detect(data: Dataset, detector: Detector | str | None = None) -> list[Contac
     ------
     InputError
         No detector has that name, or it cannot use these pinches.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> data = fc.load("recordings")
+    >>> contacts = fc.detect(data)
+    >>> first = contacts[0]
+    >>> first.finger in (fc.Finger.INDEX, fc.Finger.THUMB)
+    True
     """
     from firstcontact.contact import pretrained_detector
     from firstcontact.models import fit_detector, found
@@ -210,124 +208,3 @@ def detect(data: Dataset, detector: Detector | str | None = None) -> list[Contac
     elif isinstance(detector, str):
         detector = fit_detector(data, detector)
     return list(found(data, detector).contacts)
-
-
-def record(
-    source: Source,
-    out: AnyPath,
-    *,
-    object: str,
-    pinches: int = 10,
-    shore_a: float | None = None,
-    specimen: str = "",
-    session: str = "1",
-    role: Literal["train", "test"] = "train",
-    calibration: Calibration | None = None,
-    notes: str = "",
-    progress: Progress = False,
-    stopped: Callable[[], bool] = lambda: False,
-) -> Path:
-    """Record pinches of one object until enough of them are valid.
-
-    Every sample that the source delivers is kept. Close the hand yourself, in another thread or
-    by its own control. The simulated hand closes by itself, on the object that has this name
-    among its own, such as "block 29" or "apple".
-
-    Parameters
-    ----------
-    source
-        An open source. It is closed at the end.
-    out
-        Folder for the recording; sessions in it are continued in a further file.
-    object, shore_a, specimen, role
-        Label of the pinches.
-    pinches
-        Number of valid pinches.
-    session
-        Name of the session.
-    calibration
-        Noise floors; measured first by default.
-    notes
-        For the header.
-    progress
-        True shows a bar; a function is called with 1 for each valid pinch.
-    stopped
-        Polled several times a second; recording ends early when it returns True.
-
-    Returns
-    -------
-    Path
-        The recording.
-
-    Raises
-    ------
-    InputError
-        The source fails or ends too early, or the recording cannot be written. Samples that were
-        written stay.
-    """
-    from firstcontact.collect import Guide, Item, header_of, run_session, so_far
-
-    if role not in tuple(Role):
-        raise InputError(f"{role!r} is none of {', '.join(Role)}", parameter="role")
-    item = Item(object, pinches, shore_a, specimen, Role(role))
-    folder = Path(out)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"out: {folder} cannot be made ({error.strerror}): choose another"
-        ) from error
-    before = so_far(folder, session, source.descriptor)
-    if before.files and before.done[item.label(session)] >= pinches:
-        return before.files[-1]
-    if calibration is None:
-        calibration = calibrate(source)
-    guide = Guide(source.descriptor.layout, (item,), session, calibration, before.done)
-    header = header_of(source.descriptor, session, calibration, notes=notes)
-    with progress_steps(progress, pinches, "pinch") as step:
-        complete = run_session(source, guide, before.path, header, _Counting(step), stopped)
-    if not complete and not stopped():
-        raise InputError(
-            f"the source ended before {pinches} valid pinches: what came is in {before.path}",
-            parameter="source",
-        )
-    return before.path
-
-
-class _Counting:
-    """Screen of a recording without a terminal: counts valid pinches."""
-
-    def __init__(self, step: Callable[[int], object]) -> None:
-        self._step = step
-
-    def next_object(self, label: Label, done: int, wanted: int) -> bool:
-        """Return True: the object is in place."""
-        return True
-
-    def in_place(self) -> bool:
-        """Return True: the object is in place."""
-        return True
-
-    def judged(self, judged: Judged) -> None:
-        """Count a valid pinch."""
-        if not judged.faults:
-            self._step(1)
-
-    def going_on(self) -> None:
-        """Do nothing."""
-
-
-@contextmanager
-def progress_steps(
-    progress: Progress, total: int | None, unit: str
-) -> Iterator[Callable[[int], object]]:
-    """Give a function that counts finished steps, with a bar where one is wanted."""
-    if callable(progress):
-        yield progress
-    elif progress:
-        from tqdm import tqdm
-
-        with tqdm(total=total, unit=unit) as bar:
-            yield bar.update
-    else:
-        yield lambda done: None

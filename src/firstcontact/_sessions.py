@@ -16,10 +16,6 @@ if TYPE_CHECKING:
     from firstcontact.models import Model
     from firstcontact.streaming import Event
 
-#: Rest that is measured where no calibration is given, and the longest wait for it, s.
-REST = 1.0
-PATIENCE = 30.0
-
 
 def open(
     device: str = "twin",
@@ -108,6 +104,15 @@ def live(
     ------
     InputError
         The model is not for this source, the source fails, or the recording cannot be written.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> with fc.open("twin", speed=8.0) as source:
+    ...     events = list(fc.live(source, pinches=1))
+    >>> pinches = [event for event in events if isinstance(event, fc.PinchDone)]
+    >>> len(pinches)
+    1
     """
     from threadpoolctl import threadpool_limits
 
@@ -141,11 +146,7 @@ def live(
         source = ResampledSource(source, rate)
     descriptor = source.descriptor
     if calibration is None:
-        calibration = (
-            getattr(source, "calibration", None)
-            if recorded
-            else measure_noise(source, REST, PATIENCE)
-        )
+        calibration = getattr(source, "calibration", None) if recorded else measure_noise(source)
     with ExitStack() as stack:
         # Products of small matrices: their threads would only wait for one another.
         stack.enter_context(threadpool_limits(1))

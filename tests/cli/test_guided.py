@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from firstcontact.cli.guided import REMIND, Terminal, entered
+from firstcontact.cli.stopping import Stop
 from firstcontact.collect import Guide, Item, Judged
 from firstcontact.core import (
     Block,
@@ -23,6 +24,7 @@ from firstcontact.device import Arrival, Health
 LAYOUT = fingertip_layout()
 CALIBRATION = Calibration(tuple(VibrationCalibration(f, 0.002) for f in Finger))
 BLOCK = Item("block 29", 5, 29.0, "b29")
+APPLE = Item("apple", 5)
 LABEL = BLOCK.label("1")
 
 
@@ -41,8 +43,15 @@ def typed(monkeypatch):
         yield keys
 
 
-def guide():
-    return Guide(LAYOUT, (BLOCK,), "1", CALIBRATION)
+def guide(layout=LAYOUT, calibration=CALIBRATION):
+    return Guide(layout, (BLOCK, APPLE), "1", calibration)
+
+
+def begun(source, guide, asks=False):
+    """A terminal that follows a guide."""
+    terminal = Terminal(source, Stop(), asks)
+    terminal.begin(guide)
+    return terminal
 
 
 def test_enter_is_seen_once_and_not_waited_for(typed):
@@ -58,7 +67,7 @@ def test_enter_is_seen_once_and_not_waited_for(typed):
 
 @pytest.mark.parametrize("asks", [False, True])
 def test_the_next_object_is_named_and_waited_for_where_a_person_must_put_it_there(capsys, asks):
-    terminal = Terminal(Counts(), guide(), asks)
+    terminal = begun(Counts(), guide(), asks)
     assert terminal.next_object(LABEL, 2, 5) is not asks
     said = capsys.readouterr().out
     assert "next: block 29, 29 Shore A, specimen b29, 3 of 5 pinches to go" in said
@@ -66,9 +75,10 @@ def test_the_next_object_is_named_and_waited_for_where_a_person_must_put_it_ther
 
 
 def test_every_pinch_is_one_line_with_all_that_was_checked(capsys):
-    with Terminal(Counts(), guide(), False) as terminal:
-        terminal.judged(Judged(LABEL, (), None, 3, 5, 0.0165, -0.0004, 1.02))
-        terminal.judged(Judged(LABEL, ("samples were lost", "it clipped"), None, 3, 5, 0, 0, 1.0))
+    terminal = begun(Counts(), guide())
+    terminal.judged(Judged(LABEL, (), None, 3, 5, 0.0165, -0.0004, 1.02))
+    terminal.judged(Judged(LABEL, ("samples were lost", "it clipped"), None, 3, 5, 0, 0, 1.0))
+    terminal.end()
     assert capsys.readouterr().out.splitlines() == [
         "block 29 3/5: contact, strip and piezo agree to 0.4 ms, offset 16.5 ms, "
         "noise 1.02 x floor, 7 samples lost so far",
@@ -80,14 +90,15 @@ def test_every_pinch_is_one_line_with_all_that_was_checked(capsys):
 def test_a_link_that_goes_and_comes_is_said_once_each(capsys):
     source = Counts()
     source.health = Health(connected=True, samples=1000)
-    with Terminal(source, guide(), False) as terminal:
-        terminal.going_on()
-        source.health = Health(connected=False, samples=1000)
-        terminal.going_on()
-        terminal.going_on()
-        source.health = Health(True, 1, samples=1100, lost_samples=400, reconnects=1)
-        terminal.going_on()
-        terminal.going_on()
+    terminal = begun(source, guide())
+    terminal.going_on()
+    source.health = Health(connected=False, samples=1000)
+    terminal.going_on()
+    terminal.going_on()
+    source.health = Health(True, 1, samples=1100, lost_samples=400, reconnects=1)
+    terminal.going_on()
+    terminal.going_on()
+    terminal.end()
     assert capsys.readouterr().out.splitlines()[:-1] == [
         "link: the device is gone; waiting for it",
         "link: the device is back, epoch 1",
@@ -98,18 +109,18 @@ def test_a_link_that_goes_and_comes_is_said_once_each(capsys):
 
 def test_a_recording_with_gaps_is_said_to_have_them_at_the_end(capsys):
     source = Counts()
-    with Terminal(source, guide(), False) as terminal:
-        source.health = Health(samples=1000, lost_samples=7 + 500)
-        terminal.going_on()
-    assert capsys.readouterr().out.splitlines()[-1] == (
-        "warning: the recording has gaps, 500 samples are missing from it; a pinch with a gap in "
-        "it does not count and is asked for again"
-    )
+    terminal = begun(source, guide())
+    source.health = Health(samples=1000, lost_samples=7 + 500)
+    terminal.going_on()
+    terminal.end()
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last.startswith("warning: ")
+    assert " 500 samples " in last
 
 
 def test_a_link_that_loses_does_not_hide_what_is_waited_for(capsys):
     source = Counts()
-    terminal = Terminal(source, guide(), False)
+    terminal = begun(source, guide())
     for part in range(1, 12):
         samples = 1000 + round(part * REMIND / 10 * LAYOUT.rate)
         source.health = Health(samples=samples, lost_samples=7 + part)
@@ -119,7 +130,7 @@ def test_a_link_that_loses_does_not_hide_what_is_waited_for(capsys):
 
 def test_a_hand_that_does_not_close_is_asked_for_and_noise_is_blamed_where_it_is(capsys):
     source, watching = Counts(), guide()
-    terminal = Terminal(source, watching, False)
+    terminal = begun(source, watching)
     data = np.zeros((2000, 16), np.int16)
     noise = np.random.default_rng(0).normal(0, 0.005, (2000, 2))
     data[:, :2] = noise / LAYOUT.channels[0].scale + LAYOUT.channels[0].offset
@@ -139,9 +150,10 @@ def test_a_sensor_of_no_finger_waits_for_taps(capsys):
     layout = Layout((Channel("disc", ChannelKind.VIBRATION, None, "V"),), LAYOUT.rate)
     calibration = Calibration((VibrationCalibration(None, 0.002),))
     source = Counts()
-    with Terminal(source, Guide(layout, (BLOCK,), "1", calibration), False) as terminal:
-        source.health = Health(samples=1000 + round(REMIND * LAYOUT.rate) + 1, lost_samples=7)
-        terminal.going_on()
+    terminal = begun(source, guide(layout, calibration))
+    source.health = Health(samples=1000 + round(REMIND * LAYOUT.rate) + 1, lost_samples=7)
+    terminal.going_on()
+    terminal.end()
     waiting, closing = capsys.readouterr().out.splitlines()
     assert waiting.startswith("waiting for a tap; ")
     assert closing.endswith("; 0 taps did not count")

@@ -15,6 +15,8 @@ from firstcontact.core import counted
         (2, "stretch", "2 stretches"),
         (2, "epoch", "2 epochs"),
         (1200, "WAV file", "1,200 WAV files"),
+        (2, "policy", "2 policies"),
+        (2, "day", "2 days"),
         (3, "Shore A level", "3 Shore A levels"),
     ],
 )

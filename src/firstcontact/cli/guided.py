@@ -1,30 +1,29 @@
-"""The terminal of a guided recording: plain lines, and one that is written over on a tty."""
+"""The terminal of a guided recording: plain lines, and a status line on a tty."""
 
 from __future__ import annotations
 
 import select
 import sys
-from typing import Self
 
 from firstcontact.cli.output import reader_gone
-from firstcontact.cli.sensor_words import is_tapped
-from firstcontact.collect import Guide, Judged
+from firstcontact.cli.stopping import Stop
+from firstcontact.collect import Guide, Judged, is_tapped
 from firstcontact.core import InputError, Label
 from firstcontact.device import LinkNews, Source
 
-#: Without a closing for so long, it is said what is waited for, s of the device's time.
+#: Time without a closing after which the terminal says what it waits for, s of the device's time.
 REMIND = 10.0
-#: A noise this far above its floor keeps closings from being seen.
+#: A noise this far above its floor hides closings.
 NOISY = 1.4
 
 
 def entered() -> bool:
-    """Whether Enter was pressed since the last call; does not wait for it.
+    """Return True if Enter was pressed since the last call; do not wait for it.
 
     Raises
     ------
     InputError
-        Nobody can press it.
+        Standard input has ended.
     """
     try:
         if not select.select([sys.stdin], [], [], 0)[0]:
@@ -34,107 +33,143 @@ def entered() -> bool:
         line = ""
     if not line:
         raise InputError(
-            "someone has to press Enter here, and standard input has ended: do it in a terminal, "
-            "or without what has to be changed by hand"
+            "a person has to press Enter here, but standard input has ended: use a terminal, or "
+            "leave out the steps that are done by hand"
         )
     return True
 
 
 class Terminal:
-    """Says how the recording goes; asks for Enter where objects have to be changed.
+    """Terminal that shows a recording and asks for Enter when the object has to be changed.
 
     Parameters
     ----------
-    source, guide
-        What it is about.
+    source
+        Source of the recording.
+    stop
+        Request to stop: signals are only noted while samples are recorded.
     asks
         Whether a person changes the objects.
+
+    Attributes
+    ----------
+    complete
+        Whether every pinch was recorded.
     """
 
-    def __init__(self, source: Source, guide: Guide, asks: bool) -> None:
+    def __init__(self, source: Source, stop: Stop, asks: bool) -> None:
+        self.complete = True
         self._source = source
-        self._guide = guide
+        self._stop = stop
         self._asks = asks
-        self._tapped = is_tapped(guide.layout)
+        self._guide: Guide | None = None
         self._live = sys.stdout.isatty()
         self._width = 0
-        self._told_at = source.health.samples
+        self._reminded_at = 0
         self._link = LinkNews(source.health)
-        self._lost_before = source.health.lost_samples
+        self._lost_before = 0
         self._deserted = False
 
-    def __enter__(self) -> Self:
-        return self
+    def say(self, line: str) -> None:
+        """Print a line."""
+        start = "\r" if self._live else ""
+        print(start + line.ljust(self._width), flush=True)
+        if self._guide is not None and reader_gone() and not self._deserted:
+            self._deserted = True
+            print(
+                "firstcontact: standard output is closed; what needs no reader continues",
+                file=sys.stderr,
+            )
 
-    def __exit__(self, *exception: object) -> None:
+    def begin(self, guide: Guide) -> None:
+        """Follow a guide from here on."""
         health = self._source.health
+        self._guide = guide
+        self._asks = self._asks and guide.objects > 1
+        self._reminded_at = health.samples
+        self._link = LinkNews(health)
+        self._lost_before = health.lost_samples
+        self.complete = False
+        self._stop.gently = True
+
+    def end(self) -> None:
+        """Print the counts of the link."""
+        self._stop.gently = False
+        guide, health = self._following(), self._source.health
+        self.complete = guide.current is None
         for line in self._link.lines(health, last=True):
-            self._line(line)
-        self._say(
+            self.say(line)
+        self.say(
             f"link: {health.samples} samples, {health.lost} lost, "
             f"{health.bad_frames} damaged frames, {health.reconnects} reconnects; "
-            f"{self._guide.left_out} {'taps' if self._tapped else 'closings'} did not count"
+            f"{guide.left_out} {'taps' if is_tapped(guide.layout) else 'closings'} did not count"
         )
         lost = health.lost_samples - self._lost_before
         if lost:
-            self._say(
+            self.say(
                 f"warning: the recording has gaps, {lost} samples are missing from it; a pinch "
-                "with a gap in it does not count and is asked for again"
+                "with a gap does not count and is recorded again"
             )
 
     def next_object(self, label: Label, done: int, wanted: int) -> bool:
-        """Say what is to be pinched now; False where the person must first put it there.
+        """Name the next object. Return False if a person has to put it in place first.
 
         Raises
         ------
         InputError
-            The person must, and cannot be told.
+            A person has to, and standard output is closed.
         """
         shore = "" if label.shore_a is None else f", {label.shore_a:g} Shore A"
-        self._say(
+        self._say_and_wait(
             f"next: {label.object}{shore}, specimen {label.specimen}, "
             f"{wanted - done} of {wanted} pinches to go"
             + (": put it in place and press Enter" if self._asks else "")
         )
         if self._asks and reader_gone():
             raise InputError(
-                "someone has to be told here what comes next, and nobody reads standard output any "
-                "more: do it in a terminal, or without what has to be changed by hand"
+                "a person has to read here what comes next, but standard output is closed: use a "
+                "terminal, or record one object at a time"
             )
         return not self._asks
 
     def in_place(self) -> bool:
-        """Whether Enter was pressed; InputError when nobody can press it."""
+        """Return True if Enter was pressed.
+
+        Raises
+        ------
+        InputError
+            Standard input has ended.
+        """
         return entered()
 
     def judged(self, judged: Judged) -> None:
-        """Say how a closing went."""
+        """Print the result of a closing."""
         name = judged.label.object
         if judged.faults:
-            self._say(f"{name}: does not count: {'; '.join(judged.faults)}")
+            self._say_and_wait(f"{name}: does not count: {'; '.join(judged.faults)}")
             return
-        said = [f"{name} {judged.k}/{judged.wanted}: contact"]
+        parts = [f"{name} {judged.k}/{judged.wanted}: contact"]
         if judged.disagreement is not None:
-            said.append(f"strip and piezo agree to {abs(judged.disagreement) * 1e3:.1f} ms")
+            parts.append(f"strip and piezo agree to {abs(judged.disagreement) * 1e3:.1f} ms")
         if judged.offset is not None:
-            said.append(f"offset {judged.offset * 1e3:.1f} ms")
-        said.append(f"noise {judged.noise:.2f} x floor")
-        said.append(f"{self._source.health.lost_samples} samples lost so far")
-        self._say(", ".join(said))
+            parts.append(f"offset {judged.offset * 1e3:.1f} ms")
+        parts.append(f"noise {judged.noise:.2f} x floor")
+        parts.append(f"{self._source.health.lost_samples} samples lost so far")
+        self._say_and_wait(", ".join(parts))
 
     def going_on(self) -> None:
-        """Refresh the status; remind of what is waited for, and say what the link does."""
-        health, guide = self._source.health, self._guide
+        """Refresh the status line; print news of the link and reminders."""
+        health, guide = self._source.health, self._following()
         for line in self._link.lines(health):
-            self._line(line)
-        waited = (health.samples - self._told_at) / guide.layout.rate
+            self.say(line)
+        waited = (health.samples - self._reminded_at) / guide.layout.rate
         noise = f"noise {guide.noise:.2f} x floor"
         if waited >= REMIND and not guide.paused:
             event, place = "the hand to close", "hand"
-            if self._tapped:
+            if is_tapped(guide.layout):
                 event, place = "a tap", "surroundings"
             advice = f": calibrate again, or quieten the {place}" if guide.noise > NOISY else ""
-            self._say(f"waiting for {event}; {noise}{advice}")
+            self._say_and_wait(f"waiting for {event}; {noise}{advice}")
         if self._live:
             line = (
                 f"{health.samples / guide.layout.rate:.0f} s, {noise}, {health.lost_samples} lost"
@@ -142,18 +177,11 @@ class Terminal:
             self._width = max(self._width, len(line))
             print(f"\r{line.ljust(self._width)}", end="", flush=True)
 
-    def _say(self, line: str) -> None:
-        """Say something of the hand; what is waited for need not be said again so soon."""
-        self._line(line)
-        self._told_at = self._source.health.samples
+    def _say_and_wait(self, line: str) -> None:
+        """Print a line about the hand; the next reminder is due :data:`REMIND` later."""
+        self.say(line)
+        self._reminded_at = self._source.health.samples
 
-    def _line(self, line: str) -> None:
-        start = "\r" if self._live else ""
-        print(start + line.ljust(self._width), flush=True)
-        if reader_gone() and not self._deserted:
-            self._deserted = True
-            print(
-                "firstcontact: nobody reads standard output any more; what can be done without it "
-                "goes on",
-                file=sys.stderr,
-            )
+    def _following(self) -> Guide:
+        assert self._guide is not None, "begin comes first"
+        return self._guide

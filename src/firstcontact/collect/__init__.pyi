@@ -1,5 +1,7 @@
 """Collecting: guided recording, calibration, and the page on which contacts are labelled."""
 
+from ._calibrate import calibrate as calibrate
+from ._calibrate import loaded_volts as loaded_volts
 from ._camera import compare as compare
 from ._camera import in_words as in_words
 from ._camera import read_contacts as read_contacts
@@ -14,10 +16,16 @@ from ._label_session import Session as Session
 from ._label_signals import open_recordings as open_recordings
 from ._plan import Item as Item
 from ._plan import read_plan as read_plan
+from ._record import record as record
+from ._sensor_words import is_tapped as is_tapped
+from ._sensor_words import rest_request as rest_request
+from ._sensor_words import rest_words as rest_words
+from ._sensor_words import sensor_of as sensor_of
+from ._sensor_words import tap_words as tap_words
+from ._session import Screen as Screen
 from ._session import header_of as header_of
 from ._session import run_session as run_session
 from ._session import with_noise as with_noise
 from ._sessions import so_far as so_far
 from ._tap import tap_warnings as tap_warnings
 from ._tap import wait_for_tap as wait_for_tap
-from ._weigh import loaded_volts as loaded_volts

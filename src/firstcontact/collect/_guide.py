@@ -110,6 +110,11 @@ class Guide:
         return next(left, None)
 
     @property
+    def objects(self) -> int:
+        """Number of different objects that are wanted."""
+        return len(self._wanted)
+
+    @property
     def noise(self) -> float:
         """As in :class:`Judged`, since the last closing."""
         return self._noise.ratio

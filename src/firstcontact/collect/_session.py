@@ -19,19 +19,28 @@ WAIT = 0.1
 
 
 class Screen(Protocol):
-    """Where the person that collects is told what happens, and says when to go on."""
+    """Display for the person who records: shows what happens, and knows when to go on."""
+
+    def say(self, line: str) -> None:
+        """Show a line."""
+
+    def begin(self, guide: Guide) -> None:
+        """Begin to show what a guide judges."""
+
+    def end(self) -> None:
+        """Show the counts of the recording, which has ended."""
 
     def next_object(self, label: Label, done: int, wanted: int) -> bool:
-        """Say what is to be pinched now; False where the person must first put it there."""
+        """Name the next object. Return False if the person has to put it in place first."""
 
     def in_place(self) -> bool:
-        """Whether the person has said meanwhile that it is there."""
+        """Return True if the person has put the object in place."""
 
     def judged(self, judged: Judged) -> None:
-        """Say how a closing went."""
+        """Show the result of a closing."""
 
     def going_on(self) -> None:
-        """Called a few times a second."""
+        """Refresh; called a few times a second."""
 
 
 def header_of(

@@ -67,12 +67,14 @@ def so_far(folder: Path, session: str, descriptor: Descriptor) -> SoFar:
         if header.session != session:
             raise InputError(
                 f"{part} belongs to session {header.session!r} and not to {session!r}: choose "
-                "another --session or --out"
+                "another name or folder",
+                parameter="session",
             )
         if (header.layout, header.source) != (descriptor.layout, descriptor.source):
             raise InputError(
                 f"{part} was recorded with another sensor or layout than this device has: choose "
-                "another --out"
+                "another folder",
+                parameter="out",
             )
         done.update(mark.label for mark in recording.pinches if cut(recording, mark) is not None)
         files.append(part)

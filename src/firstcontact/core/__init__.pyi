@@ -15,6 +15,7 @@ from ._children import Child as Child
 from ._cluster import on_cluster as on_cluster
 from ._command import Command as Command
 from ._counted import counted as counted
+from ._counted import nouns as nouns
 from ._errors import InputError as InputError
 from ._extras import absent as absent
 from ._extras import install_command as install_command
@@ -94,6 +95,8 @@ from ._program import Constants as Constants
 from ._program import Judgement as Judgement
 from ._program import Program as Program
 from ._program import Step as Step
+from ._progress import Progress as Progress
+from ._progress import progress_steps as progress_steps
 from ._rate import same_rate as same_rate
 from ._records import LONGEST as LONGEST
 from ._records import LONGEST_NAME as LONGEST_NAME

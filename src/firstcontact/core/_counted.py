@@ -23,4 +23,6 @@ def nouns(number: int, noun: str) -> str:
     """The noun alone, as it stands behind that number."""
     if number == 1:
         return noun
+    if noun.endswith("y") and noun[-2:-1] not in "aeiou":
+        return noun[:-1] + "ies"
     return noun + ("es" if noun.endswith(_ES) else "s")

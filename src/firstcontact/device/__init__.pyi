@@ -14,6 +14,7 @@ from ._flashing import flash_model as flash_model
 from ._link_news import LinkNews as LinkNews
 from ._link_news import clock_line as clock_line
 from ._lsl_library import lsl_library as lsl_library
+from ._noise_floor import REST as REST
 from ._noise_floor import measure_noise as measure_noise
 from ._noise_floor import wait_for_arrivals as wait_for_arrivals
 from ._opening import SOURCES as SOURCES

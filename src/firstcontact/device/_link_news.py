@@ -52,6 +52,8 @@ class LinkNews:
         told = self._before.lost_samples
         gather = not last and self._clock() < self._not_before
         shown = replace(now, lost_samples=told) if gather else now
+        if last and not now.ended:  # nobody waits for the device any more
+            shown = replace(shown, connected=self._before.connected)
         news = link_news(self._before, shown)
         if shown.lost_samples > told:
             self._not_before = self._clock() + GATHER

@@ -29,6 +29,9 @@ STEADY = 1.4
 #: Velostat that was let go creeps back through the last of it within a second.
 RISEN = 0.4
 LOADED = 1.0
+#: Rest that is measured before a session without a calibration, and the longest wait for it, s.
+REST = 1.0
+PATIENCE = 30.0
 #: Longest wait for the next samples, s, as so many waits: a process that was stopped for longer
 #: did not listen.
 SILENCE, WAITS = 2.0, 4
@@ -192,10 +195,10 @@ def wait_for_arrivals(source: Source) -> list[Arrival]:
 
 def measure_noise(
     source: Source,
-    seconds: float = 2.0,
-    patience: float = 10.0,
+    seconds: float = REST,
+    patience: float = PATIENCE,
 ) -> Calibration:
-    """Noise floor and offset of each vibration sensor of an open source.
+    """Measure the noise floor and offset of each vibration sensor of an open source.
 
     A hand that closes again and again is measured between its closings.
 

@@ -44,6 +44,12 @@ def export_model(
     ------
     InputError
         The model has no such form, or does not fit the budget. Nothing is written then.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> data = fc.load("recordings")
+    >>> written = fc.export_model(fc.adapt(data), "c-code", to="c", data=data)
     """
     exporter = MODEL_EXPORTERS.find(to)
     need_for(exporter)

@@ -181,6 +181,15 @@ class Model:
         Data that the detector was fitted to, for its card.
     folder
         Folder that the model was loaded from; None for one that was just trained.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> data = fc.load("recordings")
+    >>> model = fc.adapt()
+    >>> predictions = model.predict(data[:3], at=0.005)
+    >>> len(predictions), bool((predictions.low < predictions.high).all())
+    (3, True)
     """
 
     detector: Detector | None
@@ -387,6 +396,13 @@ def load_model(path: str | os.PathLike[str], detector: Detector | None = None) -
     ------
     InputError
         A file is missing, damaged, or of another program or version.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> folder = fc.adapt().save("general")
+    >>> fc.load_model(folder)
+    Model(detector='logistic', 'in_context' from 2 to 15 ms)
     """
     folder = Path(path)
     network = None

@@ -111,6 +111,14 @@ def train(
     ------
     InputError
         A parameter is out of range, or the pinches are too few or have no labels.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> data = fc.load("recordings")
+    >>> model = fc.train(data, "svm", windows=[0.015])
+    >>> model
+    Model(detector='logistic', 'svm' at 15 ms, 'in_context' from 2 to 15 ms)
     """
     kind = find_estimator(estimator)
     need_for(kind)
@@ -215,6 +223,14 @@ def adapt(data: Dataset | None = None, *, detector: str | None = None, seed: int
     ------
     InputError
         The pinches do not describe a rig, or the network predicts them no better than their mean.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> data = fc.load("recordings")
+    >>> model = fc.adapt(data)
+    >>> model.notes[0]
+    'the rig is known by 60 pinches of 5 Shore A levels'
     """
     _check((DURATION,), 0.9, seed, None)
     base = pretrained()

@@ -13,9 +13,6 @@ from firstcontact.core import InputError
 if TYPE_CHECKING:
     from firstcontact.core import Calibration
 
-#: How long the hand is listened to at rest, and how long that is waited for, s.
-REST, PATIENCE = 1.0, 30.0
-
 
 @dataclass(frozen=True)
 class FlashModel:
@@ -51,10 +48,10 @@ class FlashModel:
 
     def _floors(self) -> Calibration:
         from firstcontact.core import read_calibration
-        from firstcontact.device import SerialSource, measure_noise
+        from firstcontact.device import REST, SerialSource, measure_noise
 
         if self.calibration is not None:
             return read_calibration(self.calibration)
         print(f"measuring the noise floor, {REST:g} s: keep the hand open and still", flush=True)
         with SerialSource(self.device) as source:
-            return measure_noise(source, REST, PATIENCE)
+            return measure_noise(source)

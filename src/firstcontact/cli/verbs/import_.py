@@ -47,20 +47,18 @@ class Import:
     """CSV with a row of labels for each file of a folder, where it is not labels.csv in it."""
 
     def run(self) -> None:
-        """Import, and say what came in and what was assumed."""
-        from firstcontact.core import VibrationSensor
-        from firstcontact.recording import import_path
+        """Import, and print what was read and assumed."""
+        from firstcontact import import_recordings
 
-        sensor = None if self.sensor is None else VibrationSensor(self.sensor)
-        dataset = import_path(
+        dataset = import_recordings(
             self.path,
             self.out,
-            self.rate,
-            self.source,
-            sensor,
-            self.events,
-            self.channels,
-            self.labels,
+            rate=self.rate,
+            source=self.source,
+            sensor=self.sensor,
+            events=self.events,
+            channels=self.channels,
+            labels=self.labels,
         )
         layout = dataset.layout
         sessions = len(set(dataset.sessions.tolist()))

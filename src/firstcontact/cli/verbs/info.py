@@ -80,7 +80,7 @@ def _ports() -> Iterator[str]:
 
 
 def _device(name: str, condition: str) -> Iterator[str]:
-    from firstcontact.cli.sensor_words import is_tapped
+    from firstcontact.collect import is_tapped
     from firstcontact.device import access, clock_line, open_source, source_kind
 
     source = open_source(name, condition=condition)

@@ -95,7 +95,7 @@ def _lines(recording: Recording) -> Iterator[str]:
 
 
 def _calibration(calibration: Calibration | None, layout: Layout) -> Iterator[str]:
-    from firstcontact.cli.sensor_words import rest_words, sensor_of, tap_words
+    from firstcontact.collect import rest_words, sensor_of, tap_words
     from firstcontact.core import finger_name
 
     if calibration is None:

@@ -25,10 +25,6 @@ if TYPE_CHECKING:
     from firstcontact.grasp import Hand
     from firstcontact.streaming import Grasping, LiveSession, Sink
 
-#: How long a hand is watched at rest before a live run without a calibration, s.
-REST = 1.0
-#: How long to wait for that rest, s.
-PATIENCE = 30.0
 #: A viewer's thread may hold up the pipeline's for so long, s; Python's own 5 ms is a
 #: third of a window.
 SWITCH = 5e-4
@@ -255,15 +251,15 @@ class Live:
 
     def _measured(self, source: Source) -> Calibration | None:
         """The noise floor, as it was recorded or as it is now."""
-        from firstcontact.cli.sensor_words import rest_request
-        from firstcontact.device import measure_noise
+        from firstcontact.collect import rest_request
+        from firstcontact.device import REST, measure_noise
 
         recorded = getattr(source, "calibration", None)
         if recorded is not None or source_kind(self.device).recorded:
             return recorded  # a recording has its own, or each of its closings is an epoch
         request = rest_request(source.descriptor.layout)
         _say(f"measuring the noise floor, {REST:g} s: {request}")
-        return measure_noise(source, REST, PATIENCE)
+        return measure_noise(source)
 
     @contextmanager
     def _driven(self, source: Source) -> Iterator[Grasping | None]:

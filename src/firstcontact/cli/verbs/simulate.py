@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from firstcontact.cli.cluster import where
-from firstcontact.core import counted, need
+from firstcontact.core import counted
 
 
 @dataclass(frozen=True)
@@ -15,38 +15,36 @@ class Simulate:
     """Make recordings of simulated pinches: five blocks and eight everyday objects."""
 
     out: Path
-    """Folder for the recordings, one file a session; must be empty or new. It appears when all
-    are written."""
+    """Folder for the recordings, one file a session; it must be empty or new."""
     condition: Literal["paper-rig", "everyday"] = "paper-rig"
-    """The published set-up, or pinches that vary as they do outside a lab."""
+    """Variation as in the published set-up, or as outside a lab."""
     pinches_per_block: int = 500
-    """Pinches of each of the five blocks."""
+    """Number of pinches of each of the five blocks."""
     pinches_per_object: int = 50
-    """Pinches of each of the eight unseen objects."""
+    """Number of pinches of each of the eight unseen objects."""
     seed: int = 0
-    """Same seed, same bytes."""
+    """Random seed; the same seed writes the same bytes."""
     workers: int | None = None
-    """Threads; all cores by default. Does not change a byte."""
+    """Number of threads; all cores by default."""
     noise: Path | None = None
-    """A recording of a real sensor at rest: its noise lies under the pinches in place of the
-    modelled electronics and hum."""
+    """Recording of a real sensor at rest, whose noise replaces the modelled noise."""
     cluster: str | None = None
-    """A Dask cluster that does the work instead of this machine: tcp://HOST:PORT."""
+    """Dask cluster that does the work instead of this machine: tcp://HOST:PORT."""
 
     def run(self) -> None:
         """Simulate with a progress bar."""
-        need("twin", "numba")
-        from tqdm import tqdm
+        from firstcontact import simulate
 
-        from firstcontact.twin import check_set, read_noise, simulate
-
-        noise = None if self.noise is None else read_noise(self.noise)
-        asked = (self.condition, self.pinches_per_block, self.pinches_per_object, self.seed)
-        check_set(self.out, *asked, self.workers)
-        total = 5 * self.pinches_per_block + 8 * self.pinches_per_object
-        with (
-            where(self.cluster),
-            tqdm(total=total, unit="pinch", desc=self.condition) as bar,
-        ):
-            paths = simulate(self.out, *asked, self.workers, bar.update, noise)
-        print(f"{counted(total, 'pinch')} in {counted(len(paths), 'recording')}: {self.out}")
+        with where(self.cluster):
+            data = simulate(
+                self.out,
+                condition=self.condition,
+                pinches_per_block=self.pinches_per_block,
+                pinches_per_object=self.pinches_per_object,
+                seed=self.seed,
+                workers=self.workers,
+                noise=self.noise,
+                progress=True,
+            )
+        sessions = counted(len(set(data.sessions.tolist())), "recording")
+        print(f"{counted(len(data), 'pinch')} in {sessions}: {self.out}")

@@ -6,7 +6,7 @@ from firstcontact.core import Channel, Layout, VibrationCalibration
 
 
 def sensor_of(layout: Layout, measured: VibrationCalibration) -> Channel | None:
-    """The channel that was measured; None where the layout has none of that finger."""
+    """Return the channel that was measured; None where the layout has none of that finger."""
     return next((c for c in layout.vibration if c.finger is measured.finger), None)
 
 
@@ -21,7 +21,7 @@ def rest_request(layout: Layout) -> str:
 
 
 def rest_words(measured: VibrationCalibration, channel: Channel | None) -> str:
-    """Its noise and its offset."""
+    """Return the noise and the offset of a sensor in words."""
     if channel is None or channel.unit == "V":
         noise, offset = 1e3 * measured.noise, 1e3 * measured.offset
         return f"noise {noise:.2f} mV RMS, offset {offset:+.2f} mV"
@@ -30,7 +30,7 @@ def rest_words(measured: VibrationCalibration, channel: Channel | None) -> str:
 
 
 def tap_words(tap: float, channel: Channel | None) -> str:
-    """The peak of a tap."""
+    """Return the peak of a tap in words."""
     return f"tap {tap:.3f} {'V' if channel is None else _unit(channel)}"
 
 

@@ -1,0 +1,228 @@
+"""Recording of labelled pinches, with or without a person at a terminal."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+from firstcontact.collect._guide import Guide, Judged
+from firstcontact.collect._plan import Item, read_plan
+from firstcontact.collect._sensor_words import rest_request
+from firstcontact.collect._session import Screen, header_of, run_session, with_noise
+from firstcontact.collect._sessions import so_far
+from firstcontact.core import (
+    AnyPath,
+    Calibration,
+    InputError,
+    Label,
+    Progress,
+    Role,
+    check_text,
+    counted,
+    progress_steps,
+    read_calibration,
+)
+from firstcontact.device import REST, Source, measure_noise, source_kind
+
+
+def record(
+    source: Source,
+    out: AnyPath,
+    *,
+    object: str = "",
+    pinches: int = 10,
+    shore_a: float | None = None,
+    specimen: str = "",
+    role: Literal["train", "test"] = "train",
+    plan: AnyPath | Sequence[Item] | None = None,
+    session: str = "1",
+    calibration: Calibration | AnyPath | None = None,
+    hand: str = "",
+    notes: str = "",
+    screen: Screen | None = None,
+    progress: Progress = None,
+    stopped: Callable[[], bool] = lambda: False,
+) -> Path:
+    """Record pinches until enough of each object are valid.
+
+    Every sample that the source delivers is kept. Close the hand yourself, in another thread or
+    by its own control. The simulated hand closes by itself, on the object that has this name
+    among its own, such as "block 29" or "apple". Its Shore A is then known.
+
+    Parameters
+    ----------
+    source
+        An open source. It is closed at the end.
+    out
+        Folder for the recording; an existing session in it is continued in a further file.
+    object, pinches, shore_a, specimen, role
+        Name, number of valid pinches, and labels of the object.
+    plan
+        Several objects in place of one: a CSV file with the columns object, pinches, shore,
+        specimen and role, or its rows.
+    session
+        Name of the session.
+    calibration
+        Noise floors or their file; measured first by default.
+    hand, notes
+        Hand and remarks for the header of the recording.
+    screen
+        Object that shows what happens and has objects changed; see
+        :class:`firstcontact.collect.Screen`.
+    progress
+        True shows a bar; a function is called with 1 for each valid pinch.
+    stopped
+        Polled several times a second; recording ends early when it returns True.
+
+    Returns
+    -------
+    Path
+        The recording.
+
+    Raises
+    ------
+    InputError
+        A parameter cannot be used, the source fails or ends too early, or the recording cannot be
+        written. Samples that were written stay.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> import firstcontact as fc
+    >>> folder = TemporaryDirectory()
+    >>> with fc.open("twin", speed=8.0) as source:
+    ...     path = fc.record(source, folder.name, object="block 29", pinches=1)
+    >>> data = fc.load(path)
+    >>> len(data), float(data.shore_a[0])
+    (1, 29.0)
+    """
+    check_text(session)
+    items = _items(source, object, pinches, shore_a, specimen, role, plan)
+    if isinstance(calibration, str | os.PathLike):
+        calibration = read_calibration(Path(calibration))
+    folder = Path(out)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"it cannot be made ({error.strerror}): choose another folder", parameter="out"
+        ) from error
+    wanted = sum(item.pinches for item in items)
+    with progress_steps(progress, wanted, "pinch") as step:
+        return _record(
+            source,
+            folder,
+            items,
+            session,
+            calibration,
+            hand,
+            notes,
+            screen or _CountingScreen(step),
+            stopped,
+        )
+
+
+def _record(
+    source: Source,
+    folder: Path,
+    items: tuple[Item, ...],
+    session: str,
+    calibration: Calibration | None,
+    hand: str,
+    notes: str,
+    screen: Screen,
+    stopped: Callable[[], bool],
+) -> Path:
+    foreign = [p for p in folder.glob("*.mcap") if not p.name.startswith("session-")]
+    if foreign:
+        screen.say(
+            f"note: {folder} holds {counted(len(foreign), 'recording')} that `record` did not "
+            "make, and `train` learns from all of a folder: choose another folder to keep them "
+            "apart"
+        )
+    before = so_far(folder, session, source.descriptor)
+    for sentence in before.unreadable:
+        screen.say(f"warning: passed over: {sentence}")
+    layout = source.descriptor.layout
+    if all(before.done[item.label(session)] >= item.pinches for item in items):
+        screen.say(f"session {session} is complete: {before.files[-1]}")
+        return before.files[-1]
+    if calibration is None or len(calibration.piezo) < len(layout.vibration_fingers):
+        screen.say(f"measuring the noise floor, {REST:g} s of rest: {rest_request(layout)}")
+        calibration = with_noise(calibration, measure_noise(source))
+    guide = Guide(layout, items, session, calibration, before.done)
+    header = header_of(source.descriptor, session, calibration, hand, notes)
+    screen.say(f"session {session}: {before.path}")
+    screen.begin(guide)
+    try:
+        complete = run_session(source, guide, before.path, header, screen, stopped)
+    finally:
+        screen.end()
+    if not complete and not stopped():
+        raise InputError(
+            f"it ended before all pinches were recorded: continue {before.path} with the same "
+            "session and folder",
+            parameter="source",
+        )
+    return before.path
+
+
+def _items(
+    source: Source,
+    object: str,
+    pinches: int,
+    shore_a: float | None,
+    specimen: str,
+    role: str,
+    plan: AnyPath | Sequence[Item] | None,
+) -> tuple[Item, ...]:
+    """Return what is to be recorded, with the Shore A of objects that the source knows."""
+    if (plan is None) == (not object):
+        raise InputError("give one object, or a plan for several", parameter="object")
+    if role not in tuple(Role):
+        raise InputError(f"{role!r} is none of {', '.join(Role)}", parameter="role")
+    if plan is None:
+        items: tuple[Item, ...] = (Item(object, pinches, shore_a, specimen, Role(role)),)
+    elif isinstance(plan, str | os.PathLike):
+        items = read_plan(Path(plan))
+    else:
+        items = tuple(plan)
+    known = source_kind(source.name).shore_a
+    if known is None:
+        return items
+    return tuple(replace(i, shore=known(i.object) if i.shore is None else i.shore) for i in items)
+
+
+class _CountingScreen:
+    """Screen of a recording without a terminal: counts valid pinches."""
+
+    def __init__(self, step: Callable[[int], object]) -> None:
+        self._step = step
+
+    def say(self, line: str) -> None:
+        """Ignore a line."""
+
+    def begin(self, guide: Guide) -> None:
+        """Do nothing."""
+
+    def next_object(self, label: Label, done: int, wanted: int) -> bool:
+        """Return True: the object is in place."""
+        return True
+
+    def in_place(self) -> bool:
+        """Return True: the object is in place."""
+        return True
+
+    def judged(self, judged: Judged) -> None:
+        """Count a valid pinch."""
+        if not judged.faults:
+            self._step(1)
+
+    def going_on(self) -> None:
+        """Do nothing."""
+
+    def end(self) -> None:
+        """Do nothing."""

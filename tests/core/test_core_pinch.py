@@ -88,6 +88,23 @@ def test_labels_come_as_arrays_with_nan_for_unknown(dataset: Dataset) -> None:
     assert list(dataset.test) == [False, False, True]
 
 
+def test_a_dataset_is_a_sequence_of_pinches(dataset: Dataset) -> None:
+    assert list(dataset) == list(dataset.pinches)
+    assert dataset[0] is dataset.pinches[0]
+    assert dataset[np.int64(-1)] is dataset.pinches[-1]
+    assert dataset[1:].pinches == dataset.pinches[1:]
+    assert dataset[[2, 0]].pinches == dataset.take([2, 0]).pinches
+    assert dataset[np.array([False, True, False])].pinches == dataset.pinches[1:2]
+    assert len(dataset[[]]) == 0
+    assert dataset[1:].source == dataset.source
+
+
+@pytest.mark.parametrize("index", [3, [3], np.array([True])])
+def test_what_is_not_in_a_dataset_is_an_index_error(dataset: Dataset, index: object) -> None:
+    with pytest.raises(IndexError):
+        dataset[index]  # type: ignore[index]
+
+
 def test_a_mask_and_its_positions_take_the_same_pinches(dataset: Dataset) -> None:
     mask = np.array([True, False, True])
     by_mask = dataset.take(mask)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
-from typing import Annotated, Any
+from typing import Annotated, Any, overload
 
 import numpy as np
 from msgspec import Meta
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core._block import Block
 from firstcontact.core._calibration import Calibration
+from firstcontact.core._counted import counted
 from firstcontact.core._layout import ChannelKind, Finger, Layout
 from firstcontact.core._records import Name
 
@@ -162,14 +163,35 @@ class Pinch:
 class Dataset:
     """Pinches of one layout, with their labels as arrays.
 
-    All pinches share the layout (:class:`firstcontact.core._errors.InputError`
-    is raised where they are loaded if they do not). ``source`` says "twin",
-    "real", "synthetic" or "unknown"; ``notes`` is what was done or left out on the way
-    (resampling, skipped chunks), one sentence each, for the report;
-    ``recorded_rate`` is the rate, Hz, before the pinches were resampled to
-    that of their layout, None where they were not; ``losses`` are those of the notes
-    that say what of the files could not be used; ``sessions_assumed`` is whether pinches are
-    in it whose session nobody named, so that an importer took all as one.
+    Iterating gives pinches. An index gives a pinch; a slice, a list of positions or a boolean mask
+    gives a dataset.
+
+    Parameters
+    ----------
+    pinches
+        Pinches that share one layout.
+    source
+        "twin", "real", "synthetic" or "unknown".
+    notes
+        Sentences about loading and processing, such as resampling and skipped chunks.
+    recorded_rate
+        Sampling rate before resampling, Hz; None if the pinches were not resampled.
+    losses
+        Those of the notes that name unusable parts of files.
+    sessions_assumed
+        Whether the session of some pinches is unknown, so that an importer took them as one.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import firstcontact as fc
+    >>> from firstcontact.core import fingertip_layout
+    >>> layout = fingertip_layout()
+    >>> shores = (10.0, 10.0, 60.0)
+    >>> pinches = [fc.Pinch(np.zeros((500, 16)), layout, fc.Label(shore_a=s)) for s in shores]
+    >>> data = fc.Dataset(tuple(pinches))
+    >>> len(data), data[0].label.shore_a, len(data[1:]), len(data[data.shore_a > 50])
+    (3, 10.0, 2, 1)
     """
 
     pinches: tuple[Pinch, ...]
@@ -182,14 +204,40 @@ class Dataset:
     def __len__(self) -> int:
         return len(self.pinches)
 
+    def __iter__(self) -> Iterator[Pinch]:
+        """Iterate over the pinches."""
+        return iter(self.pinches)
+
+    @overload
+    def __getitem__(self, index: int | np.integer[Any]) -> Pinch: ...
+
+    @overload
+    def __getitem__(self, index: slice | NDArray[Any] | Sequence[int]) -> Dataset: ...
+
+    def __getitem__(
+        self, index: int | np.integer[Any] | slice | NDArray[Any] | Sequence[int]
+    ) -> Pinch | Dataset:
+        """Return a pinch, or the dataset of a slice, of positions or of a boolean mask.
+
+        Raises
+        ------
+        IndexError
+            A position is out of range, or a mask has another length than the dataset.
+        """
+        if isinstance(index, slice):
+            return replace(self, pinches=self.pinches[index])
+        if isinstance(index, int | np.integer):
+            return self.pinches[index]
+        return self.take(_positions(index, len(self)))
+
     def __repr__(self) -> str:
-        """Counts alone: the samples of a few hundred pinches would fill a terminal."""
+        """Return the counts; the samples of a few hundred pinches would fill a terminal."""
         if not self.pinches:
             return f"Dataset(0 pinches, source={self.source!r})"
-        labels = {"objects": self.objects, "sessions": self.sessions}
-        counts = [f"{len(set(names.tolist()) - {''})} {kind}" for kind, names in labels.items()]
+        labels = {"object": self.objects, "session": self.sessions}
+        counts = [counted(len(set(names.tolist()) - {""}), noun) for noun, names in labels.items()]
         return (
-            f"Dataset({len(self)} pinches, {', '.join(counts)}, {self.layout.rate:g} Hz, "
+            f"Dataset({counted(len(self), 'pinch')}, {', '.join(counts)}, {self.layout.rate:g} Hz, "
             f"source={self.source!r})"
         )
 
@@ -236,8 +284,15 @@ class Dataset:
         return np.array([p.label.role is Role.TEST for p in self.pinches], dtype=np.bool_)
 
     def take(self, which: NDArray[Any] | Sequence[int]) -> Dataset:
-        """The pinches at these positions, or where a mask is true."""
+        """Return the dataset of these positions, or of those where a mask is true."""
         index = np.asarray(which)
         if index.dtype == np.bool_:
             index = np.flatnonzero(index)
         return replace(self, pinches=tuple(self.pinches[int(i)] for i in index))
+
+
+def _positions(index: NDArray[Any] | Sequence[int], length: int) -> NDArray[np.intp]:
+    """Return the positions that a mask or a list of positions selects."""
+    selected = np.asarray(index)
+    positions: NDArray[np.intp] = np.arange(length)
+    return np.asarray(positions[selected if selected.size else selected.astype(np.intp)])

@@ -1,17 +1,19 @@
-"""Write docs/reference/python.md: what the rooms of the package offer to others.
+"""Write docs/reference/python.md from the docstrings of the public names.
 
 python docs/write_api.py
 """
 
 from __future__ import annotations
 
+import enum
+import inspect
 import re
 from importlib import import_module
 from pathlib import Path
-from types import UnionType
-from typing import Any
+from types import ModuleType, UnionType
+from typing import Any, get_args
 
-from firstcontact.core import Registry
+from firstcontact.core import Registry, nouns
 
 PAGE = Path(__file__).parent / "reference" / "python.md"
 #: Names that others may rely on, by room. A room shows more, for the other rooms.
@@ -48,43 +50,173 @@ PUBLIC = {
 HEAD = """\
 # From Python
 
-Written by `docs/write_api.py` out of the docstrings; a test holds this page against them.
+`docs/write_api.py` writes this page from the docstrings. A test compares them and runs every example.
 
-Begin with `import firstcontact as fc`: these functions and types do what the command line does. The
-[tutorial](../tutorial/from-python.md) uses them. Rooms hold the parts for those who build on them:
-`from firstcontact.contact import detect`. Semantic versioning
-promises it: what is taken away or changes its meaning raises the first number of the version (the
-second before 1.0). Everything else is the package's own affair and may change at any time.
-[Architecture](../explanation/architecture.md) says how the rooms fit, `help(...)` the rest of each.
+`import firstcontact as fc` gives the functions and types below. They do what the command line does. Begin with the
+[tutorial](../tutorial/from-python.md).
+
+The examples run in a folder that holds recordings of the simulated hand:
+
+<!-- elsewhere -->
+```sh
+firstcontact simulate --out recordings --pinches-per-block 12 --pinches-per-object 0
+```
+
+Functions raise `fc.InputError` for input that they cannot use. Its `parameter` names the parameter. Functions that take a
+while have a parameter `progress`: True shows a bar, and a function is called with the number of steps just finished.
+
+Names on this page follow semantic versioning. A release that removes a name, or changes its meaning, raises the first number of
+the version (the second before 1.0). All other names are private.
 """
+#: Sections of a docstring that the page shows, and their title there.
+TITLES = {
+    "Parameters": "Parameters",
+    "Attributes": "Attributes",
+    "Returns": "Returns",
+    "Yields": "Yields",
+    "Raises": "Errors",
+}
 
 
-def said(thing: Any) -> str:
-    """The first sentence that something says of itself."""
-    if isinstance(thing, Registry):
-        return f"All {thing.kind}s by name, those of plug-ins among them."
-    if isinstance(thing, dict):
-        return f"By name: {', '.join(f'`{name}`' for name in thing)}."
-    if isinstance(thing, UnionType):
-        return f"One of {', '.join(f'`{kind.__name__}`' for kind in thing.__args__)}."
-    first = " ".join((thing.__doc__ or "").strip().split("\n\n")[0].split())
-    return re.sub(r":\w+:(?=`)", "", first).replace("``", "`")
+def sections(text: str) -> dict[str, str]:
+    """Split a docstring into its sections; "" is the part before the first heading."""
+    parts = re.split(r"^(\w[\w ]*)\n-{3,}\n", inspect.cleandoc(text), flags=re.MULTILINE)
+    return dict(zip(["", *parts[1::2]], parts[0::2], strict=True))
+
+
+def prose(text: str) -> str:
+    """Turn the markup of docstrings into that of pages, one line a paragraph."""
+    text = re.sub(r":\w+:`[~.]?([^`]*)`", r"`\1`", text).replace("``", "`")
+    return "\n\n".join(" ".join(part.split()) for part in text.strip().split("\n\n"))
+
+
+def summary(subject: Any) -> str:
+    """Return the first paragraph of a docstring."""
+    if isinstance(subject, Registry):
+        return f"All {nouns(2, subject.kind)} by name, those of plug-ins among them."
+    if isinstance(subject, dict):
+        return f"By name: {', '.join(f'`{name}`' for name in subject)}."
+    if isinstance(subject, UnionType):
+        return f"One of {', '.join(f'`{kind.__name__}`' for kind in get_args(subject))}."
+    return prose(sections(subject.__doc__ or "")[""]).split("\n\n")[0]
+
+
+def entries(text: str) -> list[str]:
+    """List the names and descriptions of a section as items of a page."""
+    items = []
+    for entry in re.split(r"\n(?=\S)", text.strip("\n")):
+        name, _, described = entry.partition("\n")
+        names = ", ".join(f"`{part.strip()}`" for part in name.split(","))
+        items.append(f"- {names}: {prose(described)}".rstrip(": "))
+    return items
+
+
+def signature(name: str, subject: Any) -> str:
+    """Return how a function or class is called, with types; "" where nobody calls it."""
+    if is_enum(subject):
+        return ""
+    if inspect.isclass(subject) and (
+        getattr(subject, "_is_protocol", False) or inspect.isabstract(subject)
+    ):
+        return ""
+    try:
+        called = inspect.signature(subject)
+    except (TypeError, ValueError):
+        return ""
+    # Types are strings: what a module writes, not what it resolves to.
+    parameters = [p.replace(annotation=_type(p.annotation)) for p in called.parameters.values()]
+    lines = [f"{_parameter(p)}," for p in parameters]
+    starred = next((k for k, p in enumerate(parameters) if p.kind is p.KEYWORD_ONLY), None)
+    if starred is not None:
+        lines.insert(starred, "*,")
+    returned = called.return_annotation
+    result = "" if inspect.isclass(subject) else f" -> {_type(returned)}"
+    short = f"{name}({' '.join(lines).rstrip(',')}){result}"
+    if len(short) <= 96:
+        return short
+    return "\n".join([f"{name}(", *(f"    {line}" for line in lines), f"){result}"])
+
+
+def is_enum(subject: Any) -> bool:
+    """Return True for an enumeration."""
+    return inspect.isclass(subject) and issubclass(subject, enum.Enum)
+
+
+def _type(annotation: Any) -> str:
+    if annotation is inspect.Parameter.empty:
+        return ""
+    text = annotation if isinstance(annotation, str) else inspect.formatannotation(annotation)
+    return text.replace("firstcontact.core._files.", "")
+
+
+def _parameter(parameter: inspect.Parameter) -> str:
+    text = (
+        parameter.name if not parameter.annotation else f"{parameter.name}: {parameter.annotation}"
+    )
+    if parameter.default is inspect.Parameter.empty:
+        return text
+    default = repr(parameter.default)
+    default = "..." if default.startswith("<") else default
+    return f"{text} = {default}"
+
+
+def described(name: str, subject: Any) -> list[str]:
+    """Return the lines about one public name."""
+    lines = [f"### {name}", ""]
+    if isinstance(subject, Registry):
+        names = ", ".join(f"`{own}`" for own in subject.own)
+        lines += [f"{summary(subject)} Those of the package: {names}.", ""]
+        return lines
+    if isinstance(subject, UnionType | dict | ModuleType):
+        return [*lines, summary(subject), ""]
+    if called := signature(name, subject):
+        lines += ["```text", called, "```", ""]
+    parts = sections(subject.__doc__ or "")
+    lines += [prose(parts[""]), ""]
+    if is_enum(subject):
+        lines += [f"Members: {', '.join(f'`{member.name}`' for member in subject)}.", ""]
+    for section, title in TITLES.items():
+        if section in parts:
+            lines += [f"{title}:", "", *entries(parts[section]), ""]
+    if "Examples" in parts:
+        lines += ["```pycon", parts["Examples"].strip(), "```", ""]
+    return lines
+
+
+def reference(name: str, words: list[str]) -> str:
+    """Return a chapter with all that a user needs of each name of a module."""
+    module = import_module(name)
+    lines = [f"## {name}", "", summary(module), ""]
+    for word in words:
+        lines += described(word, getattr(module, word))
+    return "\n".join(lines)
 
 
 def room(name: str) -> str:
-    """A table of a room."""
-    full = f"firstcontact.{name}" if name else "firstcontact"
+    """Return a table of a room."""
+    full = f"firstcontact.{name}"
     module = import_module(full)
-    words = PUBLIC[name].split() if name in PUBLIC else list(module.__all__)
-    words += [] if name else ["open"]  # which a star import leaves out
-    rows = [f"| `{word}` | {said(getattr(module, word))} |" for word in sorted(words)]
-    head = f"## {full}\n\n{said(module)}\n\n| name | |\n|---|---|\n"
+    rows = [f"| `{word}` | {summary(getattr(module, word))} |" for word in PUBLIC[name].split()]
+    head = f"### {full}\n\n{summary(module)}\n\n| name | |\n|---|---|\n"
     return head + "\n".join(rows) + "\n"
 
 
+def public_names() -> dict[str, list[str]]:
+    """Return the public names by module, functions first."""
+    names = {}
+    for name in ("firstcontact", "firstcontact.plugins"):
+        module = import_module(name)
+        words = set(module.__all__) | ({"open"} if name == "firstcontact" else set())
+        functions = {word for word in words if inspect.isfunction(getattr(module, word))}
+        names[name] = [*sorted(functions), *sorted(words - functions)]
+    return names
+
+
 def page() -> str:
-    """The page."""
-    return "\n".join([HEAD, *map(room, ("", "plugins", *PUBLIC))])
+    """Return the page."""
+    chapters = [reference(name, words) for name, words in public_names().items()]
+    rooms = "## Rooms\n\nParts for those who build on them: `from firstcontact.contact import detect`.\n"
+    return "\n".join([HEAD, *chapters, rooms, *map(room, PUBLIC)])
 
 
 if __name__ == "__main__":

@@ -50,10 +50,10 @@ PUBLIC = {
 HEAD = """\
 # From Python
 
-`docs/write_api.py` writes this page from the docstrings. A test compares them and runs every example.
+`docs/write_api.py` writes this page from the docstrings. A test runs each example.
 
-`import firstcontact as fc` gives the functions and types below. They do what the command line does. Begin with the
-[tutorial](../tutorial/from-python.md).
+`import firstcontact as fc` gives these functions and types. They do what the command line does.
+Begin with the [tutorial](../tutorial/from-python.md).
 
 The examples run in a folder that holds recordings of the simulated hand:
 
@@ -62,11 +62,13 @@ The examples run in a folder that holds recordings of the simulated hand:
 firstcontact simulate --out recordings --pinches-per-block 12 --pinches-per-object 0
 ```
 
-Functions raise `fc.InputError` for input that they cannot use. Its `parameter` names the parameter. Functions that take a
-while have a parameter `progress`: True shows a bar, and a function is called with the number of steps just finished.
+Functions raise `fc.InputError` for input that they cannot use. Its `parameter` names the parameter.
+Functions that take a while have a parameter `progress`. True shows a bar. A function is called with
+the number of steps that were just finished.
 
-Names on this page follow semantic versioning. A release that removes a name, or changes its meaning, raises the first number of
-the version (the second before 1.0). All other names are private.
+Names on this page follow semantic versioning. A release that removes a name, or changes its
+meaning, raises the first number of the version (the second before 1.0). All other names are
+private.
 """
 #: Sections of a docstring that the page shows, and their title there.
 TITLES = {
@@ -186,7 +188,10 @@ def described(name: str, subject: Any) -> list[str]:
 def reference(name: str, words: list[str]) -> str:
     """Return a chapter with all that a user needs of each name of a module."""
     module = import_module(name)
-    lines = [f"## {name}", "", summary(module), ""]
+    parts = sections(module.__doc__ or "")
+    lines = [f"## {name}", "", prose(parts[""]), ""]
+    if "Examples" in parts:
+        lines += ["```pycon", parts["Examples"].strip(), "```", ""]
     for word in words:
         lines += described(word, getattr(module, word))
     return "\n".join(lines)
@@ -215,7 +220,7 @@ def public_names() -> dict[str, list[str]]:
 def page() -> str:
     """Return the page."""
     chapters = [reference(name, words) for name, words in public_names().items()]
-    rooms = "## Rooms\n\nParts for those who build on them: `from firstcontact.contact import detect`.\n"
+    rooms = "## Rooms\n\nParts to build on: `from firstcontact.contact import detect`.\n"
     return "\n".join([HEAD, *chapters, rooms, *map(room, PUBLIC)])
 
 

@@ -1,12 +1,17 @@
-"""Examples in docstrings run."""
+"""Examples in docstrings run, in a folder with recordings; every public name is in one."""
 
 from __future__ import annotations
 
 import doctest
+import re
 from importlib import import_module
+from pathlib import Path
 
 import pytest
 from pages import ROOT
+from write_api import public_names, sections
+
+import firstcontact as fc
 
 MODULES = [
     ".".join(path.relative_to(ROOT / "src").with_suffix("").parts)
@@ -15,12 +20,35 @@ MODULES = [
 ]
 
 
+@pytest.fixture(scope="session")
+def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The recordings that the examples use, as the page of the reference says."""
+    folder = tmp_path_factory.mktemp("examples") / "recordings"
+    fc.simulate(folder, pinches_per_block=12, pinches_per_object=0)
+    return folder
+
+
 def test_there_are_some() -> None:
     assert len(MODULES) > 5
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_it_runs(name: str) -> None:
+def test_it_runs(
+    name: str, recordings: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "recordings").symlink_to(recordings)
+    monkeypatch.chdir(tmp_path)
     done = doctest.testmod(import_module(name))
     assert done.attempted
     assert not done.failed
+
+
+def test_every_public_name_has_a_runnable_example() -> None:
+    examples = ""
+    for module, names in public_names().items():
+        subjects = [getattr(import_module(module), name) for name in names]
+        for subject in [import_module(module), *subjects]:
+            examples += sections(subject.__doc__ or "").get("Examples", "")
+    used = set(re.findall(r"\w+", examples))
+    missing = {name for names in public_names().values() for name in names} - used
+    assert missing == set()

@@ -89,6 +89,14 @@ class Calibration:
 
     ``piezo`` is of the vibration sensors, of whatever kind (files know it by this name);
     ``created`` is an ISO 8601 time; fingers that were not measured are absent.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> from firstcontact.core import VibrationCalibration
+    >>> calibration = fc.Calibration((VibrationCalibration(fc.Finger.INDEX, noise=0.002),))
+    >>> calibration.noise(fc.Finger.INDEX)
+    0.002
     """
 
     piezo: Annotated[tuple[VibrationCalibration, ...], Meta(max_length=len(Finger) + 1)] = ()

@@ -15,6 +15,15 @@ class InputError(ValueError):
         What is wrong, and the remedy.
     parameter
         Name of the parameter that is wrong; "" where the message names what it is about.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> try:
+    ...     fc.adapt(seed=-1)
+    ... except fc.InputError as error:
+    ...     print(error.parameter)
+    seed
     """
 
     def __init__(self, message: str, parameter: str = "") -> None:

@@ -166,7 +166,7 @@ class Layout:
 
     Examples
     --------
-    >>> layout = fingertip_layout()
+    >>> layout: Layout = fingertip_layout()
     >>> layout.width, layout.rate
     (16, 4936.0)
     >>> layout.columns(ChannelKind.VIBRATION, Finger.THUMB)

@@ -150,7 +150,9 @@ _OURS = (
 SOURCES: Registry[SourceKind] = Registry(
     "source",
     "firstcontact.sources",
-    {kind.name: kind for kind in _OURS},
+    {
+        **{kind.name: kind for kind in _OURS},
+    },
     base="firstcontact.device._opening:SourceKind",
     instances=True,
 )

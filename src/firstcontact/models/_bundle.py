@@ -79,6 +79,14 @@ class Predictions:
         Length of the signal after the contact that was used, s, shape (n,).
     contacts
         First contact of each pinch, None where there is none.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> data = fc.load("recordings")
+    >>> predictions: fc.Predictions = fc.adapt().predict(data[:2], at=0.003)
+    >>> predictions.elapsed.round(3).tolist()
+    [0.003, 0.003]
     """
 
     value: Values

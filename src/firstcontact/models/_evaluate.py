@@ -173,6 +173,8 @@ def evaluate(
     >>> for evaluation in fc.evaluate(model, data):
     ...     print(evaluation.scored, "pinches scored at", *evaluation.rmse, "s")
     60 pinches scored at 0.002 0.003 0.005 0.008 0.015 s
+    >>> isinstance(evaluation, fc.Evaluation), isinstance(evaluation.groups[0], fc.GroupScores)
+    (True, True)
     """
     if not model.moments:
         raise InputError("it holds a detector only: train with an estimator", parameter="model")

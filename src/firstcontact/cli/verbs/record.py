@@ -71,8 +71,10 @@ class Record:
                 # A further part of a session must not repeat the simulated pinches of the first.
                 parts = len(list(self.out.glob("*.mcap")))
                 seed = zlib.crc32(f"{self.seed} {name} {parts}".encode())
-                options = {"speed": self.speed, "condition": self.condition, "seed": seed}
-                with open_source(self.device, **options) as source:
+                opened = open_source(
+                    self.device, speed=self.speed, condition=self.condition, seed=seed
+                )
+                with opened as source:
                     terminal = Terminal(source, stop, asks=not simulated)
                     record(
                         source,

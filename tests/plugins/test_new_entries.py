@@ -1,0 +1,178 @@
+"""Each new entry is one file and at most one line: the examples of the pages, in a copy."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+import firstcontact as fc
+
+ROOT = Path(__file__).parents[2]
+GUIDE = ROOT / "CONTRIBUTING.md"
+HANDS = ROOT / "docs" / "how-to" / "drive-a-hand.md"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A new entry of the package.
+
+    Parameters
+    ----------
+    page, heading
+        Place of the example that is its file.
+    file
+        Path of that file in the package.
+    registry, before, line
+        File of the registry, text before which the line goes, and the line; "" for none.
+    command, words
+        Command that must know the entry, and words that it must print.
+    """
+
+    page: Path
+    heading: str
+    file: str
+    registry: str
+    before: str
+    line: str
+    command: str
+    words: str
+
+
+ENTRIES = {
+    "verb": Entry(GUIDE, "A verb", "cli/verbs/count.py", "", "", "", "count pinches", "20"),
+    "detector": Entry(
+        GUIDE,
+        "A detector in ten lines",
+        "contact/_energy.py",
+        "contact/_registry.py",
+        '"three_sigma": ',
+        '"energy": "firstcontact.contact._energy:EnergyDetector",',
+        "train pinches --out energy --detector energy --detector-only",
+        "detector energy",
+    ),
+    "estimator": Entry(
+        GUIDE,
+        "An estimator",
+        "models/_loudness.py",
+        "models/_registry.py",
+        '"train_mean": ',
+        '"loudness": "firstcontact.models._loudness:Loudness",',
+        "train pinches --out loudness --{estimator} loudness --task regression",
+        "loudness (regression)",
+    ),
+    "policy": Entry(
+        GUIDE,
+        "A policy",
+        "grasp/policies/halfway.py",
+        "grasp/policies/registry.py",
+        '"none": ',
+        '"halfway": "firstcontact.grasp.policies.halfway:Halfway",',
+        "live --device {recording} --model general --speed inf --hand print --policy halfway",
+        "halfway",
+    ),
+    "hand": Entry(
+        HANDS,
+        "A hand of your own",
+        "grasp/_line.py",
+        "grasp/_registry.py",
+        '"print": ',
+        '"line": "firstcontact.grasp._line:LineHand",',
+        "live --device {recording} --model general --speed inf --hand line --hand-port nowhere",
+        "hand line",
+    ),
+    "source": Entry(
+        GUIDE,
+        "A sensor",
+        "device/_tape.py",
+        "device/_opening.py",
+        "**{kind.name: kind",
+        '"tape": "firstcontact.device._tape:TAPE",',
+        "info --device tape:{recording}",
+        "tape:",
+    ),
+    "exporter": Entry(
+        GUIDE,
+        "A file format",
+        "recording/_json.py",
+        "recording/_formats.py",
+        '"csv": f"{_HERE}._export_csv',
+        '"json": "firstcontact.recording._json:EXPORTER",',
+        "export pinches --to json --out {folder}/exported.json",
+        "20 pinches written",
+    ),
+    "importer": Entry(
+        GUIDE,
+        "A file format",
+        "recording/_json.py",
+        "recording/_formats.py",
+        '"wav": ',
+        '"json": "firstcontact.recording._json:IMPORTER",',
+        "import {folder}/given.json --out {folder}/imported",
+        "2 pinches",
+    ),
+}
+
+
+def example(page: Path, heading: str) -> str:
+    """The first block of Python below a heading, without its checks."""
+    text = page.read_text(encoding="utf-8").partition(f"## {heading}\n")[2]
+    code = re.search(r"^```python\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+    assert code is not None, heading
+    lines = code[1].partition("\n\n\ncheck_")[0].splitlines()
+    return "\n".join(line for line in lines if "firstcontact.testing" not in line) + "\n"
+
+
+@pytest.fixture(scope="module")
+def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with recordings and a model."""
+    folder = tmp_path_factory.mktemp("entries")
+    fc.simulate(folder / "pinches", pinches_per_block=4, pinches_per_object=0)
+    fc.adapt().save(folder / "general")
+    signals = [[[0.0, 0.0]] * 3000] * 2
+    given = {"piezo": signals, "shore_a": [10.0, 20.0], "sample_rate_hz": 4936.0}
+    (folder / "given.json").write_text(str(given).replace("'", '"'), encoding="utf-8")
+    return folder
+
+
+@pytest.mark.parametrize("kind", ENTRIES)
+def test_a_new_entry_is_one_file_and_at_most_one_line(
+    kind: str, work: Path, tmp_path: Path
+) -> None:
+    entry = ENTRIES[kind]
+    package = tmp_path / "src" / "firstcontact"
+    shutil.copytree(Path(fc.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
+    file = package / entry.file
+    assert not file.exists()
+    file.write_text(example(entry.page, entry.heading), encoding="utf-8")
+    if entry.registry:
+        registry = package / entry.registry
+        text = registry.read_text(encoding="utf-8")
+        assert text.count(entry.before) == 1
+        registry.write_text(text.replace(entry.before, f"{entry.line}\n        {entry.before}"))
+    recording = next((work / "pinches").glob("*.mcap"))
+    words = entry.command.format(
+        recording=recording, folder=tmp_path, estimator=_option_of_estimators()
+    )
+    shutil.copy(work / "given.json", tmp_path)
+    done = subprocess.run(
+        [sys.executable, "-m", "firstcontact.cli.main", *words.split()],
+        cwd=work,
+        env={**os.environ, "PYTHONPATH": str(package.parent)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    assert entry.words in done.stdout + done.stderr
+
+
+def _option_of_estimators() -> str:
+    from firstcontact.cli.verbs.train import Train
+
+    return "estimator" if "estimator" in Train.__dataclass_fields__ else "model"

@@ -136,7 +136,7 @@ def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
     fc.simulate(folder / "pinches", pinches_per_block=4, pinches_per_object=0)
     fc.adapt().save(folder / "general")
     signals = [[[0.0, 0.0]] * 3000] * 2
-    given = {"piezo": signals, "shore_a": [10.0, 20.0], "sample_rate_hz": 4936.0}
+    given = {"piezo": signals, "shore_a": [10.0, 20.0], "sample_rate_hz": 4936.0, "piezo_unit": "V"}
     (folder / "given.json").write_text(str(given).replace("'", '"'), encoding="utf-8")
     return folder
 

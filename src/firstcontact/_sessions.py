@@ -113,7 +113,7 @@ def live(
     --------
     >>> import firstcontact as fc
     >>> with fc.open("twin", speed=8.0) as source:
-    ...     events = list(fc.live(source, pinches=1))
+    ...     events: list[fc.Event] = list(fc.live(source, pinches=1))
     >>> pinches = [event for event in events if isinstance(event, fc.PinchDone)]
     >>> len(pinches)
     1

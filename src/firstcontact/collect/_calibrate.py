@@ -21,7 +21,7 @@ from firstcontact.core import (
     InputError,
     finger_name,
 )
-from firstcontact.device import LinkNews, Source, measure_noise, next_arrivals
+from firstcontact.device import LinkNews, Source, measure_noise, wait_for_arrivals
 
 Say = Callable[[str], object]
 
@@ -187,7 +187,7 @@ def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
     count = 0
     source.read(0)  # drop the samples from before the weight lay there
     while count < seconds * layout.rate:
-        for arrival in next_arrivals(source):
+        for arrival in wait_for_arrivals(source):
             volts = layout.physical(arrival.block.data, columns)
             total += volts.sum(axis=0)
             count += len(volts)

@@ -37,7 +37,7 @@ def load(path: AnyPath | Iterable[AnyPath]) -> Dataset:
     >>> import firstcontact as fc
     >>> data = fc.load("recordings")
     >>> data
-    Dataset(60 pinches, 5 objects, 1 session, 4936 Hz, source='twin')
+    Dataset(60 pinches, 5 objects, 10 sessions, 4936 Hz, source='twin')
     """
     from firstcontact.recording import load_dataset
 
@@ -88,9 +88,9 @@ def import_recordings(
     >>> import numpy as np
     >>> import firstcontact as fc
     >>> rng = np.random.default_rng(0)
-    >>> signals = rng.normal(0, 0.002, (4, 2, 3000))  # pinches, fingers, samples; in volts
-    >>> labels = {"shore_a": [10.0, 10.0, 60.0, 60.0], "first_contact": [1000] * 4}
-    >>> np.savez("taps.npz", X=signals, rate=4936.0, **labels)
+    >>> signals = rng.normal(0, 0.002, (4, 3000, 2))  # shape (pinches, samples, fingers)
+    >>> labels = {"shore_a": [10.0, 10.0, 60.0, 60.0]}
+    >>> np.savez("taps.npz", piezo=signals, piezo_unit="V", sample_rate_hz=4936.0, **labels)
     >>> data = fc.import_recordings("taps.npz", "imported", source="synthetic")
     >>> len(data), data.source
     (4, 'synthetic')

@@ -172,7 +172,7 @@ def evaluate(
     >>> model = fc.adapt()  # the network of the package, which knows no rig
     >>> for evaluation in fc.evaluate(model, data):
     ...     print(evaluation.scored, "pinches scored at", *evaluation.rmse, "s")
-    60 pinches scored at 0.002 0.003 0.005 0.008 0.015 s
+    59 pinches scored at 0.002 0.003 0.005 0.008 0.015 s
     >>> isinstance(evaluation, fc.Evaluation), isinstance(evaluation.groups[0], fc.GroupScores)
     (True, True)
     """

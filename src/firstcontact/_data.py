@@ -146,10 +146,8 @@ def simulate(
 
     Examples
     --------
-    >>> from tempfile import TemporaryDirectory
     >>> import firstcontact as fc
-    >>> with TemporaryDirectory() as folder:
-    ...     data = fc.simulate(folder + "/pinches", pinches_per_block=2, pinches_per_object=0)
+    >>> data = fc.simulate("few", pinches_per_block=2, pinches_per_object=0)
     >>> len(data), data.source
     (10, 'twin')
     """

@@ -90,11 +90,9 @@ def record(
 
     Examples
     --------
-    >>> from tempfile import TemporaryDirectory
     >>> import firstcontact as fc
-    >>> folder = TemporaryDirectory()
     >>> with fc.open("twin", speed=8.0) as source:
-    ...     path = fc.record(source, folder.name, object="block 29", pinches=1)
+    ...     path = fc.record(source, "own", object="block 29", pinches=1)
     >>> data = fc.load(path)
     >>> len(data), float(data.shore_a[0])
     (1, 29.0)

@@ -72,14 +72,15 @@ class PrintingBoard:
 
     def _print(self) -> None:
         began = time.monotonic()
-        rest = b""
-        while not self._done.wait(0.005):
+        rest, took = b"", False
+        # What waits goes on as fast as it is taken: the terminal holds 4 kB.
+        while not self._done.wait(0.0 if rest and took else 0.005):
             due = int((time.monotonic() - began) * self._rate)
             rest += b"".join(self._line(n) for n in range(self._number, due))
             self._number = due
             try:
-                rest = rest[os.write(self._end, rest) :]
+                rest, took = rest[os.write(self._end, rest) :], True
             except BlockingIOError:
-                continue  # nobody reads: it waits in the board
+                took = False  # nobody reads: it waits in the board
             except OSError:
                 rest = b""

@@ -16,7 +16,7 @@ static double volts(int16_t value, double zero)
     return (value - zero) * FC_VOLT;
 }
 
-/* How many answers were late so far, at the beginning of a stream and where that is news. */
+/* Send the number of late estimates at the beginning of a stream and when it has changed. */
 static void tell_late(fc_answers *a, bool begins)
 {
     uint8_t payload[FC_LATE_BYTES];
@@ -29,7 +29,7 @@ static void tell_late(fc_answers *a, bool begins)
     a->told_unheard = unheard;
 }
 
-/* A closing begins with this sample. */
+/* Start a closing with this sample. */
 static void begin(fc_answers *a, uint32_t sample)
 {
     fc_detector_start(&a->detector, sample);
@@ -41,7 +41,7 @@ static void begin(fc_answers *a, uint32_t sample)
     memset(a->passed, 0, sizeof a->passed);
 }
 
-/* A stream begins, or goes on behind a gap, with this sample. */
+/* Start a stream, or continue it after a gap, with this sample. */
 static void anew(fc_answers *a, uint32_t sample, bool gap)
 {
     a->open = false;
@@ -85,7 +85,8 @@ static double heard(const fc_answers *a, uint32_t sample)
     return volts(a->past[sample % FC_PAST][a->first.channel], FC_PIEZO_ZERO);
 }
 
-/* The contact's signal up to this sample: what was before it, its baseline, what came since. */
+/* Give the touch its signal up to this sample: the samples before the contact, the baseline and the
+   samples since. */
 static bool begin_touch(fc_answers *a, uint32_t sample)
 {
     static float quiet[FC_BEFORE];
@@ -105,7 +106,7 @@ static bool begin_touch(fc_answers *a, uint32_t sample)
     return true;
 }
 
-/* The newest moment from this many samples, 0 where there is none. */
+/* Return the newest moment within this many samples, 0 if there is none. */
 static int32_t newest(int32_t samples)
 {
     int32_t found = 0;
@@ -125,7 +126,7 @@ static void answer(fc_answers *a, uint32_t sample, int32_t moment)
     fc_touch *const t = &a->touch;
     const int32_t there = t->samples;
     const uint32_t then = now(a);
-    t->samples = moment; /* what came after the moment is not looked at */
+    t->samples = moment; /* ignore samples after the moment */
     const fc_status status = fc_anytime_answer(&a->image.anytime, t, &found);
     t->samples = there;
     const uint32_t took = now(a) - then;
@@ -138,14 +139,14 @@ static void answer(fc_answers *a, uint32_t sample, int32_t moment)
     }
 }
 
-/* What the contact says after this sample. fresh: the second contact is known since now. */
+/* Predict after this sample. fresh: the second contact became known with it. */
 static void go_on(fc_answers *a, uint32_t sample, bool fresh, uint32_t second)
 {
     const int32_t since = (int32_t)(sample - a->first.sample) + 1;
-    /* Nothing from samples after the second contact counts. */
+    /* Samples after the second contact must not be used. */
     const int32_t offset = (int32_t)(second - a->first.sample);
     const int32_t moment = newest(fresh && offset < since ? offset : since);
-    const bool asked_late = fresh && a->passed[moment]; /* what stands was left out */
+    const bool asked_late = fresh && a->passed[moment]; /* the final estimate was skipped */
     if (a->still || since < moments[0]) {
         if (asked_late)
             answer(a, sample, moment);
@@ -161,7 +162,7 @@ static void go_on(fc_answers *a, uint32_t sample, bool fresh, uint32_t second)
         a->listening = true;
     }
     fc_anytime_take(&a->touch, (float)(heard(a, sample) - a->baseline));
-    /* Late where a later one is due with the samples that wait. */
+    /* An estimate is late if the waiting samples make a later one due. */
     const int32_t waiting = (int32_t)fc_ring_used(&a->device->listeners);
     const bool late = !fresh && newest(since + waiting) > moment;
     const bool due = moment > a->answered || asked_late;

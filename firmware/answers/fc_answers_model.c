@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-/* Read by the detector's judge: see fc_detector_sizes.h. */
+/* The detector reads this: see fc_detector_sizes.h. */
 const fc_loudness *fc_judge_loaded;
 
 static char *put_text(char *to, const char *text)
@@ -25,7 +25,7 @@ static char *put_number(char *to, uint32_t number)
     return to;
 }
 
-/* What models are taken, and why the newest one that is kept does not answer: "" where it does. */
+/* Describe the accepted models, and the fault of the newest stored one ("" for none). */
 static void tell_room(fc_answers *a, const char *fault)
 {
     char *to = put_text(a->room, "{\"format\":");
@@ -68,7 +68,7 @@ uint8_t fc_answers_hear(void *own, const fc_frame *frame, uint32_t *next, const 
     fc_store *const s = &a->store;
     const char *fault = "a frame about a model is too short";
     if (frame->type == FC_MODEL_BEGIN && frame->n == 16) {
-        s->taking = s->kept = false; /* also of one that is refused at once */
+        s->taking = s->kept = false; /* also if this one is refused below */
         if (fc_get_u32(frame->payload) != FC_IMAGE_FORMAT)
             fault = "the model has another format than this firmware reads";
         else if (fc_get_u32(frame->payload + 4) != fc_image_sizes())
@@ -80,7 +80,7 @@ uint8_t fc_answers_hear(void *own, const fc_frame *frame, uint32_t *next, const 
         fault = fc_store_chunk(s, fc_get_u32(frame->payload), frame->payload + 4,
                                (uint32_t)frame->n - 4);
     } else if (frame->type == FC_MODEL_END && s->kept) {
-        fault = NULL; /* asked again: the answer was lost */
+        fault = NULL; /* a repeated request: the reply was lost */
     } else if (frame->type == FC_MODEL_END) {
         static fc_image trial;
         const uint8_t *const bytes = fc_store_whole(s, &fault);

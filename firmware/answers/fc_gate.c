@@ -4,8 +4,8 @@
 #include <string.h>
 
 enum { LOST, REST, STARTING, OPEN };
-/* A motor runs where it is so much louder than the noise; a taxel is loaded so far above the
-   lowest level that it had at rest, V. */
+/* RUNNING: ratio to the noise floor above which a motor runs. LOADED: rise of a taxel above its
+   lowest level at rest that counts as load, V. */
 static const double RUNNING = 1.4, LOADED = 0.3;
 
 void fc_gate_start(fc_gate *g, const double *floors, uint32_t begun)
@@ -30,7 +30,7 @@ static double median(const double *x)
     return ordered[FC_GATE_STEPS / 2];
 }
 
-/* Whether most of the last 13 steps are at rest, around their common mean. */
+/* Return true if most of the last 13 steps are at rest, around their common mean. */
 static bool quiet(const fc_gate *g)
 {
     if (g->steps + 1 < FC_GATE_STEPS)

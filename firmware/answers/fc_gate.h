@@ -1,6 +1,7 @@
-/* When a closing begins and ends: the motor has run for 39 ms with nothing held, and rests.
+/* Gate: begin and end of a closing. It begins once the motor has run for 39 ms with no object held,
+   and ends when the motor rests.
 
-   What firstcontact.contact._gate decides, sample by sample, on the same grid of 3 ms. */
+   The gate decides as firstcontact.contact._gate does, sample by sample, on the same 3 ms grid. */
 #ifndef FC_GATE_H
 #define FC_GATE_H
 
@@ -18,25 +19,25 @@ enum { FC_SENSORS = 2, FC_LOADS = 12 };
 typedef enum { FC_STAYS, FC_OPENS, FC_SHUTS } fc_turn;
 
 typedef struct {
-    double limit[FC_SENSORS]; /* mean square of a motor at rest, at most */
+    double limit[FC_SENSORS]; /* highest mean square of a motor at rest */
     double sum[FC_GATE_STEPS][FC_SENSORS], square[FC_GATE_STEPS][FC_SENSORS];
     double load[FC_LOADS], unloaded[FC_LOADS];
     double adding[FC_SENSORS], adding_square[FC_SENSORS], adding_load[FC_LOADS];
-    int32_t waiting;         /* samples of a step that is not whole */
-    int32_t skipped;         /* samples that still come before the first step */
-    uint32_t steps;          /* seen in this stretch */
-    uint32_t since, held;    /* step in which the state began, in which something was held */
+    int32_t waiting;         /* samples in the unfinished step */
+    int32_t skipped;         /* samples to skip before the first step */
+    uint32_t steps;          /* steps since the start or the last gap */
+    uint32_t since, held;    /* step in which the state began; last step with a load */
     bool rested;             /* unloaded is known */
     bool open;
     int8_t state;
 } fc_gate;
 
-/* floors: noise of both sensors with nothing moving, V RMS; begun: samples since the stream began,
-   more than 0 behind a gap. Steps stay where they are in the stream, as on the host. */
+/* floors: noise of both sensors while nothing moves, V RMS. begun: samples since the stream began,
+   above 0 after a gap. Steps keep their grid in the stream, as on the host. */
 void fc_gate_start(fc_gate *g, const double *floors, uint32_t begun);
 
-/* Takes a sample: volts of both sensors and of all taxels. What it says holds from the next
-   sample on. */
+/* Take a sample: volts of both sensors and of all taxels. The result holds from the next sample
+   on. */
 fc_turn fc_gate_take(fc_gate *g, const double *volts, const double *loads);
 
 #ifdef __cplusplus

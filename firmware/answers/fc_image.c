@@ -27,7 +27,7 @@ typedef struct {
     bool cut;
 } cursor;
 
-/* The next array; each begins where 8 divides its place. */
+/* Return the next array. Each begins at a multiple of 8 bytes. */
 static const void *take(cursor *c, size_t count, size_t size)
 {
     const uint8_t *const here = c->bytes;
@@ -86,7 +86,7 @@ static const double *doubles(cursor *c, size_t n)
     return x;
 }
 
-/* One thin layer of these inputs; no sum of a row may overflow 32 bits. */
+/* Read a thin layer with these inputs. Refuse it if the sum of a row could overflow 32 bits. */
 static bool layer(cursor *c, fc_whole *w, int32_t inputs, int32_t most)
 {
     int32_t shape[2];
@@ -111,7 +111,7 @@ static bool layer(cursor *c, fc_whole *w, int32_t inputs, int32_t most)
     return !c->cut;
 }
 
-/* Two thin layers in place of one, of so many outputs at most. */
+/* Read two thin layers that replace one, with a largest number of outputs. */
 static bool pair(cursor *c, fc_whole *w, int32_t inputs, int32_t outputs)
 {
     return layer(c, w, inputs, FC_DIRECTIONS) && layer(c, w + 1, w->outputs, outputs);
@@ -150,7 +150,7 @@ static bool read_rig(cursor *c, const fc_anytime *m, fc_rig *r)
     r->levels = told[1];
     r->level = scalars[0];
     r->sign = scalars[1];
-    r->motor = NULL; /* no motor is listened to by these kernels */
+    r->motor = NULL; /* these kernels do not use the motor's sound */
     if (c->cut || told[1] < 0 || told[1] > FC_LEVELS_MOST || !(r->level > 1e-9)
         || !(r->level < 1e9) || (r->sign != 1.0 && r->sign != -1.0))
         return false;
@@ -216,7 +216,8 @@ static bool read_anytime(cursor *c, fc_image *image)
     return any;
 }
 
-/* Whether a text is one JSON object in printable ASCII: it goes into the descriptor as it is. */
+/* Return true if a text is one JSON object in printable ASCII. The descriptor contains it
+   unchanged. */
 static bool is_object(const char *text, size_t n)
 {
     int32_t depth = 0;

@@ -1,7 +1,7 @@
-/* A model as bytes: the constants that the kernels interpret, read where they lie.
+/* Model image: the constants of the kernels as bytes, read in place.
 
-   firstcontact.export._model_image writes it. The bytes are data and are never run; what does not
-   fit the kernels that this firmware was built with is refused before any of it is used. */
+   firstcontact.export._model_image writes it. The bytes are data, never code. An image that does
+   not fit the kernels of this firmware is refused before any of it is used. */
 #ifndef FC_IMAGE_H
 #define FC_IMAGE_H
 
@@ -15,14 +15,14 @@ extern "C" {
 #endif
 
 enum {
-    FC_IMAGE_FORMAT = 1, /* raised when a reader of the one before could not read it */
+    FC_IMAGE_FORMAT = 1, /* raise it when an older reader cannot read the format */
     FC_IMAGE_RIGS = 3,
-    FC_IMAGE_TEXT = 300 /* longest text about it */
+    FC_IMAGE_TEXT = 300 /* longest text about the model */
 };
 
 typedef struct {
-    const char *text; /* JSON object about it for the descriptor: printable ASCII, text_bytes
-                         without a zero */
+    const char *text; /* JSON object for the descriptor: printable ASCII, text_bytes without a
+                         zero */
     uint32_t text_bytes;
     bool gated;       /* the noise floors are known */
     double floors[2];
@@ -31,10 +31,11 @@ typedef struct {
     fc_rig rigs[FC_IMAGE_RIGS];
 } fc_image;
 
-/* CRC-32 of all sizes that the kernels were built with: an image for others is refused. */
+/* Return the CRC-32 of all sizes of the kernels. An image for other sizes is refused. */
 uint32_t fc_image_sizes(void);
 
-/* Reads an image at an address that 8 divides; the bytes must stay. Returns NULL, or why not. */
+/* Read an image at an address that is a multiple of 8. The caller keeps the bytes. Return NULL, or
+   the reason for a refusal. */
 const char *fc_image_read(const uint8_t *bytes, size_t n, fc_image *image);
 
 #ifdef __cplusplus

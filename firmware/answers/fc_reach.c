@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Bounds are worked out in double precision, far from where that ends. */
+/* Bounds are computed in double precision, far below its range. */
 static const double MOST = 1e30, INPUTS_MOST = 6.0;
 
 static double larger(double a, double b)
@@ -20,7 +20,7 @@ static double largest(const float *x, int32_t n)
     return most;
 }
 
-/* What a layer puts out for inputs up to a bound. */
+/* Return the largest output of a layer for inputs up to a bound. */
 static double layer(const fc_whole *w, const float *bias, double in)
 {
     const int32_t columns = (w->inputs + 3) / 4 * 4;
@@ -34,7 +34,7 @@ static double layer(const fc_whole *w, const float *bias, double in)
     return most;
 }
 
-/* Of two thin layers in place of one; infinite where that passes the most. */
+/* Return the bound of two thin layers that replace one; infinite above MOST. */
 static double pair(const fc_whole *w, const float *bias, double in)
 {
     const double along = layer(w, bias, in), out = layer(w + 1, w[1].bias, along);
@@ -57,7 +57,7 @@ static bool scaled(const fc_anytime *m)
 {
     bool good = largest(m->mean, FC_NUMBERS) < MOST && largest(m->each, FC_NUMBERS) < MOST;
     for (int32_t k = 0; k < FC_NUMBERS; k++)
-        good &= m->each[k] > 1.0f / (float)MOST; /* what is infinite comes to a bound */
+        good &= m->each[k] > 1.0f / (float)MOST; /* infinite inputs become bounded */
     for (int32_t k = 0; k < m->stages * FC_TRAITS; k++)
         good &= fabs(m->usual[k]) < MOST;
     return good;

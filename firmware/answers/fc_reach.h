@@ -1,4 +1,4 @@
-/* How large the numbers of a network can become, whatever is touched. */
+/* Bounds on the numbers of a network for any signal. */
 #ifndef FC_REACH_H
 #define FC_REACH_H
 
@@ -8,8 +8,8 @@
 extern "C" {
 #endif
 
-/* Whether no number of it can pass 1e30: then none is infinite or no number at all, and what is
-   rounded to whole numbers fits into them. firstcontact.export._reach refuses the same. */
+/* Return true if no number of the network can exceed 1e30. Then none is infinite or NaN, and rounded
+   numbers fit their integers. firstcontact.export._reach refuses the same networks. */
 bool fc_reach_is_bounded(const fc_anytime *m);
 
 #ifdef __cplusplus

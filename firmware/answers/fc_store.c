@@ -8,7 +8,7 @@
 
 static const uint32_t MAGIC = 0x53464331u; /* "1CFS" */
 
-/* Head: magic, turn, length, CRC of the bytes. */
+/* Head of a slot: magic, turn, length, CRC of the bytes. */
 static bool whole(const fc_keeper *k, int slot, uint32_t *turn, uint32_t *length)
 {
     const uint8_t *const bytes = k->read(k->own, slot);

@@ -1,8 +1,8 @@
-/* Two places for a model in memory that outlives the power: one holds what answers, the other
-   takes what comes.
+/* Store with two slots for a model in non-volatile memory: one holds the active model, the other
+   receives the next.
 
-   A place counts only once its head is written, and the head is written last, over bytes that were
-   read back and agree with their CRC. Whenever the power goes, the older model is whole. */
+   A slot is valid only once its head is written. The head is written last, after the bytes were
+   read back and matched their CRC. The older model therefore survives a power cut at any time. */
 #ifndef FC_STORE_H
 #define FC_STORE_H
 
@@ -16,13 +16,13 @@ extern "C" {
 
 enum {
     FC_SLOT_HEAD = 16,
-    /* What a place takes on every board, 64 sectors: the form that `export-model --to hand` writes
-       unless told otherwise has 239 kB at most, with a rig for each finger and eight levels. */
+    /* Size of a slot on every board, 64 sectors. The default form of `export-model --to hand` has at
+       most 239 kB, with a rig for each finger and eight levels. */
     FC_SLOT_BYTES = 1 << 18
 };
 
-/* What keeps bytes. read gives them where they lie, at an address that 8 divides; write returns
-   false where they could not be kept, and may only be asked for what was cleared before. */
+/* Non-volatile memory. read returns a slot in place, at an address that is a multiple of 8. write
+   returns false on failure; the caller must clear the bytes first. */
 typedef struct fc_keeper {
     void *own;
     uint32_t slot_bytes;
@@ -33,27 +33,29 @@ typedef struct fc_keeper {
 
 typedef struct {
     const fc_keeper *keeper;
-    int active;          /* -1 where no place holds a model */
-    uint32_t bytes;      /* of the active one */
-    uint32_t turn;       /* counts the models kept */
-    bool taking, kept;   /* a model is coming; the last that came was kept */
-    uint32_t length, crc, next; /* of what is taken */
+    int active;          /* slot of the active model, -1 for none */
+    uint32_t bytes;      /* length of the active model */
+    uint32_t turn;       /* number of models stored so far */
+    bool taking, kept;   /* a transfer is running; the last transfer was stored */
+    uint32_t length, crc, next; /* of the running transfer */
 } fc_store;
 
 void fc_store_open(fc_store *s, const fc_keeper *keeper);
 
-/* The model that counts, and its length; NULL where there is none. */
+/* Return the active model and its length; NULL if there is none. */
 const uint8_t *fc_store_model(const fc_store *s, uint32_t *n);
 
-/* Has the older model count, where the newer is whole and cannot be used: what comes next takes
-   the newer's place. Returns whether there is one. */
+/* Activate the older model if the newer one is intact but cannot be used. The next model then
+   replaces the newer one. Return false if there is no older model. */
 bool fc_store_fall_back(fc_store *s);
 
-/* Each returns NULL, or why not. A chunk that came before is no fault: next tells what is due. */
+/* Return NULL, or the reason for a refusal. A repeated chunk is no error: next is the offset that
+   is due. */
 const char *fc_store_begin(fc_store *s, uint32_t length, uint32_t crc);
 const char *fc_store_chunk(fc_store *s, uint32_t at, const uint8_t *bytes, uint32_t n);
 
-/* Where all of it came: its bytes, to be looked at before they are kept. */
+/* Return the bytes of a complete transfer, so that the caller can check them before it stores
+   them. */
 const uint8_t *fc_store_whole(fc_store *s, const char **why);
 const char *fc_store_keep(fc_store *s);
 

@@ -2,7 +2,7 @@
 
 size_t fc_cobs_stuff(const uint8_t *in, size_t n, uint8_t *out)
 {
-    size_t code = 0; /* where the length of the run being written goes */
+    size_t code = 0; /* position for the length of the current run */
     size_t w = 1;
     for (size_t i = 0; i < n; i++) {
         if (in[i] != 0) {
@@ -10,7 +10,7 @@ size_t fc_cobs_stuff(const uint8_t *in, size_t n, uint8_t *out)
             if (w - code < 255u)
                 continue;
         }
-        /* A zero ends the run; so does its 254th byte, with no zero behind it. */
+        /* A run ends at a zero, or after 254 bytes without one. */
         out[code] = (uint8_t)(w - code);
         code = w++;
     }

@@ -1,4 +1,4 @@
-/* Consistent overhead byte stuffing (Cheshire and Baker 1999): bytes without zeros. */
+/* Consistent overhead byte stuffing (Cheshire and Baker 1999), which removes all zeros. */
 #ifndef FC_COBS_H
 #define FC_COBS_H
 
@@ -9,15 +9,15 @@
 extern "C" {
 #endif
 
-/* Most bytes that n bytes become: one code for each 254 of them, and one more. */
+/* Largest stuffed length of n bytes: one code for each 254 of them, and one more. */
 #define FC_COBS_MAX(n) ((n) + (n) / 254u + 1u)
 
-/* Stuffs n bytes into out, which has room for FC_COBS_MAX(n); returns how many they became.
-   The zero that ends a frame is not written. */
+/* Stuff n bytes into out, which has room for FC_COBS_MAX(n). Return the stuffed length. The zero
+   that ends a frame is not written. */
 size_t fc_cobs_stuff(const uint8_t *in, size_t n, uint8_t *out);
 
-/* Undoes it; out has room for n and may be in. Returns how many bytes came out, or -1 where
-   in is empty, has a zero in it or a run that reaches beyond its end. */
+/* Undo the stuffing. out has room for n bytes and may be in. Return the number of bytes, or -1 if
+   in is empty, contains a zero or has a run beyond its end. */
 ptrdiff_t fc_cobs_unstuff(const uint8_t *in, size_t n, uint8_t *out);
 
 #ifdef __cplusplus

@@ -1,6 +1,6 @@
 #include "fc_crc32.h"
 
-/* Half a byte at a time: 64 bytes of table instead of a kilobyte. */
+/* Table for half a byte at a time: 64 bytes instead of a kilobyte. */
 static const uint32_t table[16] = {
     0x00000000u, 0x1db71064u, 0x3b6e20c8u, 0x26d930acu,
     0x76dc4190u, 0x6b6b51f4u, 0x4db26158u, 0x5005713cu,

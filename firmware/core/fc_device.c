@@ -129,7 +129,7 @@ static void obey(fc_device *d, const fc_frame *frame)
     case FC_MODEL_END:
         take_model(d, frame);
         break;
-    default: /* what a later version may say */
+    default: /* a frame of a later version */
         break;
     }
 }
@@ -149,8 +149,8 @@ void fc_device_hear(fc_device *d, uint8_t byte)
     d->heard_bytes = 0;
 }
 
-/* How many samples the next frame takes: five in a row, fewer before a gap, and all that
-   are left before a stop. 0 where there is no frame yet. */
+/* Return the number of samples for the next frame: five in a row, fewer before a gap, and all that
+   remain before a stop. Return 0 if there are too few for a frame. */
 static uint32_t in_a_row(const fc_device *d)
 {
     const uint32_t used = fc_ring_used(&d->ring);
@@ -178,7 +178,7 @@ static size_t put_samples(fc_device *d, uint8_t *payload, uint32_t n)
 #define IN_WORDS_(x) #x
 #define REFUSAL "this firmware speaks version " IN_WORDS(FC_PROTOCOL_VERSION) " of the protocol"
 
-/* One field more as the descriptor's last, where it fits; returns the new length. */
+/* Append a field to the descriptor if it fits. Return the new length. */
 static size_t put_field(uint8_t *payload, size_t w, const char *name, const char *json, size_t n)
 {
     const size_t named = strlen(name);
@@ -192,7 +192,7 @@ static size_t put_field(uint8_t *payload, size_t w, const char *name, const char
     return w;
 }
 
-/* The descriptor, with what there is to say of models. */
+/* Write the descriptor with its fields about models. */
 static size_t put_descriptor(fc_device *d, uint8_t *payload)
 {
     const size_t n = strlen(d->descriptor);
@@ -218,7 +218,7 @@ static size_t put_reply(fc_device *d, uint8_t *payload)
     }
 }
 
-/* Makes the next frame; returns false where there is none. */
+/* Make the next frame. Return false if there is none. */
 static bool next_frame(fc_device *d)
 {
     uint8_t *const payload = d->body + FC_FRAME_HEAD;
@@ -234,7 +234,7 @@ static bool next_frame(fc_device *d)
         memcpy(payload, t->payload, n);
     } else if (samples > 0) {
         n = put_samples(d, payload, samples);
-    } else if (d->reply != 0) { /* a stop's only after the last samples */
+    } else if (d->reply != 0) { /* the reply to a stop follows the last samples */
         type = d->reply;
         n = put_reply(d, payload);
         d->reply = 0;

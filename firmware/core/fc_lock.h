@@ -1,12 +1,12 @@
-/* What keeps an interrupt on the same core out. Where nothing interrupts (a POSIX program),
-   only the compiler has to be kept in order. */
+/* Lock against interrupts on the same core. A POSIX program has none and needs only a compiler
+   barrier. */
 #ifndef FC_LOCK_H
 #define FC_LOCK_H
 
 #define FC_BARRIER() __asm__ volatile("" ::: "memory")
 
 #if defined(__ARM_ARCH) && defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M'
-/* Never nested, and never called with interrupts off. */
+/* Do not nest these, and call them only with interrupts on. */
 #define FC_LOCK() __asm__ volatile("cpsid i" ::: "memory")
 #define FC_UNLOCK() __asm__ volatile("cpsie i" ::: "memory")
 #else

@@ -1,4 +1,4 @@
-/* The wire protocol of docs/protocol.md, version 1: frames from and to bytes, nothing sent. */
+/* Frames of the wire protocol of docs/protocol.md, version 1, to and from bytes. */
 #ifndef FC_PROTOCOL_H
 #define FC_PROTOCOL_H
 
@@ -12,13 +12,13 @@
 extern "C" {
 #endif
 
-/* A macro, so that the preprocessor can put it into words. */
+/* A macro, so that the preprocessor can turn it into text. */
 #define FC_PROTOCOL_VERSION 1
 
 enum {
-    FC_FRAME_SAMPLES = 5,  /* most samples of a frame: 1 ms */
+    FC_FRAME_SAMPLES = 5,  /* most samples in a frame: 1 ms */
     FC_MARKER_BYTES = 200, /* longest text of a marker */
-    FC_CHUNK_BYTES = 200,  /* most of a model in a frame */
+    FC_CHUNK_BYTES = 200,  /* most bytes of a model in a frame */
     FC_CONTACT_BYTES = 10,
     FC_ESTIMATE_BYTES = 28,
     FC_LATE_BYTES = 8,
@@ -47,19 +47,19 @@ enum {
 
 /* Flags of an estimate. */
 enum { FC_REFUSES = 1, FC_STRANGE = 2 };
-/* What a model's state says. */
+/* States of a model transfer. */
 enum { FC_MODEL_GOES_ON = 0, FC_MODEL_KEPT = 1, FC_MODEL_REFUSED = 2 };
 
-/* Bytes of a frame with a payload of n on the line, with the zero that ends it, at most. */
+/* Largest length on the line of a frame with n bytes of payload, final zero included. */
 #define FC_WIRE_MAX(n) (FC_COBS_MAX((n) + FC_FRAME_HEAD + FC_FRAME_CRC) + 1u)
 
 void fc_put_u16(uint8_t *to, uint16_t value);
 void fc_put_u32(uint8_t *to, uint32_t value);
 uint32_t fc_get_u32(const uint8_t *from);
 
-/* A frame whose payload of n bytes stands at body + FC_FRAME_HEAD: writes type, counter and
-   CRC around it, where body has room for them, and the stuffed frame with its zero into
-   wire, which has room for FC_WIRE_MAX(n). Returns the bytes on the wire. */
+/* Encode a frame whose payload of n bytes is at body + FC_FRAME_HEAD. Write type, counter and CRC
+   around it, where body has room for them. Write the stuffed frame with its zero into wire, which
+   has room for FC_WIRE_MAX(n). Return the number of bytes on the wire. */
 size_t fc_frame_encode(uint8_t type, uint32_t counter, uint8_t *body, size_t n, uint8_t *wire);
 
 typedef struct {
@@ -69,11 +69,11 @@ typedef struct {
     size_t n;
 } fc_frame;
 
-/* Takes a frame apart in place, given what stood before its zero. Returns 0, or -1 where it
-   is damaged. The payload lies in wire. */
+/* Decode a frame in place. wire holds the bytes before the final zero, and later the payload. Return
+   0, or -1 for a damaged frame. */
 int fc_frame_decode(uint8_t *wire, size_t n, fc_frame *frame);
 
-/* Payloads; each returns its bytes. */
+/* Write a payload and return its length. */
 size_t fc_put_descriptor(uint8_t *to, uint32_t boot, const char *text, size_t n);
 size_t fc_put_samples_head(uint8_t *to, uint32_t first_sample, uint32_t overflow, uint8_t n);
 size_t fc_put_marker(uint8_t *to, uint32_t sample, const uint8_t *text, size_t n);
@@ -83,8 +83,8 @@ size_t fc_put_contact(uint8_t *to, uint32_t sample, uint32_t known, uint8_t fing
 size_t fc_put_model_state(uint8_t *to, uint8_t state, uint8_t of, uint32_t next,
                           const char *reason);
 
-/* What an answer of the device says: of which contact, from how many samples after it, known with
-   which sample; Shore A; and the time that it took, ns, 0 where nothing measures it. */
+/* Estimate of the device: its contact, the number of samples after it, and the sample with which
+   the estimate was complete. Values are in Shore A. took is the computing time, ns, 0 if unknown. */
 typedef struct {
     uint32_t contact, known;
     uint16_t samples;

@@ -24,7 +24,7 @@ bool fc_ring_put(fc_ring *r, const fc_sample *sample)
     if (next == r->tail)
         return false;
     r->slots[head] = *sample;
-    FC_BARRIER(); /* the sample stands before the other side may see it */
+    FC_BARRIER(); /* write the sample before the reader can see it */
     r->head = next;
     return true;
 }
@@ -39,6 +39,6 @@ const fc_sample *fc_ring_peek(const fc_ring *r, uint32_t k)
 void fc_ring_drop(fc_ring *r, uint32_t n)
 {
     const uint32_t place = r->tail + n;
-    FC_BARRIER(); /* it was read before the other side may write over it */
+    FC_BARRIER(); /* read the samples before the writer can overwrite them */
     r->tail = place < r->size ? place : place - r->size;
 }

@@ -1,4 +1,4 @@
-/* Samples on their way from the timer's interrupt to the main loop: one puts, one takes. */
+/* Ring buffer of samples between the timer's interrupt (writer) and the main loop (reader). */
 #ifndef FC_RING_H
 #define FC_RING_H
 
@@ -15,12 +15,12 @@ typedef struct {
     uint32_t number;
     uint32_t overflow; /* samples dropped before this one, since the device's start */
     int16_t value[FC_WIDTH];
-    bool streamed; /* whether it is sent to the host, too */
+    bool streamed; /* true if it is also sent to the host */
 } fc_sample;
 
 typedef struct {
     fc_sample *slots;
-    uint32_t size; /* one slot stays empty, to tell full from empty */
+    uint32_t size; /* one slot stays empty: this separates full from empty */
     volatile uint32_t head;
     volatile uint32_t tail;
 } fc_ring;
@@ -28,11 +28,11 @@ typedef struct {
 void fc_ring_init(fc_ring *r, fc_sample *slots, uint32_t size);
 uint32_t fc_ring_used(const fc_ring *r);
 
-/* The side that puts: false where there is no room. */
+/* For the writer. Return false if the ring is full. */
 bool fc_ring_put(fc_ring *r, const fc_sample *sample);
 
-/* The side that takes: the k-th waiting sample, for k below fc_ring_used, and letting go of
-   the first n. */
+/* For the reader: return the k-th waiting sample, for k below fc_ring_used, and drop the first n
+   samples. */
 const fc_sample *fc_ring_peek(const fc_ring *r, uint32_t k);
 void fc_ring_drop(fc_ring *r, uint32_t n);
 

@@ -1,4 +1,4 @@
-/* Which taxel of both arrays is read in which sample: one a sample, row by row. */
+/* Order in which the taxels of both arrays are read: one per sample, row by row. */
 #ifndef FC_SCAN_H
 #define FC_SCAN_H
 
@@ -10,16 +10,16 @@
 extern "C" {
 #endif
 
-/* Counts taxels rather than taking the sample number modulo 6: that number wraps at 2^32,
-   which 6 does not divide. */
+/* Counter of taxels. The sample number modulo 6 does not work, because it wraps at 2^32, which is
+   not a multiple of 6. */
 typedef struct {
-    uint8_t taxel; /* of the sample that comes next */
+    uint8_t taxel; /* taxel of the next sample */
 } fc_scan;
 
 void fc_scan_init(fc_scan *s);
 void fc_scan_next(fc_scan *s);
 
-/* The row to drive and the column to read for it. */
+/* Return the row to drive and the column to read for this taxel. */
 uint8_t fc_scan_row(const fc_scan *s);
 uint8_t fc_scan_column(const fc_scan *s);
 

@@ -1,14 +1,14 @@
-/* Runs a detector over closings: for each how many samples, then the samples of all channels in;
-   its contacts out, and instructions: of its dearest 3 ms with and without the samples that take in
-   the steady state, of the dearest of these, and of all. */
+/* Run a detector over closings. Input, for each closing: the number of samples, then the samples of
+   all channels. Output: its contacts, and the instructions of the costliest 3 ms with and without
+   the samples that compute the steady state, of the costliest of these samples, and of all. */
 #include "machine.h"
 
 #include <string.h>
 
 #include "fc_detector.h"
 
-/* Samples in 3 ms at 4936 Hz, rounded up; those that take in a steady state, from the one on that
-   completes it. */
+/* Samples in 3 ms at 4936 Hz, rounded up, and samples that compute the steady state, from the one
+   that completes it. */
 enum { STRETCH = 15, TAKEN_IN = 3 };
 
 typedef struct {

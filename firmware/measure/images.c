@@ -1,6 +1,6 @@
-/* Reads images of models, sound and spoilt, and has those that are not refused answer. In come the
-   length of a sound one and its bytes; then, of each to try, its length, how many patches it has,
-   and of each of these where it is, its length and its bytes. Out comes a record of each. */
+/* Read intact and damaged model images, and predict with those that are not refused. Input: the
+   length of an intact image and its bytes; then, for each image to try, its length and its number
+   of patches; for each patch its offset, its length and its bytes. Output: one record per image. */
 #include "machine.h"
 
 #include <string.h>
@@ -17,8 +17,8 @@
 enum { ROOM = 1 << 19, SAMPLES = 400 };
 
 typedef struct {
-    char why[72];                /* "" where it was taken */
-    int32_t contacts, status[4]; /* of the detector; of each moment */
+    char why[72];                /* reason for the refusal, "" if the image was accepted */
+    int32_t contacts, status[4]; /* contacts of the detector; status at each moment */
     int32_t spare;
     double value[4], low[4], high[4];
 } record;
@@ -28,7 +28,7 @@ const fc_loudness *fc_judge_loaded;
 static uint64_t sound[ROOM / 8], tried[ROOM / 8];
 static fc_image image;
 
-/* Noise, then a swing: any signal does. */
+/* Test signal: noise, then a swing. */
 static double heard(uint32_t n)
 {
     static const double swing[] = {0.0, 0.1, 0.3, 0.5, 0.4, 0.1, -0.2, -0.3, -0.2, 0.0};
@@ -67,7 +67,7 @@ static void answer(record *r)
         r->spare += image.text[k] > '~'; /* never */
 }
 
-/* The next image to try; its length, 0 where there is none. */
+/* Read the next image to try and return its length, 0 at the end. */
 static uint32_t next(uint32_t whole)
 {
     uint32_t told[2], patch[2];

@@ -1,17 +1,17 @@
-/* What the measuring program needs of the machine that it runs on. */
+/* Functions of a machine for the measuring programs. */
 #ifndef MACHINE_H
 #define MACHINE_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-/* Its two arguments: a file to read and a file to write. 0 where they cannot be opened. */
+/* Open the files of the two arguments, to read and to write. Return 0 on failure. */
 int machine_begin(int argc, char **argv);
 size_t machine_read(void *to, size_t bytes); /* bytes read, fewer at the end */
 void machine_write(const void *from, size_t bytes);
 void machine_end(void);
 
-/* A clock, and the instructions that were run since it said so; 0 where none are counted. */
+/* Return a time stamp, and the instructions since a time stamp; 0 if nothing counts them. */
 uint32_t machine_clock(void);
 uint32_t machine_since(uint32_t then);
 

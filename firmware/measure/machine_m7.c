@@ -1,11 +1,11 @@
-/* The emulated Cortex-M7: files by semihosting, instructions by its timer. */
+/* Emulated Cortex-M7: files by semihosting, instruction counts by its timer. */
 #include "machine.h"
 
 #include <string.h>
 
 #include "board.h"
 
-/* qemu -icount shift=10 lets an instruction last 1024 ns: 25.6 ticks of 25 MHz. */
+/* With qemu -icount shift=10 an instruction lasts 1024 ns: 25.6 ticks of 25 MHz. */
 #define TIMER0_CONTROL (*(volatile uint32_t *)0x40000000u)
 #define TIMER0_VALUE (*(volatile uint32_t *)0x40000004u)
 #define TIMER0_RELOAD (*(volatile uint32_t *)0x40000008u)

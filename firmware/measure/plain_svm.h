@@ -1,5 +1,5 @@
-/* A support vector machine as one writes it down, to compare with: libm's expf, one vector after
-   the other. With CMSIS defined, that of CMSIS-DSP on the same vectors. */
+/* Straightforward support vector machine for comparison: libm's expf, one vector after the other.
+   With CMSIS defined it calls CMSIS-DSP on the same vectors. */
 #ifndef PLAIN_SVM_H
 #define PLAIN_SVM_H
 

@@ -1,5 +1,5 @@
-/* Asks the any-time model about contacts: finger, valid samples, and the signal of each in; the
-   answers after the given numbers of samples out. */
+/* Predict with the any-time model. Input, for each contact: finger, number of valid samples, signal.
+   Output: predictions after the given numbers of samples. */
 #include "machine.h"
 
 #include <string.h>
@@ -34,7 +34,7 @@ int main(int argc, char **argv)
             record r;
             memset(&r, 0, sizeof r);
             r.status = fc_anytime_answer(&fc_anytime_model, &touch, &answer);
-            r.instructions = machine_since(before); /* all since the answer before */
+            r.instructions = machine_since(before); /* since the previous prediction */
             r.value = answer.value;
             r.spread = answer.spread;
             r.low = answer.low;

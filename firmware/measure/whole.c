@@ -1,6 +1,7 @@
-/* Detector, estimate and running answers in one image: its size is that of all that a hand needs.
+/* One image with detector, window model and any-time model. Its size is what a hand needs in all.
 
-   Built with MODEL, the estimate's function, and HEADER, its file. Closings in, answers out. */
+   Build it with MODEL, the window model's function, and HEADER, its file. Input: closings. Output:
+   predictions. */
 #include "machine.h"
 
 #include <string.h>

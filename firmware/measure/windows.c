@@ -1,6 +1,6 @@
-/* Asks one model about windows: records of floats in, records of answers out.
+/* Predict with one window model. Input: records of floats. Output: records of predictions.
 
-   Built with MODEL, the function's name, HEADER, its file, and NUMBERS, those in a window. */
+   Build it with MODEL, the function's name, HEADER, its file, and NUMBERS, the length of a window. */
 #include "machine.h"
 
 #include <string.h>

@@ -1,10 +1,13 @@
-/* A fingertip pair in an emulator: a Cortex-M7 that talks over its UART.
+/* Device in an emulator: a Cortex-M7 with a UART.
 
-   Arguments, by semihosting: "timer" samples in the timer's interrupt at 4936 Hz of the
-   board's clock; "free" samples whenever there is room, so that nothing overflows however
-   slow the emulator is; "counted" is "free" with instructions counted, for an emulator in which
-   each lasts 1024 ns (-icount shift=10). A path behind it names a file of scans; without one a pattern is
-   sent that has the sample's number in it. A path behind that names a model that answers. The clock starts with the first start. */
+   The first argument, by semihosting, is one of three:
+   - "timer" samples in the timer's interrupt at 4936 Hz of the board's clock.
+   - "free" samples whenever there is room, so that a slow emulator causes no overflow.
+   - "counted" is "free" with instructions counted, for an emulator in which each lasts 1024 ns
+     (-icount shift=10).
+   The second argument names a file of scans. Without it the device sends a pattern that contains the
+   sample's number. The third argument names a model. The clock starts with the first start of
+   streaming. */
 #include <string.h>
 
 #include "board.h"
@@ -15,7 +18,7 @@
 #include "fc_pace.h"
 
 enum { RING = 1024, RECORD = 12, SCANS_MOST = 250000, ARGUMENTS_MOST = 512 };
-/* Stands for flash: what is in it is gone with the emulator. */
+/* In place of flash; its content is lost when the emulator ends. */
 enum { LISTENERS = 256, MODEL_ROOM = FC_SLOT_BYTES };
 
 static const char descriptor[] = FC_DESCRIPTOR_TEXT("mps2-an500", "synthetic");
@@ -25,7 +28,7 @@ static fc_device device;
 static fc_answers answers;
 static uint64_t models[2][MODEL_ROOM / 8];
 static fc_pace pace;
-static uint8_t scans[SCANS_MOST * RECORD + 1]; /* one more tells that a file is too long */
+static uint8_t scans[SCANS_MOST * RECORD + 1]; /* one more byte shows that a file is too long */
 static size_t scans_bytes;
 static bool from_file;
 static volatile bool over;
@@ -113,11 +116,11 @@ static void talk(void)
         fc_device_hear(&device, byte);
 }
 
-/* A model that the emulator was started with is kept as if it had come over the line. */
+/* Store the model of the third argument as if it had arrived over the line. */
 static void flash(const char *path)
 {
     fc_store store;
-    const uint8_t *const bytes = scans; /* nothing is in it yet */
+    const uint8_t *const bytes = scans; /* still empty */
     const size_t n = host_read(path, scans, sizeof scans);
     fc_store_open(&store, &keeper);
     if (n == 0 || fc_store_begin(&store, (uint32_t)n, fc_crc32(bytes, n)) != NULL
@@ -126,7 +129,7 @@ static void flash(const char *path)
         board_exit(2);
 }
 
-/* Returns whether the timer paces. */
+/* Read the arguments. Return true if the timer sets the pace. */
 static bool read_arguments(uint32_t (**clock)(void))
 {
     static char text[ARGUMENTS_MOST];

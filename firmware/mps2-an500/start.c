@@ -1,4 +1,4 @@
-/* From reset to main: vectors, FPU, memory. */
+/* Start-up code: vectors, FPU, memory. */
 #include <stdint.h>
 
 #include "board.h"
@@ -8,7 +8,7 @@ extern const uint32_t data_from[];
 int main(void);
 void reset(void);
 
-/* Coprocessor access control: the FPU is number 10 and 11, and off after reset. */
+/* Coprocessor access control. The FPU is number 10 and 11, and off after reset. */
 #define CPACR (*(volatile uint32_t *)0xe000ed88u)
 
 void reset(void)
@@ -30,7 +30,7 @@ static void fault(void)
 
 typedef void (*vector)(void);
 
-/* The 16 of the core, then the board's interrupts. */
+/* The core's 16 vectors, then the board's interrupts. */
 __attribute__((section(".vectors"), used)) static const struct {
     uint32_t *stack;
     vector core[15];

@@ -1,4 +1,4 @@
-/* CMSDK timers: count down at 25 MHz and start again at their reload value. */
+/* CMSDK timers: they count down at 25 MHz and restart at their reload value. */
 #include "board.h"
 
 typedef struct {
@@ -41,7 +41,7 @@ void counter_start(void)
     TIMER1->control = ENABLED;
 }
 
-/* 1024 ns are 25.6 ticks and stand for 2.5 ns. */
+/* 1024 ns are 25.6 ticks and represent 2.5 ns. */
 uint32_t counter_ns(void)
 {
     const uint32_t now = TIMER1->value;

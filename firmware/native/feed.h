@@ -1,4 +1,4 @@
-/* Raw scans out of a file or a pipe: records of six uint16, little-endian. */
+/* Reader of raw scans from a file or a pipe: records of six uint16, little-endian. */
 #ifndef FEED_H
 #define FEED_H
 
@@ -16,10 +16,10 @@ typedef struct {
 
 typedef enum { FEED_SCAN, FEED_DRY, FEED_END } feed_state;
 
-/* path "-" is the standard input; returns -1, errno set, where it cannot be opened. */
+/* Open the file; path "-" is standard input. Return -1 and set errno on failure. */
 int feed_open(feed *f, const char *path);
 
-/* The next scan; FEED_DRY where a pipe has none just now. Never waits. */
+/* Read the next scan without waiting. Return FEED_DRY if the pipe is empty. */
 feed_state feed_next(feed *f, fc_raw *raw);
 
 #endif

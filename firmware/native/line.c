@@ -20,7 +20,7 @@ const char *line_open(line *l)
     const char *const path = ptsname(l->fd);
     if (path == NULL)
         return NULL;
-    /* The host's end stays open here, too: hosts may come and go, as on a board's port. */
+    /* Keep the host's end open here, so that hosts can come and go as on a board's port. */
     const int host = open(path, O_RDWR | O_NOCTTY);
     if (host < 0 || tcgetattr(host, &mode) < 0)
         return NULL;

@@ -1,4 +1,4 @@
-/* A pseudo terminal that a device talks over. */
+/* Pseudo terminal of a device. */
 #ifndef LINE_H
 #define LINE_H
 
@@ -8,20 +8,21 @@
 
 typedef struct {
     int fd;
-    uint8_t bytes[256]; /* of the host, read while the device could still listen */
+    uint8_t bytes[256]; /* bytes of the host that the device has not taken yet */
     size_t from, to;
 } line;
 
-/* Opens one and returns the path of the host's end, or NULL, errno set. */
+/* Open a pseudo terminal and return the path of the host's end. On failure return NULL and set
+   errno. */
 const char *line_open(line *l);
 
-/* Sends what the line takes without waiting. */
+/* Send as many bytes as the line takes without waiting. */
 void line_send(line *l, fc_device *d);
 
-/* Gives the device what has come from the host. */
+/* Pass the host's bytes to the device. */
 void line_hear(line *l, fc_device *d);
 
-/* Waits until the host says or takes something, at most this long (ms, -1 for ever). */
+/* Wait until the host sends or reads bytes, or until the timeout (ms, -1 for none). */
 void line_wait(const line *l, fc_device *d, int timeout_ms);
 
 #endif

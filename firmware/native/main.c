@@ -1,4 +1,4 @@
-/* A fingertip pair without one: the firmware's core on a pseudo terminal, fed with scans. */
+/* Device without hardware: the firmware's core on a pseudo terminal, fed with scans. */
 #define _POSIX_C_SOURCE 200809L
 
 #include <errno.h>
@@ -71,15 +71,15 @@ static int parse(int argc, char **argv, options *o)
     return good && o->scans != NULL;
 }
 
-/* The clock of a device: starts with the first start and runs on, whatever the host does. */
+/* Clock of a device. It starts with the first start of streaming and never stops. */
 typedef struct {
     fc_pace pace;
     uint64_t next;
     bool running, over;
 } ticking;
 
-/* Takes the scans that are due. Sends in between, so that catching up after a pause of the
-   operating system overflows nothing. */
+/* Take the scans that are due. Send in between, so that the ring does not overflow after a pause of
+   the operating system. */
 static void sample(ticking *t, feed *scans, fc_answers *a, fc_device *d, line *l)
 {
     const uint64_t now = now_ns(CLOCK_MONOTONIC);
@@ -94,7 +94,7 @@ static void sample(ticking *t, feed *scans, fc_answers *a, fc_device *d, line *l
             t->running = false;
             t->over = true;
         } else if (state == FEED_DRY) {
-            t->next = now + 1; /* no scan, no instant: the clock waits with its feeder */
+            t->next = now + 1; /* the clock waits for the next scan */
         } else {
             fc_device_sample(d, &raw);
             t->next += fc_pace_next(&t->pace);

@@ -25,7 +25,7 @@ static bool clear(void *own, int slot)
 
 static bool write_slot(void *own, int slot, uint32_t place, const uint8_t *bytes, uint32_t n)
 {
-    /* The head comes last: only over what has arrived on the disk. */
+    /* The head is written last, once the other bytes are on the disk. */
     const bool head = place == 0;
     if (head && msync(own, 2 * MODEL_ROOM, MS_SYNC) != 0)
         return false;

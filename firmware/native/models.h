@@ -1,4 +1,4 @@
-/* Models in a file: what flash is to a board. */
+/* Store for models in a file, in place of a board's flash. */
 #ifndef MODELS_H
 #define MODELS_H
 
@@ -6,8 +6,8 @@
 
 enum { MODEL_ROOM = FC_SLOT_BYTES };
 
-/* Opens the file, or makes it; returns -1, errno set. What is written outlives the program,
-   however that ends. */
+/* Open or create the file. Return -1 and set errno on failure. Written bytes survive the program,
+   however it ends. */
 int models_open(fc_keeper *keeper, const char *path);
 
 #endif

@@ -1,12 +1,13 @@
-// Two fingertips on a Teensy 4.0 or 4.1: piezo, 3 x 2 force array and contact strip each. With a
-// model in its flash it answers by itself, with or without a computer: see own_hand.cpp.
+// Sketch for two fingertips on a Teensy 4.0 or 4.1, each with a piezo, a 3 x 2 force array and a
+// contact strip. With a model in its flash it predicts by itself, with or without a computer: see
+// own_hand.cpp.
 //
-// THIS SKETCH HAS NOT RUN ON HARDWARE. It compiles against a stub of the Teensy's headers, runs as a
-// program of a PC against a simulated board, and what it calls is tested on an emulated Cortex-M7.
-// What is left to try: pins, converter, timer, USB, EEPROM and flash.
+// THIS SKETCH HAS NOT RUN ON HARDWARE. It compiles against a stub of the Teensy's headers and runs on
+// a PC with a simulated board. The code that it calls is tested on an emulated Cortex-M7. Pins,
+// converter, timer, USB, EEPROM and flash are untested.
 //
-// Open it from firmware/build/firstcontact/, which `make -C firmware sketch-folder` makes:
-// the other sources have to lie beside it.
+// Open it from firmware/build/firstcontact/, which `make -C firmware sketch-folder` makes: the IDE
+// needs the other sources in the same folder.
 
 #include <avr/eeprom.h>
 
@@ -22,19 +23,19 @@
 #define BOARD "teensy40"
 #endif
 
-static const uint32_t RING = 4096;     // 0.83 s of a host that does not read
-static const uint32_t LISTENERS = 512; // 0.1 s of answers that are late
+static const uint32_t RING = 4096;     // 0.83 s while the host does not read
+static const uint32_t LISTENERS = 512; // 0.1 s while estimates are late
 
 static const char descriptor[] = FC_DESCRIPTOR_TEXT(BOARD, "real");
 DMAMEM static fc_sample slots[RING];
 static fc_sample waiting[LISTENERS];
 static fc_device device;
 static fc_answers answers;
-// The model that answers lies in RAM1, which is read without waiting; flash would take several times
-// as long, and RAM2 lies behind a cache that is smaller than the model.
+// The active model is in RAM1, which needs no wait states. Flash would take several times as long,
+// and RAM2 has a cache that is smaller than the model.
 static uint8_t model[MODEL_BYTES] __attribute__((aligned(8)));
 
-// Another number after each start.
+// Return a number that differs after each start.
 static uint32_t count_boot() {
   uint32_t *const place = nullptr; // the EEPROM's first word
   const uint32_t boot = eeprom_read_dword(place) + 1;
@@ -46,7 +47,7 @@ static uint32_t clock_ns() {
   return 1000 * micros();
 }
 
-// No Serial.begin(): USB is there already, and it would wait for a computer.
+// No Serial.begin(): USB runs already, and begin() would wait for a computer.
 void setup() {
   static const fc_board board = {clock_ns, model, sizeof model, on_contact, on_answer};
   begin_own_hand();
@@ -58,14 +59,14 @@ void setup() {
   start_sampling(&device);
 }
 
-// Nothing here waits: samples are taken in the timer's interrupt, whatever this does.
+// Nothing here waits. The timer's interrupt takes the samples.
 void loop() {
   while (fc_device_listens(&device) && Serial.available() > 0) {
     fc_device_hear(&device, (uint8_t)Serial.read());
   }
   size_t n;
   const uint8_t *const bytes = fc_device_outgoing(&device, &n);
-  const int room = Serial.availableForWrite(); // 0 where nobody reads
+  const int room = Serial.availableForWrite(); // 0 if no host reads
   if (n > 0 && room > 0) {
     fc_device_sent(&device, Serial.write(bytes, n < (size_t)room ? n : (size_t)room));
   }

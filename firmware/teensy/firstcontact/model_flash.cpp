@@ -6,8 +6,9 @@
 #include "sampling.h"
 
 extern "C" {
-// Of Teensyduino's core, as its LittleFS uses them: up to a page into what was erased, and erasing
-// a sector. The program cannot be read meanwhile: they run from RAM and keep interrupts out.
+// Functions of Teensyduino's core that its LittleFS uses: write up to a page into erased flash, and
+// erase a sector. They run from RAM with interrupts off, because the program cannot be read
+// meanwhile.
 void eepromemu_flash_write(void *address, const void *bytes, uint32_t n);
 void eepromemu_flash_erase_sector(void *address);
 extern unsigned long _flashimagelen; // its address is the program's length
@@ -24,7 +25,7 @@ static const uintptr_t FLASH_END = 0x601F0000;
 static const uintptr_t MODELS = FLASH_END - 2 * MODEL_ROOM;
 static const uint32_t SECTOR = 4096, PAGE = 256;
 
-static uint32_t erased; // bytes of the place that is being written, from its beginning
+static uint32_t erased; // erased bytes of the slot that is being written
 
 static uint8_t *at(int slot, uint32_t offset) {
   return reinterpret_cast<uint8_t *>(MODELS + (uintptr_t)slot * MODEL_ROOM + offset);
@@ -34,8 +35,8 @@ static const uint8_t *read_slot(void *, int slot) {
   return at(slot, 0);
 }
 
-// Up to this length. A sector at a time, each when it is needed: a second for all of them would be
-// longer than a host waits for an answer.
+// Erase the slot up to this length, one sector at a time as needed. Erasing all at once would take a
+// second, longer than a host waits for a reply.
 static void erase(int slot, uint32_t length) {
   for (; erased < length; erased += SECTOR) {
     pause_sampling();
@@ -44,7 +45,7 @@ static void erase(int slot, uint32_t length) {
   }
 }
 
-// The first sector holds the head: with it gone, the place holds no model.
+// The first sector holds the head. Without it the slot holds no model.
 static bool clear_slot(void *, int slot) {
   erased = 0;
   erase(slot, SECTOR);
@@ -55,7 +56,7 @@ static bool write_slot(void *, int slot, uint32_t offset, const uint8_t *bytes, 
   const uint32_t end = offset + n;
   erase(slot, end);
   while (n > 0) {
-    // What goes beyond a page's end would come back at its beginning.
+    // A write beyond the end of a page would wrap to its beginning.
     const uint32_t room = PAGE - offset % PAGE, part = n < room ? n : room;
     pause_sampling();
     eepromemu_flash_write(at(slot, offset), bytes, part);

@@ -1,12 +1,13 @@
-// Two places for a model in the flash that the program lies in.
+// Two slots for a model in the program's flash.
 //
-// They are the last 512 KiB below Teensyduino's EEPROM, where LittleFS_Program would lie: a sketch
-// uses one or the other. They outlive the power; an upload of a sketch may erase them.
+// They are the last 512 KiB below Teensyduino's EEPROM. LittleFS_Program uses the same place, so a
+// sketch can use only one of them. The slots survive a power cut, but an upload of a sketch may
+// erase them.
 #pragma once
 
 #include "fc_store.h"
 
 enum { MODEL_ROOM = FC_SLOT_BYTES, MODEL_BYTES = MODEL_ROOM - FC_SLOT_HEAD };
 
-// NULL where the program itself reaches into them.
+// Return NULL if the program itself reaches into the slots.
 const fc_keeper *model_flash();

@@ -1,14 +1,14 @@
-// An example: lines for the hand's own controller on Serial1 (pin 1, 1 Mbaud).
+// Example that sends lines to the hand's own controller on Serial1 (pin 1, 1 Mbaud).
 //
 //   C 0 1               contact of the index finger, the first of this closing
-//   A 43.2 36.0 50.1    an answer: Shore A, and the ends of its interval
-//   S 43.2 36.0 50.1    the same, of a contact like nothing that was learned from
+//   A 43.2 36.0 50.1    estimate: Shore A and the ends of its interval
+//   S 43.2 36.0 50.1    estimate for a contact that is out of range
 
 #include "own_hand.h"
 
 #include <Arduino.h>
 
-static const int LONGEST = 48; // no line has more characters
+static const int LONGEST = 48; // characters of the longest line
 
 void begin_own_hand() {
   Serial1.begin(1000000);
@@ -16,7 +16,7 @@ void begin_own_hand() {
 
 void on_contact(const fc_contact *contact, bool first) {
   if (Serial1.availableForWrite() < LONGEST) {
-    return; // the line is full: better no line than to wait
+    return; // the buffer is full: drop the line instead of waiting
   }
   Serial1.print("C ");
   Serial1.print((int)contact->channel);

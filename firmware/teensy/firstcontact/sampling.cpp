@@ -5,21 +5,21 @@
 #include "fc_pace.h"
 #include "pins.h"
 
-// IntervalTimer counts a clock of 24 MHz.
+// Clock of IntervalTimer: 24 MHz.
 static const uint32_t TIMER_HZ = 24000000;
 static const float TICKS_PER_MICROSECOND = 24.0f;
 
 static fc_device *device;
 static fc_pace pace;
 static IntervalTimer timer;
-static volatile uint32_t sampled_at; // cycles, of the newest sample
-static uint64_t owed;                // cycles times samples a second: time that has no number yet
+static volatile uint32_t sampled_at; // time of the newest sample, cycles
+static uint64_t owed;                // time without a sample number yet, cycles times rate
 
 static float next_period() {
   return fc_pace_next(&pace) / TICKS_PER_MICROSECOND;
 }
 
-// Drives one row of each array; the others float. It has until the next sample to settle.
+// Drive one row of each array and let the others float. The row settles until the next sample.
 static void select_taxel() {
   const uint8_t row = fc_scan_row(&device->scan);
   for (uint8_t f = 0; f < FC_FINGERS; f++) {
@@ -32,7 +32,7 @@ static void select_taxel() {
 
 static void take_sample() {
   sampled_at = ARM_DWT_CYCCNT;
-  timer.update(next_period()); // of the period after the one that now runs
+  timer.update(next_period()); // applies to the period after the present one
   const uint8_t column = fc_scan_column(&device->scan);
   fc_raw raw;
   for (uint8_t f = 0; f < FC_FINGERS; f++) {
@@ -55,7 +55,7 @@ void start_sampling(fc_device *fingertips) {
   }
   fc_pace_init(&pace, TIMER_HZ, FC_RATE_HZ);
   select_taxel();
-  delay(1); // until the first row has settled
+  delay(1); // let the first row settle
   sampled_at = ARM_DWT_CYCCNT;
   timer.begin(take_sample, next_period());
 }
@@ -65,7 +65,7 @@ void pause_sampling() {
 }
 
 void resume_sampling() {
-  // The next sample comes a period from now; what is not a whole one is carried to the next pause.
+  // The next sample is one period from now. A fraction of a period is carried to the next pause.
   owed += (uint64_t)(ARM_DWT_CYCCNT - sampled_at) * FC_RATE_HZ;
   fc_device_skip(device, (uint32_t)(owed / F_CPU_ACTUAL));
   owed %= F_CPU_ACTUAL;

@@ -1,11 +1,11 @@
-// Samples, taken in the timer's interrupt at 4936 Hz.
+// Sampling in the timer's interrupt at 4936 Hz.
 #pragma once
 
 #include "fc_device.h"
 
-// The device stays.
+// Start sampling for a device, which the caller keeps.
 void start_sampling(fc_device *device);
 
-// In between no sample is taken; the numbers of those that are missing are left out.
+// Take no samples between these two calls. The numbers of the missing samples are skipped.
 void pause_sampling();
 void resume_sampling();

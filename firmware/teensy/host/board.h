@@ -1,8 +1,8 @@
-// A simulated Teensy 4.0 for the sketch on a PC: what ../stub declares.
+// Simulated Teensy 4.0 that runs the sketch on a PC. It implements what ../stub declares.
 //
-// Its time is its own: instructions take none, a period of the timer, a write into flash, an erased
-// sector and a look at micros() take what a board would need or what was asked for. The scans are the
-// world: the n-th is what there is to read n periods after the first sample, whether read or not.
+// Time is simulated. Instructions take none. A period of the timer, a write to flash and an erased
+// sector take as long as on a board; a call of micros() takes the time that was set. The n-th scan is
+// what the pins show n periods after the first sample, whether it is read or not.
 #pragma once
 
 #include <stdint.h>
@@ -18,20 +18,20 @@ static const uint64_t SECTOR_CYCLES = CYCLES_A_SECOND / 1000 * 45, PAGE_CYCLES =
 struct Board {
   line usb;
   feed scans;
-  int serial1 = -1;        // where Serial1 goes; nowhere below 0
-  uint64_t cycles = 0;     // its time
-  uint64_t busy_us = 0;    // that each look at micros() takes
-  bool unread = false;     // time goes on though nobody reads what comes over USB
-  bool ended = false;      // there are no more scans
-  unsigned long cut = 0;   // in this operation on the flash the power goes; 0 for never
+  int serial1 = -1;        // file of Serial1; below 0 for none
+  uint64_t cycles = 0;     // simulated time
+  uint64_t busy_us = 0;    // time of each call of micros()
+  bool unread = false;     // time continues although no host reads USB
+  bool ended = false;      // no more scans
+  unsigned long cut = 0;   // flash operation during which the power fails; 0 for none
 };
 extern Board board;
 
-// The flash is a file at its address on the board; 0, or -1 with errno set.
+// Map a file at the flash's address on the board. Return 0, or -1 with errno set.
 int open_flash(const char *path);
 
-// Time goes on; interrupts come in it. false where the world waits for its feeder.
+// Advance the time and run the interrupts that fall due. Return false if scans are missing.
 bool pass(uint64_t cycles);
 
-// Up to the next interrupt; false as before, or where none is due at all.
+// Advance to the next interrupt. Return false if scans are missing or no interrupt is set.
 bool pass_until_due();

@@ -1,4 +1,4 @@
-// Flash as the chip has it: erased by sectors, written by pages, and writing clears bits only.
+// Simulated flash: erased by sectors, written by pages, and a write only clears bits.
 #include <avr/eeprom.h>
 
 #include "board.h"
@@ -38,7 +38,7 @@ int open_flash(const char *path) {
   return 0;
 }
 
-// Returns how much of an operation is done before the power goes.
+// Return how much of an operation is done before the power fails.
 static size_t until_cut(size_t n) {
   return ++operations == board.cut ? n / 2 : n;
 }
@@ -47,7 +47,7 @@ static void go_on(uint64_t cycles) {
   if (operations == board.cut) {
     _exit(3);
   }
-  // Interrupts are kept out: what falls due in between comes once, afterwards.
+  // Interrupts are off: one that falls due meanwhile runs once, afterwards.
   board.cycles += cycles;
   (void)pass(0);
 }

@@ -1,4 +1,4 @@
-// The Teensy's sketch as a program of this machine.
+// Main program that runs the Teensy's sketch on this machine.
 #include <Arduino.h>
 
 #include "board.h"
@@ -57,7 +57,7 @@ int main(int argc, char **argv) {
   fflush(stdout);
   setup();
   for (;;) {
-    // Time stands still while the line is full, so that nothing overflows however slow its reader is.
+    // Time stops while the line is full, so that a slow reader causes no overflow.
     const bool goes_on = board.unread || Serial.availableForWrite() > 0;
     if (!goes_on || !pass_until_due()) {
       if (board.ended && board.unread) {

@@ -1,4 +1,4 @@
-// USB on a pseudo terminal, and the lines for the hand in a file.
+// Simulated USB on a pseudo terminal, and Serial1 in a file.
 #include <Arduino.h>
 
 #include "board.h"

@@ -1,4 +1,4 @@
-// Time, the timer, and the pins: what the world has to say at a moment.
+// Simulated time, timer and pins.
 #include <Arduino.h>
 
 #include "board.h"
@@ -15,13 +15,13 @@ volatile uint32_t F_CPU_ACTUAL = CYCLES_A_SECOND;
 
 static void (*interrupt)();
 static uint64_t due, period;
-static uint64_t first_sample; // when the first is due, whether it is taken or not
-static fc_raw now; // the world
+static uint64_t first_sample; // time of the first sample, taken or not
+static fc_raw now; // the present scan
 static uint64_t scans_read;
 static uint8_t mode[32], level[32];
 
 static uint64_t cycles_of(float microseconds) {
-  // The timer counts 24 MHz: Teensyduino rounds to whole ticks.
+  // Teensyduino rounds to whole ticks of 24 MHz.
   return (uint64_t)(24.0f * microseconds + 0.5f) * (CYCLES_A_SECOND / 24000000);
 }
 
@@ -30,7 +30,7 @@ static void set_time(uint64_t cycles) {
   ARM_DWT_CYCCNT = (uint32_t)cycles;
 }
 
-// The scan of a moment; a microsecond early is the same one.
+// Read the scan of a moment. A moment up to one microsecond early gives the same scan.
 static bool look(uint64_t cycles) {
   const uint64_t early = CYCLES_A_SECOND / 1000000;
   const uint64_t number =
@@ -53,7 +53,7 @@ bool pass(uint64_t cycles) {
       return false;
     }
     set_time(due);
-    due += period; // an update comes too late for the one that now runs
+    due += period; // an update does not change the present period
     interrupt();
   }
   set_time(until);
@@ -106,7 +106,7 @@ uint8_t digitalRead(uint8_t pin) {
   return pin == STRIP_PIN[0] || pin == STRIP_PIN[1] ? !now.strip[pin == STRIP_PIN[1]] : level[pin];
 }
 
-// An array is read right only with one row driven, and none of the others.
+// An array can be read only while exactly one row is driven.
 static int force(uint8_t finger) {
   int driven = 0;
   for (uint8_t pin : ROW_PIN[finger]) {

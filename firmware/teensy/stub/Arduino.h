@@ -1,5 +1,5 @@
-// What the sketch uses of the Teensy's headers, declared and never defined: enough to compile
-// against, nothing to run; ../host simulates it on a PC. Names and types follow Teensyduino's.
+// Stub of the Teensy's headers: declarations that the sketch uses, without definitions. Names and
+// types follow Teensyduino's. ../host simulates them on a PC.
 #pragma once
 
 #include <avr/pgmspace.h>

@@ -1,4 +1,4 @@
-// The two functions of the Teensy's EEPROM that the sketch uses; see ../Arduino.h.
+// Functions of the Teensy's EEPROM that the sketch uses; see ../Arduino.h.
 #pragma once
 
 #include <stdint.h>

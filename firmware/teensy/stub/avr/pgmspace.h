@@ -1,4 +1,4 @@
-// Where Teensyduino's linker script puts things; see ../Arduino.h.
+// Sections of Teensyduino's linker script; see ../Arduino.h.
 #pragma once
 
 #define PROGMEM __attribute__((section(".progmem")))

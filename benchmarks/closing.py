@@ -1,11 +1,10 @@
 """Processor time of one commanded closing of the twin's hand, as a ratio.
 
-Each closing gets the same three commands. The reference makes the plant anew for each closing,
-steps it as finely as before the contacts to the end and reads all samples, in blocks of five while
-commands are to come; the others fork a prepared plant, at its first sample or at the first contact,
-and step it more coarsely once it is calm. All run in this process, in turn. No detector, no
-policy. Compilation is done before any clock starts. Run with nothing else on the machine:
-``OMP_NUM_THREADS=1 python benchmarks/closing.py``.
+Each closing gets the same three commands. The reference builds a new plant for each closing, uses
+the fine step to the end, and reads all samples in blocks of five until the last command. The other
+variants copy a prepared plant at its first sample or at the first contact. They use a coarser step
+once the plant is calm. All variants run in turn in this process, without detector and policy, after
+compilation. Run it on an idle machine: ``OMP_NUM_THREADS=1 python benchmarks/closing.py``.
 """
 
 from __future__ import annotations
@@ -32,19 +31,19 @@ from firstcontact.twin import (
 
 #: Samples of a block.
 BLOCK = 5
-#: Samples of a block when all is commanded.
+#: Samples of a block after the last command.
 LONG = 50
 #: Samples between two commands after the first contact.
 STEP = 100
 
 
 def plant(number: int, latency: float, lift: Lift, calm_steps: int | None) -> GraspPlant:
-    """A closing on the household's next object, the same each time."""
-    thing = HOUSEHOLD[number % len(HOUSEHOLD)]
-    one = draw_household_specimen(0, PAPER_RIG, thing, 0)
-    draw = draw_pinch(0, PAPER_RIG, "benchmark", one, number)
+    """Return the closing with this number, on an object of the household."""
+    household_object = HOUSEHOLD[number % len(HOUSEHOLD)]
+    specimen = draw_household_specimen(0, PAPER_RIG, household_object, 0)
+    draw = draw_pinch(0, PAPER_RIG, "benchmark", specimen, number)
     return GraspPlant(
-        draw, Drive(latency=latency), one, lift=lift, longest=2.5, calm_steps=calm_steps
+        draw, Drive(latency=latency), specimen, lift=lift, longest=2.5, calm_steps=calm_steps
     )
 
 
@@ -76,44 +75,44 @@ def close(hand: GraspPlant, reads: bool) -> GraspOutcome:
     return hand.outcome
 
 
-def anew(number: int, latency: float, lift: Lift) -> GraspOutcome:
-    """The whole of a closing."""
+def new_closing(number: int, latency: float, lift: Lift) -> GraspOutcome:
+    """Build a plant and run a whole closing."""
     return close(plant(number, latency, lift, None), reads=True)
 
 
 def forked(hand: GraspPlant, reads: bool) -> GraspOutcome:
-    """What is left of one that was begun."""
+    """Copy a prepared plant and run the rest of its closing."""
     return close(hand.copy(), reads)
 
 
 def spent(work: Callable[[], GraspOutcome]) -> tuple[float, GraspOutcome]:
-    """Processor time, ms, and what came of it."""
+    """Return the processor time, ms, and the outcome."""
     begin = time.process_time()
     outcome = work()
     return 1e3 * (time.process_time() - begin), outcome
 
 
 def main() -> None:
-    """Print what was measured."""
+    """Print the results."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--rounds", type=int, default=3, help="over the household")
+    parser.add_argument("--rounds", type=int, default=3, help="passes over the household")
     options = parser.parse_args()
     for lift in (Lift(), Lift(over=0.5)):
         for latency in (0.0, 0.02):
             rows, other = [], 0
             for number in range(-3, options.rounds * len(HOUSEHOLD)):
                 base = plant(number, latency, lift, QUICK)
-                touching = approach(base.copy())  # what all policies share is made by the first
-                here = [
-                    spent(partial(anew, number, latency, lift)),
+                touching = approach(base.copy())  # all policies share this part
+                measured = [
+                    spent(partial(new_closing, number, latency, lift)),
                     spent(partial(forked, base, False)),
                     spent(partial(forked, touching, False)),
                     spent(partial(forked, base, True)),
                 ]
                 if number < 0:
                     continue
-                rows.append([ms for ms, _ in here])
-                fine, quick = here[0][1], here[1][1]
+                rows.append([ms for ms, _ in measured])
+                fine, quick = measured[0][1], measured[1][1]
                 other += (fine.dropped, fine.broken) != (quick.dropped, quick.broken)
             old, new, later, read = np.median(np.array(rows), axis=0)
             print(
@@ -121,7 +120,7 @@ def main() -> None:
             )
             for name, ms in (("forked", new), ("at the contact", later), ("and read", read)):
                 print(f"  {name}: {ms:.1f}, {old / ms:.1f} times less than {old:.1f}")
-            print(f"  {other} of {len(rows)} end otherwise")
+            print(f"  {other} of {len(rows)} have another outcome")
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
-"""How much faster than real time contacts are found, and than one ``predict`` a window.
+"""Speed of contact detection compared with real time and with one ``predict`` per window.
 
-Two fingers arrive in blocks of 3 ms, as they do live. The naive form calls
+Two fingers arrive in blocks of 3 ms, as in live use. The naive form calls
 scikit-learn's ``predict`` for each window of each finger, with the same
-features and a machine fitted on the same support vectors. Run with one thread:
+features and the same support vectors. Run it with one thread:
 ``OMP_NUM_THREADS=1 python benchmarks/contact_detection.py``.
 """
 
@@ -23,7 +23,7 @@ STEP = samples_in(SvmDetector.step, LAYOUT.rate)
 
 
 def closing(seed: int, samples: int = 1480) -> Pinch:
-    """Noise on both fingers, and a damped oscillation where one touches."""
+    """Return noise on both fingers with a damped oscillation where one touches."""
     rng = np.random.default_rng(seed)
     data = rng.normal(16384, 40, (samples, 16))
     contact = int(rng.integers(500, 900))
@@ -35,14 +35,14 @@ def closing(seed: int, samples: int = 1480) -> Pinch:
 
 
 def streamed(detector: Detector, data: np.ndarray) -> None:
-    """Feed blocks of one step."""
+    """Feed the detector in blocks of one step."""
     detector.start(LAYOUT)
     for start in range(0, len(data), STEP):
         detector.update(Block(data[start : start + STEP], start))
 
 
 def seconds(work: Callable[[], object], repeats: int = 3) -> float:
-    """Shortest of several runs."""
+    """Return the shortest time of several runs, s."""
     times = []
     for _ in range(repeats):
         begin = time.perf_counter()
@@ -52,7 +52,7 @@ def seconds(work: Callable[[], object], repeats: int = 3) -> float:
 
 
 def naive_seconds_a_window(svm: SvmDetector, windows: int) -> float:
-    """Time of one window by features and scikit-learn's ``predict``."""
+    """Return the time for these windows with scikit-learn's ``predict``, s."""
     from sklearn.svm import SVC
 
     arrays = svm.to_arrays()
@@ -102,8 +102,8 @@ def main() -> None:
     begin = time.perf_counter()
     svm.start(LAYOUT)
     svm.judge(Block(data))
-    whole = time.perf_counter() - begin
-    ratios.append(f"{naive / whole:.1f} x when the stream comes whole")
+    offline = time.perf_counter() - begin
+    ratios.append(f"{naive / offline:.1f} x for the whole stream at once")
     print(
         f"naive predict per window would take {naive:.2f} s: svm is faster {' and '.join(ratios)}"
     )

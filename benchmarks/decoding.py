@@ -1,9 +1,9 @@
-"""Bytes of a device into blocks, as a multiple of real time, beside a plain decoder.
+"""Speed of the decoder for a device's bytes, compared with real time and a plain decoder.
 
-A minute of stream, cut as a port gives it (some 1 ms at a time) and in pieces of 64 kB, as
-after a stall, through decoder and assembler. Beside it, in the same run, what one would write
-first: COBS undone byte by byte, the CRC by ``zlib``, the samples by ``struct``. Both must
-give the same samples. Run with one thread: ``OMP_NUM_THREADS=1 python benchmarks/decoding.py``.
+One minute of stream goes through decoder and assembler in pieces of 1 ms, as from a port, and of
+64 kB, as after a stall. The plain decoder undoes COBS byte by byte, and uses ``zlib`` for the CRC
+and ``struct`` for the samples. Both must give the same samples. Run it with one thread:
+``OMP_NUM_THREADS=1 python benchmarks/decoding.py``.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from firstcontact.device import (
 
 LAYOUT = fingertip_layout()
 CHANNELS = len(LAYOUT.channels)
-#: Times that each is measured; the best counts.
+#: Runs of each measurement; the best counts.
 REPEATS = 5
 
 
 def stream(seconds: float) -> tuple[bytes, bytes, np.ndarray]:
-    """What a device sends: its descriptor, samples frames, and the samples in them."""
+    """Return a device's descriptor frame, its sample frames and the samples in them."""
     count = round(seconds * LAYOUT.rate / FRAME_SAMPLES) * FRAME_SAMPLES
-    # Slow and small, as piezos and taxels are: bytes of zero are frequent.
+    # Slow and small signals, as of piezos and taxels, with many zero bytes.
     rng = np.random.default_rng(0)
     steps = rng.normal(0.0, 30.0, (count, CHANNELS)).cumsum(axis=0)
     data = (16_384 + 8_000 * np.sin(steps / 3_000)).astype(np.int16)
@@ -54,7 +54,7 @@ def stream(seconds: float) -> tuple[bytes, bytes, np.ndarray]:
 
 
 def ours(greeting: bytes, pieces: list[bytes]) -> tuple[float, list[Block]]:
-    """Seconds that decoder and assembler took, and their blocks."""
+    """Return the time of decoder and assembler, s, and their blocks."""
     decoder, assembler = Decoder(), Assembler()
     assembler.take(decoder.feed(greeting))
     blocks: list[Block] = []
@@ -67,7 +67,7 @@ def ours(greeting: bytes, pieces: list[bytes]) -> tuple[float, list[Block]]:
 
 
 def plain(pieces: list[bytes]) -> tuple[float, list[tuple[int, ...]]]:
-    """The same, byte by byte."""
+    """Return the time of the plain decoder, s, and its rows."""
     row = struct.Struct(f"<{CHANNELS}h")
     rows: list[tuple[int, ...]] = []
     body = bytearray()
@@ -94,11 +94,11 @@ def plain(pieces: list[bytes]) -> tuple[float, list[tuple[int, ...]]]:
 
 
 def main() -> None:
-    """Print what was measured."""
+    """Print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=60.0, help="of stream")
-    asked = parser.parse_args()
-    greeting, wire, data = stream(asked.seconds)
+    parser.add_argument("--seconds", type=float, default=60.0, help="length of the stream")
+    settings = parser.parse_args()
+    greeting, wire, data = stream(settings.seconds)
     seconds = len(data) / LAYOUT.rate
     millisecond = round(len(wire) / seconds / 1e3)
     print(f"{seconds:.0f} s of stream, {len(wire) / seconds / 1e3:.0f} kB/s")

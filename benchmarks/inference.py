@@ -1,8 +1,7 @@
-"""Single-window inference, p50 and p99, beside scikit-learn and eager PyTorch in the same run.
+"""Inference time for single windows, p50 and p99, compared with scikit-learn and eager PyTorch.
 
-Trains an SVM and a CNN on simulated block pinches of the published size and
-asks them for one window at a time, on one thread:
-``OMP_NUM_THREADS=1 python benchmarks/inference.py``.
+The script trains an SVM and a CNN on simulated block pinches of the published size. They predict
+one window at a time on one thread: ``OMP_NUM_THREADS=1 python benchmarks/inference.py``.
 """
 
 from __future__ import annotations
@@ -19,26 +18,26 @@ from firstcontact.twin import simulate
 
 
 def main() -> None:
-    """Simulate, train, time."""
+    """Simulate pinches, train the models and measure their time."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--condition", default="everyday", help="the one with more support vectors")
-    parser.add_argument("--pinches", type=int, default=450, help="of each of the five blocks")
+    parser.add_argument("--condition", default="everyday", help="condition of the twin")
+    parser.add_argument("--pinches", type=int, default=450, help="pinches of each block")
     parser.add_argument("--calls", type=int, default=10_000)
-    asked = parser.parse_args()
+    settings = parser.parse_args()
 
     with TemporaryDirectory() as folder:
-        paths = simulate(Path(folder, "twin"), asked.condition, asked.pinches, 0, seed=0)
+        paths = simulate(Path(folder, "twin"), settings.condition, settings.pinches, 0, seed=0)
         dataset = load_dataset(paths)
-    X, kept = contact_windows(dataset, [p.first for p in dataset.pinches], 0.015)
-    y, sessions = dataset.shore_a[kept], dataset.sessions[kept]
-    print(f"{len(X)} windows of {X.shape[1]} samples, condition {asked.condition}")
+    X, used = contact_windows(dataset, [p.first for p in dataset.pinches], 0.015)
+    y, sessions = dataset.shore_a[used], dataset.sessions[used]
+    print(f"{len(X)} windows of {X.shape[1]} samples, condition {settings.condition}")
     for name in ("svm", "cnn"):
         for task in Task:
             began = time.perf_counter()
             estimator = make_estimator(name, task, dataset.layout.rate)
             model = estimator.fit(X, y, sessions)
             seconds = time.perf_counter() - began
-            spent = time_inference(model, X, estimator.reference(model, X, y), asked.calls)
+            spent = time_inference(model, X, estimator.reference(model, X, y), settings.calls)
             size = model.notes.get("support_vectors", model.notes.get("parameters"))
             print(
                 f"{name} {task}: trained in {seconds:.1f} s ({size} support vectors or weights), "

@@ -1,12 +1,13 @@
-"""The live pipeline: how much faster than real time, and how late an estimate is.
+"""Speed of the live pipeline and latency of its estimates.
 
-The twin's running hand (60 s, closing some 30 times) is replayed through the pipeline in
-blocks of 0.1 s and of 5 samples, as a device sends them, with an any-time model that answers
-each millisecond and without. Beside it, what one would write
-without streaming objects: detect and cut anew in all of the closing so far, and ask
-scikit-learn's ``predict``. Then ``firstcontact live --device twin`` runs in real time, several
-times, without a page, with one, and with one and a viewer: its own processor time (the twin is
-another process) and its ledger, the run of the middle of each. Run with one thread:
+The twin's running hand (60 s with some 30 closings) is replayed through the pipeline in blocks of
+0.1 s and of 5 samples, as a device sends them. The any-time model predicts each millisecond, or is
+left out. For comparison the naive form detects and cuts the whole closing so far again for each
+estimate, and calls scikit-learn's ``predict``.
+
+``firstcontact live --device twin`` then runs in real time, several times each without a page, with
+one, and with one and a viewer. The script prints the processor time of the command, without the
+twin's process, and the ledger of the median run. Run it with one thread:
 ``OMP_NUM_THREADS=1 python benchmarks/live.py``.
 """
 
@@ -55,7 +56,7 @@ from firstcontact.streaming import ModelWithInterval, PinchDone, Pipeline
 from firstcontact.twin import DeviceFilter, TwinStream
 
 LAYOUT = fingertip_layout()
-#: Runs in real time: words, with the page, with somebody who looks at it.
+#: Runs in real time: name, with page, with viewer.
 KINDS = (
     ("without a page", False, False),
     ("with the page", True, False),
@@ -65,43 +66,43 @@ KINDS = (
 FRAME, LONG = 5, 494
 
 
-def blocks_of(data: np.ndarray, size: int) -> list[Block]:
-    """A stream in blocks."""
+def split(data: np.ndarray, size: int) -> list[Block]:
+    """Return a stream in blocks."""
     return [Block(data[i : i + size], i) for i in range(0, len(data), size)]
 
 
 def replayed(pipeline: Pipeline, blocks: list[Block]) -> tuple[float, list[PinchDone]]:
-    """Seconds that a stream took, and its pinches."""
-    done = []
+    """Return the time for a stream, s, and its pinches."""
+    pinches = []
     begin = time.perf_counter()
     for block in blocks:
         for event in pipeline.update(block, time.monotonic()):
             if isinstance(event, PinchDone):
-                done.append(event)
-    return time.perf_counter() - begin, done
+                pinches.append(event)
+    return time.perf_counter() - begin, pinches
 
 
 def one_answer(model: InContextModel, seed: int, times: int = 5000) -> str:
-    """How long one answer of an any-time model takes, by the clock and by the processor's."""
+    """Return the time of one prediction of an any-time model, by wall clock and processor."""
     rng = np.random.default_rng(seed)
-    after = samples_in(LONGEST, LAYOUT.rate)
-    ring = np.exp(-np.arange(after) / 25) * np.sin(np.arange(after) / 8)
-    signal = 0.005 * rng.standard_normal((1, samples_in(BEFORE, LAYOUT.rate) + after))
-    signal[0, -after:] += 0.4 * ring
+    samples = samples_in(LONGEST, LAYOUT.rate)
+    ring = np.exp(-np.arange(samples) / 25) * np.sin(np.arange(samples) / 8)
+    signal = 0.005 * rng.standard_normal((1, samples_in(BEFORE, LAYOUT.rate) + samples))
+    signal[0, -samples:] += 0.4 * ring
     unknown = np.full(1, np.nan)
     finger = np.zeros(1, np.intp)
     touch = Touches(
         signal.astype(np.float32), np.array([40]), finger, unknown, unknown, LAYOUT.rate
     )
-    known = model.known(touch)
+    rig = model.known(touch)
     spent = np.empty((times, 2))
     for n in range(times):
         began = time.perf_counter(), time.thread_time()
-        model.answers(touch, known)
+        model.answers(touch, rig)
         spent[n] = time.perf_counter() - began[0], time.thread_time() - began[1]
     (wall, cpu), (wall99, cpu99) = 1e6 * np.percentile(spent, [50, 99], axis=0)
     return (
-        f"one any-time answer: p50 {wall:.0f} us, p99 {wall99:.0f} us; of the processor's time p50 "
+        f"one any-time prediction: p50 {wall:.0f} us, p99 {wall99:.0f} us; processor time p50 "
         f"{cpu:.0f} us, p99 {cpu99:.0f} us"
     )
 
@@ -109,7 +110,7 @@ def one_answer(model: InContextModel, seed: int, times: int = 5000) -> str:
 def naive_seconds(
     data: np.ndarray, pinches: list[PinchDone], detector: Detector, model: SvmModel
 ) -> float:
-    """Median seconds of an answer that is made anew from all of the closing so far."""
+    """Return the median time of a prediction that starts from the whole closing so far, s."""
     arrays = model.to_arrays()
     c, gamma, epsilon = (float(p) for p in arrays["parameters"])
     machine = machine_of(model.spec.task, (c, gamma, epsilon))
@@ -131,7 +132,7 @@ def naive_seconds(
 
 @contextmanager
 def viewer(address: str) -> Iterator[None]:
-    """Somebody who looks at the page and takes all that it sends."""
+    """Open the page's socket and read all its messages."""
     from websockets.sync.client import connect
 
     with connect(address.replace("http", "ws") + "socket", compression=None) as line:
@@ -141,7 +142,7 @@ def viewer(address: str) -> Iterator[None]:
 
 
 def real_time(seconds: float, seed: int, page: bool, looked_at: bool) -> tuple[float, float, str]:
-    """Share of a core in percent, median from block to estimate in ms, and all that was said."""
+    """Return the share of a core, %, the median time from block to estimate, ms, and the output."""
     command = [sys.executable, "-m", "firstcontact.cli.main", "live", "--device", "twin"]
     command += ["--seed", str(seed), "--seconds", str(seconds)]
     command += ["--page", "--port", "0"] if page else []
@@ -152,24 +153,24 @@ def real_time(seconds: float, seed: int, page: bool, looked_at: bool) -> tuple[f
         ExitStack() as looking,
     ):
         assert live.stderr is not None
-        said = ""
+        output = ""
         for line in live.stderr:
-            said += line
+            output += line
             if looked_at and line.startswith("page: "):
                 looking.enter_context(viewer(line.split()[-1]))
-    share = re.search(r"processor time ([\d.]+) %", said)
-    compute = re.search(r"computing the estimate \(.*?\) +([\d.]+)", said)
-    assert share is not None, said
-    assert compute is not None, said
-    return float(share[1]), float(compute[1]), said
+    share = re.search(r"processor time ([\d.]+) %", output)
+    compute = re.search(r"computing the estimate \(.*?\) +([\d.]+)", output)
+    assert share is not None, output
+    assert compute is not None, output
+    return float(share[1]), float(compute[1]), output
 
 
 def main() -> None:
-    """Print the figures."""
+    """Print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=60.0, help="of each stream")
-    parser.add_argument("--seed", type=int, default=5, help="of the stream")
-    parser.add_argument("--runs", type=int, default=3, help="in real time, of each kind; 0: none")
+    parser.add_argument("--seconds", type=float, default=60.0, help="length of each stream")
+    parser.add_argument("--seed", type=int, default=5, help="random seed of the stream")
+    parser.add_argument("--runs", type=int, default=3, help="real-time runs of each kind")
     settings = parser.parse_args()
     with tempfile.TemporaryDirectory() as cache:
         os.environ["XDG_CACHE_HOME"] = cache
@@ -180,9 +181,9 @@ def main() -> None:
         assert isinstance(model, SvmModel)
         twin = TwinStream("paper-rig", None, settings.seed)
         data = DeviceFilter().update(twin.read(round(settings.seconds * LAYOUT.rate)))
-        rest = Physical(LAYOUT, (0, 1))(data[: round(0.5 * LAYOUT.rate)])
+        quiet = Physical(LAYOUT, (0, 1))(data[: round(0.5 * LAYOUT.rate)])
         calibration = Calibration(
-            tuple(VibrationCalibration(f, float(rest[:, i].std())) for i, f in enumerate(Finger))
+            tuple(VibrationCalibration(f, float(quiet[:, i].std())) for i, f in enumerate(Finger))
         )
 
         print(one_answer(anytime, settings.seed))
@@ -190,18 +191,18 @@ def main() -> None:
             pipeline = Pipeline(
                 LAYOUT, detector, models, calibration, anytime=running, real_time=False
             )
-            spent, done = replayed(pipeline, blocks_of(data, size))
+            spent, pinches = replayed(pipeline, split(data, size))
             figures = pipeline.ledger.summary()
             how = "with" if running else "without"
             print(
-                f"{how} an answer each millisecond, blocks of {size} samples: "
+                f"{how} a prediction each millisecond, blocks of {size} samples: "
                 f"{settings.seconds / spent:.0f} x real time; block to estimate "
                 f"p50 {1e6 * figures['compute_p50']:.0f} us, "
-                f"p99 {1e6 * figures['compute_p99']:.0f} us, {len(done)} pinches"
+                f"p99 {1e6 * figures['compute_p99']:.0f} us, {len(pinches)} pinches"
             )
-        naive = naive_seconds(data, done, detector, model)
+        naive = naive_seconds(data, pinches, detector, model)
         print(
-            f"the same answer made anew from the closing so far: p50 {1e6 * naive:.0f} us, "
+            f"the same estimate from the whole closing so far: p50 {1e6 * naive:.0f} us, "
             f"{naive / figures['compute_p50']:.1f} x as long"
         )
 
@@ -210,12 +211,12 @@ def main() -> None:
                 real_time(settings.seconds, settings.seed, page, looked_at)
                 for _ in range(settings.runs)
             )
-            share, compute, said = runs[len(runs) // 2]
+            share, compute, output = runs[len(runs) // 2]
             shares = ", ".join(f"{run[0]:.1f}" for run in runs)
             print(
                 f"\nin real time, {settings.seconds:g} s over a pseudo terminal, {words}: "
                 f"{share} % of a core ({shares}), block to estimate p50 {compute} ms; load "
-                f"{os.getloadavg()[0]:.1f}\n{said.rstrip()}"
+                f"{os.getloadavg()[0]:.1f}\n{output.rstrip()}"
             )
 
 

@@ -1,8 +1,8 @@
-"""The same work by one worker and by two: of this machine itself, and of a Dask cluster on it.
+"""Time of the same work with one and two workers: local processes and a local Dask cluster.
 
-Workers are started, and have the compiled step, before any clock starts. What is asked: pinches of
-the twin, and support vector regressions that each learn from most of them and answer for the rest.
-Run with nothing else on the machine: ``OMP_NUM_THREADS=1 python benchmarks/runner.py``.
+The workers run and have the compiled step before any measurement. The work is pinches of the twin,
+and cross-validated support vector regressions on them. Run it on an idle machine:
+``OMP_NUM_THREADS=1 python benchmarks/runner.py``.
 """
 
 from __future__ import annotations
@@ -32,25 +32,25 @@ from firstcontact.twin import simulate
 
 
 @contextmanager
-def here(workers: int) -> Iterator[None]:
-    """No cluster: processes of this machine for the regressions, its threads for the pinches."""
+def local(workers: int) -> Iterator[None]:
+    """Use no cluster: local processes for the regressions and threads for the pinches."""
     yield
 
 
 @contextmanager
 def cluster(workers: int) -> Iterator[None]:
-    """A Dask cluster on this machine."""
+    """Use a Dask cluster on this machine."""
     with (
         LocalCluster(
             n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None
-        ) as found,
-        on_cluster(found.scheduler_address),
+        ) as dask,
+        on_cluster(dask.scheduler_address),
     ):
         yield
 
 
 def regressions(data: LabelledWindows, runner: Runner) -> float:
-    """Seconds for all folds."""
+    """Return the time for all folds, s."""
     question = Question("svm", Task.REGRESSION, data, by_session(data.sessions, data.y, 0, 10))
     begin = time.perf_counter()
     held_out(runner, [question], 0)
@@ -58,7 +58,7 @@ def regressions(data: LabelledWindows, runner: Runner) -> float:
 
 
 def pinches(each: int, workers: int) -> float:
-    """Seconds for a set."""
+    """Return the time for a set of pinches, s."""
     with tempfile.TemporaryDirectory() as folder:
         begin = time.perf_counter()
         simulate(
@@ -67,29 +67,29 @@ def pinches(each: int, workers: int) -> float:
         return time.perf_counter() - begin
 
 
-def learned(dataset: Dataset) -> LabelledWindows:
-    """Windows of the pinches at their known contacts."""
+def windows(dataset: Dataset) -> LabelledWindows:
+    """Return the windows of the pinches at their known contacts."""
     return labelled_windows(dataset, [p.first for p in dataset.pinches], DURATION, dataset.shore_a)
 
 
 def main() -> None:
-    """Print what was measured."""
+    """Print the results."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--pinches", type=int, default=100, help="per block")
-    asked = parser.parse_args()
+    parser.add_argument("--pinches", type=int, default=100, help="pinches of each block")
+    settings = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        simulate(Path(folder, "twin"), pinches_per_block=asked.pinches, pinches_per_object=0)
-        data = learned(load_dataset(Path(folder, "twin")))
-    for where, name in ((here, "this machine"), (cluster, "cluster")):
+        simulate(Path(folder, "twin"), pinches_per_block=settings.pinches, pinches_per_object=0)
+        data = windows(load_dataset(Path(folder, "twin")))
+    for place, name in ((local, "this machine"), (cluster, "cluster")):
         spent = {}
         for workers in (1, 2):
-            with where(workers):
+            with place(workers):
                 with parallel(workers) as runner:
                     regressions(data.take(np.arange(0, len(data), 5)), runner)
                     folds = min(regressions(data, runner) for _ in range(3))
                 pinches(4, workers)
                 spent[workers] = np.array(
-                    [folds, min(pinches(asked.pinches, workers) for _ in range(3))]
+                    [folds, min(pinches(settings.pinches, workers) for _ in range(3))]
                 )
         for k, work in enumerate(("regressions", "pinches")):
             one, two = spent[1][k], spent[2][k]

@@ -1,7 +1,7 @@
-"""What a slip detector hears on the twin, and how often it is wrong: `python benchmarks/slip.py`.
+"""Detection rate and false alarms of a slip detector on the twin: `python benchmarks/slip.py`.
 
-Its threshold is set on quiet holds of one hand (``SET_ON``), by false alarms and by no slip; all
-that is told is of other hands. Slips are modelled (docs/explanation/slip.md): twin results.
+The threshold is set on quiet holds of one hand (``SET_ON``), by its false alarms only. All results
+are for other hands. Slips are modelled (docs/explanation/slip.md), so these are twin results.
 """
 
 from __future__ import annotations
@@ -30,23 +30,23 @@ from firstcontact.twin import (
 
 SET_ON, HELD_OUT = 1, (2, 3, 4)
 COUPLINGS = (0.03, 0.1, 0.3, 1.0)
-#: Alarms a minute of quiet holds.
+#: Allowed alarms per minute of quiet holds.
 TARGET = 1.0
-#: The detector is told of the hold so long after the first contact, s.
+#: Time after the first contact when the detector starts to listen, s.
 HOLDS = 0.25
 LAYOUT = fingertip_layout()
-#: A lift that nothing slips in, after a long hold; and two that something does.
+#: Lift after a long hold without slip, and two lifts with slip.
 QUIET = Lift(after=2.5, over=0.3)
 LIFTS = {"gradual": Lift(after=0.45, over=0.3), "abrupt": Lift(after=0.45)}
-#: Masses, kg.
+#: Ranges of mass, kg.
 GROUPS = (("all", 0, 9), ("< 50 g", 0, 0.05), ("50 to 200 g", 0.05, 0.2), ("> 200 g", 0.2, 9))
-#: Force over what just holds the object.
+#: Ratio of the force to the force that just holds the object.
 FIRM, WEAK = 2.0, 0.7
 
 
 @dataclass(frozen=True)
 class Hold:
-    """One pinch as the device sent it, and where what happened in it; samples."""
+    """Samples of one pinch, and the sample numbers of its contact, slip and drop."""
 
     data: np.ndarray
     contact: int
@@ -56,22 +56,25 @@ class Hold:
 
 
 def hold(seed: int, place: int, ratio: float, lift: Lift, coupling: float) -> Hold | None:
-    """Close on a thing of the household with a share of the force that it needs; None: missed."""
+    """Close on a household object with ``ratio`` times the force that just holds it.
+
+    Return None if no finger touched it.
+    """
     rig = condition("paper-rig")
-    thing = draw_household_specimen(seed, rig, HOUSEHOLD[place], 0)
-    thing = replace(thing, fragility=None)
-    draw = draw_pinch(seed, rig, "slip", thing, (thing.name, round(100 * ratio)))
+    specimen = draw_household_specimen(seed, rig, HOUSEHOLD[place], 0)
+    specimen = replace(specimen, fragility=None)
+    draw = draw_pinch(seed, rig, "slip", specimen, (specimen.name, round(100 * ratio)))
     sound = SlipParameters(coupling=coupling)
-    plant = GraspPlant(draw, Drive(), thing, lift=lift, longest=4.0, slip=sound, slip_seed=seed)
+    plant = GraspPlant(draw, Drive(), specimen, lift=lift, longest=4.0, slip=sound, slip_seed=seed)
     mass = 2 * draw.held.face_mass
-    force = min(ratio * holding_force(mass, thing.friction), 12.0)
+    force = min(ratio * holding_force(mass, specimen.friction), 12.0)
     plant.command(Command(0.10, 1.0))
-    data, slips, drops, told = [], None, None, False
+    data, slips, drops, is_pressing = [], None, None, False
     while not plant.ended:
         data.append(plant.advance(25))
-        if plant.contacts and not told:
+        if plant.contacts and not is_pressing:
             plant.command(Grip().pressing(force))
-            told = True
+            is_pressing = True
         if slips is None and plant.slipping_since is not None:
             slips = round(plant.slipping_since * FINGERTIP_RATE)
         if drops is None and plant.lost:
@@ -81,41 +84,41 @@ def hold(seed: int, place: int, ratio: float, lift: Lift, coupling: float) -> Ho
     return Hold(np.concatenate(data), plant.contacts[0].sample, slips, drops, mass)
 
 
-def listen(held: Hold, threshold: float, begin: int) -> tuple[list[int], list[float]]:
-    """Alarms, and how loud it was piece by piece."""
+def listen(pinch: Hold, threshold: float, begin: int) -> tuple[list[int], list[float]]:
+    """Return the alarms and the loudness of each piece."""
     detector = PowerSlipDetector(threshold)
     detector.start(LAYOUT)
     alarms, loud = [], []
-    detector.update(Block(held.data[:begin], 0))
+    detector.update(Block(pinch.data[:begin], 0))
     detector.hold()
-    for i in range(begin, len(held.data), 12):
-        alarms += detector.update(Block(held.data[i : i + 12], i))
+    for i in range(begin, len(pinch.data), 12):
+        alarms += detector.update(Block(pinch.data[i : i + 12], i))
         loud.append(detector.loudness)
     return alarms, loud
 
 
 def quiet(seed: int) -> list[Hold]:
-    """Firm holds that nothing slips in."""
-    found = [hold(seed, p, FIRM, QUIET, 0.1) for p in range(len(HOUSEHOLD))]
-    return [h for h in found if h is not None and h.slips is None]
+    """Return firm holds without slip."""
+    holds = [hold(seed, p, FIRM, QUIET, 0.1) for p in range(len(HOUSEHOLD))]
+    return [h for h in holds if h is not None and h.slips is None]
 
 
 def alarms_a_minute(holds: list[Hold], threshold: float) -> tuple[int, float]:
-    """Alarms, and in how many seconds."""
+    """Return the number of alarms and the time of the holds, s."""
     begins = [h.contact + round(HOLDS * FINGERTIP_RATE) for h in holds]
     count = sum(len(listen(h, threshold, b)[0]) for h, b in zip(holds, begins, strict=True))
     seconds = sum(len(h.data) - b for h, b in zip(holds, begins, strict=True)) / FINGERTIP_RATE
     return count, seconds - 0.1 * len(holds)
 
 
-def _jolted(held: Hold, threshold: float) -> list[int]:
-    begin = held.contact + round(HOLDS * FINGERTIP_RATE)
-    lift = held.contact + LIFTS["abrupt"].begin
-    return [a for a in listen(held, threshold, begin)[0] if lift <= a < lift + 600]
+def _jolt_alarms(pinch: Hold, threshold: float) -> list[int]:
+    begin = pinch.contact + round(HOLDS * FINGERTIP_RATE)
+    lift = pinch.contact + LIFTS["abrupt"].begin
+    return [a for a in listen(pinch, threshold, begin)[0] if lift <= a < lift + 600]
 
 
 def slipping(seed: int, lift: str, coupling: float, threshold: float) -> list[dict]:
-    """What is heard of slips: delay (s), whether before 10 mm, and alarms before the slip."""
+    """Return one row per slip: delay, s, detection within 10 mm, and alarms before the slip."""
     rows = []
     for place in range(len(HOUSEHOLD)):
         h = hold(seed, place, WEAK, LIFTS[lift], coupling)
@@ -125,13 +128,13 @@ def slipping(seed: int, lift: str, coupling: float, threshold: float) -> list[di
         if h.slips < begin + round(0.1 * FINGERTIP_RATE):
             continue
         alarms, _ = listen(h, threshold, begin)
-        after = [a for a in alarms if a >= h.slips]
+        late_alarms = [a for a in alarms if a >= h.slips]
         rows.append(
             {
                 "thing": HOUSEHOLD[place].name,
                 "mass": h.mass,
-                "delay": (after[0] - h.slips) / FINGERTIP_RATE if after else math.inf,
-                "in_time": bool(after) and (h.drops is None or after[0] < h.drops),
+                "delay": (late_alarms[0] - h.slips) / FINGERTIP_RATE if late_alarms else math.inf,
+                "in_time": bool(late_alarms) and (h.drops is None or late_alarms[0] < h.drops),
                 "before": sum(a < h.slips for a in alarms),
             }
         )
@@ -139,7 +142,7 @@ def slipping(seed: int, lift: str, coupling: float, threshold: float) -> list[di
 
 
 def main() -> None:
-    """Set the threshold, then tell of the other hands."""
+    """Set the threshold and print the results for the other hands."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--jobs", type=int, default=2)
     run = Parallel(parser.parse_args().jobs)
@@ -151,42 +154,42 @@ def main() -> None:
         for count, seconds in [alarms_a_minute(per_hand[SET_ON], t)]
         if count / seconds * 60 <= TARGET
     )
-    told: dict = {"threshold": float(threshold), "quiet": {}, "slips": {}}
-    told["set_on"] = alarms_a_minute(per_hand[SET_ON], threshold)
+    results: dict = {"threshold": float(threshold), "quiet": {}, "slips": {}}
+    results["set_on"] = alarms_a_minute(per_hand[SET_ON], threshold)
     for seed in HELD_OUT:
-        told["quiet"][seed] = alarms_a_minute(per_hand[seed], threshold)
-    # Contacts, a running motor: the detector is told of a hold where there is none yet.
+        results["quiet"][seed] = alarms_a_minute(per_hand[seed], threshold)
+    # The detector starts too early here: at a contact or while the motor runs.
     for name, at in (("squeeze", 0.03), ("motor and contact", -0.115)):
         count = 0
         for h in per_hand[HELD_OUT[0]]:
             begin = max(h.contact + round(at * FINGERTIP_RATE), 0)
             stop = h.contact + round(HOLDS * FINGERTIP_RATE)
             count += bool([a for a in listen(h, threshold, begin)[0] if a < stop])
-        told[name] = [count, len(per_hand[HELD_OUT[0]])]
-    # A support that goes at once under a firm grip is a jolt, and no slip.
+        results[name] = [count, len(per_hand[HELD_OUT[0]])]
+    # Abrupt loss of support under a firm grip is a jolt, not a slip.
     for coupling in (0.1, 0.3):
         firm = [
             hold(HELD_OUT[0], p, FIRM, LIFTS["abrupt"], coupling) for p in range(len(HOUSEHOLD))
         ]
         firm = [h for h in firm if h is not None and h.slips is None]
-        jolts = sum(bool(_jolted(h, threshold)) for h in firm)
-        told[f"jolt, coupling {coupling}"] = [jolts, len(firm)]
+        jolts = sum(bool(_jolt_alarms(h, threshold)) for h in firm)
+        results[f"jolt, coupling {coupling}"] = [jolts, len(firm)]
     cases = [(lift, c) for lift in LIFTS for c in COUPLINGS]
     jobs = [(s, *case) for case in cases for s in HELD_OUT]
     rows = run(delayed(slipping)(*job, threshold) for job in jobs)
     for case in cases:
         mine = [r for job, rs in zip(jobs, rows, strict=True) if job[1:] == case for r in rs]
         for group, low, high in GROUPS:
-            some = [r for r in mine if low <= r["mass"] < high]
-            delays = [r["delay"] for r in some if r["in_time"]]
-            told["slips"][f"{case[0]}, coupling {case[1]}, {group}"] = {
-                "slips": len(some),
-                "in_time": sum(r["in_time"] for r in some),
-                "alarms_before": sum(r["before"] for r in some),
+            group_rows = [r for r in mine if low <= r["mass"] < high]
+            delays = [r["delay"] for r in group_rows if r["in_time"]]
+            results["slips"][f"{case[0]}, coupling {case[1]}, {group}"] = {
+                "slips": len(group_rows),
+                "in_time": sum(r["in_time"] for r in group_rows),
+                "alarms_before": sum(r["before"] for r in group_rows),
                 "ms_50": round(1e3 * float(np.median(delays)), 1) if delays else None,
                 "ms_90": round(1e3 * float(np.percentile(delays, 90)), 1) if delays else None,
             }
-    print(json.dumps(told, indent=1))
+    print(json.dumps(results, indent=1))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
-"""How long the command takes to say what it can do, beside a Python that does nothing.
+"""Time of ``firstcontact --help``, compared with an empty Python program.
 
-Each is started in turn, so that what else the machine does meets all alike:
+The commands run in turn, so that other load affects all of them alike:
 ``python benchmarks/startup.py``.
 """
 
@@ -23,25 +23,25 @@ STARTED = {
 
 
 def seconds(arguments: list[str]) -> tuple[float, float]:
-    """Of the clock and of the processor, s."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    """Run Python and return wall-clock and processor time, s."""
+    start = resource.getrusage(resource.RUSAGE_CHILDREN)
     began = time.perf_counter()
     subprocess.run([sys.executable, *arguments], check=True, stdout=subprocess.DEVNULL)
     clock = time.perf_counter() - began
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    end = resource.getrusage(resource.RUSAGE_CHILDREN)
+    spent = end.ru_utime + end.ru_stime - start.ru_utime - start.ru_stime
     return clock, spent
 
 
 def main() -> None:
-    """Start, time, compare."""
+    """Measure all commands and print the comparison."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--times", type=int, default=20)
-    asked = parser.parse_args()
-    for arguments in STARTED.values():  # their files are read once before
+    settings = parser.parse_args()
+    for arguments in STARTED.values():  # warm the file cache
         seconds(arguments)
     spent: dict[str, list[tuple[float, float]]] = {name: [] for name in STARTED}
-    for _ in range(asked.times):
+    for _ in range(settings.times):
         for name, arguments in STARTED.items():
             spent[name].append(seconds(arguments))
     nothing = statistics.median(cpu for _, cpu in spent["python -c pass"])
@@ -49,8 +49,8 @@ def main() -> None:
         clock = statistics.median(clock for clock, _ in times)
         cpu = statistics.median(cpu for _, cpu in times)
         print(
-            f"{name:26} median of {asked.times}: {1e3 * clock:4.0f} ms, of the processor "
-            f"{1e3 * cpu:4.0f} ms, {cpu / nothing:4.1f} times a Python that does nothing"
+            f"{name:26} median of {settings.times}: {1e3 * clock:4.0f} ms, processor time "
+            f"{1e3 * cpu:4.0f} ms, {cpu / nothing:4.1f} times an empty Python program"
         )
 
 

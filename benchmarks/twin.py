@@ -1,10 +1,8 @@
-"""Pinches a second, whether the step is converged, and memory at paper size.
+"""Speed of the twin, convergence of its time step, and memory at paper size.
 
-Compilation is done before any clock starts. The reference is SciPy's
-``solve_ivp`` on the same equations, with the same compiled derivative, so what is
-compared is the stepping alone; its waveform is compared too, since it shares
-nothing of the kernel's stepping. Run with nothing else on the machine:
-``OMP_NUM_THREADS=1 python benchmarks/twin.py``.
+Compilation happens before any measurement. The reference is SciPy's ``solve_ivp`` with the same
+compiled derivative, so that only the stepping differs. The waveforms are compared too. Run it on an
+idle machine: ``OMP_NUM_THREADS=1 python benchmarks/twin.py``.
 """
 
 from __future__ import annotations
@@ -48,28 +46,28 @@ from firstcontact.twin import _run as run_module
 
 
 def drawn(kind: TwinObject, number: int, condition: Condition = PAPER_RIG) -> PinchDraw:
-    """One pinch's chance, the same each time."""
+    """Return the random draw of one pinch, which is the same each time."""
     specimen = draw_specimen(0, condition, kind, 0)
     return draw_pinch(0, condition, "benchmark", specimen, number)
 
 
 def halving(pinches: int) -> float:
-    """Largest change of any waveform on halving the step, as a share of its peak."""
+    """Return the largest change of a waveform when the step is halved, as a share of its peak."""
     worst = 0.0
     for condition in (PAPER_RIG, EVERYDAY):
         for kind in (*BLOCKS, *EVERYDAY_OBJECTS):
             for i in range(pinches):
-                here = mechanics_of(drawn(kind, i, condition))[1][..., BUFFER]
+                coarse = mechanics_of(drawn(kind, i, condition))[1][..., BUFFER]
                 fine = mechanics_of(drawn(kind, i, condition), substeps=2 * SUBSTEPS)[1][
                     ..., BUFFER
                 ]
-                change = np.abs(here - fine).max(axis=0) / np.abs(fine).max(axis=0)
+                change = np.abs(coarse - fine).max(axis=0) / np.abs(fine).max(axis=0)
                 worst = max(worst, float(change.max()))
     return worst
 
 
 def captured(draw: PinchDraw) -> tuple[object, ...]:
-    """What :func:`mechanics_of` hands to the kernel for a pinch."""
+    """Return the arguments that :func:`mechanics_of` passes to the kernel."""
     taken: list[tuple[object, ...]] = []
     kernel = run_module.integrate
     run_module.integrate = lambda *arguments: taken.append(arguments) or len(arguments[-1])
@@ -81,9 +79,9 @@ def captured(draw: PinchDraw) -> tuple[object, ...]:
 
 
 def plain(draw: PinchDraw) -> np.ndarray:
-    """The buffers' voltages of a pinch by ``solve_ivp``, shape (samples, 2)."""
-    index, thumb, o, stiffness, touch, times, noise, noise_dt, _, speeds, *rest = captured(draw)
-    motor_force, start = rest[0], rest[6]
+    """Return the buffers' voltages of a pinch from ``solve_ivp``, shape (samples, 2)."""
+    index, thumb, o, stiffness, touch, times, noise, noise_dt, _, speeds, *more = captured(draw)
+    motor_force, start = more[0], more[6]
     gap = np.full(2, np.nan)
     dx = np.empty(STATES)
     grid = np.arange(noise.shape[1]) * noise_dt
@@ -101,7 +99,7 @@ def plain(draw: PinchDraw) -> np.ndarray:
         begin, end = edges[stretch : stretch + 2]
         last = stretch == 2
         inside = (times >= begin) & ((times < end) | last)
-        # No step longer than the noise's kinks are apart.
+        # The step must not exceed the spacing of the noise samples.
         solved = solve_ivp(
             rhs, (begin, end), x, "RK45", np.r_[times[inside], [] if last else end],
             max_step=noise_dt, rtol=1e-6, atol=1e-12,
@@ -115,7 +113,7 @@ def plain(draw: PinchDraw) -> np.ndarray:
 
 
 def rate(folder: Path, workers: int, each: int) -> tuple[float, float]:
-    """Pinches per second, recordings written, and processor time of each, s."""
+    """Return the pinches per second, writing included, and the processor time of each, s."""
     begin, busy = time.perf_counter(), time.process_time()
     simulate(folder, "paper-rig", each, 0, 0, workers)
     pinches = 5 * each
@@ -123,7 +121,7 @@ def rate(folder: Path, workers: int, each: int) -> tuple[float, float]:
 
 
 def excerpts(workers: int, pinches: int) -> float:
-    """Pinches per second of which only 60 ms around the first contact are made."""
+    """Return the pinches per second if only 60 ms around the first contact are simulated."""
     draws = [drawn(BLOCKS[i % 5], i) for i in range(pinches)]
 
     def made(draw: PinchDraw) -> None:
@@ -137,17 +135,17 @@ def excerpts(workers: int, pinches: int) -> float:
 
 
 def main() -> None:
-    """Print what was measured."""
+    """Print the results."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--pinches", type=int, default=200, help="per block, for the rate")
-    parser.add_argument("--paper-size", action="store_true", help="memory of the full set")
+    parser.add_argument("--pinches", type=int, default=200, help="pinches of each block")
+    parser.add_argument("--paper-size", action="store_true", help="also measure the full set")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder)
         begin = time.perf_counter()
         simulate(home / "warm", "paper-rig", 1, 1, 0, 1)
         ready = time.perf_counter() - begin
-        print(f"loading or compiling the kernel, not counted below: {ready:.1f} s")
+        print(f"loading or compiling the kernel, excluded below: {ready:.1f} s")
         step = 1e6 / FINGERTIP_RATE / SUBSTEPS
         print(f"step {step:.0f} us; halved, waveforms move by at most {100 * halving(5):.2f} %")
         for workers in (1, 2):

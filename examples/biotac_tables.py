@@ -1,11 +1,11 @@
-"""The tables of labels and of channels for BioTac recordings in MATLAB files.
+"""Tables of labels and channels for BioTac recordings in MATLAB files.
 
     python examples/biotac_tables.py FOLDER labels.csv channels.csv
     firstcontact import FOLDER --labels labels.csv --channels channels.csv --source real --out held
 
-The files are of a pair of fingertips on a gripper, of the time while it holds an object:
-OBJECT_NUMBER_TRIAL_HOLD.mat. Vibration comes at 2200 Hz in packets of 22, everything else at
-100 Hz. The trial is the session; hardness is a judgement of the objects by their names.
+Each file holds the signals of two fingertips while a gripper holds an object:
+OBJECT_NUMBER_TRIAL_HOLD.mat. Vibration has 2200 Hz in packets of 22, the other signals 100 Hz. The
+trial becomes the session. The hardness classes are judged from the objects' names.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ def rows(path: Path, lines: list[list[str]]) -> None:
 
 
 def main(folder: Path, labels: Path, channels: Path) -> None:
-    """Name each file's object, and each variable's sensor."""
+    """Write the object of each file and the sensor of each variable."""
     lines = [["file", "object", "specimen", "session", "hardness_class"]]
     for file in sorted(folder.glob("*_HOLD.mat")):
         *words, _, trial, _ = file.stem.split("_")
-        thing = "_".join(words)
-        hard = "hard" if thing in HARD else "soft"
-        lines.append([file.name, thing.replace("_", " "), thing, trial, hard])
+        name = "_".join(words)
+        hard = "hard" if name in HARD else "soft"
+        lines.append([file.name, name.replace("_", " "), name, trial, hard])
     rows(labels, lines)
     lines = [["variable", "sensor", "finger", "rate_hz", "offset"]]
     for finger, mark in (("index", "F0"), ("thumb", "F1")):
-        # 12 bits around their middle, in steps: the maker's scale is not in the files.
+        # Values are 12-bit steps around the middle. The files do not contain the maker's scale.
         lines.append([f"{mark}pac", "hydrophone", finger, "2200", "2048"])
-        for name in ("pdc", "tac", "tdc", "Electrodes"):
-            lines.append([f"{mark}{name}", "", finger, "100", ""])
+        for signal in ("pdc", "tac", "tdc", "Electrodes"):
+            lines.append([f"{mark}{signal}", "", finger, "100", ""])
     rows(channels, lines)
 
 

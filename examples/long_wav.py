@@ -1,9 +1,9 @@
-"""A long WAV file with two knocks, and the table that says where they are.
+"""Long WAV file with two knocks, and the table of their times.
 
     python examples/long_wav.py
     firstcontact import long.wav --events events.csv --sensor piezo --source synthetic --out knocks
 
-The knocks are made up; everything else is as with files of your own.
+The knocks are synthetic. Everything else works as with your own files.
 """
 
 from __future__ import annotations

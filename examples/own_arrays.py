@@ -1,7 +1,7 @@
-"""Signals of your own, as an archive that ``firstcontact import`` takes.
+"""Archive of your own signals that ``firstcontact import`` reads.
 
-The signals here are made up (a damped ring after a known instant, louder and higher on
-harder things) and stand in the place of yours; everything else is what you would write.
+The signals here are synthetic: a damped ring after a known instant, louder and higher for harder
+objects. Put yours in their place; the other lines are what you would write.
 
     python examples/own_arrays.py
     firstcontact import own.npz --out own
@@ -13,20 +13,20 @@ from pathlib import Path
 
 import numpy as np
 
-RATE = 10_000.0  # Hz; anything from 2 kHz
-CONTACT = 1200  # sample: 120 ms of quiet lie before it
+RATE = 10_000.0  # Hz; at least 2 kHz
+CONTACT = 1200  # sample number: 120 ms of quiet precede it
 SHORE_A = (15.0, 35.0, 55.0)
 SESSIONS = ("monday", "tuesday", "friday")
-PINCHES = 8  # of each thing in each session
+PINCHES = 8  # per object and session
 
 
 def ring(shore_a: float, gain: float, rng: np.random.Generator) -> np.ndarray:
-    """One made-up signal of a piezo, V, shape (samples,)."""
+    """Return one synthetic piezo signal, V, shape (samples,)."""
     noise = 0.004 * rng.standard_normal(3000)
-    after = np.arange(3000 - CONTACT) / RATE
+    t = np.arange(3000 - CONTACT) / RATE
     frequency = 120 + 4 * shore_a * np.exp(0.05 * rng.standard_normal())
     noise[CONTACT:] += (
-        gain * 0.01 * shore_a * np.sin(2 * np.pi * frequency * after) * np.exp(-after / 0.008)
+        gain * 0.01 * shore_a * np.sin(2 * np.pi * frequency * t) * np.exp(-t / 0.008)
     )
     return noise
 

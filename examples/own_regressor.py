@@ -1,4 +1,4 @@
-"""Regressors of your own, in scikit-learn's form, beside ours on a small set of simulated rigs.
+"""Your own scikit-learn regressors, compared with ours on a small set of simulated rigs.
 
 python examples/own_regressor.py
 """
@@ -13,19 +13,22 @@ from firstcontact_lab.study.benchmark import QUICK, benchmark
 
 
 class Loudness:
-    """What is hard is loud."""
+    """Regressor that predicts stiffness from loudness alone."""
 
     def fit(self, X, y):
-        """X: the first samples after each contact, V, shape (n, samples); y: Shore A."""
+        """Fit a line to the logarithm of the loudness.
+
+        X holds the first samples after each contact, V, shape (n, samples); y is in Shore A.
+        """
         self.line = np.polyfit(np.log(X.std(axis=1)), y, 1)
         return self
 
     def predict(self, X):
-        """Shore A, shape (n,)."""
+        """Return Shore A, shape (n,)."""
         return np.polyval(self.line, np.log(X.std(axis=1)))
 
 
-#: A pipeline, named as own_regressor:pipeline: the logarithm of the spectrum, then a ridge.
+#: Pipeline with the name own_regressor:pipeline: log spectrum, then ridge regression.
 pipeline = make_pipeline(
     FunctionTransformer(lambda X: np.log(np.abs(np.fft.rfft(X)) + 1e-6)),
     StandardScaler(),
@@ -34,6 +37,6 @@ pipeline = make_pipeline(
 
 
 if __name__ == "__main__":
-    found = benchmark("own_regressor:Loudness", ["paper-rig"], QUICK, 0, Serial())
-    for name, scores in found["paper-rig"].anytime.items():
+    results = benchmark("own_regressor:Loudness", ["paper-rig"], QUICK, 0, Serial())
+    for name, scores in results["paper-rig"].anytime.items():
         print(name, {f"{ms} ms": round(rmse, 1) for ms, rmse in scores.rmse.items()})

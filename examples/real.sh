@@ -1,13 +1,13 @@
 #!/bin/sh
-# Import and study whatever real sets are there, and put all on one page; `make real` runs it.
+# Import and study all available real sets and write one page; `make real` runs this.
 #     sh examples/real.sh DATA OUT BIN
-# DATA is a folder with impact_hardness, piezo_strikes or biotac_hold in it, or one of them.
+# DATA is a folder that contains impact_hardness, piezo_strikes or biotac_hold, or one of these.
 set -eu
 data=$1 out=$2/real bin=$3
 here=$(dirname "$0")
 found=
 
-# Recordings and page of a set, anew.
+# Start a set with empty folders.
 begin() {
     found=$1 set=$out/$1
     rm -rf "$set/recordings" "$set/noise" "$set/tables"
@@ -19,7 +19,7 @@ for place in "$data" "$data/impact_hardness"; do
     begin impact_hardness
     "$bin/firstcontact" import "$place" --source real --out "$set/recordings"
     printf 'session,front_end\n*,MEMS microphone\n' > "$set/front_ends.csv"
-    # The labels are those of a trigger, which comes up to 4 ms after the hit.
+    # The labels come from a trigger, which is up to 4 ms late.
     "$bin/firstcontact" study --recordings "$set/recordings" --early-ms 4 --out "$set"
     break
 done
@@ -51,11 +51,11 @@ for place in "$data" "$data/biotac_hold/data"; do
 done
 
 [ -n "$found" ] || {
-    echo "make real: FIRSTCONTACT_DATA=$data holds no real set (no labels.csv, hits.csv or *_HOLD.mat): see docs/how-to/real-impacts.md for where they are, and name the folder with make real FIRSTCONTACT_DATA=FOLDER"
+    echo "make real: FIRSTCONTACT_DATA=$data holds no real set (no labels.csv, hits.csv or *_HOLD.mat): get one as docs/how-to/real-impacts.md describes, and name its folder with make real FIRSTCONTACT_DATA=FOLDER"
     exit 2
 } >&2
 
-# Pinches of the twin from a seed; a folder of its name is whole.
+# Simulate pinches with a seed. The folder gets its name once it is complete.
 twin() {
     place=$1 seed=$2
     shift 2
@@ -64,9 +64,9 @@ twin() {
         --pinches-per-object 30 --seed "$seed" --out "$place.part" "$@"
     mv "$place.part" "$place"
 }
-# Something to learn from that is none of the sets.
+# Training data that belongs to none of the sets.
 [ -d "$out/twin-pinches" ] || twin "$out/twin-pinches" 7
-# The same pinches over the modelled electronics and over a real converter's quiet.
+# The same pinches with modelled electronic noise and with a real converter's noise.
 set --
 volts=$out/piezo_strikes/tables/noise_volts.wav
 if [ -f "$volts" ]; then

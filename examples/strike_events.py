@@ -1,14 +1,14 @@
-"""The table of contacts of a set of struck pads, from the two tables that come with it.
+"""Table of contacts for a set of struck pads, made from the set's own two tables.
 
     python examples/strike_events.py piezo_strikes strikes.csv front_ends.csv noise.wav
     firstcontact import piezo_strikes/wav --events strikes.csv --sensor piezo --out pads
 
-``hits.csv`` has the file and the sample of each strike, ``files.csv`` the pad and the surface of
-each file. Mesh heads are soft, rubber and kick pads hard; a pad is one specimen, a file
-one session. One file is of a converter's noise: its last 85 s become ``noise.wav``. (Between the
-strikes at its beginning and these lie two knocks, at 4.57 and 4.83 s.)
-Beside it ``noise_volts.wav`` is the same for ``simulate --noise``, which takes full scale for
-1.65 V.
+``hits.csv`` has file and sample of each strike, ``files.csv`` pad and surface of each file. Mesh
+heads are soft, rubber and kick pads hard. A pad is one specimen, a file one session.
+
+One file contains a converter's noise, and its last 85 s become ``noise.wav``. (Strikes and two
+knocks, at 4.57 and 4.83 s, precede them.) ``noise_volts.wav`` is the same noise for ``simulate
+--noise``, where full scale is 1.65 V.
 """
 
 from __future__ import annotations
@@ -20,25 +20,25 @@ from pathlib import Path
 import numpy as np
 from scipy.io import wavfile
 
-#: The file of noise, and how much of its end is nothing else, s.
+#: File with noise, and length of its end with noise only, s.
 NOISE, QUIET = "teensy4_0_noise_test.wav", 85.0
-#: Counts of a WAV of 16 bits in one of that converter, whose 12 bits are 3.3 V: its file has its
-#: counts as they are, from 0 to 4095. Full scale, 32768, is then 1.65 V around the middle.
+#: Factor from the converter's counts to a 16-bit WAV. The file has the raw counts of 12 bits over
+#: 3.3 V, 0 to 4095. Full scale, 32768, is then 1.65 V around the middle.
 VOLTS = 16
 
 
 def rows(path: Path) -> list[dict[str, str]]:
-    """A table, row by row."""
+    """Return the rows of a table."""
     with path.open(encoding="utf-8", newline="") as table:
         return list(csv.DictReader(table))
 
 
 def main(folder: Path, out: Path, front_ends: Path, noise: Path) -> None:
-    """Join the tables, and cut out the noise."""
+    """Join the tables and extract the noise."""
     files = {row["file"]: row for row in rows(folder / "files.csv")}
     with out.open("w", encoding="utf-8", newline="") as table:
         writer = csv.writer(table)
-        # Strikes are marked on the first channel; a second one, of the rim, is in some files only.
+        # Strikes are marked on the first channel. Some files have a second channel for the rim.
         writer.writerow(["file", "onset_sample", "channel", "object", "specimen", "hardness_class"])
         for hit in rows(folder / "hits.csv"):
             pad = files[hit["file"]]

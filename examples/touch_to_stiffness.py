@@ -1,7 +1,7 @@
-"""From the signal of a touch to Shore A, with the library.
+"""Stiffness from the signal of a touch, with the library.
 
-The contact detector and the stiffness model learn from the first sessions of a few
-simulated pinches and are asked about the last one.
+The contact detector and the stiffness model learn from the first sessions of a few simulated
+pinches and predict for the last session.
 
 python examples/touch_to_stiffness.py
 """
@@ -24,33 +24,35 @@ DURATION = 0.015  # s after the contact
 
 
 def main() -> None:
-    """Simulate, learn, ask."""
+    """Simulate pinches, train on most of them and predict for the others."""
     with TemporaryDirectory() as folder:
         simulate(
             Path(folder, "pinches"), "paper-rig", pinches_per_block=32, pinches_per_object=0, seed=1
         )
         dataset = load_dataset(Path(folder, "pinches"))
-    asked = dataset.sessions == max(set(dataset.sessions))
-    learning, unseen = dataset.take(~asked), dataset.take(asked)
+    held_out = dataset.sessions == max(set(dataset.sessions))
+    learning, unseen = dataset.take(~held_out), dataset.take(held_out)
 
-    # Learn: contacts as the strips saw them.
+    # Train with the contacts of the strips.
     detector = SvmDetector().fit(learning)
-    X, kept = contact_windows(learning, [p.first for p in learning.pinches], DURATION)
+    X, used = contact_windows(learning, [p.first for p in learning.pinches], DURATION)
     estimator = Svm(Task.REGRESSION, learning.layout.rate)
-    model = estimator.fit(X, learning.shore_a[kept], learning.sessions[kept])
+    model = estimator.fit(X, learning.shore_a[used], learning.sessions[used])
 
-    # Ask: contacts as the detector finds them, as in use.
-    X, kept = contact_windows(unseen, firsts(detector, unseen), DURATION)
-    told, true = model.predict(X), unseen.shore_a[kept]
-    print(f"{len(learning)} pinches learnt from, {kept.sum()} of {len(unseen)} others estimated")
+    # Predict from the detector's contacts, as in use.
+    X, used = contact_windows(unseen, firsts(detector, unseen), DURATION)
+    predicted, true = model.predict(X), unseen.shore_a[used]
+    print(f"trained on {len(learning)} pinches, predicted {used.sum()} of {len(unseen)} others")
     for shore in np.unique(true):
-        its = told[true == shore]
-        print(f"{shore:4.0f} Shore A: told {its.mean():5.1f}, SD {its.std():4.1f}, n {len(its)}")
-    print(f"RMSE {np.sqrt(np.mean((told - true) ** 2)):.1f} Shore A")
+        values = predicted[true == shore]
+        print(
+            f"{shore:4.0f} Shore A: {values.mean():5.1f}, SD {values.std():4.1f}, n {len(values)}"
+        )
+    print(f"RMSE {np.sqrt(np.mean((predicted - true) ** 2)):.1f} Shore A")
 
 
 def firsts(detector: SvmDetector, dataset: Dataset) -> list[Contact | None]:
-    """The first contact that a detector finds in each pinch."""
+    """Return the first contact that a detector finds in each pinch."""
     return [next(iter(detect(detector, pinch)), None) for pinch in dataset.pinches]
 
 

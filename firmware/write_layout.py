@@ -1,7 +1,7 @@
-"""Write core/fc_layout.h: the layout of the fingertips as the firmware tells it.
+"""Write core/fc_layout.h: the descriptor of the fingertips for the firmware.
 
-The layout is ``firstcontact.core.fingertip_layout()`` and the version the package's; run this
-after changing either.
+It contains ``firstcontact.core.fingertip_layout()`` and the package's version. Run this after you
+change either.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ TAIL = """
 
 
 def text() -> str:
-    """The header as it should be."""
+    """Return the text of the header."""
     layout = json.dumps(layout_to_send(fingertip_layout()), separators=(",", ":"))
     pieces = layout.replace("},{", "},\n{").replace("],", "],\n").split("\n")
     lines = ['    "' + piece.replace('"', '\\"') + '"' for piece in pieces]

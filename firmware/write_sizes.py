@@ -1,7 +1,7 @@
-"""Write answers/fc_*_sizes.h: the lengths that the hand's own kernels are built with.
+"""Write answers/fc_*_sizes.h: the array sizes of the kernels on the device.
 
-They are those of the package: of its default detector, of its any-time network, and of the gate;
-run this after changing one of them. Models with other numbers of the same sizes come over the wire.
+They are the sizes of the package's default detector, any-time network and gate. Run this after you
+change one of them. A model of the same sizes can be sent over the wire.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ PAGE = """\
 /* {about} Written by write_sizes.py: do not edit. */
 #ifndef FC_{upper}_SIZES_H
 #define FC_{upper}_SIZES_H
-{before}
+{head}
 enum {{
 {sizes}
 }};
-{after}
+{tail}
 #endif
 """
-#: The judge's numbers come with the model, so they are looked up where that lies.
+#: The detector's constants are part of the model image, so the kernel reads them there.
 JUDGE = """
 #define FC_JUDGE_HEADER "fc_judge_{kernel}.h"
 #define FC_CHANNELS 2
@@ -47,23 +47,23 @@ JUDGE = """
 
 
 def detector() -> tuple[str, dict[str, int]]:
-    """Kernel and lengths of the detector that is trained unless another is named."""
-    # What it learned does not matter: its lengths do not depend on it.
+    """Return kernel and sizes of the default detector."""
+    # The sizes do not depend on the training data.
     trained = make_detector(DETECTORS.default).fit(closings(24))
     kernel = trained.judgement(FINGERTIP_RATE).kernel
     return kernel, detector_sizes(trained, FINGERTIP_RATE)
 
 
 def anytime() -> dict[str, int]:
-    """Lengths of the network that came with the package, in its largest form."""
+    """Return the sizes of the package's network in its largest form."""
     arrays = pretrained().network.to_arrays()
     outputs = {name: len(arrays[f"{name}.bias"]) for name in THIN}
-    before = samples_in(BEFORE, FINGERTIP_RATE)
+    baseline = samples_in(BEFORE, FINGERTIP_RATE)
     return {
         "FC_LISTENS": 0,
-        "FC_HEARD": quiet_samples(before, FINGERTIP_RATE),
+        "FC_HEARD": quiet_samples(baseline, FINGERTIP_RATE),
         "FC_LONGEST": STAGES[-1],
-        "FC_BEFORE": before,
+        "FC_BEFORE": baseline,
         "FC_BESIDE": BESIDE,
         "FC_HEADS": HEADS,
         "FC_HIDDEN": outputs["query1"],
@@ -75,7 +75,7 @@ def anytime() -> dict[str, int]:
 
 
 def texts() -> dict[str, str]:
-    """The headers as they should be, by name."""
+    """Return the text of each header, by name."""
     rate = FINGERTIP_RATE
     kernel, lengths = detector()
     chain = {
@@ -87,7 +87,7 @@ def texts() -> dict[str, str]:
     }
     listed = ", ".join(map(str, moments(rate)))
     volt = ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS)
-    told = (
+    constants = (
         "\n/* Samples after a contact with which there is an answer. */\n"
         f"#define FC_MOMENTS {listed}\n"
         f"#define FC_VOLT {volt!r}\n#define FC_PIEZO_ZERO {ADC_COUNTS * SUBCOUNTS / 2!r}\n"
@@ -95,13 +95,13 @@ def texts() -> dict[str, str]:
     return {
         "detector": _page("detector", "The detector.", JUDGE.format(kernel=kernel), lengths),
         "anytime": _page("anytime", "The any-time network.", "", anytime()),
-        "chain": _page("chain", "The gate, and the signal of a contact.", "", chain, told),
+        "chain": _page("chain", "The gate, and the signal of a contact.", "", chain, constants),
     }
 
 
-def _page(name: str, about: str, before: str, sizes: dict[str, int], after: str = "") -> str:
+def _page(name: str, about: str, head: str, sizes: dict[str, int], tail: str = "") -> str:
     lines = ",\n".join(f"    {key} = {value}" for key, value in sizes.items())
-    return PAGE.format(upper=name.upper(), about=about, before=before, sizes=lines, after=after)
+    return PAGE.format(upper=name.upper(), about=about, head=head, sizes=lines, tail=tail)
 
 
 if __name__ == "__main__":

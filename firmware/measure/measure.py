@@ -1,10 +1,10 @@
-"""Train, export, build for the emulated Cortex-M7, run, and print parity, budget and accuracy.
+"""Measure exported models on the emulated Cortex-M7: parity with Python, cost and accuracy.
 
 python firmware/measure/measure.py --out FOLDER [--quick] [--cmsis SOURCES]
 
-Twin data; what is scored was not learned from: a fifth of the sessions, and objects of role
-"test". Two conditions; the models know the first, both are asked for parity. Instructions are
-those of the emulator; the time that they are said to last is an assumption: 1.5 cycles each.
+All data are from the twin, in two conditions. Models learn from the first; parity is measured
+on both. Scores are on held-out data: a fifth of the sessions, and objects of role "test". The
+emulator counts instructions. Their time is an assumption: 1.5 cycles each.
 """
 
 from __future__ import annotations
@@ -56,103 +56,108 @@ from firstcontact.twin import simulate
 
 WINDOW, LEVEL, SEED = 0.015, 0.9, 0
 SETS = (("paper-rig", 31), ("everyday", 32))
-#: Contacts that forms of the any-time network are asked about that are not exported by default.
+#: Number of contacts for forms of the any-time network that are not the default.
 FEW = 40
-#: Vectors of the reduced set that is counted together with the other parts.
+#: Support vectors of the reduced model that is measured together with the other parts.
 USUAL_VECTORS = 150
 Numbers = dict[str, Any]
 
 
-def made(out: Path, quick: bool) -> list[Dataset]:
-    """The twin's pinches in both conditions, made where they are not there yet."""
-    found = []
+def twin_sets(out: Path, quick: bool) -> list[Dataset]:
+    """Return the twin's pinches in both conditions. Simulate those that are missing."""
+    sets = []
     blocks, objects = (24, 6) if quick else (160, 25)
     for condition, seed in SETS:
         folder = out / f"pinches-{condition}"
         if not folder.exists():
             simulate(folder, condition, blocks, objects, seed)
-        found.append(load_dataset(folder))
-    return found
+        sets.append(load_dataset(folder))
+    return sets
 
 
 def parts(dataset: Dataset) -> tuple[Dataset, Dataset, Dataset]:
-    """What is learned from, blocks of sessions that are not, and unseen objects."""
-    train = dataset.take(~dataset.test)
-    sessions = np.unique(train.sessions)
-    held = np.isin(train.sessions, sessions[::5])
-    return train.take(~held), train.take(held), dataset.take(dataset.test)
+    """Return the training pinches, block pinches of held_out-out sessions, and unseen objects."""
+    blocks = dataset.take(~dataset.test)
+    sessions = np.unique(blocks.sessions)
+    held_out = np.isin(blocks.sessions, sessions[::5])
+    return blocks.take(~held_out), blocks.take(held_out), dataset.take(dataset.test)
 
 
 def windows(dataset: Dataset) -> Any:
-    """Labelled windows from the known contacts."""
+    """Return labelled windows that start at the known contacts."""
     contacts = [p.first for p in dataset.pinches]
     return labelled_windows(dataset, contacts, WINDOW, dataset.shore_a)
 
 
 def scored(model: WindowModel, interval: Interval | None, data: Any, name: str) -> Numbers:
-    """Error (or share of wrong classes), interval's width and coverage."""
+    """Return the error (or the share of wrong classes), and the interval's width and coverage."""
     values = model.predict(data.X)
     if model.spec.classes:
         return {name: float((values != data.y).mean())}
-    said: Numbers = {name: rmse(values - data.y)}
+    scores: Numbers = {name: rmse(values - data.y)}
     if interval is not None:
         spreads = model.spread(data.X)
         units = np.ones(len(values)) if spreads is None else spreads
         ends = np.array([interval.around(v, u) for v, u in zip(values, units, strict=True)])
-        said |= {f"{name}_width": float((ends[:, 1] - ends[:, 0]).mean())}
+        scores |= {f"{name}_width": float((ends[:, 1] - ends[:, 0]).mean())}
         inside = (ends[:, 0] <= data.y) & (data.y <= ends[:, 1])
-        said |= {f"{name}_coverage": float(inside.mean())}
-    return said
+        scores |= {f"{name}_coverage": float(inside.mean())}
+    return scores
 
 
 def rmse(errors: NDArray[np.float64]) -> float:
-    """Root of the mean square."""
+    """Return the root mean square."""
     return float(np.sqrt(np.mean(errors**2)))
 
 
 def of_windows(
     sets: list[Dataset], out: Path, quick: bool, cmsis: Path | None
 ) -> tuple[Numbers, NamedModel]:
-    """The kernel machines, whole and reduced, and what they are compared with; one of them."""
-    learn, held, objects = (windows(part) for part in parts(sets[0]))
+    """Measure the support vector machines, full and reduced, and their peers.
+
+    Return the rows, and the reduced model for the image of all parts.
+    """
+    learn, held_out, objects = (windows(part) for part in parts(sets[0]))
     everything = np.concatenate([windows(dataset).X for dataset in sets])
     rows: Numbers = {}
-    others: Numbers = {}
+    peer_rows: Numbers = {}
     usual: NamedModel | None = None
     for task, name in ((Task.REGRESSION, "svr"), (Task.CLASSIFICATION, "svc")):
-        kept = train_final_model(learn, ESTIMATORS.default, task, SEED, LEVEL, Serial(), True)
-        interval = kept.interval if task is Task.REGRESSION else None
-        for form in forms(NamedModel("stiffness", kept.model, interval), learn.X, learn.sessions):
+        trained = train_final_model(learn, ESTIMATORS.default, task, SEED, LEVEL, Serial(), True)
+        interval = trained.interval if task is Task.REGRESSION else None
+        for form in forms(
+            NamedModel("stiffness", trained.model, interval), learn.X, learn.sessions
+        ):
             size = form.model.notes["support_vectors"]
             cost = parity.of_model(form, everything, out / f"{name}_{size}")
-            row = asdict(cost) | answer_of(ESTIMATORS.default, form.model)
-            row |= scored(form.model, form.interval, held, "blocks")
+            row = asdict(cost) | identity(ESTIMATORS.default, form.model)
+            row |= scored(form.model, form.interval, held_out, "blocks")
             if task is Task.REGRESSION:
                 row |= scored(form.model, form.interval, objects, "objects")
                 usual = form if size <= USUAL_VECTORS else usual
             rows[f"{name}_{size}"] = row
         if task is Task.REGRESSION:
-            model: Any = kept.model
-            n = kept.model.notes["support_vectors"]
+            model: Any = trained.model
+            n = trained.model.notes["support_vectors"]
             count = peers.plain(model, everything, out / "plain", None)
-            others[f"plain C, SVR of {n} vectors"] = {"instructions": count}
-            others |= peers.of_cmsis(model, everything, out / "cmsis", cmsis)
+            peer_rows[f"plain C, SVR of {n} vectors"] = {"instructions": count}
+            peer_rows |= peers.of_cmsis(model, everything, out / "cmsis", cmsis)
     assert usual is not None
-    rows |= of_others(learn, held, objects, everything, out, quick)
-    return {"models": rows, "peers": others}, usual
+    rows |= of_estimators(learn, held_out, objects, everything, out, quick)
+    return {"models": rows, "peers": peer_rows}, usual
 
 
-def answer_of(name: str, model: WindowModel) -> Numbers:
-    """Which estimator made it, and how many samples an answer takes."""
+def identity(name: str, model: WindowModel) -> Numbers:
+    """Return the estimator's name, task, window length and rate for a row."""
     spec = model.spec
-    its = {"estimator": name, "task": spec.task.value}
-    return its | {"samples": spec.samples, "rate_hz": spec.rate}
+    row = {"estimator": name, "task": spec.task.value}
+    return row | {"samples": spec.samples, "rate_hz": spec.rate}
 
 
-def of_others(
-    learn: Any, held: Any, objects: Any, everything: Any, out: Path, quick: bool
+def of_estimators(
+    learn: Any, held_out: Any, objects: Any, everything: Any, out: Path, quick: bool
 ) -> Numbers:
-    """One model of each other estimator, as it is."""
+    """Measure one model of each other estimator."""
     rows: Numbers = {}
     for name, kind in ESTIMATORS.items():
         if name == ESTIMATORS.default or not set(kind.modules) <= available(kind.modules):
@@ -162,30 +167,33 @@ def of_others(
         )
         model = estimator.fit(learn.X, learn.y, learn.sessions, SEED)
         cost = parity.of_model(NamedModel("stiffness", model, None), everything, out / name)
-        row = asdict(cost) | answer_of(name, model) | scored(model, None, held, "blocks")
+        row = asdict(cost) | identity(name, model) | scored(model, None, held_out, "blocks")
         rows[name] = row | scored(model, None, objects, "objects")
     return rows
 
 
 def available(modules: Sequence[str]) -> set[str]:
-    """Which of these modules are installed."""
+    """Return the modules that are installed."""
     return {name for name in modules if find_spec(name) is not None}
 
 
 def of_touches(sets: list[Dataset], out: Path, quick: bool) -> tuple[Numbers, InContextModel]:
-    """The any-time network with several numbers of directions; the usual one of them."""
-    learn, held, objects = parts(sets[0])
-    touches, which = _touches(learn)
-    sessions = learn.sessions[which]
-    whole = adapt_network(pretrained(), touches, learn.shore_a[which], sessions, SEED).model
+    """Measure the any-time network with several numbers of directions.
+
+    Return the rows and the default form.
+    """
+    learn, held_out, objects = parts(sets[0])
+    touches, indices = _touches(learn)
+    sessions = learn.sessions[indices]
+    full = adapt_network(pretrained(), touches, learn.shore_a[indices], sessions, SEED).model
     everything = [_touches(dataset)[0] for dataset in sets]
     rows: Numbers = {
-        "anytime_whole": _running(whole, held, objects),
-        "anytime_deaf": _running(deaf(whole), held, objects),
+        "anytime_whole": _running(full, held_out, objects),
+        "anytime_deaf": _running(deaf(full), held_out, objects),
     }
     contacts = [p.first for p in learn.pinches]
-    chosen = whole
-    for form in compact_forms(whole, learn, contacts):
+    chosen = full
+    for form in compact_forms(full, learn, contacts):
         assert isinstance(form.network, CompactNetwork)
         directions = len(form.network.thin["body1"].into.bias)
         label = f"anytime_{directions}" + "_listening" * listens(form)
@@ -193,10 +201,10 @@ def of_touches(sets: list[Dataset], out: Path, quick: bool) -> tuple[Numbers, In
         if quick and not usual:
             continue
         chosen = form if usual else chosen
-        # All moments of all contacts of the usual form; of the others, what tells their costs.
-        asked = [some if usual else some.take(np.arange(FEW)) for some in everything]
+        # All contacts for the default form; for the others only enough to measure their cost.
+        sets_of_touches = [t if usual else t.take(np.arange(FEW)) for t in everything]
         costs = [
-            parity.of_anytime(form, some, out / f"{label}_{k}") for k, some in enumerate(asked)
+            parity.of_anytime(form, t, out / f"{label}_{k}") for k, t in enumerate(sets_of_touches)
         ]
         row = asdict(costs[0])
         row["max_abs_error"] = max(c.max_abs_error for c in costs)
@@ -205,31 +213,31 @@ def of_touches(sets: list[Dataset], out: Path, quick: bool) -> tuple[Numbers, In
         row["same_bytes"] = all(c.same_bytes for c in costs)
         row |= {"estimator": InContextModel.kind, "task": Task.REGRESSION.value}
         row |= {"samples": moments(form.rate)[0], "rate_hz": form.rate}
-        rows[label] = row | _running(form, held, objects)
+        rows[label] = row | _running(form, held_out, objects)
     return rows, chosen
 
 
 def _touches(dataset: Dataset) -> tuple[Touches, NDArray[np.intp]]:
-    touches, which = touches_of(dataset, [p.first for p in dataset.pinches])
-    there = touches.valid >= 10
-    return touches.take(there), which[there]
+    touches, indices = touches_of(dataset, [p.first for p in dataset.pinches])
+    long_enough = touches.valid >= 10
+    return touches.take(long_enough), indices[long_enough]
 
 
-def _running(model: InContextModel, held: Dataset, objects: Dataset) -> Numbers:
-    """Error and width of the last answer before the second contact."""
-    said: Numbers = {}
-    for name, dataset in (("blocks", held), ("objects", objects)):
-        touches, which = _touches(dataset)
-        answers, truth = model.answers(touches), dataset.shore_a[which]
-        said[name] = rmse(answers.values - truth)
-        said[f"{name}_width"] = float((answers.high - answers.low).mean())
+def _running(model: InContextModel, held_out: Dataset, objects: Dataset) -> Numbers:
+    """Return error, width and coverage of the last prediction before the second contact."""
+    scores: Numbers = {}
+    for name, dataset in (("blocks", held_out), ("objects", objects)):
+        touches, indices = _touches(dataset)
+        answers, truth = model.answers(touches), dataset.shore_a[indices]
+        scores[name] = rmse(answers.values - truth)
+        scores[f"{name}_width"] = float((answers.high - answers.low).mean())
         inside = (answers.low <= truth) & (truth <= answers.high)
-        said[f"{name}_coverage"] = float(inside.mean())
-    return said
+        scores[f"{name}_coverage"] = float(inside.mean())
+    return scores
 
 
 def of_detectors(sets: list[Dataset], out: Path) -> tuple[Numbers, Detector]:
-    """Every detector; the default one of them."""
+    """Measure all detectors. Return the rows and the default detector."""
     learn, _, _ = parts(sets[0])
     pinches = [p for dataset in sets for p in dataset.pinches]
     rows: Numbers = {}
@@ -244,7 +252,7 @@ def of_detectors(sets: list[Dataset], out: Path) -> tuple[Numbers, Detector]:
 
 
 def table(results: Numbers) -> str:
-    """For people."""
+    """Return the results as a Markdown table."""
     head = "| | instructions | us | flash | ram | asked | max error | mismatches | same bytes |"
     lines = [head + " blocks | inside | objects | width | inside |", "|---" * 14 + "|"]
     for name, row in results["models"].items():
@@ -260,36 +268,36 @@ def table(results: Numbers) -> str:
     for name, row in results["peers"].items():
         count = row.get("instructions")
         cost = " | |" if count is None else f" {count:,} | {microseconds(count):.0f} |"
-        asked = " | | | |"
+        comparison = " | | | |"
         if "asked" in row:
-            asked = f" {row['asked']:,} | | {row['other_sides']} | |"
-        lines.append(f"| {name} |{cost} | |{asked}" + " |" * 5)
-    if whole := results.get("together"):
-        name = f"together: {whole['parts']}"
-        lines.append(f"| {name} | | | {whole['flash']:,} | {whole['ram']:,} |" + " |" * 9)
+            comparison = f" {row['asked']:,} | | {row['other_sides']} | |"
+        lines.append(f"| {name} |{cost} | |{comparison}" + " |" * 5)
+    if image := results.get("together"):
+        name = f"together: {image['parts']}"
+        lines.append(f"| {name} | | | {image['flash']:,} | {image['ram']:,} |" + " |" * 9)
     return "\n".join(lines)
 
 
 def main() -> None:
-    """See above."""
+    """Run all measurements and write their results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--cmsis", type=Path, help="unpacked sources of the package cmsisdsp")
-    told = parser.parse_args()
-    sets = made(told.out, told.quick)
-    built = told.out / "built"
+    settings = parser.parse_args()
+    sets = twin_sets(settings.out, settings.quick)
+    built = settings.out / "built"
     shutil.rmtree(built, ignore_errors=True)
-    results, named = of_windows(sets, built, told.quick, told.cmsis)
+    results, named = of_windows(sets, built, settings.quick, settings.cmsis)
     detectors, detector = of_detectors(sets, built)
-    touches, anytime = of_touches(sets, built, told.quick)
+    touches, anytime = of_touches(sets, built, settings.quick)
     results["models"] |= detectors | touches
     results["together"] = parity.together(Trained((named,), detector, anytime), built / "together")
     results["seeds"] = dict(SETS)
-    with replacing(told.out / "embedded.json") as temporary:
+    with replacing(settings.out / "embedded.json") as temporary:
         temporary.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
     text = table(results)
-    (told.out / "embedded.md").write_text(text + "\n", encoding="utf-8")
+    (settings.out / "embedded.md").write_text(text + "\n", encoding="utf-8")
     print(text)
 
 

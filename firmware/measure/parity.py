@@ -1,4 +1,4 @@
-"""C against Python, over all windows, closings and contacts: what differs, and what it costs."""
+"""Parity of exported C with Python, and its cost, over all windows, closings and contacts."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from firstcontact.models import InContextModel, Touches, moments
 
 @dataclass(frozen=True)
 class Cost:
-    """What an exported part costs, and how far its answers are from Python's.
+    """Cost of an exported part and difference from Python.
 
     Parameters
     ----------
     instructions
-        Of the dearest answer; of a detector the mean over 3 ms.
+        Instructions of the costliest prediction; for a detector the mean over 3 ms.
     flash, ram
-        Bytes in the image of the emulated board, the measuring program's 2 kB among them.
+        Bytes in the image of the emulated board, with 2 kB of the measuring program.
     max_abs_error
-        Of values and ends of intervals, Shore A.
+        Largest error of values and interval ends, Shore A.
     class_mismatches
-        Other classes, refusals, flags or contacts than Python's.
+        Number of classes, refusals, flags or contacts that differ from Python's.
     asked
-        How many.
+        Number of predictions.
     same_bytes
-        Whether both machines gave the same bytes.
+        True if both machines gave the same bytes.
     """
 
     instructions: int
@@ -48,15 +48,17 @@ class Cost:
 
 
 def of_model(named: NamedModel, X: NDArray[np.float32], folder: Path) -> Cost:
-    """A model of a window."""
+    """Return the cost of a window model."""
     folder.mkdir(parents=True)
     c_library.write(Trained((named,)), folder)
-    told = {
+    definitions = {
         "MODEL": f"fc_{named.name}",
         "HEADER": f'"fc_{named.name}.h"',
         "NUMBERS": str(X[0].size),
     }
-    native, m7, flash, ram = _ran(building.Program("windows.c", folder / "src", told), X.tobytes())
+    native, m7, flash, ram = _run(
+        building.Program("windows.c", folder / "src", definitions), X.tobytes()
+    )
     got, on_m7 = building.answers(native), building.answers(m7)
     values = named.model.predict(X)
     spreads = named.model.spread(X)
@@ -78,28 +80,28 @@ def of_model(named: NamedModel, X: NDArray[np.float32], folder: Path) -> Cost:
 def of_detector(
     detector: Detector, pinches: Sequence[Pinch], folder: Path
 ) -> tuple[Cost, dict[str, int]]:
-    """A detector; also what is dearest of it, in instructions.
+    """Return the cost of a detector and its largest instruction counts.
 
-    ``steady``: the dearest of the three samples that take in its steady state; ``dearest_3ms``:
-    3 ms without these, ``steady_3ms`` with them.
+    ``steady`` is the costliest of the three samples that compute the steady state. ``dearest_3ms``
+    is the costliest 3 ms without these samples, ``steady_3ms`` with them.
     """
     folder.mkdir(parents=True)
     c_library.write(Trained(detector=detector), folder)
-    asked, wanted = [], []
+    signals, expected = [], []
     for pinch in pinches:
         start = closing_start(pinch).sample
         first = start - pinch.first_sample
-        asked.append(np.ascontiguousarray(pinch.vibration()[first:], np.float64))
+        signals.append(np.ascontiguousarray(pinch.vibration()[first:], np.float64))
         fingers = pinch.layout.vibration_fingers
-        wanted.append(
+        expected.append(
             [(fingers.index(c.finger), c.sample - start, c.decided - start)
              for c in detect(detector, pinch)]
         )  # fmt: skip
-    data = building.closings(asked)
-    native, m7, flash, ram = _ran(building.Program("closings.c", folder / "src", {}), data)
-    wrong = sum(g != w for g, w in zip(building.contacts(native), wanted, strict=True))
+    data = building.closings(signals)
+    native, m7, flash, ram = _run(building.Program("closings.c", folder / "src", {}), data)
+    wrong = sum(g != w for g, w in zip(building.contacts(native), expected, strict=True))
     counted = np.frombuffer(m7, building.FOUND)
-    samples = sum(map(len, asked))
+    samples = sum(map(len, signals))
     mean = round(float(counted["whole"].sum()) / samples * 15)
     same = building.contacts(native) == building.contacts(m7)
     fields = {"dearest_3ms": "dearest", "steady": "steady", "steady_3ms": "around"}
@@ -108,19 +110,19 @@ def of_detector(
 
 
 def of_anytime(model: InContextModel, touches: Touches, folder: Path) -> Cost:
-    """An any-time model, asked each millisecond."""
+    """Return the cost of an any-time model that predicts each millisecond."""
     folder.mkdir(parents=True)
     c_library.write(Trained(anytime=model), folder)
     times = moments(model.rate)
     data = building.touches(touches.signals, touches.valid, touches.fingers, times)
-    native, m7, flash, ram = _ran(building.Program("touches.c", folder / "src", {}), data)
+    native, m7, flash, ram = _run(building.Program("touches.c", folder / "src", {}), data)
     got, on_m7 = (np.frombuffer(raw, building.RUNNING) for raw in (native, m7))
     starts = np.cumsum([0, *(sum(t <= v for t in times) for v in touches.valid)])[:-1]
     error, wrong = 0.0, int((got["status"] != 0).sum())
     for k, samples in enumerate(times):
-        there = np.flatnonzero(touches.valid >= samples)
-        wanted = model.answers(touches.take(there).until(samples))
-        records = got[starts[there] + k]
+        indices = np.flatnonzero(touches.valid >= samples)
+        wanted = model.answers(touches.take(indices).until(samples))
+        records = got[starts[indices] + k]
         wrong += int((records["strange"].astype(bool) != wanted.strange).sum())
         pairs = (("value", wanted.values), ("low", wanted.low), ("high", wanted.high))
         error = max(error, *(float(np.abs(records[f] - w).max(initial=0.0)) for f, w in pairs))
@@ -129,22 +131,22 @@ def of_anytime(model: InContextModel, touches: Touches, folder: Path) -> Cost:
 
 
 def together(trained: Trained, folder: Path) -> dict[str, Any]:
-    """Size of one image that has all parts; the model's window is of one finger."""
+    """Return the size of one image with all parts. The model's window has one finger."""
     folder.mkdir(parents=True)
     c_library.write(trained, folder)
     (named,) = trained.models
-    told = {
+    definitions = {
         "MODEL": f"fc_{named.name}",
         "HEADER": f'"fc_{named.name}.h"',
         "NUMBERS": str(named.model.spec.samples * named.model.spec.channels),
     }
-    image = building.Program("whole.c", folder / "src", told).m7(folder / "m7.elf")
+    image = building.Program("whole.c", folder / "src", definitions).m7(folder / "m7.elf")
     flash, ram = building.memory(image)
     return {"parts": ", ".join(trained.parts), "flash": flash, "ram": ram}
 
 
-def _ran(program: building.Program, data: bytes) -> tuple[bytes, bytes, int, int]:
-    """What both machines answer, and the size of the image."""
+def _run(program: building.Program, data: bytes) -> tuple[bytes, bytes, int, int]:
+    """Run a program on both machines. Return both outputs and the size of the image."""
     folder = program.sources.parent
     native = building.ask_native(program.native(folder / "native"), data, folder)
     image = program.m7(folder / "m7.elf")

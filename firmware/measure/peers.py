@@ -1,4 +1,4 @@
-"""Other programs for the same machine, in the same emulator: plain C, and CMSIS-DSP's."""
+"""Other implementations in the same emulator for comparison: plain C and CMSIS-DSP."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from firstcontact.models import LEVEL_WEIGHT, SvmModel, shape_and_level
 
 
 def plain(model: SvmModel, X: NDArray[np.float32], folder: Path, cmsis: Path | None) -> int:
-    """Instructions for one answer about a window, of plain C or of CMSIS-DSP's sources."""
+    """Return the instructions of one prediction with plain C or with CMSIS-DSP's sources."""
     folder.mkdir(parents=True)
     a = model.to_arrays()
     numbers = {
@@ -33,23 +33,23 @@ def plain(model: SvmModel, X: NDArray[np.float32], folder: Path, cmsis: Path | N
         (folder / name).write_text((building.HERE / name).read_text("utf-8"), encoding="utf-8")
     shared = fixed_sources({"fc_model"})["fc_model.h"]
     (folder / "fc_model.h").write_text(shared, encoding="utf-8")
-    told = {"MODEL": "plain_svm", "HEADER": '"plain_svm.h"', "NUMBERS": str(X[0].size)}
+    definitions = {"MODEL": "plain_svm", "HEADER": '"plain_svm.h"', "NUMBERS": str(X[0].size)}
     more: list[str] = []
     if cmsis is not None:
-        told |= {"CMSIS": "1", "__GNUC_PYTHON__": "1"}
+        definitions |= {"CMSIS": "1", "__GNUC_PYTHON__": "1"}
         source = cmsis / "Source" / "SVMFunctions"
         more = [str(source / f"arm_svm_rbf_{part}_f32.c") for part in ("init", "predict")]
         more += ["-isystem", str(cmsis / "Include"), "-isystem", str(cmsis / "PrivateInclude")]
         more += ["-Wno-error", "-w"]
-    image = building.Program("windows.c", folder, told, more).m7(folder / "plain.elf")
-    found = building.answers(building.ask_m7(image, X[:5].tobytes(), folder))
-    return int(found["instructions"].max())
+    image = building.Program("windows.c", folder, definitions, more).m7(folder / "plain.elf")
+    records = building.answers(building.ask_m7(image, X[:5].tobytes(), folder))
+    return int(records["instructions"].max())
 
 
 def oracle(model: SvmModel, X: NDArray[np.float32]) -> dict[str, int] | None:
-    """What the package cmsisdsp says on this machine: on which side of 0 a decision lies.
+    """Compare the sign of the model's output with the package cmsisdsp on this machine.
 
-    Its machine answers two classes only, so that is what it is asked. None where it is not there.
+    Its support vector machine predicts two classes only. Return None if it is not installed.
     """
     try:
         import cmsisdsp
@@ -71,9 +71,9 @@ def oracle(model: SvmModel, X: NDArray[np.float32]) -> dict[str, int] | None:
 def of_cmsis(
     model: SvmModel, X: NDArray[np.float32], folder: Path, sources: Path | None
 ) -> dict[str, dict[str, int]]:
-    """A row of CMSIS-DSP, by its name: what it costs, and how often it says otherwise.
+    """Return a row for CMSIS-DSP: its cost and the number of other results.
 
-    What is not there is skipped, and that is said.
+    Parts that are not installed are skipped with a message.
     """
     name = f"CMSIS-DSP arm_svm_rbf_predict_f32, {model.notes['support_vectors']} vectors"
     row: dict[str, int] = {}
@@ -81,9 +81,9 @@ def of_cmsis(
         print(f"skipped: instructions of {name} (no --cmsis)")
     else:
         row["instructions"] = plain(model, X, folder, sources)
-    said = oracle(model, X)
-    if said is None:
-        print(f"skipped: answers of {name} (the package cmsisdsp is not installed)")
+    comparison = oracle(model, X)
+    if comparison is None:
+        print(f"skipped: predictions of {name} (the package cmsisdsp is not installed)")
     else:
-        row |= said
+        row |= comparison
     return {name: row} if row else {}

@@ -1,4 +1,4 @@
-"""The device's program, running."""
+"""Running program of a device."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from firstcontact.twin._scans import scan_bytes
 
 
 def random_scans(n: int, seed: int) -> NDArray[np.uint16]:
-    """Readings all over the converter's range, shape (n, 6)."""
+    """Return readings over the converter's whole range, shape (n, 6)."""
     scans = np.random.default_rng(seed).integers(0, ADC_COUNTS, (n, 6), dtype=np.uint16)
     scans[:, 4:] &= 1
     return scans
 
 
 class Running:
-    """A program that serves on the pseudo terminal ``path`` and is fed by :meth:`feed`."""
+    """Running program that serves the pseudo terminal ``path``. Pass scans with :meth:`feed`."""
 
     def __init__(self, path: str, process: subprocess.Popen[bytes]) -> None:
         self.path = path
         self.process = process
 
     def feed(self, scans: NDArray[np.uint16]) -> None:
-        """Give it scans; returns when it has taken all but what a pipe holds."""
+        """Write scans to the program. Return when the pipe has taken all of them."""
         stream: IO[bytes] | None = self.process.stdin
         assert stream is not None
         stream.write(scan_bytes(scans))
@@ -39,7 +39,7 @@ class Running:
 
 @contextmanager
 def running(program: Path, *options: str) -> Iterator[Running]:
-    """Start the program, fed by a pipe where the options name no file, and end it."""
+    """Start the program and end it. Without ``--scans`` a pipe feeds it."""
     if "--scans" not in options:
         options = ("--scans", "-", *options)
     with subprocess.Popen(

@@ -1,4 +1,4 @@
-"""Building the firmware, and what is skipped where it cannot be built."""
+"""Functions that build the firmware, and skip tests where it cannot be built."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ FIRMWARE = Path(__file__).parents[2] / "firmware"
 
 
 def make(build: Path, target: str, *settings: str) -> str:
-    """One of the firmware's make targets, built into ``build``; what that printed."""
+    """Build one of the firmware's make targets into ``build`` and return the output."""
     command = ["make", "--no-print-directory", "-C", str(FIRMWARE), target, f"BUILD={build}"]
     command += settings
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
-    return done.stdout
+    process = subprocess.run(command, capture_output=True, text=True)
+    assert process.returncode == 0, f"{process.stdout}\n{process.stderr}"
+    return process.stdout
 
 
-def need(what: str, *programs: str) -> None:
-    """Skip what needs a program that is missing."""
+def need(subject: str, *programs: str) -> None:
+    """Skip the test if a program is missing."""
     missing = [program for program in programs if shutil.which(program) is None]
     if missing:
-        pytest.skip(f"{what}: not installed: {', '.join(missing)} (docs/reference/firmware.md)")
+        pytest.skip(f"{subject}: not installed: {', '.join(missing)} (docs/reference/firmware.md)")
 
 
 def need_arm(request: pytest.FixtureRequest, *programs: str) -> None:
-    """Skip a test, by its name, where a program or the C library for the Cortex-M7 is missing."""
+    """Skip the test if a program or the C library for the Cortex-M7 is missing."""
     missing = [program for program in programs if shutil.which(program) is None]
     if not missing:
-        # The compiler repeats a name that it does not find.
+        # The compiler prints an unknown name unchanged.
         command = ["arm-none-eabi-gcc", "-print-file-name=nano.specs"]
-        found = subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
-        missing = ["newlib for arm-none-eabi"] if found == "nano.specs" else []
+        path = subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+        missing = ["newlib for arm-none-eabi"] if path == "nano.specs" else []
     if missing:
         pytest.skip(
             f"{request.node.name}: not installed: {', '.join(missing)} (docs/reference/firmware.md)"

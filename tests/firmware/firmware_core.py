@@ -1,4 +1,4 @@
-"""The C core from Python: its functions with their types, by ctypes."""
+"""Python interface of the C core: its functions with their types, by ctypes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class _Frame(c.Structure):
     ]
 
 
-class _Told(c.Structure):
+class _Estimate(c.Structure):
     _fields_ = [
         ("contact", c.c_uint32),
         ("known", c.c_uint32),
@@ -57,7 +57,7 @@ class _Scan(c.Structure):
 
 
 class Core:
-    """The shared library; every method calls into it."""
+    """Shared library of the core. Each method calls it."""
 
     def __init__(self, path: Path) -> None:
         lib = c.CDLL(str(path))
@@ -83,7 +83,7 @@ class Core:
         lib.fc_put_contact.restype = c.c_size_t
         lib.fc_put_contact.argtypes = [c.c_char_p, c.c_uint32, c.c_uint32, c.c_uint8, c.c_bool]
         lib.fc_put_estimate.restype = c.c_size_t
-        lib.fc_put_estimate.argtypes = [c.c_char_p, c.POINTER(_Told)]
+        lib.fc_put_estimate.argtypes = [c.c_char_p, c.POINTER(_Estimate)]
         lib.fc_put_late.restype = c.c_size_t
         lib.fc_put_late.argtypes = [c.c_char_p, c.c_uint32, c.c_uint32]
         lib.fc_pace_init.argtypes = [c.POINTER(_Pace), c.c_uint32, c.c_uint32]
@@ -110,7 +110,7 @@ class Core:
         return out.raw[:n]
 
     def unstuff(self, data: bytes) -> bytes | None:
-        """None where it is refused."""
+        """Undo the stuffing. Return None if the core refuses the bytes."""
         out = c.create_string_buffer(len(data) + 1)
         n = self._lib.fc_cobs_unstuff(data, len(data), out)
         return None if n < 0 else out.raw[:n]
@@ -125,7 +125,7 @@ class Core:
         return wire.raw[:n]
 
     def decode(self, stuffed: bytes) -> tuple[int, int, bytes] | None:
-        """Type, counter and payload; None where the frame is refused."""
+        """Return type, counter and payload; None if the core refuses the frame."""
         wire = c.create_string_buffer(stuffed, len(stuffed) + 1)
         frame = _Frame()
         if self._lib.fc_frame_decode(wire, len(stuffed), c.byref(frame)) != 0:
@@ -157,15 +157,15 @@ class Core:
         n = self._lib.fc_put_refused(out, reason)
         return out.raw[:n]
 
-    def contact_payload(self, sample: int, known: int, finger: int, first: bool) -> bytes:
+    def contact_payload(self, sample: int, decided: int, finger: int, first: bool) -> bytes:
         out = c.create_string_buffer(10)
-        n = self._lib.fc_put_contact(out, sample, known, finger, first)
+        n = self._lib.fc_put_contact(out, sample, decided, finger, first)
         return out.raw[:n]
 
-    def estimate_payload(self, *told: float) -> bytes:
-        """Fields in the order of the frame."""
+    def estimate_payload(self, *fields: float) -> bytes:
+        """Return the payload of these fields, in the order of the frame."""
         out = c.create_string_buffer(28)
-        n = self._lib.fc_put_estimate(out, c.byref(_Told(*told)))
+        n = self._lib.fc_put_estimate(out, c.byref(_Estimate(*fields)))
         return out.raw[:n]
 
     def late_payload(self, skipped: int, unheard: int) -> bytes:
@@ -174,13 +174,13 @@ class Core:
         return out.raw[:n]
 
     def periods(self, clock: int, rate: int, n: int) -> list[int]:
-        """The first n periods of a timer, ticks."""
+        """Return the first n periods of a timer, ticks."""
         pace = _Pace()
         self._lib.fc_pace_init(c.byref(pace), clock, rate)
         return [self._lib.fc_pace_next(c.byref(pace)) for _ in range(n)]
 
     def taxels(self, n: int) -> list[tuple[int, int]]:
-        """Row and column of the first n samples."""
+        """Return row and column of the first n samples."""
         scan, out = _Scan(), []
         self._lib.fc_scan_init(c.byref(scan))
         for _ in range(n):
@@ -189,7 +189,7 @@ class Core:
         return out
 
     def filtered(self, scans: NDArray[np.uint16]) -> NDArray[np.int16]:
-        """Samples of raw scans, shape (n, 6), filter by filter; shape (n, 16)."""
+        """Return the samples of raw scans, shape (n, 6), as an array of shape (n, 16)."""
         smooth, means = [_Smooth(), _Smooth()], [_Means(), _Means()]
         for f in range(2):
             self._lib.fc_smooth_init(smooth[f])

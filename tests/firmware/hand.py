@@ -1,4 +1,4 @@
-"""A small model for the hand, the twin's hand as scans, and the host's own answers about them."""
+"""Small model for the device, and the host's predictions to compare with the device's."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ from firstcontact.streaming import Pipeline, Running, Touched
 from firstcontact.streaming._events import Event
 from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
 
-#: Noise of the twin's fingertips at rest, V.
+#: Noise floors of the twin's fingertips, V.
 FLOORS = Calibration(tuple(VibrationCalibration(f, 0.0018) for f in Finger))
 
 
 def trained() -> tuple[Dataset, Trained]:
-    """Pinches of the five blocks, and what was learned from them."""
+    """Return pinches of the five blocks, and the models trained on them."""
     pinches = []
     for n in range(45):
         kind = BLOCKS[n % len(BLOCKS)]
@@ -48,14 +48,14 @@ def trained() -> tuple[Dataset, Trained]:
         pinches.append(simulate_pinch(draw, label, 10_000 * n))
     dataset = Dataset(tuple(pinches), "twin")
     detector = make_detector(DETECTORS.default).fit(dataset)
-    found = [next(iter(detect(detector, p)), None) for p in dataset.pinches]
-    touches, which = touches_of(dataset, found)
-    told = pretrained().told_of({ANY: Rig.of(touches, dataset.shore_a[which])})
-    return dataset, Trained((), detector, compacted(told, touches, 8))
+    contacts = [next(iter(detect(detector, p)), None) for p in dataset.pinches]
+    touches, indices = touches_of(dataset, contacts)
+    network = pretrained().told_of({ANY: Rig.of(touches, dataset.shore_a[indices])})
+    return dataset, Trained((), detector, compacted(network, touches, 8))
 
 
 def models(folder: Path) -> tuple[Path, Path]:
-    """Two folders for a hand, with models that differ."""
+    """Write two different models for the device and return their folders."""
     _, first = trained()
     assert isinstance(first.anytime, CompactModel)
     wider = CompactModel(
@@ -65,15 +65,15 @@ def models(folder: Path) -> tuple[Path, Path]:
         first.anytime.level,
         first.anytime.rigs,
     )
-    made = folder / "first", folder / "second"
-    for path, anytime in zip(made, (first.anytime, wider), strict=True):
+    paths = folder / "first", folder / "second"
+    for path, anytime in zip(paths, (first.anytime, wider), strict=True):
         path.mkdir()
         write(Trained((), first.detector, anytime), path)
-    return made
+    return paths
 
 
-def python_says(folder: Path, data: np.ndarray) -> list[Event]:
-    """What live finds in samples with the same model."""
+def host_events(folder: Path, data: np.ndarray) -> list[Event]:
+    """Return the events of the live pipeline for these samples and the same model."""
     layout = fingertip_layout()
     anytime = load_anytime(folder)
     pipeline = Pipeline(layout, load_detector(folder), (), FLOORS, anytime=anytime)
@@ -83,18 +83,22 @@ def python_says(folder: Path, data: np.ndarray) -> list[Event]:
 
 
 @dataclass(frozen=True)
-class Said:
-    """Contacts, and estimates by contact and samples after it: value, ends, flag, known."""
+class Predictions:
+    """Contacts and estimates of a device or of the host.
+
+    The key of an estimate is its contact and its number of samples. The value is the estimate, the
+    ends of its interval, the out-of-range flag and the sample with which it was complete.
+    """
 
     contacts: list[tuple[Finger | None, int, int, bool]]
     estimates: dict[tuple[int, int], tuple[float, float, float, bool, int]]
 
 
-def of_host(events: list[Event]) -> Said:
-    """The host's."""
+def of_host(events: list[Event]) -> Predictions:
+    """Return the predictions among the host's events."""
     touched = [e for e in events if isinstance(e, Touched)]
     running = [e for e in events if isinstance(e, Running)]
-    return Said(
+    return Predictions(
         [(e.contact.finger, e.contact.sample, e.contact.decided, e.first) for e in touched],
         {
             (e.contact.sample, e.samples): (e.value, e.low, e.high, e.strange, e.complete)
@@ -103,12 +107,12 @@ def of_host(events: list[Event]) -> Said:
     )
 
 
-def of_device(told: list[DevicePrediction]) -> Said:
-    """The device's."""
-    contacts = [t for t in told if isinstance(t, DeviceContact)]
-    estimates = [t for t in told if isinstance(t, DeviceEstimate)]
+def of_device(messages: list[DevicePrediction]) -> Predictions:
+    """Return the predictions among the device's messages."""
+    contacts = [m for m in messages if isinstance(m, DeviceContact)]
+    estimates = [m for m in messages if isinstance(m, DeviceEstimate)]
     assert not any(t.refused for t in estimates)
-    return Said(
+    return Predictions(
         [(t.finger, t.sample, t.decided, t.first) for t in contacts],
         {
             (t.contact, t.samples): (t.value, t.low, t.high, t.out_of_range, t.decided)
@@ -117,18 +121,18 @@ def of_device(told: list[DevicePrediction]) -> Said:
     )
 
 
-def assert_same(device: Said, host: Said) -> None:
-    """The same contacts; the same answer to 0.01 Shore A about each moment that the device told.
+def assert_same(device: Predictions, host: Predictions) -> None:
+    """Check that contacts are equal, and the device's estimates within 0.01 Shore A of the host's.
 
-    Of the milliseconds that were over when the contact became known it tells the last only.
+    Of the moments before the contact was decided, the device sends only the last.
     """
     assert device.contacts == host.contacts
     assert device.estimates.keys() <= host.estimates.keys()
-    at_once = {key for key, e in host.estimates.items() if key not in device.estimates}
-    for contact, samples in at_once:
-        known = host.estimates[contact, samples][4]
-        assert any(c == contact and e[4] == known for (c, _), e in device.estimates.items())
-    for key, (*numbers, strange, known) in device.estimates.items():
-        *wanted, odd, complete = host.estimates[key]
-        np.testing.assert_allclose(numbers, wanted, atol=0.01)
-        assert (strange, known) == (odd, complete)
+    unsent = {key for key, e in host.estimates.items() if key not in device.estimates}
+    for contact, samples in unsent:
+        complete = host.estimates[contact, samples][4]
+        assert any(c == contact and e[4] == complete for (c, _), e in device.estimates.items())
+    for key, (*numbers, strange, sample) in device.estimates.items():
+        *expected, odd, complete = host.estimates[key]
+        np.testing.assert_allclose(numbers, expected, atol=0.01)
+        assert (strange, sample) == (odd, complete)

@@ -1,4 +1,4 @@
-"""Images of models, their arrays by place and kind, and what C makes of spoilt ones."""
+"""Model images for tests: their arrays, patches that damage them, and the results of C."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from firstcontact.export import _model_image as model_image
 from firstcontact.export import hand_image
 
 ROOT = Path(__file__).parents[2]
-#: What is said of an image: see images.c.
-TRIED = np.dtype(
+#: Record of images.c for each image.
+RESULT = np.dtype(
     [("why", "S72"), ("contacts", "i4"), ("status", "i4", 4), ("spare", "i4"),
      ("value", "f8", 4), ("low", "f8", 4), ("high", "f8", 4)]
 )  # fmt: skip
@@ -28,7 +28,7 @@ _KERNELS = ("anytime", "detector", "onset", "judge_loudness", "math", "pitch", "
 
 @dataclass(frozen=True)
 class Field:
-    """An array of an image: where it lies, of what kind its numbers are, how many there are."""
+    """Array of an image: offset, type and number of elements."""
 
     at: int
     kind: str
@@ -41,41 +41,41 @@ class Field:
 
 @dataclass(frozen=True)
 class Patch:
-    """An image that is cut to a length, with bytes in other places."""
+    """Change of an image: its new length, and bytes to replace."""
 
     length: int
     bytes: tuple[tuple[int, bytes], ...] = ()
 
     @property
-    def told(self) -> bytes:
+    def encoded(self) -> bytes:
         parts = [struct.pack("<II", at, len(data)) + data for at, data in self.bytes]
         return struct.pack("<II", self.length, len(parts)) + b"".join(parts)
 
 
-def fields_of(folder: Path) -> tuple[bytes, list[Field]]:
-    """A sound image, and all arrays behind its text."""
-    found: list[tuple[str, int, int]] = []
+def intact_image(folder: Path) -> tuple[bytes, list[Field]]:
+    """Return an intact image and all arrays after its text."""
+    arrays: list[tuple[str, int, int]] = []
     put = model_image._Writer.put
 
-    def noted(self: Any, values: Any, kind: str) -> None:
+    def put_and_note(self: Any, values: Any, kind: str) -> None:
         put(self, values, kind)
-        found.append((f"<{kind}", np.size(values), len(self.data)))
+        arrays.append((f"<{kind}", np.size(values), len(self.data)))
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(model_image._Writer, "put", noted)
+        patch.setattr(model_image._Writer, "put", put_and_note)
         data = hand_image(folder, FLOORS).data
     text = struct.unpack_from("<I", data, 12)[0]
     start = 16 + (text + 7) // 8 * 8
-    fields = [Field(start, *found[0][:2])]  # the floors, written by themselves
-    start += found[0][2]
-    ends = [0, *(end for _, _, end in found[1:])]
-    fields += [Field(start + e, kind, n) for e, (kind, n, _) in zip(ends, found[1:], strict=False)]
+    fields = [Field(start, *arrays[0][:2])]  # the noise floors come first
+    start += arrays[0][2]
+    ends = [0, *(end for _, _, end in arrays[1:])]
+    fields += [Field(start + e, kind, n) for e, (kind, n, _) in zip(ends, arrays[1:], strict=False)]
     assert start + ends[-1] == len(data)
     return data, fields
 
 
 def program() -> building.Program:
-    """images.c with the firmware's own reader and kernels."""
+    """Return images.c with the firmware's reader and kernels."""
     answers, core = ROOT / "firmware/answers", ROOT / "firmware/core"
     kernels = ROOT / "src/firstcontact/export/c"
     files = [kernels / f"fc_{name}.c" for name in _KERNELS]
@@ -84,11 +84,11 @@ def program() -> building.Program:
     return building.Program("images.c", core, {}, [*map(str, files), *includes])
 
 
-def asked(data: bytes, patches: Sequence[Patch]) -> bytes:
-    """As images.c reads them."""
-    return struct.pack("<I", len(data)) + data + b"".join(patch.told for patch in patches)
+def program_input(data: bytes, patches: Sequence[Patch]) -> bytes:
+    """Return an image and its patches as input for images.c."""
+    return struct.pack("<I", len(data)) + data + b"".join(patch.encoded for patch in patches)
 
 
-def tried(raw: bytes) -> NDArray[np.void]:
-    """The records of images.c."""
-    return np.frombuffer(raw, TRIED)
+def results(raw: bytes) -> NDArray[np.void]:
+    """Return the records of images.c."""
+    return np.frombuffer(raw, RESULT)

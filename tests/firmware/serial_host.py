@@ -1,4 +1,4 @@
-"""A host at a serial port, as plain as can be: what is tested here is the device."""
+"""Minimal host at a serial port, for tests of a device."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from firstcontact.device import _protocol as protocol
 from firstcontact.device._protocol import Frame
 
 CHANNELS = 16
-#: No answer after this long means that none comes, s.
+#: Longest wait for an answer, s.
 PATIENCE = 60.0
 
 
 class Host:
-    """Sends frames and keeps all that come, in order."""
+    """Host that sends frames and keeps all received frames in order."""
 
     def __init__(self, path: str) -> None:
         self.port = serial.Serial(path, timeout=0.05)
@@ -40,33 +40,33 @@ class Host:
         self._sent += 1
 
     def receive(self) -> None:
-        """Take what has come, waiting a moment for a first byte."""
-        *whole, self._rest = (self._rest + self.port.read(65536)).split(b"\0")
-        for stuffed in whole:
+        """Read the bytes that have arrived, with a short wait for the first."""
+        *complete, self._rest = (self._rest + self.port.read(65536)).split(b"\0")
+        for stuffed in complete:
             try:
                 self.frames.append(protocol.decode(stuffed))
             except protocol.FrameError:
                 self.bad += 1
 
-    def until(self, done: Callable[[], object]) -> None:
-        """Receive until ``done`` says something true."""
+    def until(self, condition: Callable[[], object]) -> None:
+        """Receive until the condition is true."""
         latest = time.monotonic() + PATIENCE
-        while not done():
+        while not condition():
             assert time.monotonic() < latest, f"no answer; {len(self.frames)} frames until then"
             self.receive()
 
     def answer(self, kind: int) -> Frame:
-        """The next frame of a kind that was not there yet."""
-        known = len(self.of(kind))
-        self.until(lambda: len(self.of(kind)) > known)
-        return self.of(kind)[known]
+        """Wait for the next frame of this kind and return it."""
+        count = len(self.frames_of(kind))
+        self.until(lambda: len(self.frames_of(kind)) > count)
+        return self.frames_of(kind)[count]
 
     def hello(self) -> Frame:
         self.send(FrameType.HELLO, bytes([protocol.VERSION]))
         return self.answer(FrameType.DESCRIPTOR)
 
     def stop(self) -> tuple[int, int]:
-        """Next sample's number and overflow, of the ``stopped`` frame."""
+        """Stop the device. Return the next sample's number and the overflow count."""
         self.send(FrameType.STOP)
         return protocol.read_stopped(self.answer(FrameType.STOPPED).payload)
 
@@ -74,26 +74,28 @@ class Host:
         self.send(FrameType.MARK, text.encode())
         return protocol.read_marker(self.answer(FrameType.MARKER).payload)
 
-    def of(self, kind: int) -> list[Frame]:
+    def frames_of(self, kind: int) -> list[Frame]:
         return [f for f in self.frames if f.type == kind]
 
     def samples(self) -> list[protocol.SamplesFrame]:
-        return [protocol.read_samples(f.payload, CHANNELS) for f in self.of(FrameType.SAMPLES)]
+        return [
+            protocol.read_samples(f.payload, CHANNELS) for f in self.frames_of(FrameType.SAMPLES)
+        ]
 
     @property
     def received(self) -> int:
         return sum(len(s.data) for s in self.samples())
 
     def data(self) -> NDArray[np.int16]:
-        """All samples received, shape (n, channels)."""
+        """Return all received samples, shape (n, channels)."""
         return np.concatenate([s.data for s in self.samples()])
 
-    def assert_every_frame_arrived(self) -> None:
+    def assert_all_frames(self) -> None:
         assert self.bad == 0
         assert [f.counter for f in self.frames] == list(range(len(self.frames)))
 
-    def assert_every_sample_arrived(self, first: int = 0) -> None:
-        self.assert_every_frame_arrived()
+    def assert_all_samples(self, first: int = 0) -> None:
+        self.assert_all_frames()
         for frame in self.samples():
             assert frame.first_sample == first
             assert frame.overflow == 0
@@ -101,7 +103,7 @@ class Host:
 
 
 def assert_gaps_are_overflow(frames: list[protocol.SamplesFrame]) -> None:
-    """What is missing before a frame is what the device says it dropped since the last one."""
+    """Check that each gap equals the number of samples that the device counted as dropped."""
     end, overflow = 0, 0
     for frame in frames:
         assert frame.first_sample - end == frame.overflow - overflow

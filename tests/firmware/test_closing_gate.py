@@ -1,4 +1,4 @@
-"""The gate of a hand that answers by itself, against the host's: the same closings, gap or none."""
+"""Gate of the firmware compared with the host's: same closings, with and without gaps."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from firstcontact.twin import DeviceFilter, TwinStream
 
 LAYOUT = fingertip_layout()
 DATA = DeviceFilter().update(TwinStream(seed=4).read(12 * 4936))
-#: Above what a gate takes, bytes.
+#: Memory for a gate, more than it needs, bytes.
 ROOM = 4096
 
 
@@ -36,19 +36,19 @@ def volts(kind: ChannelKind) -> np.ndarray:
 
 
 def of_firmware(library: ctypes.CDLL, cut: int, lost: int) -> list[tuple[str, int]]:
-    """Turns and the first sample that each is about, so many samples lost from one on."""
+    """Return turns and the first sample of each, with ``lost`` samples missing from ``cut`` on."""
     gate = ctypes.create_string_buffer(ROOM)
     floors = (ctypes.c_double * 2)(*(FLOORS.noise(f) or 0.0 for f in Finger))
     piezo, loads = volts(ChannelKind.VIBRATION), volts(ChannelKind.FORCE)
     library.fc_gate_start(gate, floors, ctypes.c_uint32(0))
-    found = []
+    turns = []
     for n in [*range(cut), *range(cut + lost, len(DATA))]:
         if lost and n == cut + lost:
             library.fc_gate_start(gate, floors, ctypes.c_uint32(n))
         at = (a[n].ctypes.data_as(ctypes.c_void_p) for a in (piezo, loads))
         turn = library.fc_gate_take(gate, *at)
-        found += [("opens" if turn == 1 else "shuts", n + 1)] if turn else []
-    return found
+        turns += [("opens" if turn == 1 else "shuts", n + 1)] if turn else []
+    return turns
 
 
 def of_host(cut: int, lost: int) -> list[tuple[str, int]]:
@@ -56,13 +56,13 @@ def of_host(cut: int, lost: int) -> list[tuple[str, int]]:
     events = gate.update(Block(DATA[:cut]))
     events += gate.update(Block(DATA[cut + lost :], cut + lost))
     named = [("opens" if e.turn is Turn.OPENS else "shuts", e.sample) for e in events]
-    # That a gap ends a closing is no turn of the firmware's gate: who starts it anew knows.
+    # The firmware's gate does not report that a gap ends a closing: its caller restarts it.
     return [e for e in named if not lost or e != ("shuts", cut)]
 
 
 @pytest.mark.parametrize("lost", [0, 1, 7, 15, 44])
-def test_closings_are_the_hosts(library: ctypes.CDLL, lost: int) -> None:
-    first = next(n for what, n in of_host(0, 0) if what == "opens")
-    found = of_firmware(library, first + 23, lost)
-    assert len(found) > 4
-    assert found == of_host(first + 23, lost)
+def test_closings_equal_the_hosts(library: ctypes.CDLL, lost: int) -> None:
+    first = next(n for turn, n in of_host(0, 0) if turn == "opens")
+    turns = of_firmware(library, first + 23, lost)
+    assert len(turns) > 4
+    assert turns == of_host(first + 23, lost)

@@ -1,4 +1,4 @@
-"""Filters, scan and pace of the C core against the twin's and against arithmetic."""
+"""Filters, scan and pace of the C core compared with the twin's and with closed forms."""
 
 from __future__ import annotations
 
@@ -31,31 +31,31 @@ def with_strips(scans: NDArray[np.uint16]) -> NDArray[np.uint16]:
     )
 )
 @settings(max_examples=60)
-def test_filters_are_the_twins_bit_for_bit(core: Core, scans: NDArray[np.uint16]) -> None:
+def test_filters_equal_the_twins_bit_for_bit(core: Core, scans: NDArray[np.uint16]) -> None:
     scans = with_strips(scans)
     np.testing.assert_array_equal(core.filtered(scans), DeviceFilter().update(scans))
 
 
-def test_filters_are_the_twins_from_rail_to_rail_for_long(core: Core) -> None:
+def test_filters_equal_the_twins_over_the_full_range(core: Core) -> None:
     rng = np.random.default_rng(8)
     scans = with_strips(rng.integers(0, ADC_COUNTS, (3000, 6), dtype=np.uint16))
     scans[1000:2000, :4] = (ADC_COUNTS - 1) * (np.arange(1000) // 7 % 2)[:, None]
     np.testing.assert_array_equal(core.filtered(scans), DeviceFilter().update(scans))
 
 
-def test_a_count_beyond_the_converters_is_its_highest(core: Core) -> None:
+def test_count_beyond_the_converters_range_is_clipped(core: Core) -> None:
     high = np.array([[0xFFFF, 1024, 0xFFFF, 1024, 0, 0]] * 60, np.uint16)
     full = np.minimum(high, ADC_COUNTS - 1)
     np.testing.assert_array_equal(core.filtered(high), core.filtered(full))
 
 
-def test_the_scan_goes_row_by_row(core: Core) -> None:
+def test_scan_goes_row_by_row(core: Core) -> None:
     expected = [(i % 6 // 2, i % 6 % 2) for i in range(25)]
     assert core.taxels(25) == expected
 
 
 @pytest.mark.parametrize("clock", [600_000_000, 25_000_000, 24_000_000, 4936, 5000])
-def test_any_second_of_samples_lasts_a_second_to_the_tick(core: Core, clock: int) -> None:
+def test_samples_of_one_second_last_one_second_to_the_tick(core: Core, clock: int) -> None:
     rate = int(FINGERTIP_RATE)
     periods = core.periods(clock, rate, 3 * rate)
     assert set(periods) <= {clock // rate, clock // rate + 1}
@@ -64,7 +64,7 @@ def test_any_second_of_samples_lasts_a_second_to_the_tick(core: Core, clock: int
 
 
 @given(clock=st.integers(1, 2**32 - 1), rate=st.integers(1, 2**31 - 1))
-def test_no_sample_is_a_tick_off(core: Core, clock: int, rate: int) -> None:
+def test_no_sample_is_off_by_a_tick(core: Core, clock: int, rate: int) -> None:
     if clock < rate:
         clock, rate = rate, clock
     ends = itertools.accumulate(core.periods(clock, rate, 50))

@@ -1,4 +1,4 @@
-"""The C core and ``firstcontact.device._protocol`` say and understand the same bytes."""
+"""Frames of the C core compared with ``firstcontact.device._protocol``."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from firstcontact.device._device_predictions import (
     read_estimate,
 )
 
-#: Bytes with many zeros and long runs without any, so that runs of 254 come about.
+#: Bytes with many zeros and with long runs without zeros, so that some runs reach 254.
 RUNS = st.lists(
     st.one_of(
         st.binary(max_size=20),
@@ -45,7 +45,7 @@ def test_golden_frames(core: Core, golden: Golden) -> None:
     assert (frame.type, frame.counter, frame.payload) == (golden.type, golden.counter, payload)
 
 
-# From the paper that introduced it, and the edges of a run.
+# Examples of the original paper, and runs of critical length.
 @pytest.mark.parametrize(
     ("data", "stuffed"),
     [
@@ -60,13 +60,13 @@ def test_golden_frames(core: Core, golden: Golden) -> None:
         ("01" * 254 + "00", "ff" + "01" * 254 + "0101"),
     ],
 )
-def test_stuffing_known_by_hand(core: Core, data: str, stuffed: str) -> None:
+def test_stuffing_of_known_examples(core: Core, data: str, stuffed: str) -> None:
     assert core.stuff(bytes.fromhex(data)).hex() == stuffed
     assert core.unstuff(bytes.fromhex(stuffed)) == bytes.fromhex(data)
 
 
 @given(data=RUNS)
-def test_stuffing_is_pythons_and_comes_back(core: Core, data: bytes) -> None:
+def test_stuffing_equals_pythons_and_is_reversible(core: Core, data: bytes) -> None:
     stuffed = core.stuff(data)
     assert stuffed == protocol.stuff(data)
     assert 0 not in stuffed
@@ -74,22 +74,22 @@ def test_stuffing_is_pythons_and_comes_back(core: Core, data: bytes) -> None:
 
 
 @given(data=RUNS)
-def test_any_bytes_are_unstuffed_or_refused_as_in_python(core: Core, data: bytes) -> None:
+def test_unstuffing_equals_pythons_for_any_bytes(core: Core, data: bytes) -> None:
     try:
-        there: bytes | None = protocol.unstuff(data)
+        expected: bytes | None = protocol.unstuff(data)
     except protocol.FrameError:
-        there = None
-    assert core.unstuff(data) == there
+        expected = None
+    assert core.unstuff(data) == expected
 
 
 @given(data=st.binary(max_size=400))
-def test_the_crc_is_zlibs(core: Core, data: bytes) -> None:
+def test_crc_equals_zlibs(core: Core, data: bytes) -> None:
     assert core.crc32(data) == zlib.crc32(data)
     assert core.crc32(b"123456789") == 0xCBF43926
 
 
 @given(kind=st.integers(0, 255), counter=U32, payload=RUNS)
-def test_frames_are_pythons_and_come_back(
+def test_frames_equal_pythons_and_are_reversible(
     core: Core, kind: int, counter: int, payload: bytes
 ) -> None:
     wire = core.encode(kind, counter, payload)
@@ -98,7 +98,7 @@ def test_frames_are_pythons_and_come_back(
 
 
 @given(data=st.data())
-def test_a_changed_bit_is_found(core: Core, data: st.DataObject) -> None:
+def test_flipped_bit_is_refused(core: Core, data: st.DataObject) -> None:
     wire = bytearray(core.encode(protocol.FrameType.MARK, 5, data.draw(st.binary(max_size=200))))
     place = data.draw(st.integers(0, len(wire) - 2))
     wire[place] ^= 1 << data.draw(st.integers(0, 7))
@@ -106,12 +106,12 @@ def test_a_changed_bit_is_found(core: Core, data: st.DataObject) -> None:
 
 
 @pytest.mark.parametrize("n", range(9))
-def test_what_is_shorter_than_a_frame_is_refused(core: Core, n: int) -> None:
+def test_too_short_frame_is_refused(core: Core, n: int) -> None:
     assert core.decode(core.stuff(b"\x81" * n)) is None
 
 
 @given(first=U32, overflow=U32, n=st.integers(1, 5))
-def test_payloads_are_pythons(core: Core, first: int, overflow: int, n: int) -> None:
+def test_payloads_equal_pythons(core: Core, first: int, overflow: int, n: int) -> None:
     data = np.arange(16 * n, dtype=np.int16).reshape(n, 16)
     head = core.samples_head(first, overflow, n)
     assert head + data.tobytes() == protocol.samples_payload(first, overflow, data)
@@ -123,33 +123,33 @@ def test_payloads_are_pythons(core: Core, first: int, overflow: int, n: int) -> 
     assert core.refused_payload(b"no") == bytes([protocol.VERSION]) + b"no"
 
 
-@given(sample=U32, known=U32, finger=st.sampled_from(Finger), flags=st.integers(0, 3), ns=U32)
-def test_payloads_of_answers_are_pythons(
-    core: Core, sample: int, known: int, finger: Finger, flags: int, ns: int
+@given(sample=U32, decided=U32, finger=st.sampled_from(Finger), flags=st.integers(0, 3), ns=U32)
+def test_payloads_of_predictions_equal_pythons(
+    core: Core, sample: int, decided: int, finger: Finger, flags: int, ns: int
 ) -> None:
     number, first = list(Finger).index(finger), bool(flags & 1)
-    payload = contact_payload(finger, sample, known, first)
-    assert core.contact_payload(sample, known, number, first) == payload
-    assert read_contact(payload, 3) == DeviceContact(finger, sample, known, first, 3)
-    told = DeviceEstimate(
-        finger, sample, 59, known, 41.5, 30.25, 52.75, first, flags >= 2, ns * 1e-9, 3
+    payload = contact_payload(finger, sample, decided, first)
+    assert core.contact_payload(sample, decided, number, first) == payload
+    assert read_contact(payload, 3) == DeviceContact(finger, sample, decided, first, 3)
+    estimate = DeviceEstimate(
+        finger, sample, 59, decided, 41.5, 30.25, 52.75, first, flags >= 2, ns * 1e-9, 3
     )
-    payload = estimate_payload(told)
+    payload = estimate_payload(estimate)
     assert (
-        core.estimate_payload(sample, known, 59, number, flags, 41.5, 30.25, 52.75, ns) == payload
+        core.estimate_payload(sample, decided, 59, number, flags, 41.5, 30.25, 52.75, ns) == payload
     )
-    assert read_estimate(payload, 3) == told
+    assert read_estimate(payload, 3) == estimate
 
 
 @given(skipped=U32, unheard=U32)
-def test_payloads_of_what_was_late_are_pythons(core: Core, skipped: int, unheard: int) -> None:
+def test_payloads_of_late_counts_equal_pythons(core: Core, skipped: int, unheard: int) -> None:
     payload = protocol.late_payload(skipped, unheard)
     assert core.late_payload(skipped, unheard) == payload
     assert protocol.read_late(payload) == (skipped, unheard)
 
 
 @pytest.mark.parametrize("read", [read_contact, read_estimate])
-def test_answers_that_are_damaged_are_refused(read: Callable[[bytes, int], object]) -> None:
+def test_damaged_predictions_are_refused(read: Callable[[bytes, int], object]) -> None:
     for payload in (b"", bytes(9), bytes(27), b"\xff" * 10, b"\xff" * 28):
         with pytest.raises(protocol.FrameError):
             read(payload, 0)

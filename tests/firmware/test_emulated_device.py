@@ -1,4 +1,4 @@
-"""The firmware on an emulated Cortex-M7, its UART on a pseudo terminal, read through pyserial."""
+"""Firmware on an emulated Cortex-M7 whose UART is a pseudo terminal."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from firstcontact.twin._scans import write_scans
 
 @contextmanager
 def emulated(image: Path, *arguments: str, more: Sequence[str] = ()) -> Iterator[str]:
-    """Run the firmware, with more options of the emulator; yields the path of its UART."""
+    """Run the firmware with more options for the emulator. Yield the path of its UART."""
     semihosting = ",".join(["enable=on", "target=native", *(f"arg={a}" for a in arguments)])
     command = ["qemu-system-arm", "-M", "mps2-an500", "-display", "none", "-monitor", "none"]
     command += ["-serial", "pty", "-semihosting-config", semihosting, "-kernel", str(image)]
@@ -32,25 +32,25 @@ def emulated(image: Path, *arguments: str, more: Sequence[str] = ()) -> Iterator
     ) as process:
         assert process.stdout is not None
         try:
-            said = ""
-            while not (found := re.search(r"redirected to (\S+)", said)):
+            output = ""
+            while not (match := re.search(r"redirected to (\S+)", output)):
                 line = process.stdout.readline().decode()
-                assert line, f"the emulator ended: {said}"
-                said += line
-            yield found[1]
+                assert line, f"the emulator ended: {output}"
+                output += line
+            yield match[1]
             assert process.poll() is None, process.stdout.read().decode()
         finally:
             process.terminate()
 
 
 def pattern(n: int) -> NDArray[np.uint16]:
-    """What the firmware reads without a file, shape (n, 6); the sample's number is in it."""
+    """Return the firmware's test pattern, shape (n, 6). It contains the sample's number."""
     i = np.arange(n)
     columns = [i & 1023, i >> 10 & 1023, 7 * i & 1023, 1023 - (i & 1023), i & 1, i >> 1 & 1]
     return np.stack(columns, axis=1).astype(np.uint16)
 
 
-def test_it_tells_the_layout_of_the_fingertips(image: Path) -> None:
+def test_descriptor_has_the_layout_of_the_fingertips(image: Path) -> None:
     with emulated(image, "free") as path, Host(path) as host:
         version, _, text = protocol.read_descriptor(host.hello().payload)
     descriptor = Descriptor.from_text(text)
@@ -59,7 +59,7 @@ def test_it_tells_the_layout_of_the_fingertips(image: Path) -> None:
     assert descriptor.firmware.endswith("(mps2-an500)")
 
 
-def test_every_frame_arrives(image: Path) -> None:
+def test_all_frames_arrive(image: Path) -> None:
     with emulated(image, "free") as path, Host(path) as host:
         host.hello()
         host.send(FrameType.START)
@@ -69,11 +69,11 @@ def test_every_frame_arrives(image: Path) -> None:
         assert text == "über den Draht"
         assert 10_000 <= marked <= next_sample == host.received
         assert overflow == 0
-        host.assert_every_sample_arrived()
+        host.assert_all_samples()
         np.testing.assert_array_equal(host.data(), DeviceFilter().update(pattern(next_sample)))
 
 
-def test_its_bits_are_the_native_programs_and_pythons(
+def test_samples_equal_the_native_programs_and_pythons(
     image: Path, program: Path, tmp_path: Path
 ) -> None:
     scans = random_scans(6003, 9)
@@ -93,19 +93,19 @@ def all_samples(path: str, n: int) -> NDArray[np.int16]:
         host.until(lambda: host.received >= n // 5 * 5)
         host.until(lambda: host.mark()[0] == n)
         assert host.stop() == (n, 0)
-        host.assert_every_sample_arrived()
+        host.assert_all_samples()
         return host.data()
 
 
-def test_samples_taken_in_the_timers_interrupt_arrive_or_are_counted(image: Path) -> None:
+def test_samples_of_the_timer_interrupt_arrive_or_are_counted(image: Path) -> None:
     with emulated(image, "timer") as path, Host(path) as host:
         host.hello()
         host.send(FrameType.START)
         host.until(lambda: host.received >= 2000)
         next_sample, overflow = host.stop()
-        host.assert_every_frame_arrived()
+        host.assert_all_frames()
         assert host.received + overflow == next_sample
         assert_gaps_are_overflow(host.samples())
-        kept = [s.first_sample + k for s in host.samples() for k in range(len(s.data))]
-        expected = DeviceFilter().update(pattern(next_sample))[kept]
+        received = [s.first_sample + k for s in host.samples() for k in range(len(s.data))]
+        expected = DeviceFilter().update(pattern(next_sample))[received]
         np.testing.assert_array_equal(host.data(), expected)

@@ -1,4 +1,4 @@
-"""Models over the wire: kept whole or not at all, whatever comes and whenever the power goes."""
+"""Models sent over the wire: stored completely or not at all, also after faults and power cuts."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from firstcontact.device._flashing import CHUNK
 from firstcontact.export import FORMAT, hand_image
 from firstcontact.export._model_image import ModelImage
 
-#: Of the head of a place that holds a model.
+#: First bytes of a slot that holds a model.
 MAGIC = b"1CFS"
 
 
 @pytest.fixture
-def kept(tmp_path: Path) -> tuple[str, str]:
-    """Options of a device with a file for models."""
+def model_file(tmp_path: Path) -> tuple[str, str]:
+    """Return the options of a device with a file for models."""
     return "--models", str(tmp_path / "models")
 
 
@@ -43,8 +43,8 @@ def descriptor(host: Host) -> Descriptor:
     return Descriptor.from_text(protocol.read_descriptor(host.hello().payload)[2])
 
 
-def answering(host: Host) -> str | None:
-    """Digest of the model that a device says it answers with."""
+def active_model(host: Host) -> str | None:
+    """Return the digest of the device's active model."""
     answers = descriptor(host).answers
     return None if answers is None else answers.model
 
@@ -55,49 +55,49 @@ def state(host: Host, kind: FrameType, payload: bytes = b"") -> tuple[int, str]:
     return answer[0], answer[6:].decode()
 
 
-def begun(host: Host, image: ModelImage, form: int = FORMAT) -> tuple[int, str]:
-    told = struct.pack("<IIII", form, image.sizes, len(image.data), zlib.crc32(image.data))
-    return state(host, FrameType.MODEL_BEGIN, told)
+def begin_transfer(host: Host, image: ModelImage, form: int = FORMAT) -> tuple[int, str]:
+    payload = struct.pack("<IIII", form, image.sizes, len(image.data), zlib.crc32(image.data))
+    return state(host, FrameType.MODEL_BEGIN, payload)
 
 
-def sent(host: Host, data: bytes, most: int | None = None) -> None:
-    host.port.timeout = 0.001  # answers are short, and there are many
+def send_chunks(host: Host, data: bytes, most: int | None = None) -> None:
+    host.port.timeout = 0.001  # the replies are short and many
     for at in range(0, len(data) if most is None else most, CHUNK):
         chunk = struct.pack("<I", at) + data[at : at + CHUNK]
         assert state(host, FrameType.MODEL_CHUNK, chunk)[0] == 0
 
 
 def lose_power(
-    program: Path, kept: tuple[str, str], old: ModelImage, new: ModelImage, most: int
+    program: Path, model_file: tuple[str, str], old: ModelImage, new: ModelImage, most: int
 ) -> None:
-    with running(program, *kept) as device, Host(device.path) as host:
-        assert answering(host) == old.digest
-        assert begun(host, new) == (0, "")
-        sent(host, new.data, most)
+    with running(program, *model_file) as device, Host(device.path) as host:
+        assert active_model(host) == old.digest
+        assert begin_transfer(host, new) == (0, "")
+        send_chunks(host, new.data, most)
         device.process.kill()
         device.process.wait()
 
 
-def test_power_that_goes_in_the_middle_leaves_the_old_model(
-    program: Path, kept: tuple[str, str], images: tuple[ModelImage, ModelImage]
+def test_power_cut_leaves_the_old_model(
+    program: Path, model_file: tuple[str, str], images: tuple[ModelImage, ModelImage]
 ) -> None:
     old, new = images
-    with running(program, *kept) as device:
+    with running(program, *model_file) as device:
         assert flash_model(device.path, old.data, FORMAT, old.sizes) == old.digest
-    for most in (len(new.data) // 2, len(new.data)):  # the last one: all but the word to keep it
-        with pytest.raises(AssertionError, match=r"^$"):  # a device that died
-            lose_power(program, kept, old, new, most)
-    with running(program, *kept) as device:
+    for most in (len(new.data) // 2, len(new.data)):  # the second: all chunks, but no end frame
+        with pytest.raises(AssertionError, match=r"^$"):  # the device has ended
+            lose_power(program, model_file, old, new, most)
+    with running(program, *model_file) as device:
         with Host(device.path) as host:
-            assert answering(host) == old.digest
+            assert active_model(host) == old.digest
         assert flash_model(device.path, new.data, FORMAT, new.sizes) == new.digest
-    with running(program, *kept) as device, Host(device.path) as host:
-        assert answering(host) == new.digest
+    with running(program, *model_file) as device, Host(device.path) as host:
+        assert active_model(host) == new.digest
 
 
 @dataclass(frozen=True)
-class Kept:
-    """A file of two places as the device's program keeps it: slots behind heads."""
+class ModelFile:
+    """File of the device's program with two slots, each with a head."""
 
     file: Path
 
@@ -112,36 +112,36 @@ class Kept:
         return struct.unpack_from("<I", slot, 4)[0] if slot[:4] == MAGIC else -1
 
 
-def test_where_the_newest_model_does_not_fit_the_one_before_answers(
+def test_previous_model_is_active_if_the_newest_does_not_fit(
     strict_program: Path,
-    kept: tuple[str, str],
+    model_file: tuple[str, str],
     images: tuple[ModelImage, ModelImage],
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """As after an update of the firmware: the newer place is whole, and for other kernels."""
+    """The newer slot is intact but needs other kernels, as after a firmware update."""
     old, new = images
-    with running(strict_program, *kept) as device:
+    with running(strict_program, *model_file) as device:
         for image in images:
             flash_model(device.path, image.data, FORMAT, image.sizes)
-    file = Kept(Path(kept[1]))
+    file = ModelFile(Path(model_file[1]))
     slots = sorted(file.slots(), key=file.turn)
     length = struct.unpack_from("<IIII", slots[1])[2]
-    slots[1][16 + 8] ^= 1  # the sizes that the image says it is for
+    slots[1][16 + 8] ^= 1  # the sizes in the image
     struct.pack_into("<I", slots[1], 12, zlib.crc32(slots[1][16 : 16 + length]))
     file.write(*slots)
-    with running(strict_program, *kept) as device:
+    with running(strict_program, *model_file) as device:
         with Host(device.path) as host:
-            assert answering(host) == old.digest
+            assert active_model(host) == old.digest
             models = descriptor(host).models
             assert models is not None
             assert "other sizes" in models.fault
         assert any("the one before it answers" in line for line in answer(device.path))
         assert main(["live", "--device", device.path, "--seconds", "0.2"]) == 0
         assert "passes over the newest model" in capsys.readouterr().err
-        # What comes next takes the place of the one that is of no use.
+        # The next model replaces the one that does not fit.
         assert flash_model(device.path, new.data, FORMAT, new.sizes) == new.digest
-    with running(strict_program, *kept) as device, Host(device.path) as host:
-        assert answering(host) == new.digest
+    with running(strict_program, *model_file) as device, Host(device.path) as host:
+        assert active_model(host) == new.digest
         models = descriptor(host).models
         assert models is not None
         assert models.fault == ""
@@ -149,65 +149,65 @@ def test_where_the_newest_model_does_not_fit_the_one_before_answers(
 
 
 def test_another_format_other_sizes_and_damage_are_refused(
-    strict_program: Path, kept: tuple[str, str], images: tuple[ModelImage, ModelImage]
+    strict_program: Path, model_file: tuple[str, str], images: tuple[ModelImage, ModelImage]
 ) -> None:
     old, new = images
     other = ModelImage(new.data, new.sizes ^ 1, new.digest)
-    with running(strict_program, *kept) as device:
+    with running(strict_program, *model_file) as device:
         flash_model(device.path, old.data, FORMAT, old.sizes)
         with Host(device.path) as host:
-            assert "format" in begun(host, new, FORMAT + 1)[1]
-            assert "sizes" in begun(host, other)[1]
-            assert begun(host, new)[0] == 0
+            assert "format" in begin_transfer(host, new, FORMAT + 1)[1]
+            assert "sizes" in begin_transfer(host, other)[1]
+            assert begin_transfer(host, new)[0] == 0
             assert "not whole" in state(host, FrameType.MODEL_END)[1]
-            sent(host, new.data[:-1] + bytes([new.data[-1] ^ 1]))
+            send_chunks(host, new.data[:-1] + bytes([new.data[-1] ^ 1]))
             assert "CRC" in state(host, FrameType.MODEL_END)[1]
-            assert answering(host) == old.digest
+            assert active_model(host) == old.digest
         with pytest.raises(InputError, match=r"other sizes .* keeps its old one"):
             flash_model(device.path, new.data, FORMAT, other.sizes)
 
 
-def test_numbers_that_do_not_fit_are_refused_before_they_are_used(
-    strict_program: Path, kept: tuple[str, str], images: tuple[ModelImage, ModelImage]
+def test_invalid_numbers_are_refused_before_use(
+    strict_program: Path, model_file: tuple[str, str], images: tuple[ModelImage, ModelImage]
 ) -> None:
-    """Whatever the bytes, with the right CRC: refused, or taken, and nothing undefined happens."""
+    """Any bytes with the right CRC are refused or accepted, without undefined behaviour."""
     rng = np.random.default_rng(1)
     image = images[0]
-    with running(strict_program, *kept) as device, Host(device.path) as host:
+    with running(strict_program, *model_file) as device, Host(device.path) as host:
         for _ in range(3):
             data = bytearray(image.data)
-            for place in rng.integers(0, 1200, 3):  # where counts and sizes are
+            for place in rng.integers(0, 1200, 3):  # the range of counts and sizes
                 data[place] = int(rng.integers(256))
-            spoilt = ModelImage(bytes(data), image.sizes, image.digest)
-            assert begun(host, spoilt)[0] == 0
-            sent(host, spoilt.data)
+            damaged = ModelImage(bytes(data), image.sizes, image.digest)
+            assert begin_transfer(host, damaged)[0] == 0
+            send_chunks(host, damaged.data)
             assert state(host, FrameType.MODEL_END)[0] in (1, 2)
         cut = ModelImage(image.data[:5000], image.sizes, image.digest)
-        assert begun(host, cut)[0] == 0
-        sent(host, cut.data)
+        assert begin_transfer(host, cut)[0] == 0
+        send_chunks(host, cut.data)
         assert "not whole" in state(host, FrameType.MODEL_END)[1]
 
 
-def test_no_model_is_taken_while_samples_are_sent(
-    strict_program: Path, kept: tuple[str, str], images: tuple[ModelImage, ModelImage]
+def test_model_is_refused_while_samples_are_sent(
+    strict_program: Path, model_file: tuple[str, str], images: tuple[ModelImage, ModelImage]
 ) -> None:
-    with running(strict_program, *kept) as device, Host(device.path) as host:
+    with running(strict_program, *model_file) as device, Host(device.path) as host:
         host.send(FrameType.START)
-        assert begun(host, images[0]) == (2, "samples are being sent: stop them first")
+        assert begin_transfer(host, images[0]) == (2, "samples are being sent: stop them first")
 
 
-def test_a_device_without_room_for_models_takes_no_notice(
+def test_device_without_room_for_models_ignores_them(
     strict_program: Path, images: tuple[ModelImage, ModelImage]
 ) -> None:
     with running(strict_program) as device, Host(device.path) as host:
         host.send(FrameType.MODEL_END)
-        assert answering(host) is None
-        host.assert_every_frame_arrived()
+        assert active_model(host) is None
+        host.assert_all_frames()
 
 
-def test_the_verb_flashes_and_says_what_answers(
+def test_verb_flashes_the_model_and_prints_its_digest(
     program: Path,
-    kept: tuple[str, str],
+    model_file: tuple[str, str],
     hand_models: tuple[Path, Path],
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
@@ -215,29 +215,29 @@ def test_the_verb_flashes_and_says_what_answers(
     from firstcontact.core import write_calibration
 
     write_calibration(FLOORS, tmp_path / "calibration.json")
-    told = ["--calibration", str(tmp_path / "calibration.json")]
-    with running(program, *kept) as device:
-        assert main(["flash-model", str(hand_models[0]), "--device", device.path, *told]) == 0
+    options = ["--calibration", str(tmp_path / "calibration.json")]
+    with running(program, *model_file) as device:
+        assert main(["flash-model", str(hand_models[0]), "--device", device.path, *options]) == 0
     assert hand_image(hand_models[0]).digest in capsys.readouterr().out
-    assert main(["flash-model", str(tmp_path), "--device", "nowhere", *told]) == 2
+    assert main(["flash-model", str(tmp_path), "--device", "nowhere", *options]) == 2
     assert "export-model" in capsys.readouterr().err
 
 
-def test_a_device_that_takes_no_models_is_told_of_before_anybody_keeps_still(
+def test_device_without_models_is_refused_before_the_measurement(
     program: Path, hand_models: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
     with running(program) as device:
         assert main(["flash-model", str(hand_models[0]), "--device", device.path]) == 2
-    said = capsys.readouterr()
-    assert "takes no models" in said.err
-    assert "measuring" not in said.out
+    printed = capsys.readouterr()
+    assert "takes no models" in printed.err
+    assert "measuring" not in printed.out
 
 
-def test_a_model_that_a_device_has_no_room_for_is_refused_before_it_is_sent(
-    program: Path, kept: tuple[str, str], images: tuple[ModelImage, ModelImage]
+def test_too_large_model_is_refused_before_it_is_sent(
+    program: Path, model_file: tuple[str, str], images: tuple[ModelImage, ModelImage]
 ) -> None:
     sizes = images[0].sizes
-    with running(program, *kept) as device:
+    with running(program, *model_file) as device:
         check_model_fits(device.path, FORMAT, sizes, len(images[0].data))
         with pytest.raises(InputError, match="there is room for"):
             check_model_fits(device.path, FORMAT, sizes, 1 << 20)

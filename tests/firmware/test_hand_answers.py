@@ -1,4 +1,4 @@
-"""The hand's own answers: the native device and the emulated board against live on this machine."""
+"""Predictions on the device, native and emulated, compared with the live pipeline's."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from device_process import running
-from hand import FLOORS, assert_same, of_device, of_host, python_says
+from hand import FLOORS, assert_same, host_events, of_device, of_host
 from numpy.typing import NDArray
 from test_emulated_device import emulated
 
@@ -35,84 +35,84 @@ def scans(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def flashed(path: str, folder: Path) -> None:
+def flash(path: str, folder: Path) -> None:
     image = hand_image(folder, FLOORS)
     assert flash_model(path, image.data, FORMAT, image.sizes) == image.digest
 
 
-def listened(
+def read_until(
     path: str, enough: Callable[[int, list[DevicePrediction]], bool]
 ) -> tuple[NDArray[np.int16], list[DevicePrediction]]:
-    """Samples from the first on, and what the device said of them."""
+    """Return all samples and the device's messages until there are enough."""
     blocks: list[NDArray[np.int16]] = []
-    told: list[DevicePrediction] = []
+    messages: list[DevicePrediction] = []
     patience = time.monotonic() + 120
     with SerialSource(path) as source:
         assert source.descriptor.predictor is not None
-        while not enough(sum(map(len, blocks)), told):
+        while not enough(sum(map(len, blocks)), messages):
             assert time.monotonic() < patience
             for arrival in source.read(0.2):
                 assert arrival.block.first_sample == sum(map(len, blocks))
                 blocks.append(arrival.block.data)
-                told += arrival.predictions
-    return np.concatenate(blocks), told
+                messages += arrival.predictions
+    return np.concatenate(blocks), messages
 
 
-def test_the_native_hand_answers_as_live_does(
+def test_native_device_predicts_as_live_does(
     strict_program: Path, folder: Path, scans: Path, tmp_path: Path
 ) -> None:
     options = ("--scans", str(scans), "--speed", "8", "--ring", "65000")
     options += ("--models", str(tmp_path / "models"))
     with running(strict_program, *options) as device:
-        flashed(device.path, folder)
-        data, told = listened(device.path, lambda n, _: n >= SAMPLES // 5 * 5)
-    host = of_host(python_says(folder, data))
+        flash(device.path, folder)
+        data, messages = read_until(device.path, lambda n, _: n >= SAMPLES // 5 * 5)
+    host = of_host(host_events(folder, data))
     assert len(host.contacts) >= 10
     assert len(host.estimates) >= 50
-    assert_same(of_device(told), host)
+    assert_same(of_device(messages), host)
 
 
-def test_the_emulated_board_answers_as_live_does_and_counts_what_it_takes(
+def test_emulated_board_predicts_as_live_does_and_measures_its_time(
     image: Path, folder: Path, scans: Path, tmp_path: Path
 ) -> None:
     few = 24
     model = tmp_path / "hand.model"
     model.write_bytes(hand_image(folder, FLOORS).data)
 
-    def enough(n: int, told: list[DevicePrediction]) -> bool:
-        # An answer is told before the last of the samples that it is made from.
-        its = [t for t in told if isinstance(t, DeviceEstimate)]
-        return len(its) >= few and n > its[few - 1].decided
+    def enough(n: int, messages: list[DevicePrediction]) -> bool:
+        # The device sends an estimate before the last sample that it used.
+        estimates = [t for t in messages if isinstance(t, DeviceEstimate)]
+        return len(estimates) >= few and n > estimates[few - 1].decided
 
     counted = ("-icount", "shift=10,sleep=off")
     with emulated(image, "counted", str(scans), str(model), more=counted) as path:
-        data, told = listened(path, enough)
-    estimates = [t for t in told if isinstance(t, DeviceEstimate)][:few]
-    host, device = of_host(python_says(folder, data)), of_device(told)
-    known = estimates[-1].decided
+        data, messages = read_until(path, enough)
+    estimates = [t for t in messages if isinstance(t, DeviceEstimate)][:few]
+    host, device = of_host(host_events(folder, data)), of_device(messages)
+    last = estimates[-1].decided
     assert device.contacts[:1] == host.contacts[:1]
     for key, (*numbers, strange, at) in device.estimates.items():
-        if at <= known:
+        if at <= last:
             *wanted, odd, complete = host.estimates[key]
             np.testing.assert_allclose(numbers, wanted, atol=0.01)
             assert (strange, at) == (odd, complete)
-    # Within half of the millisecond that there is for it, at 1.5 cycles an instruction.
+    # An estimate takes less than half of its millisecond, at 1.5 cycles per instruction.
     assert all(100e-6 < t.compute_time < 500e-6 for t in estimates)
 
 
-def test_live_checks_the_hands_answers_pinch_by_pinch(
+def test_live_checks_the_devices_predictions_for_each_pinch(
     program: Path, folder: Path, scans: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     options = ("--scans", str(scans), "--speed", "8", "--ring", "65000")
     options += ("--models", str(tmp_path / "models"))
     with running(program, *options) as device:
-        flashed(device.path, folder)
+        flash(device.path, folder)
         arguments = ["--device", device.path, "--model", str(folder), "--pinches", "4", "--json"]
         assert main(["live", *arguments]) == 0
-    told = capsys.readouterr()
-    lines = [json.loads(line) for line in told.out.splitlines()]
+    messages = capsys.readouterr()
+    lines = [json.loads(line) for line in messages.out.splitlines()]
     digest = hand_image(folder).digest
-    assert f"with the model {digest}" in told.err
+    assert f"with the model {digest}" in messages.err
     assert lines[0]["answers"]["model"] == digest
     checked = [line for line in lines if line["type"] == "hand_pinch"]
     assert len(checked) >= 3

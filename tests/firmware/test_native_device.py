@@ -1,4 +1,4 @@
-"""The core as a program on a pseudo terminal, read through pyserial."""
+"""Firmware core as a program on a pseudo terminal."""
 
 from __future__ import annotations
 
@@ -16,13 +16,11 @@ from firstcontact.device import _protocol as protocol
 from firstcontact.twin import DeviceFilter, TwinStream
 from firstcontact.twin._scans import write_scans
 
-#: Scans that a pipe holds at most, 64 KiB, and the program's own buffer.
+#: Most scans in a pipe of 64 KiB and the program's buffer.
 WAITING = 65536 // 12 + 1 + 512
 
 
-def test_every_frame_arrives_at_full_rate_with_the_twins_bits(
-    program: Path, tmp_path: Path
-) -> None:
+def test_all_frames_arrive_at_full_rate_with_the_twins_bits(program: Path, tmp_path: Path) -> None:
     scans = TwinStream(seed=4).read(3 * 4936)
     write_scans(tmp_path / "twin.scans", [scans])
     options = ("--scans", str(tmp_path / "twin.scans"))
@@ -32,11 +30,11 @@ def test_every_frame_arrives_at_full_rate_with_the_twins_bits(
         host.until(lambda: host.received >= len(scans) // 5 * 5)
         host.until(lambda: host.mark()[0] == len(scans))
         assert host.stop() == (len(scans), 0)
-        host.assert_every_sample_arrived()
+        host.assert_all_samples()
         np.testing.assert_array_equal(host.data(), DeviceFilter().update(scans))
 
 
-def test_the_descriptor_tells_the_layout_of_the_fingertips(strict_program: Path) -> None:
+def test_descriptor_has_the_layout_of_the_fingertips(strict_program: Path) -> None:
     with running(strict_program, "--boot", "4023456789") as device, Host(device.path) as host:
         version, boot, text = protocol.read_descriptor(host.hello().payload)
     descriptor = Descriptor.from_text(text)
@@ -46,7 +44,7 @@ def test_the_descriptor_tells_the_layout_of_the_fingertips(strict_program: Path)
     assert descriptor.firmware.endswith("(native)")
 
 
-def test_every_start_of_the_device_has_a_number_of_its_own(strict_program: Path) -> None:
+def test_boot_numbers_differ(strict_program: Path) -> None:
     boots = set()
     for _ in range(3):
         with running(strict_program) as device, Host(device.path) as host:
@@ -54,15 +52,15 @@ def test_every_start_of_the_device_has_a_number_of_its_own(strict_program: Path)
     assert len(boots) == 3
 
 
-def test_it_says_nothing_before_it_was_asked(strict_program: Path) -> None:
+def test_device_is_silent_before_a_request(strict_program: Path) -> None:
     with running(strict_program) as device, Host(device.path) as host:
         device.feed(random_scans(100, 1))
         host.hello()
         assert host.frames[0].type == FrameType.DESCRIPTOR
-        host.assert_every_frame_arrived()
+        host.assert_all_frames()
 
 
-def test_a_stop_sends_what_is_left_first(strict_program: Path) -> None:
+def test_stop_sends_the_remaining_samples_first(strict_program: Path) -> None:
     scans = random_scans(13, 2)
     with running(strict_program) as device, Host(device.path) as host:
         host.send(FrameType.START)
@@ -71,11 +69,11 @@ def test_a_stop_sends_what_is_left_first(strict_program: Path) -> None:
         assert host.stop() == (13, 0)
         assert [len(s.data) for s in host.samples()] == [5, 5, 3]
         assert host.frames[-1].type == FrameType.STOPPED
-        host.assert_every_sample_arrived()
+        host.assert_all_samples()
         np.testing.assert_array_equal(host.data(), DeviceFilter().update(scans))
 
 
-def test_samples_count_and_filters_run_while_nothing_is_sent(strict_program: Path) -> None:
+def test_counter_and_filters_run_while_not_streaming(strict_program: Path) -> None:
     scans = random_scans(90, 3)
     with running(strict_program) as device, Host(device.path) as host:
         host.send(FrameType.START)
@@ -88,13 +86,13 @@ def test_samples_count_and_filters_run_while_nothing_is_sent(strict_program: Pat
         device.feed(scans[53:])
         host.until(lambda: host.mark()[0] == 90)
         assert host.stop() == (90, 0)
-        host.assert_every_frame_arrived()
+        host.assert_all_frames()
         numbers = [s.first_sample + k for s in host.samples() for k in range(len(s.data))]
         assert numbers == [*range(20), *range(53, 90)]
         np.testing.assert_array_equal(host.data(), DeviceFilter().update(scans)[numbers])
 
 
-def test_marks_come_back_with_their_text_and_the_next_samples_number(
+def test_marks_return_with_their_text_and_the_next_samples_number(
     strict_program: Path,
 ) -> None:
     with running(strict_program) as device, Host(device.path) as host:
@@ -107,82 +105,82 @@ def test_marks_come_back_with_their_text_and_the_next_samples_number(
         assert host.mark(longest) == (10, longest)
         host.send(FrameType.MARK, b"x" * (protocol.MARKER_BYTES + 1))
         assert host.mark("after one that is too long") == (10, "after one that is too long")
-        host.assert_every_frame_arrived()
+        host.assert_all_frames()
 
 
-def test_an_order_to_a_hand_is_none_for_a_fingertip(strict_program: Path) -> None:
+def test_fingertip_ignores_orders_to_a_hand(strict_program: Path) -> None:
     with running(strict_program) as device, Host(device.path) as host:
         host.send(FrameType.ORDER, b"hand: release")
         assert host.mark("after it") == (0, "after it")
-        host.assert_every_frame_arrived()
+        host.assert_all_frames()
 
 
-def test_another_version_is_refused_and_the_right_one_then_taken(strict_program: Path) -> None:
+def test_other_version_is_refused_and_the_right_one_then_accepted(strict_program: Path) -> None:
     with running(strict_program) as device, Host(device.path) as host:
         host.send(FrameType.HELLO, bytes([protocol.VERSION + 1]))
         refused = host.answer(FrameType.REFUSED).payload
         assert refused[0] == protocol.VERSION
         assert f"version {protocol.VERSION} " in refused[1:].decode()
         host.hello()
-        host.assert_every_frame_arrived()
+        host.assert_all_frames()
 
 
-def test_what_it_does_not_know_is_ignored(strict_program: Path) -> None:
+def test_unknown_bytes_are_ignored(strict_program: Path) -> None:
     rng = np.random.default_rng(5)
     with running(strict_program) as device, Host(device.path) as host:
         hello = protocol.encode(FrameType.HELLO, 0, bytes([protocol.VERSION]))
         for garbage in (
-            rng.bytes(5000),  # zeros and all
+            rng.bytes(5000),  # random bytes, zeros included
             b"\x2a" * 5000 + b"\0",  # longer than any frame
             b"\0\0\0",
             hello[:-3] + b"\0",  # cut short
             bytes([hello[0], hello[1] ^ 4]) + hello[2:],  # a flipped bit
             protocol.encode(0x85, 0, b"of a later version"),
-            protocol.encode(FrameType.HELLO, 0),  # says no version
+            protocol.encode(FrameType.HELLO, 0),  # without a version
             protocol.encode(FrameType.SAMPLES, 0, b"our own"),
         ):
             host.port.write(garbage)
         host.port.write(b"\0")
         host.hello()
         assert [f.type for f in host.frames] == [FrameType.DESCRIPTOR]
-        host.assert_every_frame_arrived()
+        host.assert_all_frames()
 
 
-def test_a_host_that_stops_reading_blocks_no_clock_and_every_loss_is_counted(
+def test_host_that_stops_reading_does_not_stop_the_clock_and_losses_are_counted(
     strict_program: Path,
 ) -> None:
     scans = random_scans(30_000, 6)
     options = ("--speed", "50", "--ring", "64")
     with running(strict_program, *options) as device, Host(device.path) as host:
         host.send(FrameType.START)
-        device.feed(scans)  # nobody reads: this would wait for ever for a device that waits
+        device.feed(scans)  # no host reads: this would block for ever if the device waited
         next_sample, overflow = host.stop()
-        host.assert_every_frame_arrived()
+        host.assert_all_frames()
         assert len(scans) - WAITING <= next_sample <= len(scans)
         assert overflow > 0
         assert host.received + overflow == next_sample
         assert_gaps_are_overflow(host.samples())
-        kept = [s.first_sample + k for s in host.samples() for k in range(len(s.data))]
-        np.testing.assert_array_equal(host.data(), DeviceFilter().update(scans)[kept])
+        received = [s.first_sample + k for s in host.samples() for k in range(len(s.data))]
+        np.testing.assert_array_equal(host.data(), DeviceFilter().update(scans)[received])
 
 
-def test_after_an_overflow_the_stream_goes_on_by_itself(strict_program: Path) -> None:
+def test_stream_continues_after_an_overflow(strict_program: Path) -> None:
     scans, more = np.split(random_scans(30_103, 10), [30_003])
-    # 63 is no multiple of 5: some samples stand before the gap that are not a whole frame.
+    # 63 is not a multiple of 5, so that an incomplete frame precedes the gap.
     options = ("--speed", "50", "--ring", "63")
     with running(strict_program, *options) as device, Host(device.path) as host:
         host.send(FrameType.START)
-        device.feed(scans)  # nobody reads
+        device.feed(scans)  # no host reads
         host.until(lambda: host.frames)
-        device.feed(more)  # on a busy machine the gap has reached the end by now
-        host.until(lambda: host.of(FrameType.SAMPLES) and host.samples()[-1].overflow > 0)
+        device.feed(more)  # on a busy machine the gap may reach the end of the first scans
+        host.until(lambda: host.frames_of(FrameType.SAMPLES) and host.samples()[-1].overflow > 0)
         host.until(lambda: host.mark()[0] == len(scans) + len(more))
         end, overflow = host.stop()
         assert host.received + overflow == end
         assert_gaps_are_overflow(host.samples())
 
 
-def test_a_host_that_vanished_can_come_back(strict_program: Path) -> None:
+def test_host_can_reconnect(strict_program: Path) -> None:
     with running(strict_program) as device:
         with Host(device.path) as host:
             host.send(FrameType.START)
@@ -211,11 +209,11 @@ def test_a_host_that_vanished_can_come_back(strict_program: Path) -> None:
         ["--scans", "-", "--colour", "red"],
     ],
 )
-def test_wrong_options_are_refused_with_a_sentence(
+def test_wrong_options_are_refused(
     strict_program: Path, options: list[str], tmp_path: Path
 ) -> None:
-    done = subprocess.run(
+    process = subprocess.run(
         [strict_program, *options], cwd=tmp_path, capture_output=True, text=True, check=False
     )
-    assert done.returncode == 2
-    assert "usage" in done.stderr or "none.scans" in done.stderr
+    assert process.returncode == 2
+    assert "usage" in process.stderr or "none.scans" in process.stderr

@@ -1,4 +1,4 @@
-"""The power may go at any byte while a model is kept: the one before is whole at the next start."""
+"""Power cuts at any byte while a model is stored: the previous one is intact at the next start."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"
-#: Bytes of a place, and of its head; a flash is cleared sector by sector.
+#: Bytes of a slot, of its head and of a sector.
 SLOT, HEAD, SECTOR = 640, 16, 64
 ERASED = 0xFF
 READ = c.CFUNCTYPE(c.c_void_p, c.c_void_p, c.c_int)
@@ -45,7 +45,7 @@ class _Store(c.Structure):
 
 
 class Flash:
-    """Two places whose power goes after so many bytes were cleared or written."""
+    """Flash with two slots. The power fails after ``left`` bytes were cleared or written."""
 
     def __init__(self, backwards: bool = False) -> None:
         self.bytes = (c.c_uint8 * (2 * SLOT + 8))()
@@ -55,7 +55,7 @@ class Flash:
         self.backwards = backwards
         self.keeper = _Keeper(None, SLOT, READ(self._read), CLEAR(self._clear), WRITE(self._write))
 
-    def _read(self, own: object, slot: int) -> int:
+    def _read(self, context: object, slot: int) -> int:
         return self.start + slot * SLOT
 
     def _byte(self, at: int, value: int) -> None:
@@ -63,14 +63,14 @@ class Flash:
             self.left -= 1
             c.c_uint8.from_address(self.start + at).value = value
 
-    def _clear(self, own: object, slot: int) -> bool:
+    def _clear(self, context: object, slot: int) -> bool:
         sectors = range(slot * SLOT, (slot + 1) * SLOT, SECTOR)
         for first in reversed(sectors) if self.backwards else sectors:
             for at in range(first, first + SECTOR):
                 self._byte(at, ERASED)
         return self.left > 0
 
-    def _write(self, own: object, slot: int, at: int, source: int, n: int) -> bool:
+    def _write(self, context: object, slot: int, at: int, source: int, n: int) -> bool:
         for k, value in enumerate(c.string_at(source, n)):
             self._byte(slot * SLOT + at + k, value)
         return self.left > 0
@@ -78,7 +78,7 @@ class Flash:
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory: pytest.TempPathFactory) -> c.CDLL:
-    """fc_store with what it needs of the core."""
+    """Build fc_store with the core."""
     to = tmp_path_factory.mktemp("store") / "store.so"
     answers, core = FIRMWARE / "answers", FIRMWARE / "core"
     kernels = FIRMWARE.parent / "src/firstcontact/export/c"
@@ -96,8 +96,8 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> c.CDLL:
     return loaded
 
 
-def opened(library: c.CDLL, flash: Flash) -> tuple[_Store, bytes | None]:
-    """The store after a start, and the model that counts."""
+def open_store(library: c.CDLL, flash: Flash) -> tuple[_Store, bytes | None]:
+    """Return the store after a start, and the active model."""
     store, n = _Store(), c.c_uint32()
     library.fc_store_open(c.byref(store), c.byref(flash.keeper))
     at = library.fc_store_model(c.byref(store), c.byref(n))
@@ -105,17 +105,17 @@ def opened(library: c.CDLL, flash: Flash) -> tuple[_Store, bytes | None]:
 
 
 def keep(library: c.CDLL, store: _Store, model: bytes) -> bool:
-    """As the device does with what comes over the wire."""
-    own, why = c.byref(store), c.c_char_p()
-    if library.fc_store_begin(own, len(model), zlib.crc32(model)) is not None:
+    """Store a model as the device does. Return True if it succeeded."""
+    reference, why = c.byref(store), c.c_char_p()
+    if library.fc_store_begin(reference, len(model), zlib.crc32(model)) is not None:
         return False
     for at in range(0, len(model), 100):
         piece = model[at : at + 100]
-        if library.fc_store_chunk(own, at, piece, len(piece)) is not None:
+        if library.fc_store_chunk(reference, at, piece, len(piece)) is not None:
             return False
-    if library.fc_store_whole(own, c.byref(why)) is None:
+    if library.fc_store_whole(reference, c.byref(why)) is None:
         return False
-    return library.fc_store_keep(own) is None
+    return library.fc_store_keep(reference) is None
 
 
 def model(seed: int, n: int = 600) -> bytes:
@@ -123,60 +123,58 @@ def model(seed: int, n: int = 600) -> bytes:
 
 
 def cut_everywhere(
-    library: c.CDLL, before: Callable[[Flash], bytes | None], new: bytes, backwards: bool
+    library: c.CDLL, prepare: Callable[[Flash], bytes | None], new: bytes, backwards: bool
 ) -> set[bytes | None]:
-    """What counts after the power went at each byte of keeping a model, and then after all went
-    well."""
+    """Cut the power at each byte while a model is stored. Return all models active afterwards."""
     seen: set[bytes | None] = set()
-    cut, done = 0, False
-    while not done:
+    cut, succeeded = 0, False
+    while not succeeded:
         flash = Flash(backwards)
-        old = before(flash)
+        old = prepare(flash)
         flash.left = cut
-        done = keep(library, opened(library, flash)[0], new)
+        succeeded = keep(library, open_store(library, flash)[0], new)
         flash.left = 1 << 30
-        store, found = opened(library, flash)
-        assert found in (old, new), cut
-        assert not done or found == new, cut
-        seen.add(found)
-        if cut % 37 == 0:  # and the next one that comes is kept
+        store, active = open_store(library, flash)
+        assert active in (old, new), cut
+        assert not succeeded or active == new, cut
+        seen.add(active)
+        if cut % 37 == 0:  # the next model can be stored
             assert keep(library, store, model(99))
-            assert opened(library, flash)[1] == model(99)
+            assert open_store(library, flash)[1] == model(99)
         cut += 1
     assert cut > SLOT + len(new)
     return seen
 
 
 @pytest.mark.parametrize("backwards", [False, True])
-@pytest.mark.parametrize("kept", [0, 1, 2])
-def test_a_cut_at_any_byte_leaves_the_old_model_or_the_new(
-    library: c.CDLL, kept: int, backwards: bool
+@pytest.mark.parametrize("stored", [0, 1, 2])
+def test_cut_at_any_byte_leaves_the_old_model_or_the_new(
+    library: c.CDLL, stored: int, backwards: bool
 ) -> None:
-    def before(flash: Flash) -> bytes | None:
-        for k in range(kept):
-            assert keep(library, opened(library, flash)[0], model(k))
-        return opened(library, flash)[1]
+    def prepare(flash: Flash) -> bytes | None:
+        for k in range(stored):
+            assert keep(library, open_store(library, flash)[0], model(k))
+        return open_store(library, flash)[1]
 
-    last = None if kept == 0 else model(kept - 1)
-    assert cut_everywhere(library, before, model(50, 333), backwards) == {last, model(50, 333)}
+    last = None if stored == 0 else model(stored - 1)
+    assert cut_everywhere(library, prepare, model(50, 333), backwards) == {last, model(50, 333)}
 
 
-def test_a_cut_while_a_useless_newer_model_is_replaced_leaves_the_older(library: c.CDLL) -> None:
-    """The newer is whole and not used, as after an update: whichever counts at the next start,
-    the older is there."""
+def test_cut_while_an_unusable_newer_model_is_replaced_leaves_the_older(library: c.CDLL) -> None:
+    """After an update the newer model is intact but unusable. The older one must survive."""
     new = model(50, 333)
     for cut in range(0, SLOT + len(new) + HEAD, 3):
         flash = Flash()
         for k in range(2):
-            assert keep(library, opened(library, flash)[0], model(k))
-        store, _ = opened(library, flash)
+            assert keep(library, open_store(library, flash)[0], model(k))
+        store, _ = open_store(library, flash)
         assert library.fc_store_fall_back(c.byref(store))
         flash.left = cut
         keep(library, store, new)
         flash.left = 1 << 30
-        store, found = opened(library, flash)
-        assert found in (model(0), model(1), new)
-        if found == model(1):
+        store, active = open_store(library, flash)
+        assert active in (model(0), model(1), new)
+        if active == model(1):
             assert cut < HEAD
             assert library.fc_store_fall_back(c.byref(store))
             n = c.c_uint32()
@@ -184,13 +182,13 @@ def test_a_cut_while_a_useless_newer_model_is_replaced_leaves_the_older(library:
             assert c.string_at(at, n.value) == model(0)
 
 
-def test_turns_wrap(library: c.CDLL) -> None:
+def test_turn_counter_wraps(library: c.CDLL) -> None:
     flash = Flash()
     for k in range(2):
-        assert keep(library, opened(library, flash)[0], model(k))
-    newest = flash.start + opened(library, flash)[0].active * SLOT
+        assert keep(library, open_store(library, flash)[0], model(k))
+    newest = flash.start + open_store(library, flash)[0].active * SLOT
     c.c_uint32.from_address(newest + 4).value = 0xFFFFFFFF
     c.c_uint32.from_address(flash.start + (newest == flash.start) * SLOT + 4).value = 0xFFFFFFFE
-    assert opened(library, flash)[1] == model(1)
-    assert keep(library, opened(library, flash)[0], model(2))
-    assert opened(library, flash)[1] == model(2)
+    assert open_store(library, flash)[1] == model(1)
+    assert keep(library, open_store(library, flash)[0], model(2))
+    assert open_store(library, flash)[1] == model(2)

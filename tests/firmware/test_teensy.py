@@ -1,4 +1,4 @@
-"""The Teensy's sketch as a program of this machine, on a simulated board."""
+"""Teensy's sketch as a program of this machine, on a simulated board."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from device_process import Running, random_scans, running
 from firmware_build import make, need
-from hand import FLOORS, Said, assert_same, of_device, of_host, python_says
+from hand import FLOORS, Predictions, assert_same, host_events, of_device, of_host
 from numpy.typing import NDArray
 from serial_host import Host
 
@@ -26,13 +26,13 @@ from firstcontact.export._model_image import ModelImage
 from firstcontact.twin import DeviceFilter, TwinStream
 
 SAMPLES = 12 * 4936
-#: Of the flash, bytes: head of a place for a model, a page, a sector.
+#: Bytes of a slot's head, of a page and of a sector of the flash.
 HEAD, PAGE, SECTOR = 16, 256, 4096
 
 
 @pytest.fixture(scope="session")
 def sketch(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The sketch, which dies of the first thing that the languages leave undefined."""
+    """Build the sketch with sanitizers, which stop it at undefined behaviour."""
     need("the Teensy's sketch on a simulated board", "c++")
     build = tmp_path_factory.mktemp("teensy")
     make(build, "sketch-native", "SANITIZE=address,undefined", "CXX=c++")
@@ -41,7 +41,7 @@ def sketch(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def flash(tmp_path: Path) -> tuple[str, str]:
-    """Options of a board with a flash of its own."""
+    """Return the options of a board with its own flash file."""
     return "--flash", str(tmp_path / "flash")
 
 
@@ -58,7 +58,7 @@ def images(hand_models: tuple[Path, Path]) -> tuple[ModelImage, ModelImage]:
 
 @contextmanager
 def started(sketch: Path, *options: str) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
-    """A board that may end by itself, and its port."""
+    """Start a board that may end by itself. Yield its port and its process."""
     command = [sketch, "--scans", "-", *options]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
@@ -66,14 +66,16 @@ def started(sketch: Path, *options: str) -> Iterator[tuple[str, subprocess.Popen
         process.kill()
 
 
-def put(sketch: Path, image: ModelImage, *options: str, before: Sequence[ModelImage] = ()) -> None:
+def put(
+    sketch: Path, image: ModelImage, *options: str, previous: Sequence[ModelImage] = ()
+) -> None:
     with running(sketch, *options) as device:
-        for one in (*before, image):
+        for one in (*previous, image):
             assert flash_model(device.path, one.data, FORMAT, one.sizes) == one.digest
 
 
-def answering(sketch: Path, *options: str) -> str | None:
-    """Digest of the model that a board answers with after its next start."""
+def active_model(sketch: Path, *options: str) -> str | None:
+    """Return the digest of the board's active model after its next start."""
     with running(sketch, *options) as device, Host(device.path) as host:
         answers = Descriptor.from_text(protocol.read_descriptor(host.hello().payload)[2]).answers
     return None if answers is None else answers.model
@@ -81,7 +83,7 @@ def answering(sketch: Path, *options: str) -> str | None:
 
 @contextmanager
 def feeding(device: Running, scans: NDArray[np.uint16]) -> Iterator[None]:
-    """A pipe takes no more than is read at the other end."""
+    """Feed the scans in a thread, because the pipe blocks until the device reads."""
     thread = threading.Thread(target=device.feed, args=(scans,))
     thread.start()
     yield
@@ -89,23 +91,23 @@ def feeding(device: Running, scans: NDArray[np.uint16]) -> Iterator[None]:
 
 
 def streamed(device: Running, scans: NDArray[np.uint16]) -> list[protocol.Frame]:
-    """Frames of a stream that has these scans from its first sample on."""
+    """Return the frames of a stream with these scans."""
     with Host(device.path) as host:
         host.hello()
         host.send(FrameType.START)
         assert host.mark()[0] == 0
         with feeding(device, scans):
             host.until(lambda: host.received >= len(scans) // 5 * 5)
-        host.assert_every_sample_arrived()
+        host.assert_all_samples()
         return host.frames
 
 
-def said(frames: list[protocol.Frame]) -> Said:
+def predictions(frames: list[protocol.Frame]) -> Predictions:
     return of_device(Assembler().take(frames).predictions)
 
 
-def standing(answers: Said) -> dict[int, int]:
-    """Of each first contact, the newest answer from samples before the second, samples after it."""
+def final_moments(answers: Predictions) -> dict[int, int]:
+    """Return the moment of the last estimate before the second contact, by first contact."""
     newest = {}
     for (_, first, _, _), (_, second, _, later) in pairwise(answers.contacts):
         if not later:
@@ -114,8 +116,8 @@ def standing(answers: Said) -> dict[int, int]:
     return newest
 
 
-def lines_of(answers: Said) -> list[str]:
-    """What the example of a hand of its own says of these, contacts and answers apart."""
+def expected_lines(answers: Predictions) -> list[str]:
+    """Return the lines of the example in own_hand.cpp: contacts first, then estimates."""
     number = {finger: n for n, finger in enumerate(Finger)}
     contacts = [f"C {number[f]} {first:d}" for f, _, _, first in answers.contacts if f is not None]
     estimates = [
@@ -126,25 +128,25 @@ def lines_of(answers: Said) -> list[str]:
 
 
 def lines(path: Path) -> list[str]:
-    """What it said on Serial1."""
+    """Return the lines of Serial1, contacts first."""
     written = path.read_text(encoding="ascii").splitlines()
     return sorted(written, key=lambda line: line[0] != "C")
 
 
-def test_without_a_model_it_streams(sketch: Path, flash: tuple[str, str]) -> None:
+def test_sketch_without_a_model_streams(sketch: Path, flash: tuple[str, str]) -> None:
     scans = random_scans(1003, 1)
-    assert answering(sketch, *flash) is None
+    assert active_model(sketch, *flash) is None
     with running(sketch, *flash) as device, Host(device.path) as host:
         host.send(FrameType.START)
         assert host.mark()[0] == 0
         device.feed(scans)
         host.until(lambda: host.mark()[0] == len(scans))
         assert host.stop() == (len(scans), 0)
-        host.assert_every_sample_arrived()
+        host.assert_all_samples()
         np.testing.assert_array_equal(host.data(), DeviceFilter().update(scans))
 
 
-def test_every_start_has_a_number_of_its_own(sketch: Path, flash: tuple[str, str]) -> None:
+def test_boot_numbers_differ(sketch: Path, flash: tuple[str, str]) -> None:
     boots = set()
     for _ in range(3):
         with running(sketch, *flash) as device, Host(device.path) as host:
@@ -152,7 +154,7 @@ def test_every_start_has_a_number_of_its_own(sketch: Path, flash: tuple[str, str
     assert len(boots) == 3
 
 
-def test_a_model_outlives_the_power_and_answers_as_live_does(
+def test_model_survives_a_power_cut_and_predicts_as_live_does(
     sketch: Path,
     flash: tuple[str, str],
     scans: NDArray[np.uint16],
@@ -160,17 +162,17 @@ def test_a_model_outlives_the_power_and_answers_as_live_does(
     hand_models: tuple[Path, Path],
     tmp_path: Path,
 ) -> None:
-    put(sketch, images[0], *flash, before=images)
+    put(sketch, images[0], *flash, previous=images)
     with running(sketch, *flash, "--serial1", str(tmp_path / "lines")) as device:
-        device_says = said(streamed(device, scans))
-    host = of_host(python_says(hand_models[0], DeviceFilter().update(scans)))
+        device_says = predictions(streamed(device, scans))
+    host = of_host(host_events(hand_models[0], DeviceFilter().update(scans)))
     assert len(host.contacts) >= 5
     assert len(device_says.estimates) >= 25
     assert_same(device_says, host)
-    assert lines(tmp_path / "lines") == lines_of(device_says)
+    assert lines(tmp_path / "lines") == expected_lines(device_says)
 
 
-def test_it_answers_without_a_computer(
+def test_sketch_predicts_without_a_computer(
     sketch: Path,
     flash: tuple[str, str],
     scans: NDArray[np.uint16],
@@ -183,21 +185,23 @@ def test_it_answers_without_a_computer(
     alone = ("--scans", str(tmp_path / "scans"), "--unread", "yes")
     alone += ("--serial1", str(tmp_path / "lines"))
     subprocess.run([sketch, *flash, *alone], check=True, timeout=60, capture_output=True)
-    host = of_host(python_says(hand_models[0], DeviceFilter().update(scans)))
+    host = of_host(host_events(hand_models[0], DeviceFilter().update(scans)))
     written = lines(tmp_path / "lines")
-    assert [line for line in written if line[0] == "C"] == lines_of(Said(host.contacts, {}))
+    assert [line for line in written if line[0] == "C"] == expected_lines(
+        Predictions(host.contacts, {})
+    )
     assert len(written) > 30
-    assert set(written) <= set(lines_of(host))
+    assert set(written) <= set(expected_lines(host))
 
 
-def test_a_host_that_stops_reading_holds_nothing_up(
+def test_host_that_stops_reading_delays_nothing(
     sketch: Path,
     flash: tuple[str, str],
     scans: NDArray[np.uint16],
     images: tuple[ModelImage, ModelImage],
     tmp_path: Path,
 ) -> None:
-    """Time goes on whoever reads: the same lines, with a line that is full."""
+    """Serial1 gets the same lines although the USB line is full."""
     put(sketch, images[0], *flash)
     with running(sketch, *flash, "--serial1", str(tmp_path / "heard")) as device:
         streamed(device, scans)
@@ -212,7 +216,7 @@ def test_a_host_that_stops_reading_holds_nothing_up(
 
 
 def operations(image: ModelImage) -> int:
-    """Sectors erased and pages written for a model, up to its head and with it."""
+    """Return the number of erased sectors and written pages for a model, head included."""
     ends = np.append(np.arange(CHUNK, len(image.data), CHUNK), len(image.data)) + HEAD
     begins = np.append(HEAD, ends[:-1])
     pages = int(np.sum((ends - 1) // PAGE - begins // PAGE + 1))
@@ -220,10 +224,10 @@ def operations(image: ModelImage) -> int:
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
-def test_power_that_goes_leaves_the_old_model(
+def test_power_cut_leaves_the_old_model(
     sketch: Path, flash: tuple[str, str], images: tuple[ModelImage, ModelImage], share: float
 ) -> None:
-    """In the middle of erasing the first sector, of some write, of writing the head."""
+    """The power fails while the first sector is erased, in a write, or at the head."""
     old, new = images
     put(sketch, old, *flash)
     cut = 1 + round(share * (operations(new) - 1))
@@ -231,15 +235,15 @@ def test_power_that_goes_leaves_the_old_model(
         with pytest.raises(InputError, match="went away"):
             flash_model(path, new.data, FORMAT, new.sizes)
         assert process.wait(60) == 3
-    assert answering(sketch, *flash) == old.digest
+    assert active_model(sketch, *flash) == old.digest
     put(sketch, new, *flash, "--cut", str(operations(new) + 1))
-    assert answering(sketch, *flash) == new.digest
+    assert active_model(sketch, *flash) == new.digest
 
 
-def test_samples_that_were_not_taken_while_a_model_was_written_have_their_numbers(
+def test_samples_missed_during_a_write_keep_their_numbers(
     sketch: Path, flash: tuple[str, str], images: tuple[ModelImage, ModelImage]
 ) -> None:
-    """The n-th scan is the one of the n-th period since the start: numbers tell time."""
+    """The n-th scan belongs to the n-th period since the start, so that numbers follow time."""
     scans = random_scans(200_000, 2)
     with running(sketch, *flash) as device:
         with feeding(device, scans[:-1000]):
@@ -255,42 +259,42 @@ def test_samples_that_were_not_taken_while_a_model_was_written_have_their_number
         np.testing.assert_array_equal(data[:, -2:], scans[first : first + len(data), -2:])
 
 
-def test_a_late_answer_is_left_out_and_counted_and_no_sample_is_lost(
+def test_late_estimate_is_skipped_and_counted_and_no_sample_is_lost(
     sketch: Path,
     flash: tuple[str, str],
     scans: NDArray[np.uint16],
     images: tuple[ModelImage, ModelImage],
     hand_models: tuple[Path, Path],
 ) -> None:
-    """Each look at the clock takes 0.9 ms here, and there are two around each answer."""
+    """Each read of the clock takes 0.9 ms here, and each estimate needs two."""
     put(sketch, images[0], *flash)
     with running(sketch, *flash, "--busy-us", "900") as device:
         frames = streamed(device, scans)
     assembler = Assembler()
     device_says = of_device(assembler.take(frames).predictions)
-    host = of_host(python_says(hand_models[0], DeviceFilter().update(scans)))
+    host = of_host(host_events(hand_models[0], DeviceFilter().update(scans)))
     assert device_says.contacts == host.contacts
     assert len(device_says.estimates) > 10
     assert assembler.counts.late_answers > 10
     assert assembler.counts.unheard_samples == 0
-    assert standing(device_says) == standing(host)
+    assert final_moments(device_says) == final_moments(host)
     for key, (*numbers, strange, _) in device_says.estimates.items():
         *wanted, odd, _ = host.estimates[key]
         np.testing.assert_allclose(numbers, wanted, atol=0.01)
         assert strange == odd
 
 
-def test_answers_that_are_much_too_late_miss_samples_that_are_sent_all_the_same(
+def test_very_late_estimates_miss_samples_that_are_still_sent(
     sketch: Path,
     flash: tuple[str, str],
     scans: NDArray[np.uint16],
     images: tuple[ModelImage, ModelImage],
 ) -> None:
-    """An answer takes 0.12 s here: more than the samples that wait for one."""
+    """An estimate takes 0.12 s here, longer than the buffer of waiting samples."""
     put(sketch, images[0], *flash)
     with running(sketch, *flash, "--busy-us", "60000") as device:
         frames = streamed(device, scans)
     assembler = Assembler()
-    told = assembler.take(frames).predictions
-    assert len(told) >= 4
+    messages = assembler.take(frames).predictions
+    assert len(messages) >= 4
     assert assembler.counts.unheard_samples > 100

@@ -51,8 +51,8 @@ def gain(name: str) -> int:
 def test_sizes_and_seeds() -> None:
     on, judged = household().tuned_on, household().judged_on
     says(
-        f"has {household().objects} things from",
-        f"{WORDS[len(on.hands)]} hands and {WORDS[len(on.specimens)]} specimen of each thing; "
+        f"has {household().objects} objects from",
+        f"{WORDS[len(on.hands)]} hands and {WORDS[len(on.specimens)]} specimen of each object; "
         f"judged on {WORDS[len(judged.hands)]} other hands and "
         f"{WORDS[len(judged.specimens)]} other specimens",
         f"are dealt into {WORDS[on.folds]} folds",
@@ -98,7 +98,7 @@ def test_what_is_held_and_what_it_costs() -> None:
     says(f"reads as more than 40 Shore A instead of {berry.shore_a:g}")
     assert berry.shore_a + berry.bias > 40
     both = [n for n, o in its.items() if o.fragile and o.shore_a > FIRMEST]
-    says(f"and there are {WORDS[len(both)]} of it")
+    says(f"and there are {WORDS[len(both)]} of them")
     assert len(both) == 3
 
 
@@ -139,7 +139,7 @@ def test_the_estimates_thing_by_thing() -> None:
     well = [name for name, e in errors.items() if e <= 5]
     nearly = [name for name, e in errors.items() if 5 < e < 6.6]
     says(
-        f"of the {len(its)} things up to {FIRMEST:g} Shore A {len(well)} have that or less, and "
+        f"of the {len(its)} objects up to {FIRMEST:g} Shore A {len(well)} have that or less, and "
         f"{WORDS[len(nearly)]} more about 6.5 or less",
         f"blueberries ({errors['blueberry']:.0f}:",
         f"the dry sponge ({errors['sponge, dry']:.0f}) and oranges ({errors['orange']:.0f})",

@@ -76,7 +76,7 @@ def twin_sets(out: Path, quick: bool) -> list[Dataset]:
 
 
 def parts(dataset: Dataset) -> tuple[Dataset, Dataset, Dataset]:
-    """Return the training pinches, block pinches of held_out-out sessions, and unseen objects."""
+    """Return the training pinches, block pinches of held-out sessions, and unseen objects."""
     blocks = dataset.take(~dataset.test)
     sessions = np.unique(blocks.sessions)
     held_out = np.isin(blocks.sessions, sessions[::5])

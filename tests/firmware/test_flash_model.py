@@ -45,8 +45,8 @@ def descriptor(host: Host) -> Descriptor:
 
 def active_model(host: Host) -> str | None:
     """Return the digest of the device's active model."""
-    answers = descriptor(host).answers
-    return None if answers is None else answers.model
+    predictor = descriptor(host).predictor
+    return None if predictor is None else predictor.model
 
 
 def state(host: Host, kind: FrameType, payload: bytes = b"") -> tuple[int, str]:
@@ -132,7 +132,7 @@ def test_previous_model_is_active_if_the_newest_does_not_fit(
     with running(strict_program, *model_file) as device:
         with Host(device.path) as host:
             assert active_model(host) == old.digest
-            models = descriptor(host).models
+            models = descriptor(host).model_slot
             assert models is not None
             assert "other sizes" in models.fault
         assert any("the one before it answers" in line for line in answer(device.path))
@@ -142,7 +142,7 @@ def test_previous_model_is_active_if_the_newest_does_not_fit(
         assert flash_model(device.path, new.data, FORMAT, new.sizes) == new.digest
     with running(strict_program, *model_file) as device, Host(device.path) as host:
         assert active_model(host) == new.digest
-        models = descriptor(host).models
+        models = descriptor(host).model_slot
         assert models is not None
         assert models.fault == ""
     assert old.data in bytes(b"".join(file.slots()))

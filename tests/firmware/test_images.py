@@ -47,7 +47,7 @@ def intact(hand_models: tuple[Path, Path]) -> tuple[bytes, list[Field]]:
 
 @pytest.fixture(scope="module")
 def strict(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Build the program with sanitizers, indices stop it at undefined behaviour."""
+    """Build images.c with sanitizers, which stop it at undefined behaviour."""
     return program().native(tmp_path_factory.mktemp("images") / "strict", strict=True)
 
 

@@ -77,8 +77,9 @@ def put(
 def active_model(sketch: Path, *options: str) -> str | None:
     """Return the digest of the board's active model after its next start."""
     with running(sketch, *options) as device, Host(device.path) as host:
-        answers = Descriptor.from_text(protocol.read_descriptor(host.hello().payload)[2]).answers
-    return None if answers is None else answers.model
+        text = protocol.read_descriptor(host.hello().payload)[2]
+    predictor = Descriptor.from_text(text).predictor
+    return None if predictor is None else predictor.model
 
 
 @contextmanager

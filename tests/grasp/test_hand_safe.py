@@ -201,7 +201,7 @@ def slow_program() -> Iterator[subprocess.Popen[str]]:
 
 
 def check_release(program: subprocess.Popen[str]) -> None:
-    """Let the slow hand go. Check that the program ends by the interrupt."""
+    """Check that the program releases its slow hand and ends by the interrupt."""
     output, _ = program.communicate("go\n", timeout=PATIENCE)
     assert output == "let go\n"
     assert program.returncode == -signal.SIGINT

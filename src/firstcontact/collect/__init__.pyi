@@ -10,7 +10,7 @@ from ._force_fit import fit_force as fit_force
 from ._force_fit import read_weights as read_weights
 from ._guide import Guide as Guide
 from ._guide import Judged as Judged
-from ._label_result import By as By
+from ._label_result import Labeller as Labeller
 from ._label_server import LabelServer as LabelServer
 from ._label_session import Session as Session
 from ._label_signals import open_recordings as open_recordings
@@ -20,7 +20,7 @@ from ._record import record as record
 from ._sensor_words import is_tapped as is_tapped
 from ._sensor_words import rest_request as rest_request
 from ._sensor_words import rest_words as rest_words
-from ._sensor_words import sensor_of as sensor_of
+from ._sensor_words import measured_channel as measured_channel
 from ._sensor_words import tap_words as tap_words
 from ._session import Screen as Screen
 from ._session import header_of as header_of

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from firstcontact.collect._force_fit import Weighing, fit_force, read_weights
-from firstcontact.collect._sensor_words import rest_request, rest_words, sensor_of, tap_words
+from firstcontact.collect._sensor_words import rest_request, rest_words, measured_channel, tap_words
 from firstcontact.collect._tap import tap_warnings, wait_for_tap
 from firstcontact.core import (
     AnyPath,
@@ -102,7 +102,7 @@ def calibrate(
     say(f"measuring {seconds:g} s of rest: {rest_request(layout)}")
     calibration = measure_noise(source, seconds, patience)
     for sensor in calibration.piezo:
-        words = rest_words(sensor, sensor_of(layout, sensor))
+        words = rest_words(sensor, measured_channel(layout, sensor))
         say(f"{finger_name(sensor.finger):6} {words}")
     if tap:
         calibration = _with_taps(source, calibration, say)
@@ -128,7 +128,7 @@ def _with_taps(source: Source, calibration: Calibration, say: Say) -> Calibratio
         calibration = wait_for_tap(source, calibration, finger)
         sensor = next(p for p in calibration.piezo if p.finger is finger)
         if sensor.tap is not None:
-            words = tap_words(sensor.tap, sensor_of(layout, sensor))
+            words = tap_words(sensor.tap, measured_channel(layout, sensor))
             say(f"{finger_name(finger):6} {words}")
     return calibration
 

@@ -1,4 +1,4 @@
-"""Contact times of a high-speed camera against those of the strips."""
+"""Comparison of contact times between a high-speed camera and the strips."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from firstcontact.core import Finger, InputError, parse_float, parse_int, percen
 from firstcontact.recording import Recording, read_rows
 
 COLUMNS = ("pinch", "finger", "time_s")
-#: Offset and drift of two clocks are not fitted to fewer pinches.
+#: Fewest pinches to which offset and drift of the clocks are fitted.
 LEAST = 3
-#: No camera films for longer, s, nor faster, Hz.
+#: Longest film, s, and highest frame rate, Hz.
 LONGEST, FASTEST = 1e7, 1e7
 
 #: Pinch and finger.
@@ -26,7 +26,7 @@ Key = tuple[int, Finger]
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """How well two clocks' contacts agree, once offset and drift are taken off.
+    """Agreement of contact times on two clocks, without their offset and drift.
 
     Parameters
     ----------
@@ -37,9 +37,9 @@ class Agreement:
     offset
         Camera's time at the device's sample 0 of the first epoch, s.
     drift, drift_error
-        How much faster the camera's clock runs, and the standard error of that, as shares.
+        Relative speed of the camera's clock above the device's, and its standard error.
     left_out
-        Contacts of the camera's list without one of the strips.
+        Contacts of the camera that the strips do not have.
     """
 
     residuals: Mapping[Key, float]
@@ -86,7 +86,7 @@ def read_contacts(path: Path) -> dict[Key, float]:
     ------
     InputError
         The file cannot be read, misses a column, a value cannot be used, or a
-        contact stands there twice.
+        contact is listed twice.
     """
     contacts: dict[Key, float] = {}
     for line, row in read_rows(path, COLUMNS):
@@ -100,21 +100,21 @@ def read_contacts(path: Path) -> dict[Key, float]:
                 f"{path}, line {line}: give a pinch's number, index or thumb, and a time in s"
             ) from error
         if key in contacts:
-            raise InputError(f"{path}, line {line}: this contact stands there twice: keep one")
+            raise InputError(f"{path}, line {line}: this contact is listed twice: keep one")
         contacts[key] = time
     return contacts
 
 
 def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 960.0) -> Agreement:
-    """Fit the camera's clock to the device's and say what is left.
+    """Fit the camera's clock to the device's clock, and return the residuals.
 
-    An epoch has an offset of its own, since the device counts from 0 again; the drift is
-    one. The fit is not led astray by a few pinches that were labelled wrongly.
+    Each epoch has its own offset, because the device counts from 0 again. All epochs share one
+    drift. The fit is robust to a few wrong labels.
 
     Parameters
     ----------
     recording
-        With the strips' contacts in its pinches.
+        Recording whose pinches hold the strips' contacts.
     contacts
         Camera time of each contact, s.
     fps
@@ -151,7 +151,7 @@ def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 96
     robust = least_squares(
         lambda p: (design @ p - difference) * fps, start, loss="soft_l1", x_scale="jac"
     ).x
-    # Then plainly, over those that are near: the mean over a frame is what is wanted.
+    # Then a plain fit to the near ones: the mean over a frame is wanted.
     near = np.abs(design @ robust - difference) <= 2.0 / fps
     fitted, error = _least_squares(design, difference, near, robust)
     residuals = difference - design @ fitted
@@ -171,7 +171,7 @@ def _least_squares(
     near: NDArray[np.bool_],
     otherwise: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], float]:
-    """Parameters over the near contacts, and the standard error of the last one."""
+    """Return parameters fitted to the near contacts, and the standard error of the last one."""
     a, b = design[near], difference[near]
     if len(a) <= a.shape[1] or np.linalg.matrix_rank(a) < a.shape[1]:
         return otherwise, math.nan
@@ -181,9 +181,9 @@ def _least_squares(
 
 
 def in_words(agreement: Agreement) -> Sequence[str]:
-    """The comparison, one sentence a line."""
+    """Return the comparison in words, one sentence a line."""
     frame = 1e3 / agreement.fps
-    said = [
+    lines = [
         f"contacts    {len(agreement.residuals)} in both lists",
         f"agreement   {percent(agreement.within)} within one frame of {frame:.2f} ms; median "
         f"{1e3 * agreement.median:.2f} ms, largest {1e3 * agreement.largest:.2f} ms",
@@ -192,7 +192,7 @@ def in_words(agreement: Agreement) -> Sequence[str]:
     ]
     for number, finger in agreement.disagreeing:
         off = 1e3 * agreement.residuals[number, finger]
-        said.append(f"disagrees   pinch {number}, {finger.name.lower()}: camera {off:+.2f} ms")
+        lines.append(f"disagrees   pinch {number}, {finger.name.lower()}: camera {off:+.2f} ms")
     for number, finger in agreement.left_out:
-        said.append(f"left out    pinch {number}, {finger.name.lower()}: no strip closed there")
-    return said
+        lines.append(f"left out    pinch {number}, {finger.name.lower()}: no strip closed there")
+    return lines

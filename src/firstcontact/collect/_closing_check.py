@@ -1,4 +1,4 @@
-"""One closing as it comes, and whether it is a pinch to learn from."""
+"""Check of one closing: whether it is a valid training pinch."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ from firstcontact.core import (
     first_closed,
 )
 
-#: A pinch reaches so far beyond its first contact, s: the longest windows and offsets fit.
+#: Length of a pinch after its first contact, s: the longest windows and offsets fit.
 AFTER = 0.3
-#: Cut short by something, it still counts from here on, s.
+#: Shortest length after the first contact of a pinch that was cut short, s.
 LEAST_AFTER = 0.15
-#: Strip and piezo must agree to this, s.
+#: Largest difference between strip and piezo, s.
 AGREE = 0.005
 #: A piezo within one count of the converter's ends is clipped, V.
 _COUNT = ADC_VOLTS / ADC_COUNTS
 HIGHEST = ADC_VOLTS - PIEZO_OFFSET_VOLTS - 1.5 * _COUNT
-#: So is a sound input this near its full scale.
+#: A sound input above this share of its full scale is clipped.
 FULL = 0.99
 LOWEST = -PIEZO_OFFSET_VOLTS + 0.5 * _COUNT
 
 
 @dataclass(slots=True)
 class ClosingCheck:
-    """What is known of a closing; follows its samples without keeping them.
+    """State of a closing; it follows the samples without keeping them.
 
     Parameters
     ----------
     layout
-        The columns of the blocks.
+        Columns of the blocks.
     began, epoch
         Sample at which the gate opened.
     """
@@ -52,7 +52,7 @@ class ClosingCheck:
     strips: dict[Finger, int] = field(default_factory=dict)
     contacts: dict[Finger | None, Contact] = field(default_factory=dict)
     clipped: set[Finger | None] = field(default_factory=set)
-    held: set[Finger] = field(default_factory=set)
+    closed_before: set[Finger] = field(default_factory=set)
     lost: bool = False
     seen: int = 0
 
@@ -61,40 +61,40 @@ class ClosingCheck:
 
     @property
     def anchor(self) -> int | None:
-        """Sample of the first contact: by the strips, or as detected."""
+        """Sample of the first contact, from the strips or else as detected."""
         samples = self.strips.values() or [c.sample for c in self.contacts.values()]
         return min(samples, default=None)
 
     @property
     def end(self) -> int | None:
-        """One past the last sample that belongs to it, where there was a contact."""
+        """Number of the first sample after the closing; None without a contact."""
         anchor = self.anchor
         return None if anchor is None else anchor + round(AFTER * self.layout.rate)
 
     @property
     def complete(self) -> bool:
-        """Whether all its samples have come."""
+        """True if all samples of the closing have arrived."""
         end = self.end
         return end is not None and self.seen >= end
 
     @property
     def truth(self) -> tuple[Contact, ...]:
-        """The contacts that the strips tell, in the order of time."""
-        found = [Contact(f, s, s) for f, s in self.strips.items()]
-        return tuple(sorted(found, key=lambda c: c.sample))
+        """Contacts from the strips, in the order of time."""
+        contacts = [Contact(f, s, s) for f, s in self.strips.items()]
+        return tuple(sorted(contacts, key=lambda c: c.sample))
 
     @property
-    def found(self) -> tuple[Contact, ...]:
-        """The contacts of sensors without a strip, as detected, in the order of time."""
-        found = [
+    def detected(self) -> tuple[Contact, ...]:
+        """Detected contacts of sensors without a strip, in the order of time."""
+        contacts = [
             c
             for f, c in self.contacts.items()
             if f is None or not self.layout.columns(ChannelKind.STRIP, f)
         ]
-        return tuple(sorted(found, key=lambda c: c.sample))
+        return tuple(sorted(contacts, key=lambda c: c.sample))
 
     def follow(self, block: Block) -> None:
-        """Take the next samples; those before its beginning or after its end do not count."""
+        """Process the next samples; those outside the closing do not count."""
         start = max(0, self.seen - block.first_sample)
         data = block.data[start:]
         if not len(data):
@@ -106,34 +106,34 @@ class ClosingCheck:
         self.seen = first + len(data)
 
     def faults(self) -> list[str]:
-        """Why it is no pinch to learn from; nothing where it is one."""
-        said = ["samples were lost"] if self.lost else []
+        """Return the reasons why the closing is not valid; an empty list if it is."""
+        faults = ["samples were lost"] if self.lost else []
         if self.anchor is None:
-            return [*said, "no contact"]
+            return [*faults, "no contact"]
         if self.seen < self.anchor + round(LEAST_AFTER * self.layout.rate):
-            said.append("it was cut short")
-        said += [f"the {finger_name(f)}'s strip was closed before" for f in sorted(self.held)]
+            faults.append("it was cut short")
+        faults += [f"the {finger_name(f)}'s strip was closed before" for f in sorted(self.closed_before)]
         for finger in Finger:
             has_strip = bool(self.layout.columns(ChannelKind.STRIP, finger))
-            if has_strip and finger not in self.strips and finger not in self.held:
-                said.append(f"the {finger_name(finger)}'s strip did not close")
+            if has_strip and finger not in self.strips and finger not in self.closed_before:
+                faults.append(f"the {finger_name(finger)}'s strip did not close")
             elif finger in self.strips and not self._felt(finger):
-                said.append(f"the {finger_name(finger)}'s piezo and strip do not agree")
-        said += [
+                faults.append(f"the {finger_name(finger)}'s piezo and strip do not agree")
+        faults += [
             f"the {finger_name(f)}'s {self._sensor(f)} clipped"
             for f in sorted(self.clipped, key=finger_name)
         ]
-        return said
+        return faults
 
     def disagreement(self) -> float | None:
-        """From the first contact of the strips to that of its piezo, s."""
+        """Return the time from the strip's first contact to its piezo's, s."""
         if not self.truth or self.truth[0].finger not in self.contacts:
             return None
         first = self.truth[0]
         return (self.contacts[first.finger].sample - first.sample) / self.layout.rate
 
     def _felt(self, finger: Finger) -> bool:
-        """Whether the piezo has the contact of the strip.
+        """Return True if the piezo has the contact of the strip.
 
         The second finger may feel the first one's touch through the object.
         """
@@ -146,18 +146,18 @@ class ClosingCheck:
         return self.anchor - margin <= contact.sample <= self.strips[finger] + margin
 
     def _sensor(self, finger: Finger | None) -> str:
-        its = (c.sensor for c in self.layout.vibration if c.finger is finger)
-        return str(next(its, VibrationSensor.PIEZO))
+        sensors = (c.sensor for c in self.layout.vibration if c.finger is finger)
+        return str(next(sensors, VibrationSensor.PIEZO))
 
     def _watch_strips(self, data: np.ndarray, first: int) -> None:
         for finger in Finger:
             columns = self.layout.columns(ChannelKind.STRIP, finger)
-            if not columns or finger in self.strips or finger in self.held:
+            if not columns or finger in self.strips or finger in self.closed_before:
                 continue
             closed = data[:, columns[0]] > 0
             sample = first_closed(closed, first)
             if first == self.began and closed[0]:
-                self.held.add(finger)
+                self.closed_before.add(finger)
             elif sample is not None and (self.end is None or sample < self.end):
                 self.strips[finger] = sample
 

@@ -1,4 +1,4 @@
-"""The Velostat curve of a finger out of known weights."""
+"""Fit of a finger's Velostat curve to known weights."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from scipy.optimize import least_squares
 from firstcontact.core import ADC_VOLTS, DIVIDER_OHM, Finger, ForceCurve, InputError, parse_float
 from firstcontact.recording import read_rows
 
-#: A curve of three parameters is not fitted to fewer different weights.
+#: Fewest different weights for a curve of three parameters.
 LEAST = 4
-#: No weight on a fingertip is heavier, N.
+#: Heaviest weight, N.
 HEAVIEST = 1000.0
 COLUMNS = ("finger", "newtons", "volts")
 
 
 @dataclass(frozen=True, slots=True)
 class Weighing:
-    """A known force on one taxel, N, and the divider's voltage, V."""
+    """Known force on one taxel, N, with the divider's voltage, V."""
 
     finger: Finger
     newtons: float
@@ -55,15 +55,15 @@ def read_weights(path: Path) -> tuple[Weighing, ...]:
 def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> ForceCurve:
     """Fit leak, gain and exponent of one finger's sheet.
 
-    Least squares on the conductance, each residual weighted with what a volt is
-    worth there, since the noise is in the voltage.
+    Least squares on the conductance. The noise is in the voltage, so each residual is weighted by
+    the slope of the voltage.
 
     Parameters
     ----------
     weighings
-        Of one finger, the unloaded sheet (0 N) among them or not.
+        Weights on one finger, with or without the unloaded sheet (0 N).
     resistor
-        Of the divider, ohm.
+        Resistor of the divider, ohm.
 
     Raises
     ------
@@ -72,24 +72,24 @@ def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> F
         a heavier weight that gives less voltage.
     """
     finger = weighings[0].finger if weighings else Finger.INDEX
-    who = f"the {finger.name.lower()}'s weights"
+    subject = f"the {finger.name.lower()}'s weights"
     points = sorted(weighings, key=lambda w: w.newtons)
     force = np.array([w.newtons for w in points])
     volts = np.array([w.volts for w in points])
     if len({w.newtons for w in points}) < LEAST:
         raise InputError(
-            f"{who} are {len({w.newtons for w in points})} different ones and the curve needs "
+            f"{subject} are {len({w.newtons for w in points})} different ones and the curve needs "
             f"{LEAST} or more: add some"
         )
     if not (force >= 0).all() or not (force <= HEAVIEST).all():
-        raise InputError(f"{who} must be forces in newtons from 0 to {HEAVIEST:g}")
+        raise InputError(f"{subject} must be forces in newtons from 0 to {HEAVIEST:g}")
     if not ((volts > 0) & (volts < ADC_VOLTS)).all():
-        raise InputError(f"{who}: volts must lie between 0 and {ADC_VOLTS:g}: check the wiring")
+        raise InputError(f"{subject}: volts must lie between 0 and {ADC_VOLTS:g}: check the wiring")
     levels = [(f, volts[force == f].mean()) for f in np.unique(force)]
     for (light, low), (heavy, high) in pairwise(levels):
         if high <= low:
             raise InputError(
-                f"{who}: {heavy:g} N gives {high:.3f} V and {light:g} N gives {low:.3f} V, though "
+                f"{subject}: {heavy:g} N gives {high:.3f} V and {light:g} N gives {low:.3f} V, though "
                 "voltage rises with force: check which weight was which"
             )
     curve = _fit(finger, force, volts, resistor)

@@ -1,4 +1,4 @@
-"""The guided protocol: which object next, which pinches count. No terminal in it."""
+"""Guided recording without a terminal: the next object, and the pinches that count."""
 
 from __future__ import annotations
 
@@ -15,36 +15,36 @@ from firstcontact.core import Block, Calibration, ChannelKind, Label, Layout
 from firstcontact.device import Arrival, held_object
 from firstcontact.recording import PinchMark
 
-#: Height of the threshold that checks the strips: high, since a click of the motor
-#: is no contact, and a touch is louder by far.
+#: Threshold of the detector that checks the strips: a click of the motor stays below it, and a
+#: touch is far above it.
 SIGMAS = 10.0
-#: Blocks are taken in pieces of this length, s: shorter than the gate's shortest turn.
+#: Length of the pieces in which blocks are processed, s: shorter than the gate's shortest turn.
 PIECE = 0.015
-#: The noise is told over parts of this length, s.
+#: Length of the parts over which noise is measured, s.
 QUIET = 0.1
 
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """A closing that touched something, and whether it counts.
+    """Result of a closing that touched something.
 
     Parameters
     ----------
     label
-        Of the object that was asked for.
+        Label of the object that was wanted.
     faults
-        Why it does not count; nothing where it does.
+        Reasons why it does not count; empty if it counts.
     mark
-        To be written, where it counts.
+        Mark to write; None if it does not count.
     k, wanted
-        Good pinches of this object by now, and how many are wanted.
+        Number of valid pinches of this object so far, and number that is wanted.
     offset
-        From the first to the second contact by the strips, s, where both are known.
+        Time from the first to the second contact of the strips, s; None if one is missing.
     disagreement
-        From the strip's first contact to the piezo's, s, where both are known.
+        Time from the strip's first contact to the piezo's, s; None if one is missing.
     noise
-        Quietest part since the last closing over the noise floor, the louder finger's;
-        0 before one was seen.
+        Level of the quietest part since the last closing, as a multiple of the noise floor, for
+        the louder finger; 0 before the first part.
     """
 
     label: Label
@@ -58,27 +58,27 @@ class Judged:
 
 
 class Guide:
-    """Follows a stream and says of each closing whether it is a pinch that was wanted.
+    """Judge of a stream: decides for each closing whether it is a wanted pinch.
 
     Parameters
     ----------
     layout
-        The columns of the blocks.
+        Columns of the blocks.
     items
-        What is wanted, in this order.
+        Wanted objects, in this order.
     session
         Name of the session.
     calibration
-        With the noise floors of the fingers.
-    done
-        Good pinches that are there already, by label.
+        Calibration with the noise floors of the fingers.
+    recorded
+        Number of valid pinches that exist already, by label.
 
     Attributes
     ----------
     paused
-        While it is true, closings that begin do not count.
+        True while closings that begin do not count.
     left_out
-        Closings that touched something and did not count.
+        Number of closings that touched something and did not count.
     """
 
     def __init__(
@@ -87,13 +87,13 @@ class Guide:
         items: Sequence[Item],
         session: str,
         calibration: Calibration,
-        done: Counter[Label] | None = None,
+        recorded: Counter[Label] | None = None,
     ) -> None:
         self.layout = layout
         self.paused = False
         self.left_out = 0
         self._wanted = {item.label(session): item.pinches for item in items}
-        self._done = Counter(done or {})
+        self._done = Counter(recorded or {})
         self._closings = Closings(layout, ThresholdDetector(SIGMAS), calibration)
         self._check: ClosingCheck | None = None
         self._number = 0
@@ -105,7 +105,7 @@ class Guide:
 
     @property
     def current(self) -> Label | None:
-        """What is to be pinched now; None when all is done."""
+        """Label of the object to pinch now; None when all pinches are recorded."""
         left = (label for label, wanted in self._wanted.items() if self._done[label] < wanted)
         return next(left, None)
 
@@ -116,15 +116,15 @@ class Guide:
 
     @property
     def noise(self) -> float:
-        """As in :class:`Judged`, since the last closing."""
+        """Noise since the last closing, as in :class:`Judged`."""
         return self._noise.ratio
 
     def progress(self, label: Label) -> tuple[int, int]:
-        """Good pinches of an object, and how many are wanted."""
+        """Return the number of valid pinches of an object, and the number wanted."""
         return self._done[label], self._wanted[label]
 
     def update(self, arrival: Arrival) -> list[Judged]:
-        """Take what came next: the closings that are over by now."""
+        """Process the next samples. Return the closings that have ended."""
         for marker in arrival.markers:
             self._announced = held_object(marker.text) or self._announced
         block = arrival.block
@@ -135,7 +135,7 @@ class Guide:
         return judged
 
     def finish(self) -> list[Judged]:
-        """No more samples come: what is known of a closing that goes on."""
+        """Judge a closing that the end of the stream cuts short."""
         check = self._check
         return self._judge() if check is not None and check.anchor is not None else []
 
@@ -176,7 +176,7 @@ class Guide:
             self.left_out += 1
         else:
             end = min(check.end or check.seen, check.seen)
-            found = tuple(c for c in check.found if c.sample < end)
+            detected = tuple(c for c in check.detected if c.sample < end)
             mark = PinchMark(
                 self._number,
                 check.began,
@@ -184,8 +184,8 @@ class Guide:
                 check.epoch,
                 label,
                 check.truth,
-                found=found,
-                found_by=ThresholdDetector.name if found else "",
+                found=detected,
+                found_by=ThresholdDetector.name if detected else "",
             )
             self._number += 1
             self._done[label] += 1
@@ -198,7 +198,7 @@ class Guide:
 
 
 class _Noise:
-    """The quietest part of the stream, against the noise floors (V, shape (fingers,))."""
+    """Level of the quietest part of the stream above the noise floors (V, shape (fingers,))."""
 
     def __init__(self, layout: Layout, floors: np.ndarray) -> None:
         self._layout = layout
@@ -210,11 +210,11 @@ class _Noise:
         self.ratio = 0.0
 
     def restart(self) -> None:
-        """Forget what was."""
+        """Forget all parts."""
         self._parts, self._samples, self.ratio = [], 0, 0.0
 
     def update(self, block: Block) -> None:
-        """Take the next samples."""
+        """Process the next samples."""
         self._parts.append(self._layout.physical(block.data, self._columns))
         self._samples += len(block.data)
         if self._samples >= self._length:

@@ -1,4 +1,4 @@
-"""What was done, line by line on the disk: nothing that was said is lost with a crash."""
+"""Journal of a labelling: each action is a line on the disk, so that a crash loses none."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from typing import IO
 from firstcontact.collect._label_marks import Action
 from firstcontact.core import InputError, read_record, read_regular
 
-#: Most bytes of a journal that is read.
+#: Largest journal, bytes.
 LONGEST = 1 << 27
 
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """The first line: what is labelled, so that a journal is never taken for another's."""
+    """First line of a journal: the names of the recordings and the number of onsets."""
 
     labelling: tuple[str, ...]
     found: int
 
 
 class Journal:
-    """Appends each action and hands it to the disk before it is answered.
+    """File to which each action is appended before the page gets its reply.
 
     Parameters
     ----------
     path
-        The file; one that is there is gone on with.
+        File of the journal; an existing one is continued.
     opened
-        What is labelled.
+        Recordings and onsets that are labelled.
     is_new_allowed
-        Whether a file without actions is begun; otherwise it is refused and stays as it is.
+        Whether to begin a journal without actions; otherwise it is refused and stays as it is.
 
     Attributes
     ----------
@@ -47,31 +47,31 @@ class Journal:
     Raises
     ------
     InputError
-        The file is of other recordings, is damaged, cannot be read or not be written, or another
-        command has it.
+        The file belongs to other recordings, is damaged, cannot be read or written, or another
+        command uses it.
     """
 
     def __init__(self, path: Path, opened: Opened, is_new_allowed: bool = True) -> None:
         self.path = path
         self.actions: list[Action] = []
         self.lost_bytes = 0
-        #: Where the next line goes: what a crash cut off stays until there is one.
+        #: Position of the next line: the unwritten of a crash stays until there is one.
         self._end = 0
-        there = path.exists()
-        if there:
+        is_there = path.exists()
+        if is_there:
             self._read(opened)
         if not self.actions and not is_new_allowed:
             raise InputError(
                 f"{path} holds no labels, so there is nothing to write: label on the page first"
             )
         try:
-            # What could not be written must not wait in a buffer: it would be at the end.
-            self._stream: IO[bytes] = path.open("r+b" if there else "xb", buffering=0)
+            # No buffer: it would keep what could not be written.
+            self._stream: IO[bytes] = path.open("r+b" if is_there else "xb", buffering=0)
         except OSError as error:
             raise self._failed(error) from error
         try:
             self._take()
-            if there:  # again: who had it until now may have gone on
+            if is_there:  # again: the last command with the lock may have written
                 self._end = self._read(opened)
             if not self._end:
                 self._append(opened)
@@ -91,22 +91,22 @@ class Journal:
         try:
             self._stream.truncate(self._end)
             self._stream.seek(self._end)
-            rest = memoryview(_line(entry))
-            while rest:
-                rest = rest[self._stream.write(rest) :]
+            unwritten = memoryview(_line(entry))
+            while unwritten:
+                unwritten = unwritten[self._stream.write(unwritten) :]
             os.fsync(self._stream.fileno())
             self._end = self._stream.tell()
         except OSError as error:
             raise self._failed(error) from error
 
     def _take(self) -> None:
-        """Keep other commands from it until it is closed."""
+        """Lock the file against other commands until it is closed."""
         try:
             fcntl.flock(self._stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise InputError(
-                f"{self.path} is written by another firstcontact label: end that one, or choose "
-                "another --out"
+                f"{self.path} is in use by another firstcontact label: end that one, or choose "
+                "another folder"
             ) from None
         except OSError:
             return  # a disk without locks
@@ -118,7 +118,7 @@ class Journal:
         except OSError as error:
             raise self._failed(error) from error
         end = raw.rfind(b"\n") + 1
-        remedy = "remove it to begin anew, or choose another --out"
+        remedy = "remove it to start again, or choose another folder"
         if not end:
             # A crash can cut off the first line. A power cut can leave zeros instead of labels.
             if not _line(opened).startswith(raw):
@@ -129,7 +129,7 @@ class Journal:
         first, *lines = raw[:end].splitlines()
         if read_record(first, Opened, f"{self.path}: line 1", remedy) != opened:
             raise InputError(
-                f"{self.path} is of other recordings, or of onsets that were found otherwise: "
+                f"{self.path} belongs to other recordings, or to other onsets: "
                 f"{remedy}"
             )
         remedy = "remove this line and all behind it to keep the labels before it"
@@ -142,8 +142,8 @@ class Journal:
 
     def _failed(self, error: OSError) -> InputError:
         return InputError(
-            f"{self.path} cannot be written ({error.strerror}): what was said before is in it; "
-            "make room and give the same command again"
+            f"{self.path} cannot be written ({error.strerror}): it holds the actions before this one; "
+            "make room and run the same command again"
         )
 
 

@@ -1,4 +1,4 @@
-"""What is labelled: onsets, what was said of each, and how that follows from what was done."""
+"""Onsets with their labels, as the actions of the page leave them."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from msgspec import Meta
 from firstcontact.core import InputError, Name
 from firstcontact.recording import LAST_SAMPLE
 
-#: Most onsets of a session of labelling, and most things that are done in it.
+#: Largest number of onsets, and of actions, of a labelling.
 MOST = 100_000
 
 
 class Status(StrEnum):
-    """What is known of an onset."""
+    """Status of an onset."""
 
     FOUND = "found"
     ACCEPTED = "accepted"
@@ -31,19 +31,19 @@ class Mark:
     Parameters
     ----------
     number
-        By which it is spoken of.
+        Number that identifies the onset.
     recording, stretch
-        Number of its recording and of the unbroken stretch in it.
+        Number of its recording, and of the unbroken stretch in it.
     column
         Number of its vibration channel.
     sample
-        Where it is, from the start of the stretch.
+        Position, from the start of the stretch.
     found
-        Where it was found; None where it was added by hand.
+        Position at which the finder put it; None if it was added by hand.
     status
-        Whether somebody has looked at it.
+        Decision about it.
     object, shore_a
-        What was touched; "" and None where that is not said.
+        Object that was touched, and its Shore A; "" and None if unknown.
     """
 
     number: int
@@ -62,10 +62,10 @@ Whole = Annotated[int, Meta(ge=0, le=LAST_SAMPLE)]
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """Something that was done.
+    """Action of the person who labels.
 
-    ``label`` is of its mark and of all behind it, up to the next that was labelled by itself.
-    ``undo`` takes back what was done last and was not taken back.
+    ``label`` labels its mark and all after it, up to the next mark with its own label.
+    ``undo`` takes back the last action that is left.
     """
 
     do: Literal["accept", "reject", "move", "add", "label", "undo"]
@@ -76,28 +76,28 @@ class Action:
 
 
 class Marks:
-    """The onsets, in the order of recordings and time, as they are after what was done.
+    """Onsets in the order of recordings and time, after all actions.
 
     Parameters
     ----------
-    found
-        As they were found.
+    onsets
+        Onsets as they were found.
     lengths
-        Samples of each stretch of each recording.
+        Number of samples of each stretch of each recording.
     """
 
-    def __init__(self, found: Sequence[Mark], lengths: Sequence[Sequence[int]]) -> None:
-        self._found = tuple(found)
+    def __init__(self, onsets: Sequence[Mark], lengths: Sequence[Sequence[int]]) -> None:
+        self._onsets = tuple(onsets)
         self._lengths = lengths
         self.done: list[Action] = []
-        self._marks = {mark.number: mark for mark in found}
+        self._marks = {mark.number: mark for mark in onsets}
         self._runs: dict[int, Action] = {}
 
     def __len__(self) -> int:
         return len(self._marks)
 
     def ordered(self) -> list[Mark]:
-        """All, each with the label of the run that it is in."""
+        """Return all onsets, each with the label of its run."""
         out = []
         run: Action | None = None
         recording = 0
@@ -112,7 +112,7 @@ class Marks:
         return out
 
     def act(self, action: Action) -> int:
-        """Do something, and return the number of the onset that it concerns.
+        """Apply an action, and return the number of its onset.
 
         That is the new onset of ``add``, and the onset whose last action ``undo`` takes back.
 
@@ -125,15 +125,15 @@ class Marks:
             if not self.done:
                 raise InputError("nothing is left to undo")
             reopened = self.done[-1].number
-            self.again(self.done[:-1])
+            self.replay(self.done[:-1])
             return reopened
         number = self._do(action)
         self.done.append(action)
         return number
 
-    def again(self, actions: Iterable[Action]) -> None:
-        """Begin anew, and do these."""
-        self._marks = {mark.number: mark for mark in self._found}
+    def replay(self, actions: Iterable[Action]) -> None:
+        """Start again from the found onsets, and apply these actions."""
+        self._marks = {mark.number: mark for mark in self._onsets}
         self._runs, self.done = {}, []
         for action in actions:
             self.act(action)

@@ -1,4 +1,4 @@
-"""The new recordings: samples as they were, and the marks that somebody confirmed."""
+"""New recordings of a labelling: the same samples, with the confirmed onsets as contacts."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from firstcontact.recording import (
     spans,
 )
 
-#: Contacts of two fingers that are no further apart are of one pinch, s.
+#: Longest time between two contacts of one pinch, s.
 ONE_PINCH = 0.060
-#: A pinch of the original that is longer than this is a whole recording, not a closing, s.
+#: Longest closing, s: a longer pinch of the original is a whole recording.
 ONE_CLOSING = 5.0
 
 
 @dataclass(frozen=True, slots=True)
-class By:
-    """Who labelled, when, and with what, in words."""
+class Labeller:
+    """Author, date and tool of a labelling, in words."""
 
     name: str
     when: str
@@ -35,56 +35,56 @@ class By:
 
 
 def write_labelled(
-    recording: Recording, marks: Sequence[Mark], path: Path, by: By
+    recording: Recording, marks: Sequence[Mark], path: Path, by: Labeller
 ) -> tuple[int, int]:
-    """Write a recording with the accepted marks as the first contacts of its pinches.
+    """Write a recording with the accepted marks as the first contacts of original pinches.
 
-    Whole or not at all; the original is only read.
+    The file is written whole or not at all. The original is only read.
 
     Parameters
     ----------
     recording
-        The original.
+        Original recording.
     marks
-        Of it, in the order of time.
+        Its onsets, in the order of time.
     path
-        A new file.
+        New file.
     by
-        For the notes.
+        Author, for the notes.
 
     Returns
     -------
     pinches, left
-        How many pinches were written, and how many onsets nobody had looked at.
+        Number of pinches that were written, and of onsets without a decision.
 
     Raises
     ------
     InputError
-        The file is there, or cannot be written.
+        The file exists, or cannot be written.
     """
     accepted = [m for m in marks if m.status is Status.ACCEPTED]
     left = sum(m.status is Status.FOUND for m in marks)
-    notes = [*recording.header.notes.splitlines(), _told(marks, by), *recording.skipped]
-    header = replace(recording.header, notes="\n".join(line for line in notes if _stands(line)))
+    notes = [*recording.header.notes.splitlines(), _note(marks, by), *recording.skipped]
+    header = replace(recording.header, notes="\n".join(line for line in notes if _is_true(line)))
     pinches = list(_pinches(recording, accepted))
     try:
         with creating(path) as temporary:
             _write(temporary, header, recording, pinches, accepted, by)
     except FileExistsError as error:
         raise InputError(
-            f"{path} is there and recordings are never overwritten: choose another --out"
+            f"{path} exists and recordings are never overwritten: choose another folder"
         ) from error
     except OSError as error:
         raise InputError(f"{path} cannot be written ({error.strerror}): make room") from error
     return len(pinches), left
 
 
-def _stands(line: str) -> bool:
-    """Whether a note is still true of what was labelled."""
+def _is_true(line: str) -> bool:
+    """Return True if a note is still true after labelling."""
     return NO_CONTACTS not in line
 
 
-def _told(marks: Sequence[Mark], by: By) -> str:
+def _note(marks: Sequence[Mark], by: Labeller) -> str:
     taken = [m for m in marks if m.status is Status.ACCEPTED]
     added = sum(m.found is None for m in taken)
     moved = sum(m.found not in (None, m.sample) for m in taken)
@@ -103,13 +103,13 @@ def _write(
     recording: Recording,
     pinches: Sequence[PinchMark],
     accepted: Sequence[Mark],
-    by: By,
+    by: Labeller,
 ) -> None:
     with RecordingWriter(path, header) as writer:
         for block in recording.stretches:
             writer.write(block)
-            for name, its in recording.groups.items():
-                for slow in its:
+            for name, blocks in recording.groups.items():
+                for slow in blocks:
                     if slow.epoch == block.epoch and _within(recording, name, slow, block):
                         writer.write(slow, name)
         for marker in recording.markers:
@@ -132,7 +132,7 @@ def _how(mark: Mark, rate: float) -> str:
 
 
 def _within(recording: Recording, name: str, slow: Block, block: Block) -> bool:
-    """Whether a slower block begins beside this one, and not beside another of the epoch."""
+    """Return True if a slower block begins within this block, not within another of original epoch."""
     layout = recording.header.layout
     rate = next(g.layout.rate for g in layout.groups if g.name == name)
     first = slow.first_sample * layout.rate / rate
@@ -142,7 +142,7 @@ def _within(recording: Recording, name: str, slow: Block, block: Block) -> bool:
 
 
 def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMark]:
-    """Pinches around the first contacts, with the second where another finger follows."""
+    """Yield pinches around first contacts, with the second contact where another finger follows."""
     rate = recording.header.layout.rate
     fingers = recording.header.layout.vibration_fingers
     groups: list[list[Mark]] = []
@@ -168,33 +168,33 @@ def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMa
             Contact(fingers[m.column], first + m.sample, first + m.sample) for m in group
         )
         begin, end, motor, label = first + start, first + stop, None, Label()
-        its = _closing(recording, block, contacts[0].sample, rate)
-        if its is not None:
-            label, motor = its.label, its.motor_start
+        original = _closing(recording, block, contacts[0].sample, rate)
+        if original is not None:
+            label, motor = original.label, original.motor_start
             alone = (
                 sum(
-                    its.first_sample <= first + g[0].sample < its.end
+                    original.first_sample <= first + g[0].sample < original.end
                     for g in groups
                     if g[0].stretch == group[0].stretch
                 )
                 == 1
             )
             if alone:
-                begin, end = its.first_sample, its.end
+                begin, end = original.first_sample, original.end
         end = max(end, contacts[-1].sample + 1)
         if motor is not None and not begin <= motor < contacts[0].sample:
             motor = None
-        said = replace(
+        labelled = replace(
             label,
             object=group[0].object,
             shore_a=group[0].shore_a,
             specimen=label.specimen if label.object == group[0].object else group[0].object,
         )
-        yield PinchMark(number, begin, end, block.epoch, said, contacts, motor)
+        yield PinchMark(number, begin, end, block.epoch, labelled, contacts, motor)
 
 
 def _closing(recording: Recording, block: Block, sample: int, rate: float) -> PinchMark | None:
-    """The pinch of the original that a contact is in."""
+    """Return the pinch of the original that holds a contact."""
     for mark in recording.pinches:
         inside = mark.epoch == block.epoch and mark.first_sample <= sample < mark.end
         if inside and mark.end - mark.first_sample <= ONE_CLOSING * rate:

@@ -1,4 +1,4 @@
-"""Serves the page of a labelling, on this machine only, until all is done."""
+"""Server of the labelling page, on this machine only."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from firstcontact.core import InputError
 from firstcontact.streaming import Guard, answer, listen, load, serve_page
 
 HOST = "127.0.0.1"
-#: Interval at which a request to stop is looked for, s.
+#: Interval between polls for a request to stop, s.
 POLL = 0.1
 
 
 class LabelServer:
-    """The page of a session.
+    """Page of a labelling session.
 
     Parameters
     ----------
     session
-        What is labelled.
+        Session that the page shows.
     port
-        0 for a free one.
+        TCP port; 0 takes a free one.
 
     Raises
     ------
     InputError
-        The port cannot be had.
+        The port is in use.
     """
 
     def __init__(self, session: Session, port: int) -> None:
@@ -71,7 +71,7 @@ class LabelServer:
             self._socket.close()
 
     def stop(self) -> None:
-        """End it, from any thread."""
+        """Stop the server, from any thread."""
         if self._loop is not None:
             self._loop.call_soon_threadsafe(self._done.set)
 
@@ -92,10 +92,10 @@ class LabelServer:
             await connection.send(json.dumps(self._session.hello()))
             async for message in connection:
                 try:
-                    said = self._session.obey(message)
+                    reply = self._session.obey(message)
                 except InputError as error:
-                    # The page shows what it asked for before it is answered: here is what holds.
-                    said = {"refused": str(error), **self._session.now()}
-                await connection.send(json.dumps(said))
+                    # The page shows its request before the reply: send it the present state.
+                    reply = {"refused": str(error), **self._session.state()}
+                await connection.send(json.dumps(reply))
                 if self._session.written:
                     self._done.set()

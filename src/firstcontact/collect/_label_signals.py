@@ -1,4 +1,4 @@
-"""Recordings that are labelled: their onsets, and pieces of their signals for the page."""
+"""Onsets of recordings that are labelled, and pieces of their signals for the page."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from firstcontact.contact import find_onsets
 from firstcontact.core import ChannelKind, InputError, finger_name
 from firstcontact.recording import Recording, find_recordings, read_recording
 
-#: Most points of a channel that a piece has; more are shown as least and most of each.
+#: Most points of a channel in a piece; longer ones are reduced to minima and maxima.
 POINTS = 2000
 #: Longest piece on either side of its middle, s.
 WIDEST = 2.0
 
 
 def open_recordings(paths: Sequence[Path]) -> list[Recording]:
-    """All recordings in files and folders.
+    """Read all recordings in files and folders.
 
     Raises
     ------
@@ -40,7 +40,7 @@ def open_recordings(paths: Sequence[Path]) -> list[Recording]:
 
 
 def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
-    """An onset for each contact that the finder finds, with the label of its pinch if it has one.
+    """Return an onset for each contact of the finder, with the label of its pinch if it has one.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
         for place, block in enumerate(recording.stretches):
             for onset in find_onsets(layout.physical(block.data, columns), layout.rate):
                 at = block.first_sample + onset.sample
-                its = next(
+                label = next(
                     (
                         p.label
                         for p in recording.pinches
@@ -70,8 +70,8 @@ def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
                         onset.column,
                         onset.sample,
                         onset.sample,
-                        object=its.object if its else "",
-                        shore_a=its.shore_a if its else None,
+                        object=label.object if label else "",
+                        shore_a=label.shore_a if label else None,
                     )
                 )
     if not out:
@@ -89,7 +89,7 @@ def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
 
 
 def about(recordings: Sequence[Recording]) -> list[dict[str, Any]]:
-    """What the page shows of each recording."""
+    """Return name, rate, channels and lengths of each recording for the page."""
     return [
         {
             "name": r.path.name,
@@ -105,16 +105,16 @@ def about(recordings: Sequence[Recording]) -> list[dict[str, Any]]:
 
 
 def piece(recording: Recording, stretch: int, middle: int, half: float) -> dict[str, Any]:
-    """Samples around one, of every vibration channel.
+    """Return the samples of all vibration channels around one sample.
 
     Parameters
     ----------
     recording, stretch
-        Where.
+        Recording, and number of its stretch.
     middle
-        Sample from the start of the stretch.
+        Sample in the middle, from the start of the stretch.
     half
-        How far on either side, s.
+        Length on either side, s.
 
     Returns
     -------
@@ -139,5 +139,5 @@ def piece(recording: Recording, stretch: int, middle: int, half: float) -> dict[
 
 
 def _rounded(values: Any, digits: int) -> list[float]:
-    """Enough digits for a picture, whatever the unit."""
+    """Round to enough digits for a picture, in any unit."""
     return [float(f"{v:.{digits}g}") for v in values.tolist()]

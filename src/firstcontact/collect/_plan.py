@@ -1,4 +1,4 @@
-"""What is to be pinched, and how often."""
+"""Plan of a recording: objects, and the number of their pinches."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from firstcontact.core import (
 )
 from firstcontact.recording import read_rows, shown
 
-#: Most pinches of an object in a session.
+#: Largest number of pinches of an object in a session.
 MOST_PINCHES = 1_000_000
 #: Columns of a plan; the first two must be there.
 COLUMNS = ("object", "pinches", "shore", "specimen", "role")
@@ -30,15 +30,15 @@ class Item:
     Parameters
     ----------
     object
-        What it is called.
+        Name of the object.
     pinches
-        How many good pinches of it are wanted in a session.
+        Number of valid pinches wanted in a session.
     shore
-        Shore A, None where not known.
+        Shore A; None if unknown.
     specimen
-        Which one of its kind; the object's name where there is one only.
+        Name of the specimen; the object's name by default.
     role
-        Whether models learn from it.
+        Use of the pinches: training or test.
     """
 
     object: str
@@ -49,7 +49,7 @@ class Item:
 
     def __post_init__(self) -> None:
         if not self.object:
-            raise InputError("an object has no name: say what is pinched")
+            raise InputError("an object has no name: give one")
         if max(len(self.object), len(self.specimen)) > LONGEST_NAME:
             raise InputError(f"a name is longer than {LONGEST_NAME} characters: shorten it")
         for name in (self.object, self.specimen):
@@ -62,7 +62,7 @@ class Item:
             raise InputError(f"{self.object}: shore {self.shore:g} is not between 0 and 100")
 
     def label(self, session: str) -> Label:
-        """The label of its pinches in a session."""
+        """Return the label of its pinches in a session."""
         specimen = self.specimen or self.object
         return Label(self.object, self.shore, None, specimen, session, self.role)
 
@@ -89,7 +89,7 @@ def read_plan(path: Path) -> tuple[Item, ...]:
     for k, label in enumerate(labels):
         if label in labels[:k]:
             raise InputError(
-                f"{path}, line {rows[k][0]}: {label.specimen} stands there twice: join them"
+                f"{path}, line {rows[k][0]}: {label.specimen} is listed twice: join the lines"
             )
     return items
 

@@ -141,31 +141,31 @@ def _record(
             "make, and `train` learns from all of a folder: choose another folder to keep them "
             "apart"
         )
-    before = so_far(folder, session, source.descriptor)
-    for sentence in before.unreadable:
+    earlier = so_far(folder, session, source.descriptor)
+    for sentence in earlier.unreadable:
         screen.say(f"warning: passed over: {sentence}")
     layout = source.descriptor.layout
-    if all(before.done[item.label(session)] >= item.pinches for item in items):
-        screen.say(f"session {session} is complete: {before.files[-1]}")
-        return before.files[-1]
+    if all(earlier.done[item.label(session)] >= item.pinches for item in items):
+        screen.say(f"session {session} is complete: {earlier.files[-1]}")
+        return earlier.files[-1]
     if calibration is None or len(calibration.piezo) < len(layout.vibration_fingers):
         screen.say(f"measuring the noise floor, {REST:g} s of rest: {rest_request(layout)}")
         calibration = with_noise(calibration, measure_noise(source))
-    guide = Guide(layout, items, session, calibration, before.done)
+    guide = Guide(layout, items, session, calibration, earlier.done)
     header = header_of(source.descriptor, session, calibration, hand, notes)
-    screen.say(f"session {session}: {before.path}")
+    screen.say(f"session {session}: {earlier.path}")
     screen.begin(guide)
     try:
-        complete = run_session(source, guide, before.path, header, screen, stopped)
+        complete = run_session(source, guide, earlier.path, header, screen, stopped)
     finally:
         screen.end()
     if not complete and not stopped():
         raise InputError(
-            f"it ended before all pinches were recorded: continue {before.path} with the same "
+            f"it ended before all pinches were recorded: continue {earlier.path} with the same "
             "session and folder",
             parameter="source",
         )
-    return before.path
+    return earlier.path
 
 
 def _items(
@@ -188,10 +188,10 @@ def _items(
         items = read_plan(Path(plan))
     else:
         items = tuple(plan)
-    known = source_kind(source.name).shore_a
-    if known is None:
+    shore_a_of = source_kind(source.name).shore_a
+    if shore_a_of is None:
         return items
-    return tuple(replace(i, shore=known(i.object) if i.shore is None else i.shore) for i in items)
+    return tuple(replace(i, shore=shore_a_of(i.object) if i.shore is None else i.shore) for i in items)
 
 
 class _CountingScreen:
@@ -204,9 +204,9 @@ class _CountingScreen:
         """Ignore a line."""
 
     def begin(self, guide: Guide) -> None:
-        """Do nothing."""
+        """Ignore the call."""
 
-    def next_object(self, label: Label, done: int, wanted: int) -> bool:
+    def next_object(self, label: Label, recorded: int, wanted: int) -> bool:
         """Return True: the object is in place."""
         return True
 
@@ -220,7 +220,7 @@ class _CountingScreen:
             self._step(1)
 
     def going_on(self) -> None:
-        """Do nothing."""
+        """Ignore the call."""
 
     def end(self) -> None:
-        """Do nothing."""
+        """Ignore the call."""

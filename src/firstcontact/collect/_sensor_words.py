@@ -5,7 +5,7 @@ from __future__ import annotations
 from firstcontact.core import Channel, Layout, VibrationCalibration
 
 
-def sensor_of(layout: Layout, measured: VibrationCalibration) -> Channel | None:
+def measured_channel(layout: Layout, measured: VibrationCalibration) -> Channel | None:
     """Return the channel that was measured; None where the layout has none of that finger."""
     return next((c for c in layout.vibration if c.finger is measured.finger), None)
 

@@ -1,4 +1,4 @@
-"""A session of guided recording: source, recorder and guide together."""
+"""Session of a guided recording: a source, a recorder and a guide."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from firstcontact.core import Calibration, InputError, Label
 from firstcontact.device import Descriptor, Recorder, Source, drain, object_text
 from firstcontact.recording import Header
 
-#: Longest wait for samples, s: how soon a request to stop is noticed.
+#: Longest wait for samples, and so for a request to stop, s.
 WAIT = 0.1
 
 
@@ -30,7 +30,7 @@ class Screen(Protocol):
     def end(self) -> None:
         """Show the counts of the recording, which has ended."""
 
-    def next_object(self, label: Label, done: int, wanted: int) -> bool:
+    def next_object(self, label: Label, recorded: int, wanted: int) -> bool:
         """Name the next object. Return False if the person has to put it in place first."""
 
     def in_place(self) -> bool:
@@ -50,7 +50,7 @@ def header_of(
     hand: str = "",
     notes: str = "",
 ) -> Header:
-    """The header of a recording made now; ``hand`` replaces what the device says of it."""
+    """Return the header of a recording that starts now; ``hand`` replaces the device's own name."""
     return Header(
         layout=descriptor.layout,
         source=descriptor.source,
@@ -78,20 +78,20 @@ def run_session(
     Parameters
     ----------
     source
-        Open; it is closed at the end, and all samples that it has received are in the file.
+        An open source. It is closed at the end, and the file holds all samples that it received.
     guide
-        For its layout.
+        Guide for the layout of the source.
     path, header
-        Of the recording; all samples from here on are in it.
+        File of the recording, and its header.
     screen
-        For the person.
+        Display for the person.
     stopped
-        Whether to stop before the end.
+        Polled; recording ends early when it returns True.
 
     Returns
     -------
     bool
-        Whether everything was recorded.
+        True if all pinches were recorded.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def _follow(
             named = False
             guide.paused = not screen.next_object(label, *guide.progress(label))
         if not named and label is not None:
-            # A device that is unplugged just now is told when it is back.
+            # A device that is unplugged now gets the name when it is back.
             with suppress(InputError):
                 source.order(object_text(label.object))  # for a hand that is simulated
                 source.mark(object_text(label.object))
@@ -131,27 +131,27 @@ def _follow(
             guide.paused = False
         arrivals = source.read(WAIT)
         recorder.put(arrivals)
-        found = [j for arrival in arrivals for j in guide.update(arrival)]
+        judged = [j for arrival in arrivals for j in guide.update(arrival)]
         if not arrivals and source.ended:
             _tell(guide.finish(), recorder, screen)
             return
-        _tell(found, recorder, screen)
+        _tell(judged, recorder, screen)
         if recorder.status.failed:
             return
         screen.going_on()
 
 
-def _tell(found: list[Judged], recorder: Recorder, screen: Screen) -> None:
-    for judged in found:
+def _tell(judgements: list[Judged], recorder: Recorder, screen: Screen) -> None:
+    for judged in judgements:
         if judged.mark is not None:
             recorder.mark(judged.mark)
         screen.judged(judged)
 
 
 def with_noise(calibration: Calibration | None, measured: Calibration) -> Calibration:
-    """A calibration that has a noise floor for every finger: its own, or the one measured now."""
+    """Return a calibration with a noise floor for each finger; missing ones come from ``measured``."""
     if calibration is None:
         return measured
-    known = {p.finger for p in calibration.piezo}
-    more = tuple(p for p in measured.piezo if p.finger not in known)
+    fingers = {p.finger for p in calibration.piezo}
+    more = tuple(p for p in measured.piezo if p.finger not in fingers)
     return replace(calibration, piezo=calibration.piezo + more)

@@ -1,4 +1,4 @@
-"""One file a session, and one more after each interruption."""
+"""Files of a session: one, and one more after each interruption."""
 
 from __future__ import annotations
 
@@ -15,19 +15,18 @@ from firstcontact.recording import cut, read_recording
 
 @dataclass(frozen=True, slots=True)
 class SoFar:
-    """What a folder already holds of a session.
+    """Files and pinches of a session that a folder holds already.
 
     Parameters
     ----------
     path
-        The file to record to next; it does not exist.
+        Next file to record to; it does not exist.
     done
-        Whole pinches by label.
+        Number of whole pinches, by label.
     files
-        What was recorded before.
+        Readable files of the session.
     unreadable
-        What else bears the session's name and holds nothing that can be read, and why: one
-        sentence each.
+        Sentences about files with the session's name that cannot be read.
     """
 
     path: Path
@@ -37,12 +36,11 @@ class SoFar:
 
 
 def so_far(folder: Path, session: str, descriptor: Descriptor) -> SoFar:
-    """Look up how far a session has come.
+    """Return what a folder holds of a session.
 
-    The first file of session 3 is ``session-3.mcap``; what is recorded after an
-    interruption goes to ``session-3.part2.mcap`` and so on, since recordings are
-    never overwritten. A part that cannot be read (its recorder was killed as it appeared)
-    is passed over and stays as it is.
+    The first file of session 3 is ``session-3.mcap``. After an interruption the next file is
+    ``session-3.part2.mcap``, because recordings are never overwritten. A part that cannot be read
+    stays as it is; its recorder was killed before the first sample.
 
     Raises
     ------

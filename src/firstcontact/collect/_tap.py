@@ -1,4 +1,4 @@
-"""A tap on each fingertip tells whether its sensor is connected, and whether both are alike."""
+"""Taps on the fingertips: they show that each sensor is connected, and both are alike."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ from firstcontact.core import (
 )
 from firstcontact.device import Source, wait_for_arrivals
 
-#: A tap rises this far above the noise floor, and above this voltage, V.
+#: Least peak of a tap, as a multiple of the noise floor, and in V.
 FACTOR = 10.0
 LEAST = 0.02
-#: Its peak is looked for over this time, s.
+#: Duration over which the peak is searched, s.
 LASTS = 0.1
-#: A tap with a finger or a pencil gives more than this, V, if the buffer works.
+#: Weakest tap with a finger or a pencil on a working buffer, V.
 WEAK = 0.1
-#: The two fingertips differ by less than this factor if they are built alike.
+#: Largest ratio between the taps of two fingertips that are built alike.
 ALIKE = 3.0
 
 
 class TapWatch:
-    """Waits for a tap on one fingertip.
+    """Search for a tap on one fingertip.
 
     Parameters
     ----------
     layout
-        The columns of the blocks.
+        Columns of the blocks.
     calibration
-        With the finger's noise floor.
+        Calibration with the finger's noise floor.
     finger
-        Whose.
+        Finger that is tapped.
     """
 
     def __init__(self, layout: Layout, calibration: Calibration, finger: Finger | None) -> None:
@@ -51,7 +51,7 @@ class TapWatch:
         self._peak = 0.0
 
     def update(self, block: Block) -> float | None:
-        """Take the next samples: the peak, V, as soon as the tap is over."""
+        """Process the next samples. Return the peak, V, once the tap is over."""
         volts = np.abs(self._layout.physical(block.data, self._columns)[:, 0] - self._offset)
         if self._left is None:
             above = np.flatnonzero(volts > self._limit)
@@ -73,11 +73,11 @@ def wait_for_tap(
     Parameters
     ----------
     source
-        Open.
+        An open source.
     calibration
-        With the finger's noise floor.
+        Calibration with the finger's noise floor.
     finger
-        Whose; None for a sensor that belongs to none.
+        Finger that is tapped; None for a sensor of no finger.
     patience
         Longest wait, s of the device's time.
 
@@ -89,7 +89,7 @@ def wait_for_tap(
     layout = source.descriptor.layout
     watch = TapWatch(layout, calibration, finger)
     left = patience * layout.rate
-    source.read(0)  # what was felt before anybody was asked
+    source.read(0)  # drop the samples from before the request
     while left > 0:
         for arrival in wait_for_arrivals(source):
             left -= len(arrival.block.data)
@@ -100,15 +100,16 @@ def wait_for_tap(
                 )
                 return replace(calibration, piezo=piezo)
     raise InputError(
-        f"no tap on the {finger_name(finger)} was felt within {patience:g} s: tap harder, check "
-        "the sensor's plug, or leave this out with --no-tap"
+        f"the {finger_name(finger)} felt no tap within {patience:g} s: tap harder, check the "
+        "sensor's plug, or switch this off",
+        parameter="tap",
     )
 
 
 def tap_warnings(calibration: Calibration) -> Sequence[str]:
-    """What the taps say against the fingertips: one sentence each."""
+    """Return sentences about taps that are too weak or not alike."""
     taps = {p.finger: p.tap for p in calibration.piezo if p.tap is not None}
-    said = [
+    warnings = [
         f"the {finger_name(f)}'s tap gave only {tap:.3f} V: tap harder, or check pad and buffer"
         for f, tap in taps.items()
         # A sensor of no finger has neither our pad and buffer nor their volts.
@@ -116,8 +117,8 @@ def tap_warnings(calibration: Calibration) -> Sequence[str]:
     ]
     if len(taps) == 2 and max(taps.values()) > ALIKE * min(taps.values()):
         loud = max(taps, key=lambda f: taps[f])
-        said.append(
+        warnings.append(
             f"the {finger_name(loud)}'s tap was {taps[loud] / min(taps.values()):.1f} times as "
             "loud as the other: tap both alike, or check the pads"
         )
-    return said
+    return warnings

@@ -95,14 +95,14 @@ def _lines(recording: Recording) -> Iterator[str]:
 
 
 def _calibration(calibration: Calibration | None, layout: Layout) -> Iterator[str]:
-    from firstcontact.collect import rest_words, sensor_of, tap_words
+    from firstcontact.collect import rest_words, measured_channel, tap_words
     from firstcontact.core import finger_name
 
     if calibration is None:
         return
     yield f"calibration {calibration.created or 'of unknown date'}"
     for p in calibration.piezo:
-        channel = sensor_of(layout, p)
+        channel = measured_channel(layout, p)
         tap = "" if p.tap is None else f", {tap_words(p.tap, channel)}"
         kind = "vibration" if channel is None else channel.sensor
         yield f"  {finger_name(p.finger):6} {kind} {rest_words(p, channel)}{tap}"

@@ -103,7 +103,7 @@ def test_too_little_is_refused():
         ("pinch,finger,time_s\n0,toe,1\n", "line 2: give a pinch"),
         ("pinch,finger,time_s\n0,index,nan\n", "line 2: give a pinch"),
         ("pinch,finger,time_s\n0,index,1e300\n", "line 2: give a pinch"),
-        ("pinch,finger,time_s\n0,index,1\n0,index,2\n", "line 3: this contact stands there twice"),
+        ("pinch,finger,time_s\n0,index,1\n0,index,2\n", "line 3: this contact is listed twice"),
     ],
 )
 def test_lists_that_cannot_be_used_are_refused(tmp_path, text, said):

@@ -32,7 +32,7 @@ def test_a_plan_is_read(tmp_path):
         ("object,pinches\na,0\n", "line 2: a: 0 pinches are wanted"),
         ("object,pinches\n,3\n", "line 2: an object has no name"),
         ("object,pinches,shore\na,1,120\n", "line 2: a: shore 120"),
-        ("object,pinches\na,1\na,2\n", "line 3: a stands there twice"),
+        ("object,pinches\na,1\na,2\n", "line 3: a is listed twice"),
         ("object,pinches\na,1,5\nb\n", "line 3: pinches is ''"),
     ],
 )

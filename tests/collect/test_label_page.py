@@ -19,7 +19,7 @@ from taps import PIEZO, taps, write_taps
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from firstcontact.collect import By, LabelServer, Session, open_recordings
+from firstcontact.collect import Labeller, LabelServer, Session, open_recordings
 from firstcontact.recording import load_dataset
 from page_browser import UPGRADE, ask, browsing, needs_browser, text, until
 
@@ -30,7 +30,7 @@ class Labelling:
     def __init__(self, folder: Path, n: int, every: float = 0.25) -> None:
         path = write_taps(folder / "taps.mcap", n, every)
         self.out = folder / "out"
-        by = By("Ada", "2026-01-02", "a test")
+        by = Labeller("Ada", "2026-01-02", "a test")
         recordings = open_recordings([path])
         #: The signal, V.
         self.data = recordings[0].stretches[0].data[:, 0] * PIEZO.scale

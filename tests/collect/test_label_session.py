@@ -16,12 +16,12 @@ from hypothesis import strategies as st
 from taps import RATE, taps, write_taps
 
 from firstcontact.cli.main import main
-from firstcontact.collect import By, Session, open_recordings
+from firstcontact.collect import Labeller, Session, open_recordings
 from firstcontact.collect._label_marks import Action, Mark, Marks, Status
 from firstcontact.core import InputError
 from firstcontact.recording import load_dataset, read_recording
 
-BY = By("Ada", "2026-01-02", "a test")
+BY = Labeller("Ada", "2026-01-02", "a test")
 
 
 def session(tmp_path: Path, n: int = 8) -> Session:
@@ -168,7 +168,7 @@ def test_a_journal_that_is_refused_stays_as_it_is(tmp_path: Path) -> None:
     line = json.dumps({"do": "accept", "number": 99, "object": ""})
     journal.write_text(f'{journal.read_text()}{line}\n{{"do": "acc')
     before = journal.read_bytes()
-    with pytest.raises(InputError, match=r"labels\.jsonl tells of what is not there"):
+    with pytest.raises(InputError, match=r"labels\.jsonl names onsets"):
         session(tmp_path)
     assert journal.read_bytes() == before
 
@@ -321,7 +321,7 @@ def test_what_the_disk_did_not_take_was_not_done(tmp_path: Path) -> None:
 def test_two_cannot_label_into_one_folder_at_once(tmp_path: Path) -> None:
     its = session(tmp_path)
     do(its, do="accept", number=0)
-    with pytest.raises(InputError, match="written by another firstcontact label"):
+    with pytest.raises(InputError, match="in use by another"):
         session(tmp_path)
     do(its, do="accept", number=1)
     its.close()
@@ -336,7 +336,7 @@ def test_all_recordings_are_written_or_none(tmp_path: Path) -> None:
     its = Session(open_recordings(paths), out, BY)
     do(its, do="accept", number=0)
     (out / "b.mcap").write_bytes(b"of somebody else")
-    with pytest.raises(InputError, match=r"b\.mcap is there"):
+    with pytest.raises(InputError, match=r"b\.mcap exists"):
         do(its, ask="finish")
     assert not its.written
     assert sorted(p.name for p in out.iterdir()) == ["b.mcap", "labels.jsonl"]

@@ -12,14 +12,14 @@ from tempfile import TemporaryDirectory
 import fuzz_mutate as mutate
 import numpy as np
 
-from firstcontact.collect import By, Session
+from firstcontact.collect import Labeller, Session
 from firstcontact.core import Block, Channel, ChannelKind, InputError, Layout
 from firstcontact.recording import Header, Recording, RecordingWriter, read_recording
 
 RATE = 4000.0
 #: Onsets of the recording that is labelled, s.
 ONSETS = (0.3, 0.5, 0.7, 0.9)
-BY = By("Ada", "2026-01-02", "the fuzzer")
+BY = Labeller("Ada", "2026-01-02", "the fuzzer")
 
 
 @cache

@@ -1,4 +1,4 @@
-"""``--cluster``: where the heavy work of a verb is done."""
+"""Option ``--cluster``: the machines for the heavy work of a verb."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from firstcontact.core import need
 
 
 def where(cluster: str | None) -> AbstractContextManager[None]:
-    """A block whose heavy work is done on the cluster at an address, or here where there is none.
+    """Return a context in which heavy work runs on a cluster; without an address it runs here.
 
     Raises
     ------
     InputError
-        The extra is missing; or, on entering, the cluster cannot be used.
+        The extra is missing, or (on entering) the cluster cannot be used.
     """
     if cluster is None:
         return nullcontext()

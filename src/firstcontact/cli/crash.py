@@ -1,4 +1,4 @@
-"""What nobody foresaw: one sentence, and a log to report it with."""
+"""Report of an unexpected error: one sentence, and a log to send."""
 
 from __future__ import annotations
 
@@ -12,29 +12,28 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from firstcontact import __version__
-from firstcontact.cli.logs import kept
+from firstcontact.cli.logs import last_lines
 from firstcontact.core import one_line, plain
 
-#: Options whose values are secrets.
+#: Options with secret values.
 SECRET = ("--token",)
 
 
-def told(error: BaseException, arguments: Sequence[str]) -> str:
-    """Write the log; the sentence that says what happened and where the log is."""
-    what = one_line(f"{type(error).__name__}: {error}".removesuffix(": "))
-    cause = "memory ran out" if isinstance(error, MemoryError) else "something went wrong that"
-    cause += "" if isinstance(error, MemoryError) else " nobody foresaw"
+def crash_report(error: BaseException, arguments: Sequence[str]) -> str:
+    """Write the log. Return a sentence with the error and the path of the log."""
+    summary = one_line(f"{type(error).__name__}: {error}".removesuffix(": "))
+    cause = "memory ran out" if isinstance(error, MemoryError) else "an unexpected error occurred"
     path = _write(_text(error, arguments))
     if path is None:
-        return f"{cause} ({what}), and no log of it could be written: report this line"
-    return f"{cause} ({what}): please report it, with {path}"
+        return f"{cause} ({summary}), and its log cannot be written: report this line"
+    return f"{cause} ({summary}): please report it, with {path}"
 
 
 def _text(error: BaseException, arguments: Sequence[str]) -> str:
     command, secrets = _redacted(arguments)
     lines = [
-        "Please report this together with what you did; `firstcontact info` says more about your",
-        "machine. Read it first: it holds paths and names of yours.",
+        "Please report this with the steps that led to it; `firstcontact info` describes your",
+        "machine. Read it first: it holds your paths and names.",
         "",
         f"firstcontact {__version__}",
         f"Python {platform.python_version()}, {platform.platform()}",
@@ -43,15 +42,15 @@ def _text(error: BaseException, arguments: Sequence[str]) -> str:
         "",
     ]
     text = "\n".join(lines) + "\n" + "".join(traceback.format_exception(error))
-    if kept():
-        text += "\n".join(["", "What it logged last:", "", *kept(), ""])
+    if last_lines():
+        text += "\n".join(["", "Last lines of its log:", "", *last_lines(), ""])
     for secret in secrets:
         text = text.replace(secret, "***")
     return plain(text)
 
 
 def _redacted(arguments: Sequence[str]) -> tuple[str, list[str]]:
-    """The command line without its secrets, and these."""
+    """Return the command line without its secrets, and the secrets."""
     words, secrets = [], []
     hide = False
     for word in arguments:
@@ -68,18 +67,18 @@ def _redacted(arguments: Sequence[str]) -> tuple[str, list[str]]:
 
 
 def _write(text: str) -> Path | None:
-    """Into the folder of programs' states, or that of temporary files; None if neither works."""
+    """Write into the folder of program states, or of temporary files; None if neither works."""
     name = f"firstcontact-{datetime.now(UTC):%Y%m%dT%H%M%S.%fZ}-{os.getpid()}.log"
     for folder in (_state, lambda: Path(tempfile.gettempdir())):
         try:
             place = folder()
             place.mkdir(parents=True, exist_ok=True)
             path = place / name
-            # Nobody else's to read, and not through a link that somebody else has laid.
+            # Readable by the user alone, and not through a link of another user.
             number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
             with os.fdopen(number, "w", encoding="utf-8") as stream:
                 stream.write(text)
-        except (OSError, RuntimeError):  # RuntimeError: there is no home
+        except (OSError, RuntimeError):  # RuntimeError: no home folder
             continue
         return path
     return None

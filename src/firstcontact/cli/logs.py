@@ -1,4 +1,4 @@
-"""What the package says on its log: to standard error with ``--verbose``, and into crash logs."""
+"""Log of the package: to standard error with ``--verbose``, and into crash logs."""
 
 from __future__ import annotations
 
@@ -11,60 +11,60 @@ from contextlib import contextmanager
 
 from firstcontact.core import one_line
 
-#: Lines that a crash log holds.
+#: Number of lines in a crash log.
 KEPT = 200
 
 _kept: deque[str] = deque(maxlen=KEPT)
 
 
 class _Lines(logging.Handler):
-    """Each record as one plain line: kept, and shown from a level on.
+    """Handler that keeps each record as one plain line, and shows those from a level on.
 
     Parameters
     ----------
-    shown
-        Level.
+    level_shown
+        Lowest level that is shown.
     """
 
-    def __init__(self, shown: int) -> None:
+    def __init__(self, level_shown: int) -> None:
         super().__init__()
-        self._shown = shown
+        self._shown = level_shown
         self.formatter = logging.Formatter(
             "%(asctime)s.%(msecs)03dZ %(name)s: %(message)s", "%Y-%m-%dT%H:%M:%S"
         )
         self.formatter.converter = time.gmtime
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Take one."""
+        """Keep a record, and show it."""
         line = one_line(self.format(record))
         _kept.append(line)
         if record.levelno >= self._shown:
-            bars = sys.modules.get("tqdm")  # one that is drawn moves down, below the line
+            bars = sys.modules.get("tqdm")  # a bar that is shown moves down
             (bars.tqdm.write if bars else print)(line, file=sys.stderr)
 
 
 @contextmanager
 def logged(verbose: bool) -> Iterator[None]:
-    """Take what the package logs until the end of the block.
+    """Take the package's log records until the end of the block.
 
     Parameters
     ----------
     verbose
-        Whether all of it goes to standard error, and not only warnings.
+        Whether all records go to standard error, not only warnings.
     """
     _kept.clear()
     logger = logging.getLogger("firstcontact")
     handler = _Lines(logging.INFO if verbose else logging.WARNING)
-    before = logger.level
+    former = logger.level
     logger.addHandler(handler)
     logger.setLevel(logging.INFO)
     try:
         yield
     finally:
         logger.removeHandler(handler)
-        logger.setLevel(before)
+        logger.setLevel(former)
 
 
-def kept() -> tuple[str, ...]:
-    """The last lines of the block, or of the last one."""
+def last_lines() -> tuple[str, ...]:
+    """Return the last lines of the log."""
     return tuple(_kept)

@@ -1,4 +1,4 @@
-"""The ``firstcontact`` command: finds the verb and turns errors into one sentence."""
+"""The ``firstcontact`` command: finds the verb, and prints errors as one sentence."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from firstcontact.core import ForeignCode, InputError, culprit, in_a_line, is_in
 
 #: Exit codes; a signal's is 128 and its number.
 DONE, INPUT, UNFORESEEN = 0, 2, 70
-#: The option of all verbs.
+#: Option of all verbs.
 VERBOSE = "--verbose"
-#: Characters of a sentence that are shown.
+#: Longest sentence, characters.
 LONGEST = 2000
-#: The disk's, and so the user's to mend.
+#: Errors of a full disk, which the user can fix.
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
@@ -31,18 +31,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0 done, 2 the input cannot be used, 70 a fault of ours, 128 and its number for a signal
-        (130 for Ctrl-C).
+        0 for success, 2 for input that cannot be used, 70 for an unexpected error, 128 plus its
+        number for a signal (130 for Ctrl-C).
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     verbose = VERBOSE in arguments
     if verbose:
         arguments.remove(VERBOSE)
-    # Live ends when nobody reads it; other verbs have work to do that is not for the reader.
+    # Live ends when its output is closed; other verbs finish their work.
     with outputs(raises=arguments[:1] == ["live"]) as (out, _), stopping() as stop:
         code = _run(arguments, stop, verbose)
         out.flush()
-        return code or _unsaid(out)
+        return code or _output_code(out)
 
 
 def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
@@ -56,32 +56,32 @@ def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
                 verb.run()
     except InputError as error:
         return _failed(INPUT, _with_option(error, verb))
-    except KeyboardInterrupt as interrupt:  # which may say what is left unfinished
+    except KeyboardInterrupt as interrupt:  # its text may name unfinished work
         return _failed(stop.code, str(interrupt) or "interrupted")
     except BaseException as error:
-        if verb is None and isinstance(error, SystemExit):  # the help was printed
+        if verb is None and isinstance(error, SystemExit):  # the parser printed the help
             raise
-        if culprit(error) and is_interrupt(error):  # which a plug-in made into something else
+        if culprit(error) and is_interrupt(error):  # a plug-in turned it into another error
             return _failed(stop.code, "interrupted")
-        if not isinstance(error, Exception):  # no verb ends so: the command is not done
-            what = f"other code ended the command ({in_a_line(error)})"
-            return _failed(INPUT, f"{what}: remove packages that add plug-ins to firstcontact")
-        # A path that cannot be read or written is the user's to mend, wherever it shows up.
+        if not isinstance(error, Exception):  # no verb ends this way
+            cause = f"other code ended the command ({in_a_line(error)})"
+            return _failed(INPUT, f"{cause}: remove packages that add plug-ins to firstcontact")
+        # The user can fix a path that cannot be read or written.
         if isinstance(error, OSError) and error.errno in FULL:
-            where = "" if error.filename is None else f"{error.filename}: "
-            return _failed(INPUT, f"{where}{error.strerror}: make room on the disk written to")
+            subject = "" if error.filename is None else f"{error.filename}: "
+            return _failed(INPUT, f"{subject}{error.strerror}: make room on the disk written to")
         if isinstance(error, OSError) and error.filename is not None:
             return _failed(INPUT, f"{error.filename}: {error.strerror}: check this path")
-        from firstcontact.cli.crash import told
+        from firstcontact.cli.crash import crash_report
 
-        return _failed(UNFORESEEN, told(error, arguments))
-    # Verbs that run until they are stopped end in order; without a terminal that is no success.
+        return _failed(UNFORESEEN, crash_report(error, arguments))
+    # Ctrl-C is the normal end of some verbs; the loss of the terminal is not.
     orderly = stop.signal is None or stop.signal.name in ("SIGINT", "SIGTERM")
     return DONE if orderly else stop.code
 
 
 def _parsed(arguments: list[str]) -> Any:
-    """The verb with its options; None where a general option was all."""
+    """Return the verb with its options; None for a general option alone."""
     if not arguments:
         print(overview(shutil.get_terminal_size().columns), file=sys.stderr)
         raise InputError("name a verb")
@@ -103,7 +103,7 @@ def _parsed(arguments: list[str]) -> Any:
     from firstcontact.cli.option_numbers import option_numbers
     from firstcontact.cli.refusals import refusals
 
-    # What it prints holds words of the command line, and goes out as plain text like all else.
+    # It prints words of the command line: they go out as plain text.
     tyro._experimental_options["ansi_codes"] = False
     with refusals(f"firstcontact {word}"):
         return tyro.cli(
@@ -125,17 +125,17 @@ def _with_option(error: InputError, verb: Any) -> str:
 
 
 def _failed(code: int, sentence: str) -> int:
-    if len(sentence) > LONGEST:  # of what was quoted; the remedy stands at the end
+    if len(sentence) > LONGEST:  # keep the remedy at the end
         sentence = f"{sentence[: LONGEST // 2]} ... {sentence[-LONGEST // 2 :]}"
     print(f"firstcontact: {one_line(sentence)}", file=sys.stderr)
     return code
 
 
-def _unsaid(out: Output) -> int:
-    """2 where what was printed could not be kept, though somebody wanted it."""
+def _output_code(out: Output) -> int:
+    """Return 2 if printed text was lost, unless its reader had closed the output."""
     if out.failed is None or out.gone:
         return DONE
-    return _failed(INPUT, f"standard output: {out.failed.strerror}: what was said is not all there")
+    return _failed(INPUT, f"standard output: {out.failed.strerror}: the output is incomplete")
 
 
 if __name__ == "__main__":

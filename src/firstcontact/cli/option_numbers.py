@@ -1,4 +1,4 @@
-"""Numbers of options, parsed as all numbers in text are."""
+"""Parsers of numbers in options, the same as in files."""
 
 from __future__ import annotations
 

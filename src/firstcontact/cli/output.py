@@ -1,4 +1,4 @@
-"""Standard output and error of the command: plain text, whoever reads it or not."""
+"""Standard output and error of the command, as plain text."""
 
 from __future__ import annotations
 
@@ -11,29 +11,27 @@ from typing import Any, TextIO, cast
 
 from firstcontact.core import LACKING, plain
 
-#: Whoever read this has had enough, or the terminal is closed.
+#: Errors of an output whose reader or terminal is gone.
 GONE = (errno.EPIPE, errno.EIO, errno.ENXIO, errno.EBADF)
 
 
 class Output:
-    r"""A text stream through which no control characters go.
+    r"""Text stream that escapes control characters.
 
-    Newlines and tabs pass, and a carriage return that begins what is written, as a progress bar
-    does; all else becomes text such as ``\u001b``. When the stream cannot be written any more,
-    what is written later goes nowhere.
+    Newlines and tabs pass, and so does a carriage return at the start of a text, as of a progress
+    bar. Others become text such as ``\u001b``. Once the stream has failed, later text is dropped.
 
     Parameters
     ----------
     stream
-        Where to.
+        Stream that is written to.
     raises
-        Whether the first write that fails raises; otherwise ``failed`` says it, and whoever
-        writes goes on.
+        Whether the first write that fails raises; otherwise only ``failed`` is set.
 
     Attributes
     ----------
     failed
-        Why it cannot be written; None while it can.
+        Error of the first write that failed; None before.
     """
 
     def __init__(self, stream: TextIO, raises: bool = False) -> None:
@@ -53,7 +51,7 @@ class Output:
         return len(text)
 
     def flush(self) -> None:
-        """Write what waits."""
+        """Write buffered text."""
         try:
             self._stream.flush()
         except OSError as error:
@@ -64,12 +62,12 @@ class Output:
 
     @property
     def gone(self) -> bool:
-        """Whether nobody reads it any more."""
+        """True if the reader of the stream is gone."""
         return self.failed is not None and self.failed.errno in GONE
 
     def _lost(self, error: OSError) -> None:
         self.failed = self.failed or error
-        # What waits in the stream would raise again when the program ends.
+        # Buffered text would raise again when the program ends.
         with suppress(OSError, ValueError):
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, self._stream.fileno())
@@ -80,16 +78,16 @@ class Output:
 
 @contextmanager
 def outputs(raises: bool = False) -> Iterator[tuple[Output, Output]]:
-    """Have all that is printed go through an :class:`Output`.
+    """Send all printed text through an :class:`Output`.
 
     Parameters
     ----------
     raises
-        Of standard output; what cannot be said on standard error never raises.
+        Whether standard output raises; standard error never does.
     """
-    before = sys.stdin, sys.stdout, sys.stderr
-    # Descriptors that are closed would be those of the next files that are opened.
-    stdin, stdout, stderr = (s or _nowhere(mode) for s, mode in zip(before, "rww", strict=True))
+    former = sys.stdin, sys.stdout, sys.stderr
+    # The next files that are opened would get the numbers of closed descriptors.
+    stdin, stdout, stderr = (s or _nowhere(mode) for s, mode in zip(former, "rww", strict=True))
     out, err = Output(stdout, raises), Output(stderr)
     sys.stdin, sys.stdout, sys.stderr = stdin, cast(TextIO, out), cast(TextIO, err)
     try:
@@ -98,14 +96,14 @@ def outputs(raises: bool = False) -> Iterator[tuple[Output, Output]]:
         err.flush()
         with suppress(OSError):
             out.flush()
-        sys.stdin, sys.stdout, sys.stderr = before
+        sys.stdin, sys.stdout, sys.stderr = former
 
 
 def _nowhere(mode: str) -> TextIO:
-    # The lowest number that is free: 0, 1, 2 in this order, where one is closed.
+    # It gets the lowest free number: 0, 1, 2 in this order, where one is closed.
     return cast(TextIO, open(os.devnull, mode, encoding="utf-8"))  # noqa: PTH123
 
 
 def reader_gone() -> bool:
-    """Whether nobody reads standard output any more."""
+    """Return True if the reader of standard output is gone."""
     return isinstance(sys.stdout, Output) and sys.stdout.gone

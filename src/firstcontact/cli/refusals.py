@@ -1,6 +1,6 @@
-"""What the parser of options refuses, as the one sentence that all errors are.
+"""Errors of the option parser as one sentence, like all other errors.
 
-tyro draws boxes and ends the process; there is no public way to have its errors as objects.
+tyro draws boxes and ends the process; it offers no errors as objects.
 """
 
 from __future__ import annotations
@@ -12,35 +12,35 @@ from io import StringIO
 
 from firstcontact.core import InputError
 
-#: Sides, corners and rules of a box, where the terminal has such characters and where not.
+#: Sides, corners and rules of a box, on terminals with and without such characters.
 _SIDES, _CORNERS, _RULES = "│|", ("╭", "╰", "+"), "─-"
 _GUESS, _HELP = "Perhaps you meant", ("For full helptext", "Argument helptext")
 
 
 @contextmanager
 def refusals(program: str) -> Iterator[None]:
-    """Turn the end of the process that tyro's box comes with into an InputError.
+    """Raise an InputError in place of tyro's box and the end of the process.
 
     Parameters
     ----------
     program
-        The command and its verb, whose help is named as the remedy.
+        Command and verb, whose help the error names.
     """
-    said = StringIO()
+    printed = StringIO()
     try:
-        with redirect_stderr(said):
+        with redirect_stderr(printed):
             yield
     except SystemExit as end:
-        sentence = in_one_sentence(said.getvalue())
+        sentence = in_one_sentence(printed.getvalue())
         if not end.code or not sentence:
-            sys.stderr.write(said.getvalue())
+            sys.stderr.write(printed.getvalue())
             raise
         raise InputError(f"{sentence}; all options: `{program} --help`") from None
-    sys.stderr.write(said.getvalue())
+    sys.stderr.write(printed.getvalue())
 
 
 def in_one_sentence(box: str) -> str:
-    """What a box says, without its frame, its title, and the text of the help."""
+    """Return the text of a box, without its frame, its title and the help."""
     parts: list[list[str]] = [[]]
     for line in box.splitlines():
         text = line.strip(_SIDES)
@@ -50,16 +50,16 @@ def in_one_sentence(box: str) -> str:
             parts.append([])
         else:
             parts[-1].append(text)
-    said = []
+    sentences = []
     for part in parts:
-        first, *others = [line for line in part if line.strip()] or [""]
+        first, *lines = [line for line in part if line.strip()] or [""]
         if first.strip().startswith(_GUESS):
-            least = min((_indent(line) for line in others), default=0)
-            named = [line.strip() for line in others if _indent(line) == least]
-            said.append(f"perhaps you meant {' or '.join(named)}")
+            least = min((_indent(line) for line in lines), default=0)
+            named = [line.strip() for line in lines if _indent(line) == least]
+            sentences.append(f"perhaps you meant {' or '.join(named)}")
         elif not first.strip().startswith(_HELP):
-            said.append(" ".join([first, *others]))
-    words = [" ".join(text.split()).rstrip(".").replace(". ", ": ") for text in said]
+            sentences.append(" ".join([first, *lines]))
+    words = [" ".join(text.split()).rstrip(".").replace(". ", ": ") for text in sentences]
     return "; ".join(filter(None, words))
 
 

@@ -1,4 +1,4 @@
-"""Ctrl-C and its kin as a request, so that what is being written can be finished."""
+"""Signals as requests to stop, so that a file can be finished."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from types import FrameType
 
 from firstcontact.core import by_signal
 
-#: Ctrl-C, the system, a terminal that is closed, Ctrl-\; not all systems have them all.
+#: Signals of Ctrl-C, the system, a closed terminal and Ctrl-\; some systems lack one.
 NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")
-#: Who asks again after so long wants the finishing cut short, s.
+#: Time after which a further signal cuts the finishing short, s.
 INSISTED = 5.0
 
 
 class Stop:
-    """Whether the process was asked to stop.
+    """Request to stop the process.
 
     Attributes
     ----------
     signal
-        The one that came first; None while there was none.
+        First signal; None before.
     gently
-        While it is true a signal is only noted, for a loop that looks at
-        ``requested``; otherwise it raises KeyboardInterrupt where the program is.
+        True while a signal is only noted, for a loop that polls ``requested``; otherwise a
+        signal raises KeyboardInterrupt.
     """
 
     def __init__(self) -> None:
@@ -36,12 +36,12 @@ class Stop:
 
     @property
     def requested(self) -> bool:
-        """Whether a signal came."""
+        """True after a signal."""
         return self.signal is not None
 
     @property
     def code(self) -> int:
-        """The exit code of a program that was asked to stop: 130 for Ctrl-C, as shells have it."""
+        """Exit code of a stopped program, as shells have it: 130 for Ctrl-C."""
         return 128 + (self.signal or signal.SIGINT)
 
     def _take(self, number: int, frame: FrameType | None) -> None:
@@ -50,7 +50,7 @@ class Stop:
             self.signal, self._at = signal.Signals(number), now
             if self.gently:
                 return
-        # A second signal must not disturb the finishing that the first began, unless that hangs.
+        # A second signal must not disturb the finishing, unless that hangs.
         elif now - self._at < INSISTED:
             return
         else:
@@ -63,25 +63,25 @@ _installed: list[Stop] = []
 
 @contextmanager
 def stopping() -> Iterator[Stop]:
-    """Take the signals of :data:`NAMES` until the end of the block; inside another, its Stop.
+    """Handle the signals of :data:`NAMES` until the end of the block; nested blocks share a Stop.
 
-    A SIGHUP or SIGQUIT that is ignored stays so (``nohup``). Outside of the main thread there are
-    no signals to take.
+    A SIGHUP or SIGQUIT that is ignored stays ignored (``nohup``). Other threads than the main one
+    get no signals.
     """
     if _installed:
         yield _installed[-1]
         return
     stop = Stop()
     _installed.append(stop)
-    before = {}
+    former = {}
     try:
         if threading.current_thread() is threading.main_thread():
             for number in (getattr(signal, name) for name in NAMES if hasattr(signal, name)):
                 ignored = signal.getsignal(number) is signal.SIG_IGN
                 if not ignored or number in (signal.SIGINT, signal.SIGTERM):
-                    before[number] = signal.signal(number, stop._take)
+                    former[number] = signal.signal(number, stop._take)
         yield stop
     finally:
-        for number, handler in before.items():
+        for number, handler in former.items():
             signal.signal(number, handler)
         _installed.remove(stop)

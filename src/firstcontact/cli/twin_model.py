@@ -1,4 +1,4 @@
-"""A model for the twin, for whoever has none yet: made once, kept in the user's cache."""
+"""Default model for the twin: trained once, and kept in the user's cache."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
-#: What recordings of the twin say of where they come from.
+#: Source in the headers of the twin's recordings.
 ORIGIN = "twin"
-#: Pinches of each block that it learns from: enough for a first look in half a minute.
+#: Training pinches of each block: enough for a first look in half a minute.
 PINCHES = 60
-#: Raised whenever what is trained here changes, so that older ones are not used.
+#: Version of the training; a new one replaces older models.
 RECIPE = 2
 
 
 def cache_folder() -> Path:
-    """Where it is kept: ``XDG_CACHE_HOME``, or ``~/.cache``."""
+    """Return the folder of the cache, in ``XDG_CACHE_HOME`` or ``~/.cache``."""
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(base) / "firstcontact"
 
@@ -27,9 +27,9 @@ def twin_model(condition: str, seed: int) -> Path:
     Parameters
     ----------
     condition
-        Of the twin.
+        Condition of the twin.
     seed
-        Of the twin's hand; the pinches learned from are other ones than those shown live.
+        Random seed of the twin; the training pinches differ from those shown live.
     """
     folder = cache_folder() / f"twin-{version('firstcontact')}.{RECIPE}-{condition}-{seed}"
     if (folder / "detector.json").is_file():
@@ -51,7 +51,7 @@ def twin_model(condition: str, seed: int) -> Path:
         try:
             (making / "model").rename(folder)
         except OSError:
-            # Another run may have made it meanwhile: then it is there, whole.
+            # Another run may have made it meanwhile.
             if not (folder / "detector.json").is_file():
                 raise
     return folder

@@ -18,9 +18,9 @@ from ._plan import Item as Item
 from ._plan import read_plan as read_plan
 from ._record import record as record
 from ._sensor_words import is_tapped as is_tapped
+from ._sensor_words import measured_channel as measured_channel
 from ._sensor_words import rest_request as rest_request
 from ._sensor_words import rest_words as rest_words
-from ._sensor_words import measured_channel as measured_channel
 from ._sensor_words import tap_words as tap_words
 from ._session import Screen as Screen
 from ._session import header_of as header_of

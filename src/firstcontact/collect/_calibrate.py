@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from firstcontact.collect._force_fit import Weighing, fit_force, read_weights
-from firstcontact.collect._sensor_words import rest_request, rest_words, measured_channel, tap_words
+from firstcontact.collect._sensor_words import measured_channel, rest_request, rest_words, tap_words
 from firstcontact.collect._tap import tap_warnings, wait_for_tap
 from firstcontact.core import (
     AnyPath,

@@ -112,7 +112,9 @@ class ClosingCheck:
             return [*faults, "no contact"]
         if self.seen < self.anchor + round(LEAST_AFTER * self.layout.rate):
             faults.append("it was cut short")
-        faults += [f"the {finger_name(f)}'s strip was closed before" for f in sorted(self.closed_before)]
+        faults += [
+            f"the {finger_name(f)}'s strip was closed before" for f in sorted(self.closed_before)
+        ]
         for finger in Finger:
             has_strip = bool(self.layout.columns(ChannelKind.STRIP, finger))
             if has_strip and finger not in self.strips and finger not in self.closed_before:

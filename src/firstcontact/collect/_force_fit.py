@@ -89,7 +89,7 @@ def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> F
     for (light, low), (heavy, high) in pairwise(levels):
         if high <= low:
             raise InputError(
-                f"{subject}: {heavy:g} N gives {high:.3f} V and {light:g} N gives {low:.3f} V, though "
+                f"{subject}: {heavy:g} N gives {high:.3f} V and {light:g} N gives {low:.3f} V, but "
                 "voltage rises with force: check which weight was which"
             )
     curve = _fit(finger, force, volts, resistor)

@@ -129,8 +129,7 @@ class Journal:
         first, *lines = raw[:end].splitlines()
         if read_record(first, Opened, f"{self.path}: line 1", remedy) != opened:
             raise InputError(
-                f"{self.path} belongs to other recordings, or to other onsets: "
-                f"{remedy}"
+                f"{self.path} belongs to other recordings, or to other onsets: {remedy}"
             )
         remedy = "remove this line and all behind it to keep the labels before it"
         self.actions = [
@@ -142,7 +141,7 @@ class Journal:
 
     def _failed(self, error: OSError) -> InputError:
         return InputError(
-            f"{self.path} cannot be written ({error.strerror}): it holds the actions before this one; "
+            f"{self.path} cannot be written ({error.strerror}): the earlier actions are in it; "
             "make room and run the same command again"
         )
 

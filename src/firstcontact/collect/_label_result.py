@@ -132,7 +132,7 @@ def _how(mark: Mark, rate: float) -> str:
 
 
 def _within(recording: Recording, name: str, slow: Block, block: Block) -> bool:
-    """Return True if a slower block begins within this block, not within another of original epoch."""
+    """Return True if a slower block begins within this block, not another of the epoch."""
     layout = recording.header.layout
     rate = next(g.layout.rate for g in layout.groups if g.name == name)
     first = slow.first_sample * layout.rate / rate

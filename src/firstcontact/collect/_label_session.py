@@ -86,8 +86,8 @@ class Session:
         except InputError as error:
             self._journal.close()
             raise InputError(
-                f"{self._journal.path} names onsets that do not exist ({error}): remove it to start "
-                "again, or choose another folder"
+                f"{self._journal.path} names onsets that do not exist ({error}): remove it to "
+                "start again, or choose another folder"
             ) from error
         #: New recordings, once they are written.
         self.written: list[Path] = []
@@ -177,7 +177,12 @@ class Session:
         recording = self._recordings[request.recording]
         signal = piece(recording, request.stretch, request.sample, request.half)
         return {
-            "signal": {**signal, "number": request.number, "asked": request.sample, "half": request.half}
+            "signal": {
+                **signal,
+                "number": request.number,
+                "asked": request.sample,
+                "half": request.half,
+            }
         }
 
 

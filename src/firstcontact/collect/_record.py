@@ -191,7 +191,9 @@ def _items(
     shore_a_of = source_kind(source.name).shore_a
     if shore_a_of is None:
         return items
-    return tuple(replace(i, shore=shore_a_of(i.object) if i.shore is None else i.shore) for i in items)
+    return tuple(
+        i if i.shore is not None else replace(i, shore=shore_a_of(i.object)) for i in items
+    )
 
 
 class _CountingScreen:

@@ -149,7 +149,7 @@ def _tell(judgements: list[Judged], recorder: Recorder, screen: Screen) -> None:
 
 
 def with_noise(calibration: Calibration | None, measured: Calibration) -> Calibration:
-    """Return a calibration with a noise floor for each finger; missing ones come from ``measured``."""
+    """Return a calibration with a noise floor for each finger, if need be from ``measured``."""
     if calibration is None:
         return measured
     fingers = {p.finger for p in calibration.piezo}

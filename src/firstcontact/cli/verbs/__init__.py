@@ -26,8 +26,8 @@ GROUP = "firstcontact.verbs"
 @cache
 def verb_places() -> dict[str, str]:
     """Return the place of each verb's class as "module:Class", by the name of the verb."""
-    own = sorted(module.name for module in iter_modules(__path__))
-    places = {_verb(name): f"{__name__}.{name}:{_class(name)}" for name in own}
+    modules = sorted(module.name for module in iter_modules(__path__))
+    places = {_verb(name): f"{__name__}.{name}:{_class(name)}" for name in modules}
     from importlib.metadata import entry_points  # 20 ms that a verb of ours need not wait for
 
     for point in sorted(entry_points(group=GROUP), key=lambda p: p.name):
@@ -56,8 +56,8 @@ def configuration(verb: str) -> type[Any]:
     if foreign:
         remember(module, title)
     with ForeignCode(title) if foreign else nullcontext():
-        found: type[Any] = getattr(import_module(module), attribute)
-    return found
+        imported: type[Any] = getattr(import_module(module), attribute)
+    return imported
 
 
 def summary(verb: str) -> str:

@@ -15,18 +15,16 @@ from firstcontact.models import check_replaceable, replaced
 
 @dataclass(frozen=True)
 class Adapt:
-    """Make a model that answers at any time after a contact, from a few pinches of known things."""
+    """Condition the pre-trained network on your rig, from a few pinches of known Shore A."""
 
     data: tyro.conf.Positional[Path | None] = None
-    """A recording, or a folder of them, of things of known Shore A; left out: a model that knows
-    no rig, with intervals as wide as that makes them."""
+    """Recordings of known Shore A; without them the model knows no rig, and intervals are wide."""
     out: Path = Path("model")
-    """Folder for the model and its detector; those that are in it are replaced whole."""
+    """Folder for the model and its detector; an existing model is replaced."""
     detector: Annotated[str | None, one_of(DETECTORS)] = None
-    """What finds contacts; left out: the usual one where it can learn from these pinches, else one
-    that learns nothing; without recordings the one that was trained on the twin."""
+    """Contact detector; the default one if it can be fitted to these pinches."""
     seed: int = 0
-    """Of the folds in which the ways to know the rig are compared."""
+    """Random seed of the folds."""
 
     def run(self) -> None:
         """Condition the pre-trained network on the rig, save it, and print its held-out scores."""

@@ -10,12 +10,12 @@ import tyro
 
 @dataclass(frozen=True)
 class Camera:
-    """Compare the strips' contacts with those that a high-speed camera saw."""
+    """Compare contact times of the strips with a high-speed camera."""
 
     path: tyro.conf.Positional[Path]
-    """A recording with strips."""
+    """Recording with strips."""
     contacts: Path
-    """A CSV of the camera's contacts, with the columns pinch,finger,time_s."""
+    """CSV file of the camera's contacts, with the columns pinch,finger,time_s."""
     fps: float = 960.0
     """Frames per second of the camera."""
 

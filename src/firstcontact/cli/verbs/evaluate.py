@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Evaluate:
-    """Score a saved model, an any-time one from 2 to 15 ms after the contact.
+    """Score a saved model on recordings.
 
-    Pinches that it learned from, or knows its rig by, are told apart.
+    Training pinches are scored apart.
     """
 
     model: tyro.conf.Positional[Path]
@@ -28,14 +28,13 @@ class Evaluate:
     data: tyro.conf.Positional[Path]
     """A recording, or a folder of recordings."""
     contacts: Literal["auto", "truth", "detected"] = "auto"
-    """Where windows start: known contacts, or those that the model's detector finds; auto: known if
-    there are any."""
+    """Start of windows: true or detected contacts; auto takes true ones if there are any."""
     detector: Path | None = None
-    """Folder of another detector than the one beside the model."""
+    """Folder of another detector than the model's own."""
 
     def run(self) -> None:
         """Print errors or accuracy, and a table of objects."""
-        from firstcontact.cli.losses import warn_of
+        from firstcontact.cli.losses import print_losses
         from firstcontact.contact import load_detector
         from firstcontact.models import evaluate, load_model
         from firstcontact.recording import load_dataset
@@ -43,7 +42,7 @@ class Evaluate:
         detector = None if self.detector is None else load_detector(self.detector)
         model = load_model(self.model, detector)
         data = load_dataset(self.data)
-        warn_of(data)
+        print_losses(data)
         for line in _rate_lines(model, data):
             print(line)
         contacts = "known" if self.contacts == "truth" else self.contacts

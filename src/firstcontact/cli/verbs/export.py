@@ -20,12 +20,12 @@ class Export:
     path: tyro.conf.Positional[Path]
     """A recording, or a folder of them."""
     to: Annotated[str, one_of(EXPORTERS)]
-    """Format: tables have a row a sample."""
+    """Format of the file; tables have one row per sample."""
     out: Path
-    """The new file."""
+    """New file."""
 
     def run(self) -> None:
-        """Export, and say what was left out."""
+        """Export, and print notes."""
         from firstcontact.core import need_for
         from firstcontact.recording import export, load_dataset
 

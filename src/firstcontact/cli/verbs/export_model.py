@@ -14,20 +14,18 @@ from firstcontact.export import MODEL_EXPORTERS
 
 @dataclass(frozen=True)
 class ExportModel:
-    """Write a trained model as C, as ONNX, or as what a hand is flashed with."""
+    """Write a trained model as C, as ONNX, or as an image for a hand."""
 
     model: tyro.conf.Positional[Path]
     """Folder that ``train`` or ``adapt`` wrote."""
     to: Annotated[str, one_of(MODEL_EXPORTERS)]
-    """Form."""
+    """Form of the model."""
     out: Path
-    """Folder for it; must be empty or new."""
+    """Folder for the files; it must be empty or new."""
     data: Path | None = None
-    """Recordings that it learned from, to which what is made smaller is fitted: the any-time
-    network always is, models of windows where they take longer than the budget."""
+    """Training recordings, to which smaller forms of the model are fitted."""
     budget_us: float | None = None
-    """Time that an answer may take on a Cortex-M7 of 600 MHz, us, at 1.5 cycles an instruction;
-    the costliest form that keeps to it is taken."""
+    """Longest time of a prediction on a Cortex-M7 of 600 MHz, us; no limit by default."""
 
     def run(self) -> None:
         """Export whole, or not at all."""

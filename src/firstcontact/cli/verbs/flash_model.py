@@ -16,18 +16,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FlashModel:
-    """Send a model to a device that answers by itself: it is kept whole, or not at all."""
+    """Send a model to a device that runs it; the device keeps it whole or not at all."""
 
     model: tyro.conf.Positional[Path]
     """Folder that `export-model --to hand` wrote."""
     device: str
-    """Its port."""
+    """Serial port of the device."""
     calibration: Path | None = None
-    """What `firstcontact calibrate` wrote; without it the noise above which the device is to hear
-    a motor is measured first."""
+    """File that `firstcontact calibrate` wrote; the noise is measured first by default."""
 
     def run(self) -> None:
-        """Send it; the device keeps its old model until the new one is whole and checked."""
+        """Send the model; the device keeps its old one until the new one is checked."""
         from firstcontact.device import check_model_fits, flash_model
         from firstcontact.export import FORMAT, hand_image
 
@@ -35,14 +34,14 @@ class FlashModel:
         check_model_fits(self.device, FORMAT, image.sizes, len(image.data))  # or the user for rest
         bare = len(image.data)
         image = hand_image(self.model, self._floors())
-        found = flash_model(self.device, image.data, FORMAT, image.sizes)
-        if found != image.digest:
+        digest = flash_model(self.device, image.data, FORMAT, image.sizes)
+        if digest != image.digest:
             raise InputError(
-                f"{self.device}: the device answers with the model {found} and not with "
+                f"{self.device}: the device answers with the model {digest} and not with "
                 f"{image.digest}: flash it again"
             )
         print(
-            f"{self.device} answers with the model {found}, {len(image.data)} bytes: {bare} of "
+            f"{self.device} answers with the model {digest}, {len(image.data)} bytes: {bare} of "
             f"the model, {len(image.data) - bare} of the rig's noise floors"
         )
 

@@ -14,7 +14,7 @@ from firstcontact.recording import IMPORTERS
 
 @dataclass(frozen=True)
 class Import:
-    """Turn what others have into recordings."""
+    """Convert files of other formats into recordings."""
 
     path: Annotated[
         tyro.conf.Positional[Path],
@@ -26,25 +26,23 @@ class Import:
     out: Path
     """New folder for the recordings, one file a session."""
     rate: float | None = None
-    """Samples a second, Hz, for a file that need not say it and does not."""
+    """Sampling rate, Hz, for files that do not store it."""
 
     source: Literal["real", "twin", "synthetic", "unknown"] | None = None
-    """Where the data come from, where the file does not say it; then they are unknown."""
+    """Source of the data, for files that do not store it; unknown by default."""
 
     sensor: Literal["piezo", "accelerometer", "microphone", "hydrophone"] | None = None
-    """What was recorded with, where the files do not say it: of WAV files a microphone."""
+    """Kind of sensor, for files that do not store it; a microphone for WAV files."""
 
     events: Path | None = None
-    """Where the contacts are in a long WAV, FLAC or XDF file, or in each sound file of a folder: a
-    CSV with a row each, with its time in onset_s or its sample in onset_sample, and any labels;
-    or of one file an Audacity label track (.txt)."""
+    """Contacts in long files: CSV file with onset_s or onset_sample and labels, or an Audacity
+    label track (.txt)."""
 
     channels: Path | None = None
-    """CSV that says what the signals of MATLAB or XDF files are, a row each: its variable or
-    stream, sensor, finger, rate_hz, column, unit, scale and offset."""
+    """CSV file that describes the signals of MATLAB or XDF files, one row each."""
 
     labels: Path | None = None
-    """CSV with a row of labels for each file of a folder, where it is not labels.csv in it."""
+    """CSV file with one row of labels per file of a folder; its labels.csv by default."""
 
     def run(self) -> None:
         """Import, and print what was read and assumed."""

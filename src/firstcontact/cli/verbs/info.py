@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 
 from firstcontact.cli.choices import devices
 
-#: How long a device is listened to, s.
+#: Time for which a device is read, s.
 LISTEN = 2.0
 
 
@@ -26,7 +26,7 @@ class Info:
     ] = None
     """A device to describe."""
     condition: Literal["paper-rig", "everyday"] = "paper-rig"
-    """Of the twin."""
+    """Variation of the simulated hand."""
 
     def run(self) -> None:
         """Print one property a line."""
@@ -50,12 +50,12 @@ def _software() -> Iterator[str]:
 
 
 def _libraries() -> list[str]:
-    """What the package and its extras need, each once; not what its developers do."""
+    """Return the requirements of the package and its extras, without those of developers."""
     names = []
     for need in requires("firstcontact") or []:
         # "numba>=0.60; extra == 'twin'"
-        what, _, when = need.partition(";")
-        name = what.strip()
+        requirement, _, when = need.partition(";")
+        name = requirement.strip()
         for end in "<>=!~ [(":
             name = name.partition(end)[0]
         if "dev" not in when and name != "firstcontact" and name not in names:
@@ -66,14 +66,14 @@ def _libraries() -> list[str]:
 def _ports() -> Iterator[str]:
     from firstcontact.device import access, groups, list_devices, ports
 
-    found = ports()
-    for port in found:
+    serial_ports = ports()
+    for port in serial_ports:
         yield _line(port.name, port.what)
         yield _line("", access(Path(port.name)))
-    others = list_devices()
-    for name, what in others:
-        yield _line(name, what)
-    if not found and not others:
+    inputs = list_devices()
+    for name, title in inputs:
+        yield _line(name, title)
+    if not serial_ports and not inputs:
         yield _line("ports", "none")
     if groups():
         yield _line("groups", ", ".join(groups()))
@@ -110,9 +110,9 @@ def _device(name: str, condition: str) -> Iterator[str]:
         f"{health.bad_frames} damaged, {health.lost_frames} lost, {health.doubled_frames} doubled",
     )
     yield _line("epochs", str(health.reconnects + 1))
-    if said := clock_line(health, layout.rate):
-        yield _line("", said)
+    if clock := clock_line(health, layout.rate):
+        yield _line("", clock)
 
 
-def _line(name: str, what: str) -> str:
-    return f"{name:16} {what}"
+def _line(name: str, text: str) -> str:
+    return f"{name:16} {text}"

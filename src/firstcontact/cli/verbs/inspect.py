@@ -18,17 +18,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Inspect:
-    """Say what is in a recording, and draw a pinch of it."""
+    """Describe a recording, and draw one of its pinches."""
 
     path: tyro.conf.Positional[Path]
     """A recording."""
     plot: Path | None = None
-    """Draw one pinch into this .png, .svg or .pdf file."""
+    """File for a drawing of one pinch: .png, .svg or .pdf."""
     pinch: int = 0
     """Number of the pinch to draw."""
 
     def run(self) -> None:
-        """Print what is in the file, and what was damaged."""
+        """Print the content of the file, and its damage."""
         from firstcontact.recording import read_recording
 
         recording = read_recording(self.path)
@@ -50,12 +50,12 @@ class Inspect:
         pinch = cut(recording, mark) if mark else None
         if pinch is None:
             numbers = [m.number for m in recording.pinches]
-            there = f"{min(numbers)} to {max(numbers)}" if numbers else "none"
+            existing = f"{min(numbers)} to {max(numbers)}" if numbers else "none"
             raise InputError(
-                f"{self.path} holds no whole pinch {self.pinch} (there: {there}): "
+                f"{self.path} holds no whole pinch {self.pinch} (existing: {existing}): "
                 "choose another --pinch"
             )
-        plot_pinch(pinch, f"Pinch {self.pinch}: {_what(pinch.label)}", path)
+        plot_pinch(pinch, f"Pinch {self.pinch}: {_label_words(pinch.label)}", path)
         print(f"drawn       {path}")
 
 
@@ -66,7 +66,7 @@ def _lines(recording: Recording) -> Iterator[str]:
     for field in ("session", "sensor", "hand", "firmware", "created"):
         if value := getattr(header, field):
             assumed = field == "session" and header.session_assumed
-            yield f"{field:11} {value}{' (assumed: nobody named one)' if assumed else ''}"
+            yield f"{field:11} {value}{' (assumed)' if assumed else ''}"
     for i, line in enumerate(header.notes.splitlines()):
         yield f"{'' if i else 'notes':11} {line}"
     yield from _calibration(header.calibration, layout)
@@ -74,10 +74,10 @@ def _lines(recording: Recording) -> Iterator[str]:
     names = ", ".join(layout.column_names)
     yield f"channels    {layout.width} ({header.dtype}): {names}"
     for group in layout.groups:
-        its = group.layout
-        there = sum(len(s.data) for s in recording.groups[group.name])
-        width, samples = counted(its.width, "channel"), counted(there, "sample")
-        yield f"group       {group.name}: {width} at {its.rate:g} Hz, {samples}"
+        layout_of_group = group.layout
+        count = sum(len(s.data) for s in recording.groups[group.name])
+        width, samples = counted(layout_of_group.width, "channel"), counted(count, "sample")
+        yield f"group       {group.name}: {width} at {layout_of_group.rate:g} Hz, {samples}"
     epochs = len({s.epoch for s in recording.stretches})
     yield (
         f"samples     {recording.samples} in {counted(len(recording.stretches), 'stretch')} of "
@@ -87,7 +87,7 @@ def _lines(recording: Recording) -> Iterator[str]:
         yield f"marker      sample {marker.sample}: {marker.text}"
     yield f"pinches     {len(recording.pinches)}"
     for mark in recording.pinches:
-        yield f"  {mark.number:4d}  {_what(mark.label)}; {_when(mark, layout.rate)}"
+        yield f"  {mark.number:4d}  {_label_words(mark.label)}; {_contact_words(mark, layout.rate)}"
     if not recording.skipped:
         yield "skipped     nothing"
     for sentence in recording.skipped:
@@ -95,7 +95,7 @@ def _lines(recording: Recording) -> Iterator[str]:
 
 
 def _calibration(calibration: Calibration | None, layout: Layout) -> Iterator[str]:
-    from firstcontact.collect import rest_words, measured_channel, tap_words
+    from firstcontact.collect import measured_channel, rest_words, tap_words
     from firstcontact.core import finger_name
 
     if calibration is None:
@@ -113,7 +113,7 @@ def _calibration(calibration: Calibration | None, layout: Layout) -> Iterator[st
         )
 
 
-def _what(label: Label) -> str:
+def _label_words(label: Label) -> str:
     parts = [label.object or "unknown object"]
     if label.shore_a is not None:
         parts.append(f"{label.shore_a:g} Shore A")
@@ -124,7 +124,7 @@ def _what(label: Label) -> str:
     return ", ".join([*parts, str(label.role)])
 
 
-def _when(mark: PinchMark, rate: float) -> str:
+def _contact_words(mark: PinchMark, rate: float) -> str:
     from firstcontact.core import finger_name
 
     length = f"{(mark.end - mark.first_sample) / rate * 1e3:.1f} ms"
@@ -139,7 +139,7 @@ def _when(mark: PinchMark, rate: float) -> str:
         return f"{length}, contacts not known"
     first = mark.truth[0]
     at = (first.sample - mark.first_sample) / rate * 1e3
-    said = f"{length}, {finger_name(first.finger)} first at {at:.1f} ms"
+    words = f"{length}, {finger_name(first.finger)} first at {at:.1f} ms"
     if len(mark.truth) > 1:
-        said += f", offset {(mark.truth[1].sample - first.sample) / rate * 1e3:.2f} ms"
-    return said
+        words += f", offset {(mark.truth[1].sample - first.sample) / rate * 1e3:.2f} ms"
+    return words

@@ -15,33 +15,32 @@ from firstcontact.core import need
 
 @dataclass(frozen=True)
 class Label:
-    """Confirm on a page, by keyboard, where contacts are; the originals stay as they are."""
+    """Confirm contacts on a page by keyboard; the original recordings stay as they are."""
 
     paths: tyro.conf.Positional[tuple[Path, ...]]
     """Recordings, or folders of them."""
     out: Path
-    """Folder for the new recordings, under their old names. What is done on the page is kept in it
-    as it is done: the same command goes on where it was ended."""
+    """Folder for the new recordings and the journal; the same command continues there."""
     by: str = ""
-    """Who labels, for the notes of the recordings; left out: your name on this machine."""
+    """Name for the notes of the recordings; your user name by default."""
     port: int = 0
-    """Of the page, on this machine only; 0 takes a free one."""
+    """TCP port of the page, on this machine only; 0 takes a free one."""
     finish: bool = False
-    """Write the new recordings from what was done before, without the page."""
+    """Write the new recordings from the journal, without the page."""
     browser: bool = True
-    """Open the page in a browser; --no-browser prints its address alone."""
+    """Open the page in a browser; --no-browser prints its address only."""
 
     def run(self) -> None:
         """Find onsets, serve the page until all is done, and write the new recordings."""
         from firstcontact.cli.stopping import stopping
-        from firstcontact.collect import By, Session, open_recordings
+        from firstcontact.collect import Labeller, Session, open_recordings
         from firstcontact.core import InputError, installed_versions
 
         if not self.paths:
             raise InputError("nothing to label: give recordings, or folders of them")
         name = " ".join(self.by.split()) or _name()
         version = installed_versions()["firstcontact"]
-        by = By(name, f"{datetime.now(UTC):%Y-%m-%d}", f"firstcontact label {version}")
+        by = Labeller(name, f"{datetime.now(UTC):%Y-%m-%d}", f"firstcontact label {version}")
         recordings = open_recordings(self.paths)
         session = Session(recordings, self.out, by, is_new_allowed=not self.finish)
         try:
@@ -54,7 +53,7 @@ class Label:
             from firstcontact.collect import LabelServer
 
             server = LabelServer(session, self.port)
-            print(f"label on {server.url} (Ctrl-C ends; what was done is kept)", flush=True)
+            print(f"label on {server.url} (Ctrl-C ends; the labels are kept)", flush=True)
             with stopping() as stop:
                 stop.gently = True
                 server.run(
@@ -63,7 +62,7 @@ class Label:
                 stop.gently = False
             if not session.written:
                 raise KeyboardInterrupt(
-                    "the new recordings are not written yet: the same command goes on"
+                    "the new recordings are not written yet: the same command continues"
                 )
             for path in session.written:
                 print(f"written to {path}")

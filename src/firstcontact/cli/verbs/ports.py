@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from firstcontact.core import InputError, counted
 
-#: How long an answer is waited for, s.
+#: Longest wait for an answer, s.
 PATIENCE = 1.5
 
 
@@ -22,26 +22,26 @@ class Ports:
         """Print one line a port."""
         from firstcontact.device import list_devices, ports
 
-        found = ports()
-        for port in found:
+        serial_ports = ports()
+        for port in serial_ports:
             print(f"{port.name:16} {port.what}")
             if self.ask:
                 for line in answer(port.name):
                     print(f"{'':16} {line}")
-        others = list_devices()
-        for name, what in others:
-            print(f"{name:16} {what}")
-        if not found and not others:
+        inputs = list_devices()
+        for name, title in inputs:
+            print(f"{name:16} {title}")
+        if not serial_ports and not inputs:
             print(
                 "no serial port is here: plug the fingertip in with a cable that carries data, or "
                 "do without one, --device twin"
             )
-        elif found and not self.ask and not any(p.teensy for p in found):
+        elif serial_ports and not self.ask and not any(p.teensy for p in serial_ports):
             print("none of these is a Teensy by its USB numbers: --ask asks each of them")
 
 
 def answer(port: str) -> Iterator[str]:
-    """What is on a port says about itself, or why it cannot be told."""
+    """Yield the description of the device on a port, or why it cannot be read."""
     from firstcontact.device import SerialSource, skipped_model
 
     try:

@@ -11,20 +11,20 @@ import tyro
 
 @dataclass(frozen=True)
 class Replay:
-    """Make a recording a live device: a port that this or any other program can open.
+    """Serve a recording as a live device, on a port that any program can open.
 
-    Its calibration does not travel over the wire: `live` measures the noise anew or takes
-    --calibration. Nor do its marks of pinches.
+    The calibration and the marks of pinches are not sent: `live` measures the noise again or takes
+    --calibration.
     """
 
     recording: tyro.conf.Positional[Path]
-    """A recording of int16 samples, as a device sends them."""
+    """Recording of int16 samples, as a device sends them."""
     speed: float = 1.0
-    """Times real time; inf sends as fast as the host takes it."""
+    """Speed as a multiple of real time; inf is as fast as the host reads."""
     once: bool = False
-    """End when a host has had all of it; else it begins again."""
+    """End after the last sample, and do not start again."""
     port: Path | None = None
-    """Name of the port; one in a temporary folder if none is given."""
+    """Path of the port; in a temporary folder by default."""
 
     def run(self) -> None:
         """Print the port's name and serve until Ctrl-C, or until it was sent once."""

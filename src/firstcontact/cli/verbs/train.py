@@ -20,46 +20,44 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Train:
-    """Learn stiffness models from the pinches of role "train"; save them with a detector.
+    """Train stiffness models on pinches of role "train", and save them with a detector.
 
-    Where the pinches have a Shore A, an any-time model of their rig is saved beside them.
+    If the pinches have a Shore A, the network is conditioned on them, too.
     """
 
     data: tyro.conf.Positional[Path]
     """A recording, or a folder of recordings."""
     out: Path
-    """Folder for the model and the detector; a training that is in it is replaced whole."""
+    """Folder for the model and the detector; an existing model is replaced."""
     model: Annotated[str, one_of(ESTIMATORS)] = ESTIMATORS.default
     """What learns."""
     detector: Annotated[str | None, one_of(DETECTORS)] = None
-    """What finds contacts; left out: the usual one where it can learn from these pinches, else one
-    that learns nothing."""
+    """Contact detector; the default one if it can be fitted to these pinches."""
     detector_only: bool = False
-    """Make the detector and no model: pinches need known contacts and no hardness."""
+    """Train the detector only; the pinches need known contacts, and no hardness."""
     task: Literal["regression", "classification"] = "regression"
-    """Any Shore A, or one of those learned from."""
+    """Predict any Shore A, or one of the trained ones."""
     contacts: Literal["auto", "truth", "detected"] = "auto"
-    """Where windows start: known contacts, or found ones as live; auto: known if there are any."""
+    """Start of windows: true or detected contacts; auto takes true ones if there are any."""
     window_ms: tuple[float, ...] = (15.0,)
-    """Length of the window after the contact, ms; several make a model each, in folders as 03ms."""
+    """Length of the window after the contact, ms; one model for each length."""
     level: float = 0.9
-    """Share of intervals that are to hold the truth."""
+    """Share of intervals that should hold the truth."""
     seed: int = 0
-    """Of the folds, the search and the training."""
+    """Random seed of folds, search and training."""
     rate: float | None = None
-    """Hz to resample the pinches to first; left out: that of the any-time model, 4936 Hz, where
-    there are Shore A labels, and else as they were recorded."""
+    """Sampling rate to resample to, Hz; by default 4936 for Shore A labels, else as recorded."""
     workers: int = 1
-    """Processes; 0 takes all cores."""
+    """Number of processes; 0 takes all cores."""
     cluster: str | None = None
-    """A Dask cluster that does the work instead of this machine: tcp://HOST:PORT."""
+    """Dask cluster that does the work instead of this machine: tcp://HOST:PORT."""
 
     #: Options whose parameter of the library has another name.
     options: ClassVar[dict[str, str]] = {"estimator": "model", "windows": "window_ms"}
 
     def run(self) -> None:
         """Train, save, and print the scores on held-out sessions."""
-        from firstcontact.cli.losses import warn_of
+        from firstcontact.cli.losses import print_losses
         from firstcontact.core import replacing_folder
         from firstcontact.recording import check_rate, load_dataset
 
@@ -69,7 +67,7 @@ class Train:
         if self.rate is not None:
             check_rate("--rate", self.rate)
         dataset = load_dataset(self.data)
-        warn_of(dataset)
+        print_losses(dataset)
         with where(self.cluster), replacing_folder(self.out) as making:
             model = self._train(dataset)
             # The training decides whether there is an any-time model again.

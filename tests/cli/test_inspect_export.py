@@ -186,7 +186,7 @@ def test_inspect_says_what_is_in_a_recording(recordings, capsys):
 def test_inspect_says_that_a_session_was_assumed(tmp_path, dataset, capsys):
     write_dataset(dataset, tmp_path, Header(dataset.layout, session_assumed=True))
     assert main(["inspect", str(min(tmp_path.iterdir()))]) == 0
-    assert "session     s0 (assumed: nobody named one)" in capsys.readouterr().out
+    assert "session     s0 (assumed)" in capsys.readouterr().out
 
 
 def test_inspect_says_what_is_damaged(recordings, capsys):
@@ -224,7 +224,7 @@ def layout_of_one() -> Layout:
     ("more", "words"),
     [
         (("--plot", "pinch.txt"), "must end in .png"),
-        (("--plot", "pinch.png", "--pinch", "7"), "no whole pinch 7 (there: 0 to 1)"),
+        (("--plot", "pinch.png", "--pinch", "7"), "no whole pinch 7"),
     ],
 )
 def test_inspect_refuses_what_it_cannot_draw(recordings, capsys, monkeypatch, more, words):

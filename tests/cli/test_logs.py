@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from tqdm import tqdm
 
-from firstcontact.cli.logs import KEPT, kept, logged
+from firstcontact.cli.logs import KEPT, last_lines, logged
 from firstcontact.cli.main import main
 from firstcontact.core import fingertip_layout
 from firstcontact.device import Recorder
@@ -25,7 +25,7 @@ def test_only_warnings_are_shown_unless_all_is_asked_for(
     with logged(verbose):
         LOG.info("begun\x1b[31m")
         LOG.warning("careful")
-        assert [line.rpartition(": ")[2] for line in kept()][1] == "careful"
+        assert [line.rpartition(": ")[2] for line in last_lines()][1] == "careful"
     LOG.info("nobody listens")
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == len(shown)
@@ -33,7 +33,7 @@ def test_only_warnings_are_shown_unless_all_is_asked_for(
         assert word in line
         assert "firstcontact.somewhere" in line
         assert "\x1b" not in line
-    assert len(kept()) == 2
+    assert len(last_lines()) == 2
 
 
 def test_a_warning_beside_a_progress_bar_has_a_line_of_its_own(
@@ -52,7 +52,7 @@ def test_the_log_that_is_kept_has_an_end() -> None:
     with logged(False):
         for number in range(3 * KEPT):
             LOG.info("%d", number)
-        assert len(kept()) == KEPT
+        assert len(last_lines()) == KEPT
 
 
 def test_a_recording_that_begins_and_ends_is_on_the_log(

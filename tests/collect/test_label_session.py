@@ -101,7 +101,7 @@ FINISH = ["taps.mcap", "--out", "out", "--finish"]
         (lambda raw: raw[:20], "holds no labels"),
         (lambda raw: b"", "holds no labels"),
         (lambda raw: None, "holds no labels"),
-        (lambda raw: raw + b'{"do": "undo"}\n' * 3, "nothing is labelled"),
+        (lambda raw: raw + b'{"do": "undo"}\n' * 3, "no onset is labelled"),
     ],
 )
 def test_finish_without_readable_labels_is_refused(

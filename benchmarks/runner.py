@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from distributed import LocalCluster
 
-from firstcontact.core import Dataset, Runner, on_cluster, parallel
+from firstcontact.core import Dataset, Runner, use_cluster, parallel
 from firstcontact.models import (
     DURATION,
     LabelledWindows,
@@ -44,7 +44,7 @@ def cluster(workers: int) -> Iterator[None]:
         LocalCluster(
             n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None
         ) as dask,
-        on_cluster(dask.scheduler_address),
+        use_cluster(dask.scheduler_address),
     ):
         yield
 

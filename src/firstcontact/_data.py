@@ -151,9 +151,9 @@ def simulate(
     >>> len(data), data.source
     (10, 'twin')
     """
-    from firstcontact.core import need
+    from firstcontact.core import require_modules
 
-    need("twin", "numba")
+    require_modules("twin", "numba")
     from firstcontact.twin import check_set, read_noise
     from firstcontact.twin import simulate as simulate_set
 

@@ -17,7 +17,7 @@ from distributed import rpc
 from dask_cluster import cluster
 from firstcontact.cli.main import main
 from firstcontact.cli.verbs.train import Train
-from firstcontact.core import on_cluster
+from firstcontact.core import use_cluster
 from firstcontact.twin import simulate
 from processes import children, until
 from trainings import recordings
@@ -50,7 +50,7 @@ def test_a_set_is_the_same_to_the_byte_though_a_worker_is_killed(tmp_path: Path)
                 two.workers[0].kill()
                 two.workers[0].wait()
 
-        with on_cluster(two.address):
+        with use_cluster(two.address):
             simulate(tmp_path / "there", "everyday", 20, 2, 3, progress=progress)
         assert two.workers[1].poll() is None
     assert contents(tmp_path / "there") == contents(tmp_path / "here")

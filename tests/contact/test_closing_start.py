@@ -12,7 +12,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rested import rested
 
-from firstcontact.contact import closing_start, closing_starts, closings, counted, detect, told
+from firstcontact.contact import (
+    closing_start,
+    closing_starts,
+    count_starts,
+    cut_closings,
+    describe_starts,
+    detect,
+)
 from firstcontact.contact._closing_start import ClosingStart, How, settling
 from firstcontact.contact._gate import ClosingGate, Turn
 from firstcontact.core import (
@@ -31,7 +38,7 @@ from firstcontact.core import (
 )
 from firstcontact.recording import from_arrays
 from firstcontact.signal import resample_dataset, samples_in
-from firstcontact.testing import closings as toy_closings
+from firstcontact.testing import cut_closings as toy_closings
 
 DATA, CLOSINGS = hand_stream(3)
 STEP = samples_in(0.003, LAYOUT.rate)
@@ -85,7 +92,7 @@ def rig(
 
 def test_a_motor_that_starts_later_is_waited_for() -> None:
     dataset = rig()
-    assert counted(closing_starts(dataset)) == {"rest": 12}
+    assert count_starts(closing_starts(dataset)) == {"rest": 12}
     for pinch, start in zip(dataset.pinches, closing_starts(dataset), strict=True):
         assert pinch.first is not None
         motor = pinch.first.sample - round(0.15 * 5000)
@@ -95,7 +102,7 @@ def test_a_motor_that_starts_later_is_waited_for() -> None:
 def test_a_motor_that_runs_from_the_first_sample_is_not() -> None:
     for dataset in (rig(rest=0.0), toy_closings(20)):
         assert waits(dataset) == [0] * len(dataset)
-        assert set(counted(closing_starts(dataset))) == {"first_sample"}
+        assert set(count_starts(closing_starts(dataset))) == {"first_sample"}
 
 
 @pytest.mark.parametrize("fades", [0.003, 0.01, 0.03, 0.1, 0.5])
@@ -108,26 +115,26 @@ def test_a_contact_without_a_motor_is_no_start(fades: float, rest: float) -> Non
 
 def test_the_length_of_the_rest_does_not_matter() -> None:
     for rest in (0.05, 0.1, 0.4):
-        assert counted(closing_starts(rig(rest=rest))) == {"rest": 12}
+        assert count_starts(closing_starts(rig(rest=rest))) == {"rest": 12}
 
 
 @pytest.mark.parametrize("rate", [2200.0, 4936.0, 16_000.0])
 def test_nor_does_the_rate(rate: float) -> None:
-    assert counted(closing_starts(rig(rate=rate))) == {"rest": 12}
+    assert count_starts(closing_starts(rig(rate=rate))) == {"rest": 12}
 
 
 def test_a_finger_that_does_not_hear_the_motor_decides_nothing() -> None:
-    assert counted(closing_starts(rig(motor=(6.0, 1.0)))) == {"rest": 12}
-    assert counted(closing_starts(rig(floor=(1.0, 0.0), motor=(6.0, 0.0)))) == {"rest": 12}
+    assert count_starts(closing_starts(rig(motor=(6.0, 1.0)))) == {"rest": 12}
+    assert count_starts(closing_starts(rig(floor=(1.0, 0.0), motor=(6.0, 0.0)))) == {"rest": 12}
 
 
 def test_rest_may_be_exact_silence() -> None:
-    assert counted(closing_starts(rig(floor=(0.0, 0.0)))) == {"rest": 12}
+    assert count_starts(closing_starts(rig(floor=(0.0, 0.0)))) == {"rest": 12}
 
 
 def test_a_single_pinch_is_enough_where_it_is_clear() -> None:
-    assert counted(closing_starts(rig(n=1))) == {"rest": 1}
-    assert counted(closing_starts(rig(n=1, rest=0.0))) == {"first_sample": 1}
+    assert count_starts(closing_starts(rig(n=1))) == {"rest": 1}
+    assert count_starts(closing_starts(rig(n=1, rest=0.0))) == {"first_sample": 1}
 
 
 def test_pinches_of_both_kinds_in_one_session() -> None:
@@ -141,7 +148,7 @@ def test_sessions_of_two_rigs_have_floors_of_their_own() -> None:
     loud = rig(floor=(6.0, 6.0), motor=(30.0, 30.0), contact=2000.0, seed=1)
     moved = tuple(replace(p, label=Label(session="other")) for p in loud.pinches)
     both = replace(loud, pinches=rig().pinches + moved)
-    assert counted(closing_starts(both)) == {"rest": 24}
+    assert count_starts(closing_starts(both)) == {"rest": 24}
 
 
 def test_the_label_wins() -> None:
@@ -155,12 +162,12 @@ def test_the_label_wins() -> None:
         assert closing_start(replace(pinch, motor_start=early)).sample == pinch.first_sample
     far = replace(pinch, motor_start=pinch.first_sample + len(pinch.data) - 5)
     assert closing_start(far).sample == pinch.first_sample + len(pinch.data)
-    assert len(closings(Dataset((far,))).pinches[0].data) == 0
+    assert len(cut_closings(Dataset((far,))).pinches[0].data) == 0
 
 
 def test_resampling_moves_the_start_along() -> None:
     dataset = resample_dataset(rig(rate=10_000.0), 4936.0)
-    assert counted(closing_starts(dataset)) == {"rest": 12}
+    assert count_starts(closing_starts(dataset)) == {"rest": 12}
 
 
 def opening(closing: Closing) -> int:
@@ -194,9 +201,9 @@ def test_a_calibration_of_one_finger_says_nothing() -> None:
 
 
 def test_cut_once_is_cut_for_good() -> None:
-    once = closings(rig())
+    once = cut_closings(rig())
     assert waits(once) == [0] * 12
-    for a, b in zip(closings(once).pinches, once.pinches, strict=True):
+    for a, b in zip(cut_closings(once).pinches, once.pinches, strict=True):
         assert a.first_sample == b.first_sample
         assert np.array_equal(a.data, b.data)
 
@@ -204,9 +211,9 @@ def test_cut_once_is_cut_for_good() -> None:
 def test_contacts_keep_their_sample_numbers(fitted) -> None:
     plain = toy_closings(12, seed=9)
     dataset = rested(plain, electronics=0.0005)
-    assert set(counted(closing_starts(dataset))) == {"rest"}
+    assert set(count_starts(closing_starts(dataset))) == {"rest"}
     right = 0
-    for pinch in closings(dataset).pinches:
+    for pinch in cut_closings(dataset).pinches:
         contacts = detect(fitted["svm"], pinch)
         right += bool(contacts) and abs(contacts[0].sample - pinch.first.sample) <= 15
     assert right >= 10
@@ -227,10 +234,10 @@ def test_samples_that_are_not_finite_tell_nothing() -> None:
 def test_it_is_said_how() -> None:
     dataset = rig()
     words = "where the motor is heard above the rest before it"
-    assert told(counted(closing_starts(dataset))) == f"steady states begin {words}"
+    assert describe_starts(count_starts(closing_starts(dataset))) == f"steady states begin {words}"
     labelled = replace(dataset.pinches[0], motor_start=0)
-    ways = counted(closing_starts(replace(dataset, pinches=(*dataset.pinches, labelled))))
-    assert told(ways).endswith(f"motor has settled (1), {words} (12)")
+    ways = count_starts(closing_starts(replace(dataset, pinches=(*dataset.pinches, labelled))))
+    assert describe_starts(ways).endswith(f"motor has settled (1), {words} (12)")
 
 
 @pytest.mark.parametrize("unit", [None, "V", "counts"])
@@ -248,7 +255,7 @@ def test_forces_in_any_unit_hide_no_start_of_a_motor(unit: str | None) -> None:
             from_arrays(Path("x.npz"), arrays)
         return
     imported = from_arrays(Path("x.npz"), {**arrays, "force_unit": np.array(unit)})
-    assert counted(closing_starts(imported)) == {How.REST: 8}
+    assert count_starts(closing_starts(imported)) == {How.REST: 8}
     assert imported.pinches[0].force(Finger.INDEX)[0] == pytest.approx(0.2, abs=0.03)
 
 
@@ -262,4 +269,4 @@ def test_a_force_without_a_unit_hides_no_start_of_a_motor() -> None:
         replace(p, layout=layout, data=np.concatenate([p.data, noise[i, : len(p.data)]], axis=1))
         for i, p in enumerate(dataset.pinches)
     )
-    assert counted(closing_starts(Dataset(pinches, "synthetic"))) == {How.REST: 8}
+    assert count_starts(closing_starts(Dataset(pinches, "synthetic"))) == {How.REST: 8}

@@ -28,8 +28,8 @@ def stream(rubs: float = 0.0, knock: float = 0.0, begin: int = BEGIN) -> NDArray
     volts[begin:] += rubs * rng.standard_normal((n - begin, 2))
     volts[begin : begin + 10] += knock * rng.standard_normal((10, 2))
     data = np.zeros((n, LAYOUT.width), np.int16)
-    scale = np.array([c.scale for c in LAYOUT.of_columns[:2]])
-    offset = np.array([c.offset for c in LAYOUT.of_columns[:2]])
+    scale = np.array([c.scale for c in LAYOUT.column_channels[:2]])
+    offset = np.array([c.offset for c in LAYOUT.column_channels[:2]])
     data[:, :2] = np.round(volts / scale + offset)
     return data
 

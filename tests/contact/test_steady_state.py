@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rested import rested
 
-from firstcontact.contact import SvmDetector, ThresholdDetector, closing_starts, counted
+from firstcontact.contact import SvmDetector, ThresholdDetector, closing_starts, count_starts
 from firstcontact.core import Dataset, to_tree
 from firstcontact.models import score_detector
 from firstcontact.twin import condition, draw_pinch, simulate_pinch
@@ -44,7 +44,7 @@ def halves(dataset: Dataset) -> tuple[Dataset, Dataset]:
 @pytest.mark.parametrize("name", CONDITIONS)
 def test_the_twins_closings_start_with_their_first_sample(name: str) -> None:
     starts = closing_starts(twin(name))
-    assert counted(starts) == {"first_sample": len(starts)}
+    assert count_starts(starts) == {"first_sample": len(starts)}
     assert [s.sample for s in starts] == [p.first_sample for p in twin(name).pinches]
 
 
@@ -53,7 +53,7 @@ def test_the_twins_closings_start_with_their_first_sample(name: str) -> None:
 def test_with_rest_before_them_they_start_after_it(name: str, rest: tuple[float, float]) -> None:
     dataset = rested(twin(name), rest)
     starts = closing_starts(dataset)
-    assert counted(starts) == {"rest": len(starts)}
+    assert count_starts(starts) == {"rest": len(starts)}
     left = [
         (pinch.first.sample - start.sample) / pinch.layout.rate
         for start, pinch in zip(starts, dataset.pinches, strict=True)

@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.core import Block, joined
+from firstcontact.core import Block, merge_blocks
 
 
 def test_the_end_is_where_the_next_block_starts() -> None:
@@ -35,7 +35,7 @@ def test_joined_are_the_same_samples_in_no_more_blocks_than_it_takes(
         numbers = np.arange(place, place + count)
         blocks.append(Block(np.repeat(numbers[:, None], columns, axis=1), place, epoch))
         place += count
-    whole = joined(blocks, most)
+    whole = merge_blocks(blocks, most)
 
     def samples(parts: list[Block]) -> list[tuple[int, tuple[int, ...]]]:
         return [(b.epoch, tuple(row)) for b in parts for row in b.data.tolist()]

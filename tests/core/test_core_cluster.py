@@ -14,7 +14,7 @@ from distributed import Client
 from numpy.typing import NDArray
 
 from dask_cluster import Cluster, cluster
-from firstcontact.core import InputError, Serial, on_cluster, parallel
+from firstcontact.core import InputError, Serial, parallel, use_cluster
 from firstcontact.core import _cluster as module
 from processes import gone
 
@@ -29,7 +29,7 @@ def test_jobs_and_what_they_share_go_to_the_workers(two: Cluster) -> None:
     shared = np.arange(300_000, dtype=np.float32)
     ticks: list[tuple[int, int]] = []
     with (
-        on_cluster(two.address),
+        use_cluster(two.address),
         parallel(1, lambda done, total: ticks.append((done, total))) as runner,
     ):
         assert runner.map(picked, range(4), shared) == Serial().map(picked, range(4), shared)
@@ -51,7 +51,7 @@ def test_the_backend_that_joblib_brings_moves_them_too(two: Cluster) -> None:
 
 def test_what_others_do_with_joblib_goes_there_too_but_not_from_within_a_job(two: Cluster) -> None:
     large = np.ones(100_000)
-    with on_cluster(two.address):
+    with use_cluster(two.address):
         calls = [joblib.delayed(added)(large, other=large, pause=0)] * 3
         there = joblib.Parallel(batch_size=2)(calls)
         (here,) = Serial().map(nested, [0])
@@ -73,14 +73,14 @@ def nested(_: int) -> set[int]:
 
 
 def test_the_first_error_ends_the_map_and_the_next_one_works(two: Cluster) -> None:
-    with on_cluster(two.address), parallel(1) as runner:
+    with use_cluster(two.address), parallel(1) as runner:
         with pytest.raises(InputError, match="job 1"):
             runner.map(refused, range(3))
         assert runner.map(abs, [-1]) == [1]
 
 
 def test_a_single_worker_does_the_work_and_not_the_one_who_asks(tmp_path: Path) -> None:
-    with cluster(tmp_path, 1) as one, on_cluster(one.address), parallel(1) as runner:
+    with cluster(tmp_path, 1) as one, use_cluster(one.address), parallel(1) as runner:
         assert set(runner.map(pid, range(3))) == {one.workers[0].pid}
 
 
@@ -88,7 +88,7 @@ def test_a_scheduler_that_ends_is_one_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "PATIENCE", 2.0)
-    with cluster(tmp_path, 1) as lost, on_cluster(lost.address), parallel(1) as runner:
+    with cluster(tmp_path, 1) as lost, use_cluster(lost.address), parallel(1) as runner:
         stream = runner.stream(paused, [False, True, True])
         assert next(stream) is False
         lost.scheduler.kill()
@@ -102,7 +102,7 @@ def test_a_job_that_ends_its_workers_is_one_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
-    with cluster(tmp_path, 2) as doomed, on_cluster(doomed.address), parallel(1) as runner:
+    with cluster(tmp_path, 2) as doomed, use_cluster(doomed.address), parallel(1) as runner:
         with pytest.raises(InputError, match="more memory"):
             runner.map(ended, range(2))
         assert any(gone(worker.pid) for worker in doomed.workers)
@@ -110,7 +110,7 @@ def test_a_job_that_ends_its_workers_is_one_sentence(
 
 @pytest.mark.parametrize("address", ["nonsense", "tcp://127.0.0.1", "ftp://a:1", "tcp://a:port"])
 def test_what_is_no_address_is_refused(address: str) -> None:
-    with pytest.raises(InputError, match="tcp://HOST:PORT"), on_cluster(address):
+    with pytest.raises(InputError, match="tcp://HOST:PORT"), use_cluster(address):
         pass
 
 
@@ -118,13 +118,13 @@ def test_where_nobody_answers_and_where_nobody_works(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "PATIENCE", 0.3)
-    with pytest.raises(InputError, match="no scheduler"), on_cluster("tcp://127.0.0.1:1"):
+    with pytest.raises(InputError, match="no scheduler"), use_cluster("tcp://127.0.0.1:1"):
         pass
     monkeypatch.setattr(module, "PATIENCE", 2.0)
     with (
         cluster(tmp_path, 0) as empty,
         pytest.raises(InputError, match="no workers"),
-        on_cluster(empty.address),
+        use_cluster(empty.address),
     ):
         pass
 
@@ -137,7 +137,7 @@ def test_workers_of_another_version_are_refused(tmp_path: Path) -> None:
     with (
         cluster(tmp_path / "cluster", 1, first_on_path=other.parent) as strange,
         pytest.raises(InputError, match=r"has firstcontact 9\.9, not"),
-        on_cluster(strange.address),
+        use_cluster(strange.address),
     ):
         pass
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.core import InputError, install_command, need_for
+from firstcontact.core import InputError, install_command, require_extra
 from firstcontact.export import MODEL_EXPORTERS
 from firstcontact.models import ESTIMATORS
 from firstcontact.recording import EXPORTERS, IMPORTERS
@@ -29,10 +29,10 @@ class Entry:
 
 
 def test_what_lacks_is_named_with_its_install_command() -> None:
-    need_for(Entry(modules=()))
-    need_for(Entry(modules=("numpy",)))
+    require_extra(Entry(modules=()))
+    require_extra(Entry(modules=("numpy",)))
     with pytest.raises(InputError, match=re.escape("no_such_module, which the base")) as refused:
-        need_for(Entry())
+        require_extra(Entry())
     assert install_command("files") in str(refused.value)
     assert "numpy" not in str(refused.value)
 

@@ -15,7 +15,7 @@ from firstcontact.core import (
     open_regular,
     read_regular,
     replacing,
-    resolved,
+    resolve_path,
     write_json,
     write_text,
 )
@@ -97,8 +97,8 @@ def test_a_link_that_leads_to_itself_is_refused(tmp_path: Path) -> None:
     link.symlink_to(link)
     if sys.version_info < (3, 13):  # later ones say where the circle begins
         with pytest.raises(InputError, match="circle"):
-            resolved(link)
-    assert resolved(tmp_path / "nothing") == (tmp_path / "nothing").resolve()
+            resolve_path(link)
+    assert resolve_path(tmp_path / "nothing") == (tmp_path / "nothing").resolve()
 
 
 def test_files_below_a_folder_are_found_by_suffix_and_a_whole_disk_is_refused(

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.core import InputError, left_behind, replacing_folder
+from firstcontact.core import InputError, displaced_folder, replacing_folder
 
 #: Writes a folder and kills itself before, or after, its nth rename.
 KILLED = """
@@ -114,7 +114,7 @@ def test_killed_at_any_rename_it_is_the_old_one_or_the_new_one(
 ) -> None:
     done = subprocess.run([sys.executable, "-c", KILLED, str(out), str(at), when])
     assert done.returncode == -signal.SIGKILL
-    aside = left_behind(out)
+    aside = displaced_folder(out)
     if out.exists():
         assert aside is None
         assert content(out) == (NEW if (at, when) == (3, "after") else OLD)

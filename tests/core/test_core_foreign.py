@@ -14,7 +14,7 @@ from types import ModuleType
 import pytest
 
 from firstcontact.cli.stopping import stopping
-from firstcontact.core import ForeignCode, InputError, culprit, in_a_line, remember
+from firstcontact.core import ForeignCode, InputError, culprit, register_foreign, summarize_error
 from firstcontact.core import _foreign as foreign
 
 
@@ -48,7 +48,7 @@ def stranger(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     monkeypatch.setattr(foreign, "_modules", {})
     module = ModuleType("stranger.inside")
     exec("def fail(error):\n    raise error\n\ndef call(act):\n    return act()\n", vars(module))
-    remember("stranger", "the plug-in 'x'")
+    register_foreign("stranger", "the plug-in 'x'")
     return module
 
 
@@ -122,6 +122,6 @@ def test_the_import_path_and_the_working_folder_are_restored(
 
 
 def test_messages_are_one_line() -> None:
-    assert in_a_line(ValueError("a\n  b")) == "ValueError: a b"
-    assert in_a_line(SystemExit()) == "SystemExit"
-    assert in_a_line(MuteError()) == "MuteError"
+    assert summarize_error(ValueError("a\n  b")) == "ValueError: a b"
+    assert summarize_error(SystemExit()) == "SystemExit"
+    assert summarize_error(MuteError()) == "MuteError"

@@ -17,7 +17,7 @@ from firstcontact.core import (
     Pinch,
     Role,
     fingertip_layout,
-    first_closed,
+    first_closed_sample,
     read_record,
 )
 
@@ -122,7 +122,7 @@ def test_positions_may_repeat_and_reorder(dataset: Dataset) -> None:
 
 @pytest.mark.parametrize("closed", [[0, 0, 3, 0], [False, False, True, True]])
 def test_a_strip_closes_at_its_first_sample_that_is_not_0(closed: list[int]) -> None:
-    assert first_closed(np.array(closed)) == 2
-    assert first_closed(np.array(closed), 100) == 102
-    assert first_closed(np.array(closed[:2]), 100) is None
-    assert first_closed(np.array([], np.int16)) is None
+    assert first_closed_sample(np.array(closed)) == 2
+    assert first_closed_sample(np.array(closed), 100) == 102
+    assert first_closed_sample(np.array(closed[:2]), 100) is None
+    assert first_closed_sample(np.array([], np.int16)) is None

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.core import creating, is_temporary, replacing, temporary_beside, write_text
+from firstcontact.core import creating, is_temporary, replacing, temporary_path, write_text
 from firstcontact.core._atomic import sweep
 
 # Begins to write a file, says so, and waits to be told to go on or to be killed.
@@ -77,7 +77,7 @@ def test_leftovers_of_older_versions_are_swept_and_nothing_else(tmp_path: Path) 
 
 
 def test_only_what_lies_below_the_folder_is_called_temporary(tmp_path: Path) -> None:
-    with temporary_beside(tmp_path / "a.mcap") as inside:
+    with temporary_path(tmp_path / "a.mcap") as inside:
         assert is_temporary(inside, tmp_path)
         assert not is_temporary(inside, inside.parent)
     assert not is_temporary(tmp_path / "session-1.part2.mcap", tmp_path)

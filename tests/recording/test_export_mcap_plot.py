@@ -32,7 +32,7 @@ def test_every_channel_is_a_topic_of_numbers(shore: Dataset, tmp_path: Path) -> 
     for message in mcap_ros2.read_ros2_messages(str(path)):
         said = message.ros_msg.data
         found.setdefault(message.channel.topic, []).append((message.log_time_ns, said))
-    kinds = [c.kind for c in layout.of_columns]
+    kinds = [c.kind for c in layout.column_channels]
     for k, (kind, name) in enumerate(zip(kinds, layout.column_names, strict=True)):
         wanted = np.concatenate([layout.physical(p.data, (k,))[:, 0] for p in pinches])
         times, values = zip(*found[f"/{kind}/{name}"], strict=True)

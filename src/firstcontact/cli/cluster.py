@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
 
-from firstcontact.core import need
+from firstcontact.core import require_modules
 
 
 def where(cluster: str | None) -> AbstractContextManager[None]:
@@ -17,7 +17,7 @@ def where(cluster: str | None) -> AbstractContextManager[None]:
     """
     if cluster is None:
         return nullcontext()
-    need("cluster", "distributed")
-    from firstcontact.core import on_cluster
+    require_modules("cluster", "distributed")
+    from firstcontact.core import use_cluster
 
-    return on_cluster(cluster)
+    return use_cluster(cluster)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from firstcontact import __version__
 from firstcontact.cli.logs import last_lines
-from firstcontact.core import one_line, plain
+from firstcontact.core import one_line, sanitize
 
 #: Options with secret values.
 SECRET = ("--token",)
@@ -46,7 +46,7 @@ def _text(error: BaseException, arguments: Sequence[str]) -> str:
         text += "\n".join(["", "Last lines of its log:", "", *last_lines(), ""])
     for secret in secrets:
         text = text.replace(secret, "***")
-    return plain(text)
+    return sanitize(text)
 
 
 def _redacted(arguments: Sequence[str]) -> tuple[str, list[str]]:

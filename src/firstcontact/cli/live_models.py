@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firstcontact.core import InputError, same_rate
+from firstcontact.core import InputError, is_same_rate
 
 if TYPE_CHECKING:
     from firstcontact.contact import Detector
@@ -54,11 +54,11 @@ class Answerers:
             No model is left.
         """
         rate, left_out = self.rate, []
-        models = [m for m in self.models if same_rate(m.model.spec.rate, rate or 0.0)]
+        models = [m for m in self.models if is_same_rate(m.model.spec.rate, rate or 0.0)]
         if len(models) < len(self.models):
             left_out.append("models of windows")
         anytime = self.anytime
-        if anytime is not None and not same_rate(anytime.rate, rate or 0.0):
+        if anytime is not None and not is_same_rate(anytime.rate, rate or 0.0):
             anytime = None
             left_out.append("the any-time model")
         if not left_out:

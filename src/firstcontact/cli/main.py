@@ -13,7 +13,7 @@ from firstcontact import __version__
 from firstcontact.cli.output import Output, outputs
 from firstcontact.cli.stopping import Stop, stopping
 from firstcontact.cli.verbs import configuration, overview
-from firstcontact.core import ForeignCode, InputError, culprit, in_a_line, is_interrupt, one_line
+from firstcontact.core import ForeignCode, InputError, culprit, summarize_error, is_interrupt, one_line
 
 #: Exit codes; a signal's is 128 and its number.
 DONE, INPUT, UNFORESEEN = 0, 2, 70
@@ -64,7 +64,7 @@ def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
         if culprit(error) and is_interrupt(error):  # a plug-in turned it into another error
             return _failed(stop.code, "interrupted")
         if not isinstance(error, Exception):  # no verb ends this way
-            cause = f"other code ended the command ({in_a_line(error)})"
+            cause = f"other code ended the command ({summarize_error(error)})"
             return _failed(INPUT, f"{cause}: remove packages that add plug-ins to firstcontact")
         # The user can fix a path that cannot be read or written.
         if isinstance(error, OSError) and error.errno in FULL:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, TextIO, cast
 
-from firstcontact.core import LACKING, plain
+from firstcontact.core import ESCAPE_ERRORS, sanitize
 
 #: Errors of an output whose reader or terminal is gone.
 GONE = (errno.EPIPE, errno.EIO, errno.ENXIO, errno.EBADF)
@@ -39,13 +39,13 @@ class Output:
         self._stream = stream
         self._raises = raises
         if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors=LACKING)
+            stream.reconfigure(errors=ESCAPE_ERRORS)
 
     def write(self, text: str) -> int:
         """Write plain text."""
         start = text[:1] if text.startswith("\r") else ""
         try:
-            self._stream.write(start + plain(text[len(start) :]))
+            self._stream.write(start + sanitize(text[len(start) :]))
         except OSError as error:
             self._lost(error)
         return len(text)

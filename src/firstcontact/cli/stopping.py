@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from firstcontact.core import by_signal
+from firstcontact.core import mark_as_signal
 
 #: Signals of Ctrl-C, the system, a closed terminal and Ctrl-\; some systems lack one.
 NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")
@@ -55,7 +55,7 @@ class Stop:
             return
         else:
             self._at = now
-        raise by_signal(KeyboardInterrupt())
+        raise mark_as_signal(KeyboardInterrupt())
 
 
 _installed: list[Stop] = []

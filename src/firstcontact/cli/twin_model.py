@@ -34,14 +34,14 @@ def twin_model(condition: str, seed: int) -> Path:
     folder = cache_folder() / f"twin-{version('firstcontact')}.{RECIPE}-{condition}-{seed}"
     if (folder / "detector.json").is_file():
         return folder
-    from firstcontact.core import need, temporary_beside
+    from firstcontact.core import require_modules, temporary_path
     from firstcontact.models import train
     from firstcontact.recording import load_dataset
     from firstcontact.twin import simulate
 
-    need("twin", "numba")
+    require_modules("twin", "numba")
     print(f"no --model: one is trained on the twin first and kept in {folder}", file=sys.stderr)
-    with temporary_beside(folder) as making:
+    with temporary_path(folder) as making:
         making.mkdir()
         simulate(making / "pinches", condition, PINCHES, pinches_per_object=0, seed=seed)
         model = train(load_dataset(making / "pinches"), contacts="detected")

@@ -17,7 +17,7 @@ from firstcontact.core import (
     Layout,
     VibrationSensor,
     finger_name,
-    first_closed,
+    first_closed_sample,
 )
 
 #: Length of a pinch after its first contact, s: the longest windows and offsets fit.
@@ -157,7 +157,7 @@ class ClosingCheck:
             if not columns or finger in self.strips or finger in self.closed_before:
                 continue
             closed = data[:, columns[0]] > 0
-            sample = first_closed(closed, first)
+            sample = first_closed_sample(closed, first)
             if first == self.began and closed[0]:
                 self.closed_before.add(finger)
             elif sample is not None and (self.end is None or sample < self.end):

@@ -15,7 +15,7 @@ from firstcontact.core import (
     parse_float,
     parse_int,
 )
-from firstcontact.recording import read_rows, shown
+from firstcontact.recording import quote, read_rows
 
 #: Largest number of pinches of an object in a session.
 MOST_PINCHES = 1_000_000
@@ -104,7 +104,7 @@ def _item(path: Path, line: int, cells: Mapping[str, str]) -> Item:
         role = Role(cells.get("role") or Role.TRAIN)
     except ValueError as error:
         raise InputError(
-            f"{path}, line {line}: {field} is {shown(cells[field])}: give "
+            f"{path}, line {line}: {field} is {quote(cells[field])}: give "
             + ("train or test" if field == "role" else "a number")
         ) from error
     try:

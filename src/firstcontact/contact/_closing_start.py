@@ -74,7 +74,7 @@ def closing_starts(dataset: Dataset) -> tuple[ClosingStart, ...]:
     return tuple(closing_start(p, floors.get(id(p))) for p in dataset.pinches)
 
 
-def closings(dataset: Dataset, starts: Sequence[ClosingStart] | None = None) -> Dataset:
+def cut_closings(dataset: Dataset, starts: Sequence[ClosingStart] | None = None) -> Dataset:
     """The pinches cut to where their closings start: what detectors learn from and judge.
 
     Parameters
@@ -105,20 +105,20 @@ WORDS = {
 }
 
 
-def told(ways: Mapping[str, int]) -> str:
+def describe_starts(ways: Mapping[str, int]) -> str:
     """Where steady states begin, and in how many pinches, in words.
 
     Parameters
     ----------
     ways
-        Of :func:`counted`.
+        Of :func:`count_starts`.
     """
     said = [(WORDS[How(how)], n) for how, n in ways.items()]
     parts = [f"{words} ({n:,})" if len(said) > 1 else words for words, n in said]
     return f"steady states begin {', '.join(parts)}"
 
 
-def counted(starts: Sequence[ClosingStart]) -> dict[str, int]:
+def count_starts(starts: Sequence[ClosingStart]) -> dict[str, int]:
     """How many closings were told in each way, without those that none was."""
     ways = Counter(start.how for start in starts)
     return {str(how): ways[how] for how in How if ways[how]}

@@ -23,7 +23,7 @@ from firstcontact.core import (
     digest,
     read_card,
     read_weights,
-    write_learned,
+    write_weights,
 )
 
 DETECTOR_FORMAT = "firstcontact-detector"
@@ -88,11 +88,11 @@ def save_detector(
         "rate_hz": detector.rate,
         "data": dict(data or {}),
     }
-    write_learned(directory / CARD, directory / DETECTOR_WEIGHTS, tree, arrays, DetectorCard)
+    write_weights(directory / CARD, directory / DETECTOR_WEIGHTS, tree, arrays, DetectorCard)
     return directory
 
 
-def vouched(directory: Path) -> str:
+def card_digest(directory: Path) -> str:
     """What a model's card holds of the detector in a folder, so that no other is taken for it."""
     return digest((directory / CARD).read_bytes())
 

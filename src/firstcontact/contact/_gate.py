@@ -82,7 +82,7 @@ class ClosingGate:
         self._vibration = layout.columns(ChannelKind.VIBRATION)
         # A load is a number of volts: in any other unit it would hide the start of each motor.
         force = layout.columns(ChannelKind.FORCE)
-        self._force = tuple(i for i in force if layout.of_columns[i].unit == "V")
+        self._force = tuple(i for i in force if layout.column_channels[i].unit == "V")
         self._volts = Physical(layout, self._vibration + self._force, "C")
         floors = [calibration.noise(f) if calibration else None for f in layout.vibration_fingers]
         known = [f for f in floors if f is not None]

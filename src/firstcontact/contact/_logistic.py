@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact._closing_start import closings
+from firstcontact.contact._closing_start import cut_closings
 from firstcontact.contact._logistic_training import (
     LOOKS,
     best_threshold,
@@ -81,7 +81,7 @@ class LogisticDetector(TrainedDetector):
             When fewer than two pinches have a known first contact after enough quiet, or
             for a rate below :attr:`lowest`.
         """
-        dataset = closings(dataset)
+        dataset = cut_closings(dataset)
         rate, sizes = self._sizes_of(dataset)
         subset = spread_out(dataset, sizes, early, PINCHES)
         rng = np.random.default_rng(self.seed)

@@ -14,7 +14,7 @@ from scipy.signal import lfilter
 from firstcontact.contact._loudness import EACH, ORDER, loudness_features, prediction
 from firstcontact.contact._stream import SteadyState, WindowSizes
 from firstcontact.core import Pinch
-from firstcontact.signal import AsSent, samples_in
+from firstcontact.signal import DeviceSmoothing, samples_in
 
 #: Looks that must agree, each a step after the other: 1.2 ms, which outlasts most clicks.
 LOOKS = 4
@@ -118,7 +118,7 @@ def looks_of(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Gene
         Of the clicks that are put into what is quiet.
     """
     layout, rate = pinch.layout, pinch.layout.rate
-    smooth = AsSent(layout).update(pinch.vibration())
+    smooth = DeviceSmoothing(layout).update(pinch.vibration())
     steady = SteadyState.of(smooth[: sizes.steady])
     margin = samples_in(early, rate)
     first = pinch.truth[0].sample - pinch.first_sample

@@ -42,13 +42,13 @@ def make_detector(name: str, **options: Any) -> Detector:
         return kind(**options)
 
 
-def unfitted() -> str:
+def untrained_name() -> str:
     """Name of the first detector that learns nothing: it is there where others cannot learn."""
     return next(name for name, kind in DETECTORS.items() if not kind.learns)
 
 
-def untrained(layout: Layout) -> Detector:
+def untrained_detector(layout: Layout) -> Detector:
     """What finds contacts on a layout where nothing was learned from."""
-    kind: Any = DETECTORS[unfitted()]
+    kind: Any = DETECTORS[untrained_name()]
     made: Detector = kind.untrained(layout) if hasattr(kind, "untrained") else kind()
     return made

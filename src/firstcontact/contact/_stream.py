@@ -26,7 +26,7 @@ from firstcontact.core import (
     Layout,
     Physical,
 )
-from firstcontact.signal import AsSent, samples_in
+from firstcontact.signal import DeviceSmoothing, samples_in
 
 #: Longest piece of a block that is worked on at once, samples: bounds the memory.
 PIECE = 30_000
@@ -203,7 +203,7 @@ class WindowDetector(ABC):
         self._restart(0)
 
     def _restart(self, first_sample: int) -> None:
-        self._smoothing = AsSent(self._layout)
+        self._smoothing = DeviceSmoothing(self._layout)
         self._state: SteadyState | None = None
         #: Samples still needed, and the device's number of the first of them.
         self._past = np.zeros((0, len(self._columns)))

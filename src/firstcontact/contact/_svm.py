@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact._closing_start import closings
+from firstcontact.contact._closing_start import cut_closings
 from firstcontact.contact._features import FLOOR, edges, feature_count, window_features
 from firstcontact.contact._rbf import RbfMachine
 from firstcontact.contact._trained import TrainedDetector, kept, spread_out
@@ -65,7 +65,7 @@ class SvmDetector(TrainedDetector):
             When fewer than two pinches have a known first contact after
             enough quiet, or for a rate below :attr:`lowest`.
         """
-        dataset = closings(dataset)
+        dataset = cut_closings(dataset)
         rate, sizes = self._sizes_of(dataset)
         subset = spread_out(dataset, sizes, early, PINCHES)
         data = training_windows(subset, sizes, early, self.seed)

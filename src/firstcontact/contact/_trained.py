@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact._registry import unfitted
+from firstcontact.contact._registry import untrained_name
 from firstcontact.contact._stream import WindowDetector, WindowSizes
 from firstcontact.contact._training import usable
 from firstcontact.core import Dataset, InputError, Layout
@@ -76,7 +76,7 @@ class TrainedDetector(WindowDetector):
         if rate < self.lowest:
             raise InputError(
                 f"the {self.noun} detector needs samples at {self.lowest:g} Hz or more and these "
-                f"come at {rate:g} Hz: use --detector {unfitted()}"
+                f"come at {rate:g} Hz: use --detector {untrained_name()}"
             )
         return rate, self.sizes(rate)
 

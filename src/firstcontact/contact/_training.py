@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from firstcontact.contact._features import feature_count, window_features
 from firstcontact.contact._stream import SteadyState, WindowSizes
 from firstcontact.core import ChannelKind, Dataset, Pinch
-from firstcontact.signal import AsSent, samples_in
+from firstcontact.signal import DeviceSmoothing, samples_in
 
 #: A contact younger than this, s, looks like the start of a click of the gears:
 #: such windows teach nothing. Chosen with gamma and cost in folds of the training
@@ -117,7 +117,7 @@ def _of_finger(
 ) -> TrainingWindows:
     layout = pinch.layout
     columns = layout.columns(ChannelKind.VIBRATION)[column : column + 1]
-    smooth = AsSent(layout, columns).update(pinch.vibration()[:, column : column + 1])
+    smooth = DeviceSmoothing(layout, columns).update(pinch.vibration()[:, column : column + 1])
     steady = SteadyState.of(smooth[: sizes.steady])
     x = steady.normalise(smooth)[:, 0]
     margin = samples_in(early, layout.rate)

@@ -26,7 +26,7 @@ def is_temporary(path: Path, below: Path) -> bool:
 
 
 @contextmanager
-def temporary_beside(path: Path) -> Iterator[Path]:
+def temporary_path(path: Path) -> Iterator[Path]:
     """A path of the same name in a folder of its own beside ``path``, on the same disk.
 
     The folder, and those that it is in, are made; it is removed at the end, with

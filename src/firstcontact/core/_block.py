@@ -42,7 +42,7 @@ class Block:
         return self.first_sample + len(self.data)
 
 
-def joined(blocks: Iterable[Block], most: float = math.inf) -> list[Block]:
+def merge_blocks(blocks: Iterable[Block], most: float = math.inf) -> list[Block]:
     """The same samples in as few blocks as can be: those that follow each other become one.
 
     Parameters

@@ -127,7 +127,7 @@ def _done(wanted: str, calls: list[tuple[Callable[..., Any], list[Any], Any]]) -
 
 
 @contextmanager
-def on_cluster(address: str) -> Iterator[None]:
+def use_cluster(address: str) -> Iterator[None]:
     """Work of :func:`firstcontact.core._jobs.parallel` is done on a cluster.
 
     Parameters

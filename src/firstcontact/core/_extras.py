@@ -34,12 +34,12 @@ class Needing(Protocol):
         """What the extra brings and the entry imports."""
 
 
-def absent(modules: Iterable[str]) -> list[str]:
+def missing_modules(modules: Iterable[str]) -> list[str]:
     """Those of these modules that are not installed."""
     return [m for m in modules if find_spec(m) is None]
 
 
-def need(extra: str, *modules: str) -> None:
+def require_modules(extra: str, *modules: str) -> None:
     """Refuse with the install command if any of these modules is missing.
 
     Raises
@@ -47,7 +47,7 @@ def need(extra: str, *modules: str) -> None:
     InputError
         Names the extra to install.
     """
-    missing = absent(modules)
+    missing = missing_modules(modules)
     if missing:
         raise InputError(
             f"this needs {', '.join(missing)}, which the base install leaves out: "
@@ -101,7 +101,7 @@ def _requirements(extra: str) -> list[str]:
     return requirements
 
 
-def need_for(entry: Needing) -> None:
+def require_extra(entry: Needing) -> None:
     """Refuse with the install command if what a registered entry needs is missing.
 
     Raises
@@ -109,4 +109,4 @@ def need_for(entry: Needing) -> None:
     InputError
         Names the extra to install.
     """
-    need(entry.extra, *entry.modules)
+    require_modules(entry.extra, *entry.modules)

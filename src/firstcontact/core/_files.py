@@ -11,7 +11,7 @@ from pathlib import Path
 from stat import S_ISREG
 from typing import IO, Any
 
-from firstcontact.core._atomic import is_temporary, temporary_beside
+from firstcontact.core._atomic import is_temporary, temporary_path
 from firstcontact.core._errors import InputError
 
 #: Path of a file or folder as callers from Python may give it.
@@ -23,7 +23,7 @@ _NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EMLINK, errno.ENOSYS)
 MOST_ENTRIES = 100_000
 
 
-def resolved(path: Path) -> Path:
+def resolve_path(path: Path) -> Path:
     """Where a path leads, whether something is there or not.
 
     Raises
@@ -105,7 +105,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
     On an exception it is removed and ``path`` is as it was.
     """
-    with temporary_beside(path) as temporary:
+    with temporary_path(path) as temporary:
         yield temporary
         temporary.replace(path)
 
@@ -123,7 +123,7 @@ def creating(path: Path) -> Iterator[Path]:
     """
     if os.path.lexists(path):
         raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
-    with temporary_beside(path) as temporary:
+    with temporary_path(path) as temporary:
         yield temporary
         try:
             os.link(temporary, path)  # unlike a rename, this never replaces
@@ -139,7 +139,7 @@ def try_replacing(path: Path) -> None:
     """Raise the OSError that :func:`replacing` would; ``path`` stays as it is."""
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-    with temporary_beside(path) as temporary:
+    with temporary_path(path) as temporary:
         temporary.touch()
 
 

@@ -19,9 +19,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from uuid import uuid4
 
-from firstcontact.core._atomic import temporaries, temporary_beside
+from firstcontact.core._atomic import temporaries, temporary_path
 from firstcontact.core._errors import InputError
-from firstcontact.core._files import resolved
+from firstcontact.core._files import resolve_path
 
 _OLD = re.compile(r"\.(?P<of>.+)\.[0-9a-f]{8}\.old", re.DOTALL)
 
@@ -40,10 +40,10 @@ def replacing_folder(path: Path) -> Iterator[Path]:
     OSError
         It cannot be written; names ``path``.
     """
-    path = resolved(path)
+    path = resolve_path(path)
     _check(path)
     try:
-        with temporary_beside(path) as new:
+        with temporary_path(path) as new:
             _check_alone(path, new.parent)
             _recover(path)
             new.mkdir()
@@ -57,9 +57,9 @@ def replacing_folder(path: Path) -> Iterator[Path]:
         raise OSError(error.errno, error.strerror, str(path)) from error
 
 
-def left_behind(path: Path) -> Path | None:
+def displaced_folder(path: Path) -> Path | None:
     """What was at ``path`` when somebody was killed between two renames; None if nothing was."""
-    path = resolved(path)
+    path = resolve_path(path)
     if path.exists():
         return None
     found = _old(path)

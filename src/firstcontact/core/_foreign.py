@@ -35,7 +35,7 @@ class ForeignCode:
     ----------
     title
         Name of the code that runs in the block, for messages. If empty, only exceptions whose
-        traceback holds a module that :func:`remember` knows are turned.
+        traceback holds a module that :func:`register_foreign` knows are turned.
     """
 
     def __init__(self, title: str = "") -> None:
@@ -58,18 +58,18 @@ class ForeignCode:
             return
         title = self._title or culprit(error)
         if title:
-            raise InputError(f"{title} raised {in_a_line(error)}: mend it or leave it out") from (
-                error
-            )
+            raise InputError(
+                f"{title} raised {summarize_error(error)}: mend it or leave it out"
+            ) from (error)
 
 
-def by_signal(error: BaseException) -> BaseException:
+def mark_as_signal(error: BaseException) -> BaseException:
     """Mark an exception that a signal handler raises: it is no foreign code's."""
     setattr(error, _MARK, True)
     return error
 
 
-def remember(module: str, title: str) -> None:
+def register_foreign(module: str, title: str) -> None:
     """Note that a module is foreign.
 
     Parameters
@@ -94,7 +94,7 @@ def culprit(error: BaseException) -> str:
     return ""
 
 
-def in_a_line(error: BaseException) -> str:
+def summarize_error(error: BaseException) -> str:
     """Return type and message of an exception in one line, even if it cannot say its message."""
     message = ""
     with suppress(BaseException):

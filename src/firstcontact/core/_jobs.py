@@ -15,7 +15,7 @@ from typing import Any, Literal, TypeVar
 from firstcontact.core._die_with_parent import follow
 from firstcontact.core._errors import InputError
 from firstcontact.core._foreign import ForeignCode
-from firstcontact.core._shared_payload import packed, unpacked
+from firstcontact.core._shared_payload import pack_payload, unpack_payload
 
 A = TypeVar("A")
 B = TypeVar("B")
@@ -98,7 +98,7 @@ class Pool(Runner):
         if self._together:
             calls: list[Any] = [(function, (job, *shared), {}) for job in jobs]
         else:
-            whole = packed(shared) if shared else None
+            whole = pack_payload(shared) if shared else None
             calls = [(_apart, (function, job, whole), {}) for job in jobs]
         results = self._parallel(calls)
         try:
@@ -192,7 +192,7 @@ def _apart(function: Callable[..., B], job: object, whole: Any) -> B:
     Workers of a cluster are not started by us, so threads are limited here.
     """
     with _alone, one_thread(), ForeignCode():
-        return function(job, *(() if whole is None else unpacked(whole)))
+        return function(job, *(() if whole is None else unpack_payload(whole)))
 
 
 @contextmanager
@@ -214,7 +214,7 @@ def one_thread() -> Iterator[None]:
                 os.environ[name] = value
 
 
-def asked_workers(workers: int) -> int:
+def worker_count(workers: int) -> int:
     """Processes for what ``--workers`` says: 0 means all cores.
 
     Raises

@@ -188,7 +188,7 @@ class Layout:
             object.__setattr__(self, "smoothing_alpha", None)
 
     @property
-    def of_columns(self) -> tuple[Channel, ...]:
+    def column_channels(self) -> tuple[Channel, ...]:
         """The channel of each column, shape (columns of a sample,)."""
         return tuple(c for c in self.channels for _ in range(c.axes))
 
@@ -306,7 +306,7 @@ class Physical:
     def __init__(
         self, layout: Layout, columns: tuple[int, ...], order: Literal["C", "F"] = "F"
     ) -> None:
-        every = layout.of_columns
+        every = layout.column_channels
         chosen = [every[i] for i in columns]
         first, n = (columns[0], len(columns)) if columns else (0, 0)
         beside = columns == tuple(range(first, first + n))

@@ -57,7 +57,7 @@ class Contact:
     decided: int
 
 
-def first_closed(strip: NDArray[Any], first_sample: int = 0) -> int | None:
+def first_closed_sample(strip: NDArray[Any], first_sample: int = 0) -> int | None:
     """Number of the first sample at which a strip is closed; None where it stays open.
 
     Parameters

@@ -6,6 +6,6 @@ from __future__ import annotations
 TOLERANCE = 0.01
 
 
-def same_rate(rate: float, other: float) -> bool:
+def is_same_rate(rate: float, other: float) -> bool:
     """Whether a rate is another, but for the error of a clock (one per cent); both in Hz."""
     return abs(rate - other) <= TOLERANCE * other

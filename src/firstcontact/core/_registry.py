@@ -11,7 +11,7 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, Protocol, TypeVar
 
 from firstcontact.core._errors import InputError
-from firstcontact.core._foreign import ForeignCode, in_a_line, is_interrupt, remember
+from firstcontact.core._foreign import ForeignCode, is_interrupt, register_foreign, summarize_error
 
 _log = logging.getLogger(__name__)
 
@@ -178,7 +178,7 @@ class Registry(Mapping[str, E], Generic[E]):
         try:
             with ForeignCode(self._title(name)):
                 point = self._found()[name]
-                remember(point.module, self._title(name))
+                register_foreign(point.module, self._title(name))
                 entry: E = point.load()
                 self._check(name, entry)
         except BaseException as error:
@@ -186,7 +186,7 @@ class Registry(Mapping[str, E], Generic[E]):
                 raise
             del self._found()[name]
             # An InputError of the boundary only wraps what was raised.
-            self._fail(name, in_a_line(error.__cause__ or error))
+            self._fail(name, summarize_error(error.__cause__ or error))
             return False
         self._loaded[name] = entry
         return True

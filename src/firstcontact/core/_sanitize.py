@@ -13,17 +13,17 @@ _CONTROL = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
 #: Name of the handler of characters that an encoding lacks, for ``str.encode``.
-LACKING = "firstcontact.plain"
+ESCAPE_ERRORS = "firstcontact.plain"
 
 
-def plain(text: str) -> str:
+def sanitize(text: str) -> str:
     r"""The text with control characters as ``\u001b``: in JSON, still the same text."""
     return _CONTROL.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
 def one_line(text: str) -> str:
-    r"""As :func:`plain`, with newlines as ``\n``, too."""
-    return plain(text).replace("\n", "\\n")
+    r"""As :func:`sanitize`, with newlines as ``\n``, too."""
+    return sanitize(text).replace("\n", "\\n")
 
 
 def check_text(text: str) -> None:
@@ -48,4 +48,4 @@ def _lacking(error: UnicodeError) -> tuple[str, int]:
     return "".join(f"\\u{high:02x}{low:02x}" for high, low in pairs), error.end
 
 
-codecs.register_error(LACKING, _lacking)
+codecs.register_error(ESCAPE_ERRORS, _lacking)

@@ -15,7 +15,7 @@ ALIGNMENT = 64
 _opened: tuple[bytes, tuple[Any, ...]] = (b"", ())
 
 
-def packed(values: tuple[Any, ...]) -> NDArray[np.uint8]:
+def pack_payload(values: tuple[Any, ...]) -> NDArray[np.uint8]:
     """One array that holds the values, and of their own arrays the samples side by side.
 
     An array is what joblib maps into the memory of all processes of a machine, and what travels
@@ -35,7 +35,7 @@ def packed(values: tuple[Any, ...]) -> NDArray[np.uint8]:
     return out
 
 
-def unpacked(array: NDArray[np.uint8]) -> tuple[Any, ...]:
+def unpack_payload(array: NDArray[np.uint8]) -> tuple[Any, ...]:
     """The values; their arrays lie in this one and are read-only. The last are remembered."""
     global _opened
     key = array[:16].tobytes()

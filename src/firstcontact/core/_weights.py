@@ -48,7 +48,7 @@ class _Head:
     format_version: int
 
 
-def write_learned(
+def write_weights(
     card: Path,
     weights: Path,
     tree: Mapping[str, Any],
@@ -151,7 +151,7 @@ def read_card(path: Path, what: str, form: str, form_version: int, kind: type[T]
     return read_record(text, kind, str(path), remedy, LONGEST_CARD)
 
 
-def read_vouched(path: Path, sha256: str, card: str, most: int) -> bytes:
+def read_verified(path: Path, sha256: str, card: str, most: int) -> bytes:
     """A file of at most so many bytes that its card vouches for.
 
     Parameters
@@ -204,7 +204,7 @@ def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
     from safetensors import SafetensorError
     from safetensors.numpy import load
 
-    raw = read_vouched(path, sha256, card, LONGEST_WEIGHTS)
+    raw = read_verified(path, sha256, card, LONGEST_WEIGHTS)
     try:
         arrays = load(raw)
     except (SafetensorError, ValueError, KeyError, TypeError):

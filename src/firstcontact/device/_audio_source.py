@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_RATE, InputError, VibrationSensor, need
+from firstcontact.core import FINGERTIP_RATE, InputError, VibrationSensor, require_modules
 from firstcontact.device._opening import SourceOptions
 from firstcontact.device._source import Descriptor
 from firstcontact.device._stream_checks import RateCheck
@@ -180,7 +180,7 @@ def portaudio() -> Any:
     InputError
         It is missing, or the library is.
     """
-    need("audio", "sounddevice")
+    require_modules("audio", "sounddevice")
     try:
         import sounddevice
     except OSError as error:

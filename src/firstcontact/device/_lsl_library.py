@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from firstcontact.core import InputError, install_command, need
+from firstcontact.core import InputError, install_command, require_modules
 
 #: Files that liblsl reads its settings from. A user who has one chose the level of its log.
 _SETTINGS = (
@@ -25,7 +25,7 @@ def lsl_library() -> Any:
     InputError
         pylsl is missing, or its C library is.
     """
-    need("live", "pylsl")
+    require_modules("live", "pylsl")
     try:
         import pylsl
     except RuntimeError as error:  # the library of C is not there

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
-from firstcontact.core import Block, InputError, joined
+from firstcontact.core import Block, InputError, merge_blocks
 from firstcontact.device._source import Arrival
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
 
@@ -176,7 +176,7 @@ def _joined(
         if isinstance(piece, Block):
             run.append(piece)
         else:
-            yield from joined(run, TOGETHER)
+            yield from merge_blocks(run, TOGETHER)
             run = []
             yield piece
-    yield from joined(run, TOGETHER)
+    yield from merge_blocks(run, TOGETHER)

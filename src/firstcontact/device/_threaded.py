@@ -12,7 +12,7 @@ from typing import Any, NoReturn, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Block, InputError, in_a_line
+from firstcontact.core import Block, InputError, summarize_error
 from firstcontact.device._clock import ClockFit
 from firstcontact.device._inbox import Inbox
 from firstcontact.device._source import Arrival, Descriptor, Health
@@ -312,7 +312,7 @@ class ThreadedSource(ABC):
         except BaseException as unknown:
             # Whoever reads must not wait for a thread that is no more.
             _log.exception("%s: reading it failed", self.name)
-            why = in_a_line(unknown)
+            why = summarize_error(unknown)
             error = InputError(f"{self.name}: reading it failed ({why}): open it again")
         try:
             self._shut()

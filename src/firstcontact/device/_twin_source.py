@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Self
 
-from firstcontact.core import FINGERTIP_RATE, need
+from firstcontact.core import FINGERTIP_RATE, require_modules
 from firstcontact.device._opening import SourceOptions
 from firstcontact.device._serial_source import SerialSource
 from firstcontact.device._twin_device import TwinDevice
@@ -66,13 +66,13 @@ class TwinSource(SerialSource):
 
 def from_name(name: str, options: SourceOptions) -> TwinSource:
     """The twin as a person asked for it; InputError without its extra."""
-    need("twin", "numba")
+    require_modules("twin", "numba")
     return TwinSource(options.condition, [options.objects], options.seed, options.speed)
 
 
 def shore_a(name: str) -> float:
     """Of an object that the twin has; InputError for others, and without its extra."""
-    need("twin", "numba")
+    require_modules("twin", "numba")
     from firstcontact.twin import thing_named
 
     return thing_named(name).shore_a

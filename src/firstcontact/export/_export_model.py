@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from firstcontact.core import AnyPath, Dataset, InputError, need_for, replacing_folder
+from firstcontact.core import AnyPath, Dataset, InputError, replacing_folder, require_extra
 from firstcontact.export._budget import small_enough
 from firstcontact.export._exporters import MODEL_EXPORTERS
 from firstcontact.export._trained import load_trained
@@ -52,7 +52,7 @@ def export_model(
     >>> written = fc.export_model(fc.adapt(data), "c-code", to="c", data=data)
     """
     exporter = MODEL_EXPORTERS.find(to)
-    need_for(exporter)
+    require_extra(exporter)
     place = Path(out)
     if place.exists() and (not place.is_dir() or any(place.iterdir())):
         raise InputError("it is there already: name a folder that is empty or new", parameter="out")

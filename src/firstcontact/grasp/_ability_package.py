@@ -22,7 +22,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
-from firstcontact.core import InputError, need
+from firstcontact.core import InputError, require_modules
 
 #: Port that stands for the package's own simulated hand.
 SIMULATED = "simulated"
@@ -46,7 +46,7 @@ def check(port: str | None) -> str:
     InputError
         The package or the port is missing.
     """
-    need("hand", "ah_wrapper")
+    require_modules("hand", "ah_wrapper")
     if port is None:
         raise InputError(
             "the Ability Hand needs its serial port, such as /dev/ttyUSB0 "

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from firstcontact.core import by_signal
+from firstcontact.core import mark_as_signal
 
 #: Signals that end a process silently unless it handles them.
 ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
@@ -92,5 +92,5 @@ class Leaving:
             self._at = now
             self._let_go()
             if number == signal.SIGINT:
-                raise by_signal(KeyboardInterrupt())
-            raise by_signal(SystemExit(128 + number))
+                raise mark_as_signal(KeyboardInterrupt())
+            raise mark_as_signal(SystemExit(128 + number))

@@ -10,7 +10,7 @@ from functools import partial
 from math import inf
 from typing import Self
 
-from firstcontact.core import Command, in_a_line, is_interrupt
+from firstcontact.core import Command, is_interrupt, summarize_error
 from firstcontact.grasp._hand import Hand, HandError
 from firstcontact.grasp._leaving import Leaving
 from firstcontact.grasp._pacing import HandCounts, Pacer
@@ -184,7 +184,7 @@ class SafeHand(Hand):
             if is_interrupt(error):
                 raise
             if not isinstance(error, HandError):
-                error = HandError(f"it raised {in_a_line(error)}")
+                error = HandError(f"it raised {summarize_error(error)}")
             self._failure = error
             return False
         return True

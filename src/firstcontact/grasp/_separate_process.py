@@ -13,7 +13,7 @@ import signal
 import sys
 from importlib import import_module
 
-from firstcontact.core import Command, InputError, in_a_line
+from firstcontact.core import Command, InputError, summarize_error
 from firstcontact.grasp._hand import Hand, HandError
 
 #: Longest time from the end of the orders to the end of the process, s. The Ability Hand needs
@@ -63,7 +63,7 @@ class Orders:
         except HandError as error:
             return f"failed {error}"
         except Exception as error:
-            return f"failed it raised {in_a_line(error)}"
+            return f"failed it raised {summarize_error(error)}"
         return "done"
 
 
@@ -96,7 +96,7 @@ def main() -> None:
     except (InputError, HandError) as error:
         write_line(out, f"refused {error}")
     except Exception as error:
-        write_line(out, f"refused the hand {name} raised {in_a_line(error)}")
+        write_line(out, f"refused the hand {name} raised {summarize_error(error)}")
 
 
 def _end_within(seconds: float) -> None:

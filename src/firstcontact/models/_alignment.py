@@ -12,12 +12,12 @@ from firstcontact.contact import (
     DETECTORS,
     Detector,
     closing_starts,
-    closings,
-    counted,
+    count_starts,
+    cut_closings,
+    describe_starts,
     detect,
     make_detector,
-    told,
-    untrained,
+    untrained_detector,
 )
 from firstcontact.core import Contact, Dataset, InputError, Runner
 from firstcontact.models._folds import inner_folds
@@ -52,9 +52,11 @@ def known(dataset: Dataset) -> Alignment:
 def found(dataset: Dataset, detector: Detector, how: str = "") -> Alignment:
     """Contacts as a detector finds them, from where each closing starts."""
     starts = closing_starts(dataset)
-    heard = closings(dataset, starts).pinches
+    heard = cut_closings(dataset, starts).pinches
     contacts = [next(iter(detect(detector, pinch)), None) for pinch in heard]
-    return Alignment(contacts, f"detected ({detector.name}{how}; {told(counted(starts))})")
+    return Alignment(
+        contacts, f"detected ({detector.name}{how}; {describe_starts(count_starts(starts))})"
+    )
 
 
 def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
@@ -80,7 +82,7 @@ def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
             return make_detector(DETECTORS.default).fit(dataset)
         except InputError:
             pass  # too little quiet before the contacts: nothing to learn a steady state from
-    return untrained(dataset.layout).fit(dataset)
+    return untrained_detector(dataset.layout).fit(dataset)
 
 
 def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runner) -> Alignment:
@@ -103,7 +105,7 @@ def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runne
     if not detector.learns:
         return found(dataset, detector)
     starts = closing_starts(dataset)
-    dataset = closings(dataset, starts)
+    dataset = cut_closings(dataset, starts)
     sessions = dataset.sessions if "" not in dataset.sessions else None
     contacts: list[Contact | None] = [None] * len(dataset)
     folds = list(inner_folds(np.zeros(len(dataset)), sessions, seed, FOLDS))
@@ -112,7 +114,8 @@ def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runne
         for place, contact in zip(ask, answered, strict=True):
             contacts[place] = contact
     apart = "pinches" if sessions is None or len(np.unique(sessions)) < 2 else "sessions"
-    how = f"detected ({detector.name} that learned from other {apart}; {told(counted(starts))})"
+    begin = describe_starts(count_starts(starts))
+    how = f"detected ({detector.name} that learned from other {apart}; {begin})"
     return Alignment(contacts, how)
 
 

@@ -24,7 +24,7 @@ from firstcontact.core import (
     read_card,
     read_weights,
     replacing,
-    write_learned,
+    write_weights,
 )
 from firstcontact.models._compact import CompactModel
 from firstcontact.models._in_context import InContextModel
@@ -126,7 +126,7 @@ def save_anytime(
             temporary.write_bytes(digests)
     else:
         file.unlink(missing_ok=True)
-    write_learned(directory / CARD, directory / WEIGHTS, tree, model.to_arrays(), AnytimeCard)
+    write_weights(directory / CARD, directory / WEIGHTS, tree, model.to_arrays(), AnytimeCard)
     return directory
 
 

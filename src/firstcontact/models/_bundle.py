@@ -17,18 +17,18 @@ from numpy.typing import NDArray
 
 from firstcontact.contact import (
     Detector,
+    card_digest,
     load_detector,
     pretrained_detector,
     save_detector,
-    vouched,
 )
 from firstcontact.core import (
     DETECTOR_CARD,
     Contact,
     Dataset,
     InputError,
+    is_same_rate,
     replacing_folder,
-    same_rate,
 )
 from firstcontact.models._alignment import found
 from firstcontact.models._anytime_file import (
@@ -280,7 +280,7 @@ class Model:
                 f"and {latest:g} s is given",
                 parameter="at",
             )
-        if not same_rate(data.layout.rate, self.rate):
+        if not is_same_rate(data.layout.rate, self.rate):
             if contacts is not None:
                 raise InputError(
                     f"contacts: they count samples at {data.layout.rate:g} Hz and the model takes "
@@ -374,7 +374,7 @@ class Model:
         """Write the files of the model into an empty folder, as :meth:`save` does."""
         save_detector(self.own_detector, folder, self.detector_data)
         for window in self.windows:
-            card = replace(window.provenance, detector=vouched(folder))
+            card = replace(window.provenance, detector=card_digest(folder))
             save_model(window.model, folder / window.name, card, window.digests)
         if self.network is not None:
             save_anytime(self.network.model, folder, self.network.about, self.network.digests)

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import INPUT, InputError, Program, need
+from firstcontact.core import INPUT, InputError, Program, require_modules
 from firstcontact.core.layer_steps import compress as compress_step
 from firstcontact.models._model import WindowModel
 from firstcontact.models._network import Network
@@ -132,7 +132,7 @@ class CnnModel(WindowModel):
             if name.startswith("network.")
         }
         if older and "onnx" not in arrays:
-            need(cls.extra, "torch", "onnxscript")
+            require_modules(cls.extra, "torch", "onnxscript")
             from firstcontact.models._network_export import export_older
 
             raw = export_older(older, spec.samples, spec.channels, len(spec.classes) or 1)

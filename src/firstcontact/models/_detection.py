@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact import Detector, WindowDecisions, closings, latch
+from firstcontact.contact import Detector, WindowDecisions, cut_closings, latch
 from firstcontact.core import Block, Contact, Dataset, InputError, Record
 from firstcontact.signal import lookahead, samples_in
 
@@ -156,7 +156,7 @@ def score_detector(
     """Run a detector over pinches and compare with their known first contacts.
 
     Each is judged from where its closing starts
-    (:func:`firstcontact.contact._closing_start.closings`).
+    (:func:`firstcontact.contact._closing_start.cut_closings`).
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def score_detector(
     InputError
         When no pinch has a known first contact.
     """
-    verdicts = judged(detector, closings(dataset))
+    verdicts = judged(detector, cut_closings(dataset))
     return score_decisions(verdicts, dataset, detector.step, early, tolerance)
 
 

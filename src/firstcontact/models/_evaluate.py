@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact import Detector
-from firstcontact.core import Dataset, InputError, counted, same_rate
+from firstcontact.core import Dataset, InputError, counted, is_same_rate
 from firstcontact.models._alignment import Alignment, found, known
 from firstcontact.models._anytime_scores import answers_by_time, anytime_scores
 from firstcontact.models._bundle import (
@@ -183,7 +183,7 @@ def evaluate(
 
     def at(rate: float) -> tuple[Dataset, Alignment]:
         if rate not in aligned:
-            dataset = data if same_rate(data.layout.rate, rate) else resample_dataset(data, rate)
+            dataset = data if is_same_rate(data.layout.rate, rate) else resample_dataset(data, rate)
             if known_contacts(contacts, dataset):
                 aligned[rate] = dataset, known(dataset)
             else:

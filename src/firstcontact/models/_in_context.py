@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_RATE, InputError, parse_int, same_rate, take_array
+from firstcontact.core import FINGERTIP_RATE, InputError, is_same_rate, parse_int, take_array
 from firstcontact.models._anytime_model import Answers, AnytimeModel, Arrays
 from firstcontact.models._contact_features import Shape
 from firstcontact.models._context_network import Context, Network
@@ -149,7 +149,7 @@ class InContextModel(AnytimeModel):
         return Answers(values, spreads, low, high, strange)
 
     def _check(self, touches: Touches) -> None:
-        if not same_rate(touches.rate, self.rate):
+        if not is_same_rate(touches.rate, self.rate):
             raise InputError(
                 f"the model takes contacts at {self.rate:g} Hz but these have {touches.rate:g} Hz: "
                 "resample the pinches first"

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError, Pinch, read_vouched
+from firstcontact.core import InputError, Pinch, read_verified
 
 Digests = NDArray[np.uint64]
 
@@ -54,7 +54,7 @@ def read_digests(path: Path, sha256: str, card: str) -> Digests:
     InputError
         Missing, damaged, or another model's.
     """
-    raw = read_vouched(path, sha256, card, LONGEST)
+    raw = read_verified(path, sha256, card, LONGEST)
     if len(raw) % SIZE:
         raise InputError(f"{path}: is cut off: copy the folder again")
     return np.frombuffer(raw, dtype="<u8").astype(np.uint64)

@@ -12,12 +12,12 @@ from firstcontact.core import (
     AnyPath,
     InputError,
     digest,
-    left_behind,
-    need_for,
+    displaced_folder,
     read_regular,
     read_weights,
     replacing,
-    write_learned,
+    require_extra,
+    write_weights,
 )
 from firstcontact.core import read_card as read_checked
 from firstcontact.models._card import ModelCard, Provenance
@@ -90,7 +90,7 @@ def save_model(
     if digests is not None:
         with replacing(file) as temporary:
             temporary.write_bytes(digests)
-    write_learned(directory / CARD, directory / WEIGHTS, tree, model.to_arrays(), ModelCard)
+    write_weights(directory / CARD, directory / WEIGHTS, tree, model.to_arrays(), ModelCard)
     if digests is None:
         file.unlink(missing_ok=True)
     return directory
@@ -129,7 +129,7 @@ def load_window_model(path: AnyPath) -> WindowModel:
         raise InputError(
             f"{directory / CARD}: {error}: update firstcontact or train again"
         ) from None
-    need_for(kind)
+    require_extra(kind)
     _check_detector(directory, card)
     arrays = read_weights(directory / WEIGHTS, card.sha256, CARD)
     try:
@@ -216,7 +216,7 @@ def model_folders(path: AnyPath) -> list[Path]:
         return [folder]
     found = sorted(card.parent for card in folder.glob(f"*/{CARD}"))
     if not found:
-        aside = left_behind(folder)
+        aside = displaced_folder(folder)
         if aside is not None:
             raise InputError(
                 f"{folder}: a training was killed while it replaced this folder: rename {aside}, "

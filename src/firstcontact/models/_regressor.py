@@ -19,7 +19,7 @@ from zipfile import ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ForeignCode, InputError, in_a_line, is_interrupt, remember
+from firstcontact.core import ForeignCode, InputError, summarize_error, is_interrupt, register_foreign
 from firstcontact.models._estimator import Estimator, training_spec
 from firstcontact.models._model import WindowModel
 from firstcontact.models._spec import Arrays, Spec, Task, Values, Windows
@@ -190,7 +190,7 @@ def imported(name: str) -> Any:
     module, _, path = name.partition(":")
     try:
         with ForeignCode(name):
-            remember(module, name)
+            register_foreign(module, name)
             regressor: Any = import_module(module)
             for part in path.split("."):
                 regressor = getattr(regressor, part)
@@ -198,7 +198,7 @@ def imported(name: str) -> Any:
         if is_interrupt(error):
             raise
         raise InputError(
-            f"{name} cannot be imported ({in_a_line(error.__cause__ or error)}): name it "
+            f"{name} cannot be imported ({summarize_error(error.__cause__ or error)}): name it "
             "PACKAGE:NAME, from a folder or an environment that Python finds it in"
         ) from None
     return regressor
@@ -242,7 +242,7 @@ def to_skops(fitted: Any, title: str) -> bytes:
     try:
         raw = dumps(fitted)
     except Exception as error:
-        raise InputError(f"{title} cannot be saved by skops ({in_a_line(error)})") from None
+        raise InputError(f"{title} cannot be saved by skops ({summarize_error(error)})") from None
     _check_types(raw, title)
     return _renumbered(raw)
 
@@ -270,7 +270,7 @@ def from_skops(raw: bytes) -> Any:
         if is_interrupt(error):
             raise
         raise InputError(
-            f"the skops file is damaged ({in_a_line(error)[:200]}): train again"
+            f"the skops file is damaged ({summarize_error(error)[:200]}): train again"
         ) from None
 
 

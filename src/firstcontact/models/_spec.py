@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError, same_rate
+from firstcontact.core import InputError, is_same_rate
 
 Arrays = dict[str, NDArray[Any]]
 Windows = NDArray[np.float32]
@@ -64,7 +64,7 @@ class Spec:
         InputError
             If ``rate`` (Hz) differs by more than one per cent.
         """
-        if not same_rate(rate, self.rate):
+        if not is_same_rate(rate, self.rate):
             raise InputError(
                 f"the model takes windows at {self.rate:g} Hz but these have {rate:g} Hz: "
                 f"make one for them with `firstcontact train --rate {rate:g}`"

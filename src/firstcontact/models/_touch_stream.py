@@ -15,7 +15,7 @@ from firstcontact.models._touches import (
     cut_touch,
     finger_number,
 )
-from firstcontact.signal import MEMORY, AsSent, samples_in
+from firstcontact.signal import MEMORY, DeviceSmoothing, samples_in
 
 #: From one answer to the next, s.
 STEP = 0.001
@@ -57,7 +57,7 @@ class TouchStream:
     def _restart(self, first_sample: int, epoch: int) -> None:
         if self._contact is not None and self._left:
             self._refuse("samples were lost")
-        self._smoothing = AsSent(self._layout, self._columns)
+        self._smoothing = DeviceSmoothing(self._layout, self._columns)
         self._past = np.zeros((0, len(self._columns)))
         self._end = first_sample
         self._epoch = epoch

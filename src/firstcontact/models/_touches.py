@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import ChannelKind, Contact, Dataset, Finger, Pinch
-from firstcontact.signal import BASELINE, BASELINE_GUARD, AsSent, samples_in
+from firstcontact.signal import BASELINE, BASELINE_GUARD, DeviceSmoothing, samples_in
 
 #: So much of the signal before the contact is looked at, s: there the motor is heard.
 BEFORE = 0.040
@@ -192,5 +192,5 @@ def _signal(pinch: Pinch, contact: Contact) -> Signals | None:
     if not columns:
         return None
     volts = pinch.layout.physical(pinch.data, columns)
-    smooth = AsSent(pinch.layout, columns).update(volts)
+    smooth = DeviceSmoothing(pinch.layout, columns).update(volts)
     return cut_touch(smooth[:, 0], contact.sample - pinch.first_sample, pinch.layout.rate)

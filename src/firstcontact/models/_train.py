@@ -13,12 +13,12 @@ from firstcontact.core import (
     Dataset,
     InputError,
     Serial,
-    asked_workers,
+    worker_count,
     counted,
-    need_for,
+    require_extra,
     parallel,
     percent,
-    same_rate,
+    is_same_rate,
     to_tree,
 )
 from firstcontact.models._adapting import Adapted, adapt_network
@@ -121,7 +121,7 @@ def train(
     Model(detector='logistic', 'svm' at 15 ms, 'in_context' from 2 to 15 ms)
     """
     kind = find_estimator(estimator)
-    need_for(kind)
+    require_extra(kind)
     _check(windows, level, seed, rate)
     if issubclass(kind, RegressorEstimator):
         kind.check_saved(seed)
@@ -134,7 +134,7 @@ def train(
     dataset, notes = _resampled(dataset, rate)
     fitted = fit_detector(dataset, detector)
     target, values = _target(dataset)
-    with parallel(asked_workers(workers)) as runner:
+    with parallel(worker_count(workers)) as runner:
         if known_contacts(contacts, dataset):
             aligned = known(dataset)
         else:
@@ -325,7 +325,7 @@ def _training_pinches(data: Dataset) -> Dataset:
 def _resampled(dataset: Dataset, rate: float | None) -> tuple[Dataset, list[str]]:
     """Resample pinches where their rate differs; the note says what was done."""
     check_rate("data: the rate", dataset.layout.rate)
-    if rate is None or same_rate(rate, dataset.layout.rate):
+    if rate is None or is_same_rate(rate, dataset.layout.rate):
         return dataset, []
     resampled = resample_dataset(dataset, rate)
     return resampled, [resampled.notes[-1]]
@@ -398,7 +398,7 @@ def _conditioned(
         The pinches do not describe a rig.
     """
     base = pretrained()
-    if not same_rate(dataset.layout.rate, base.rate):
+    if not is_same_rate(dataset.layout.rate, base.rate):
         raise UnknownRigError(
             f"it takes {base.rate:g} Hz and these pinches have {dataset.layout.rate:g} Hz",
             parameter="data",

@@ -27,7 +27,7 @@ from ._header import PinchMark as PinchMark
 from ._importing import find_importer as find_importer
 from ._importing import import_path as import_path
 from ._plot import plot_pinch as plot_pinch
-from ._quoting import shown as shown
+from ._quoting import quote as quote
 from ._reader import Recording as Recording
 from ._reader import read_recording as read_recording
 from ._table import read_rows as read_rows

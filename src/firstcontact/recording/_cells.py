@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from firstcontact.core import HIGHEST_RANK, LONGEST_NAME, Finger, InputError, Role, parse_float
-from firstcontact.recording._quoting import shown, text_of
+from firstcontact.recording._quoting import quote, text_of
 from firstcontact.recording._table import Table
 
 #: Names of hardness classes, from soft to hard.
@@ -33,7 +33,7 @@ def each(where: str, columns: Columns, name: str, read: Callable[[Any], T]) -> l
             values.append(read(value))
         except (ValueError, TypeError, OverflowError) as error:
             raise InputError(
-                f"{where}: {name} of {place(columns, i)} is {shown(value)}, {error}: "
+                f"{where}: {name} of {place(columns, i)} is {quote(value)}, {error}: "
                 f"correct it, or leave {name} out for all"
             ) from None
     return values

@@ -13,7 +13,7 @@ from pathlib import Path
 from firstcontact.core import SCALES, Finger, InputError, VibrationSensor
 from firstcontact.recording import _cells as cells
 from firstcontact.recording._checks import check_rate
-from firstcontact.recording._quoting import shown
+from firstcontact.recording._quoting import quote
 from firstcontact.recording._table import read_rows
 
 #: Slowest rate of a signal that goes along, Hz.
@@ -65,25 +65,25 @@ def _signal(where: str, row: Mapping[str, str]) -> Signal:
             return cells.number(row[name])
         except ValueError as error:
             raise InputError(
-                f"{where}: {name} is {shown(row[name])}, {error}: correct it"
+                f"{where}: {name} is {quote(row[name])}, {error}: correct it"
             ) from None
 
     sensor = row.get("sensor", "").lower()
     if sensor and sensor not in set(VibrationSensor):
         raise InputError(
-            f"{where}: sensor is {shown(sensor)} and must be one of {', '.join(VibrationSensor)}, "
+            f"{where}: sensor is {quote(sensor)} and must be one of {', '.join(VibrationSensor)}, "
             "or empty for what is no vibration"
         )
     try:
         finger = cells.finger(row.get("finger", ""))
     except ValueError as error:
         raise InputError(
-            f"{where}: finger is {shown(row['finger'])}, {error}: correct it"
+            f"{where}: finger is {quote(row['finger'])}, {error}: correct it"
         ) from None
     column = number("column", 0.0) if row.get("column") else None
     if column is not None and not (column == int(column) and 0 <= column < 1 << 31):
         raise InputError(
-            f"{where}: column is {shown(row['column'])} and must count from 0: correct it, or "
+            f"{where}: column is {quote(row['column'])} and must count from 0: correct it, or "
             "leave it empty"
         )
     scale = number("scale", 1.0)

@@ -27,7 +27,7 @@ from firstcontact.core import (
     parse_float,
 )
 from firstcontact.recording._header import SOURCES
-from firstcontact.recording._quoting import shown, text_of
+from firstcontact.recording._quoting import quote, text_of
 from firstcontact.recording._samples import LARGEST
 
 #: What holds for all pinches of a file; the rate and the sensor's unit must be given, and of
@@ -72,7 +72,7 @@ def check_rate(where: str, rate: Any) -> float:
         value = math.nan
     if not LOWEST_RATE <= value <= HIGHEST_RATE:
         raise InputError(
-            f"{where} is {shown(rate)} and must be from {LOWEST_RATE:g} to {HIGHEST_RATE:g}: "
+            f"{where} is {quote(rate)} and must be from {LOWEST_RATE:g} to {HIGHEST_RATE:g}: "
             "give samples a second, recorded at 2 kHz or faster"
         )
     return value
@@ -148,12 +148,12 @@ def read_settings(
     unit = text_of(given[of_unit])
     if unit not in UNITS:
         raise InputError(
-            f"{where}: {of_unit} is {shown(unit)} and must be one of {', '.join(UNITS)}"
+            f"{where}: {of_unit} is {quote(unit)} and must be one of {', '.join(UNITS)}"
         )
     force_unit = text_of(given.get("force_unit", "V"))
     if force_unit not in FORCE_UNITS:
         raise InputError(
-            f"{where}: force_unit is {shown(force_unit)} and must be one of "
+            f"{where}: force_unit is {quote(force_unit)} and must be one of "
             f"{', '.join(FORCE_UNITS)}: convert force to volts, or leave it out"
         )
     alpha = text_of(given.get("smoothing_alpha", "1"))
@@ -163,12 +163,12 @@ def read_settings(
         smoothing = math.nan
     if not 0 < smoothing <= 1:
         raise InputError(
-            f"{where}: smoothing_alpha is {shown(alpha)} and must be above 0 and at most 1 "
+            f"{where}: smoothing_alpha is {quote(alpha)} and must be above 0 and at most 1 "
             "(not smoothed)"
         )
     axis = text_of(given["axis"]) if "axis" in given else None
     if axis is not None and not (axis.isdecimal() and len(axis) < len("100")):
-        raise InputError(f"{where}: axis is {shown(axis)} and must count from 0")
+        raise InputError(f"{where}: axis is {quote(axis)} and must count from 0")
     source = check_source(where, given.get("source", "unknown"))
     which = None if axis is None else int(axis)
     return FileSettings(sensor, rate, unit, smoothing, source, which, force_unit)
@@ -185,7 +185,7 @@ def check_source(where: str, said: Any) -> str:
     source = text_of(said)
     if source not in SOURCES:
         raise InputError(
-            f"{where}: source is {shown(source)} and must be one of {', '.join(SOURCES)}"
+            f"{where}: source is {quote(source)} and must be one of {', '.join(SOURCES)}"
         )
     return source
 

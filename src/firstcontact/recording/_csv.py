@@ -32,7 +32,7 @@ from firstcontact.recording._checks import (
 )
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
-from firstcontact.recording._quoting import listed, shown
+from firstcontact.recording._quoting import listed, quote
 from firstcontact.recording._table import Table, read_columns
 
 FORCE = tuple(f"force_{f}_{k}" for f in ("index", "thumb") for k in range(TAXELS))
@@ -144,7 +144,7 @@ def _numbers(path: Path, columns: Table, name: str, start: int, stop: int) -> li
             numbers.append(parse_float(cell))
         except ValueError as error:
             raise InputError(
-                f"{path}: {name} of {columns.place(row)} is {shown(cell)}, {error}: correct it"
+                f"{path}: {name} of {columns.place(row)} is {quote(cell)}, {error}: correct it"
             ) from None
     return numbers
 
@@ -157,7 +157,7 @@ def _bounds(path: Path, columns: Table) -> list[tuple[int, int]]:
     for name, rows in groupby(columns["pinch"]):
         if name in seen:
             raise InputError(
-                f"{path}: pinch {shown(name)} comes again in {columns.place(start)}: put its "
+                f"{path}: pinch {quote(name)} comes again in {columns.place(start)}: put its "
                 "rows one after another"
             )
         seen.add(name)
@@ -174,7 +174,7 @@ def _constant(path: Path, columns: Table, name: str, bounds: list[tuple[int, int
         for row in range(start, stop):
             if cells[row] != cells[start]:
                 raise InputError(
-                    f"{path}: {name} changes from {shown(cells[start])} to {shown(cells[row])} in "
+                    f"{path}: {name} changes from {quote(cells[start])} to {quote(cells[row])} in "
                     f"{columns.place(row)} where it must stay the same: correct the rows"
                 )
     return [cells[start] for start, _ in bounds]

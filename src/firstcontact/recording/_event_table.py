@@ -20,7 +20,7 @@ from firstcontact.core import InputError
 from firstcontact.recording import _cells as cells
 from firstcontact.recording._label_track import ONSET, is_track, read_track
 from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS
-from firstcontact.recording._quoting import shown
+from firstcontact.recording._quoting import quote
 from firstcontact.recording._table import Table, read_columns
 from firstcontact.recording._table_columns import unknown_columns
 
@@ -108,24 +108,24 @@ def find_events(
             value = cells.number(cell)
         except ValueError as error:
             raise InputError(
-                f"{table}: {name} of {columns.place(row)} is {shown(cell)}, {error}: correct it"
+                f"{table}: {name} of {columns.place(row)} is {quote(cell)}, {error}: correct it"
             ) from None
         at = value * rate if name == SECONDS else value
         end, channels = shapes[file]
         if of is not None and not 0 <= of[row] < channels:
             raise InputError(
-                f"{table}: channel of {columns.place(row)} is {shown(of[row])}, and "
+                f"{table}: channel of {columns.place(row)} is {quote(of[row])}, and "
                 f"{files[file].name} has {channels}: count from 0"
             )
         if not 0 <= at <= end - 1:
             last = f"{(end - 1) / rate:g} s" if name == SECONDS else end - 1
             raise InputError(
-                f"{table}: {name} of {columns.place(row)} is {shown(cell)}, outside "
+                f"{table}: {name} of {columns.place(row)} is {quote(cell)}, outside "
                 f"{files[file].name} (0 to {last}): correct the row"
             )
         if name == SAMPLE and at != int(at):
             raise InputError(
-                f"{table}: {name} of {columns.place(row)} is {shown(cell)}, which is not a whole "
+                f"{table}: {name} of {columns.place(row)} is {quote(cell)}, which is not a whole "
                 f"number: give samples, or seconds in {SECONDS}"
             )
         out.append(Event(row, file, None if of is None else of[row], round(at)))

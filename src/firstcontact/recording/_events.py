@@ -20,7 +20,7 @@ from firstcontact.recording._event_table import (
 )
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import labelled
-from firstcontact.recording._quoting import shown
+from firstcontact.recording._quoting import quote
 from firstcontact.recording._sound import SUFFIXES, read_sound
 from firstcontact.recording._table_columns import source_of
 from firstcontact.recording._wav import check_alike, sound_layout, wav_samples
@@ -111,7 +111,7 @@ def _files(
         if len(found) != 1:
             what = "is in two folders" if found else "is not in the folder"
             raise InputError(
-                f"{table}: file of {columns.place(row)} is {shown(name)}, which {what} {path}: "
+                f"{table}: file of {columns.place(row)} is {quote(name)}, which {what} {path}: "
                 "correct the row or the folder"
             )
         if found[0] not in files:

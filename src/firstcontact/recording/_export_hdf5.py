@@ -70,7 +70,7 @@ def _write(dataset: Dataset, path: Path) -> None:
 
 def _by_finger(layout: Layout, kind: ChannelKind) -> tuple[int, ...]:
     """Columns in the order of an array: index, then thumb, taxel by taxel, axis by axis."""
-    columns = [(c, i) for i, c in enumerate(layout.of_columns) if c.kind is kind]
+    columns = [(c, i) for i, c in enumerate(layout.column_channels) if c.kind is kind]
     return tuple(
         i for _, i in sorted(columns, key=lambda ci: (ci[0].finger or 0, ci[0].taxel or 0))
     )

@@ -73,7 +73,7 @@ def _topics(pinch: Pinch) -> Mapping[str, tuple[Values, Values]]:
     out = {
         f"/{channel.kind}/{name}": (times, physical[:, k])
         for k, (name, channel) in enumerate(
-            zip(layout.column_names, layout.of_columns, strict=True)
+            zip(layout.column_names, layout.column_channels, strict=True)
         )
     }
     for group in layout.groups:

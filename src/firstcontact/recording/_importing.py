@@ -11,9 +11,9 @@ from firstcontact.core import (
     Dataset,
     InputError,
     VibrationSensor,
-    need_for,
-    resolved,
-    temporary_beside,
+    require_extra,
+    resolve_path,
+    temporary_path,
 )
 from firstcontact.recording._dataset import write_dataset
 from firstcontact.recording._formats import IMPORTERS, Importer
@@ -63,7 +63,7 @@ def import_path(
         The input cannot be used or says another source, or ``out`` is in use; then
         nothing is written.
     """
-    path, out = Path(path), resolved(Path(out))
+    path, out = Path(path), resolve_path(Path(out))
     try:
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
             raise InputError(f"{out} is there and not an empty folder: choose another --out")
@@ -76,7 +76,7 @@ def import_path(
     )
     if sensor is not None and not importer.asks_sensor:
         raise InputError(f"{path} says what its sensor is: leave --sensor out")
-    need_for(importer)
+    require_extra(importer)
     given: dict[str, object] = {
         name: value
         for name, value in {"sensor": sensor, **tables}.items()
@@ -98,7 +98,7 @@ def import_path(
         session_assumed=dataset.sessions_assumed,
     )
     try:
-        with temporary_beside(out) as temporary:
+        with temporary_path(out) as temporary:
             temporary.mkdir()
             write_dataset(dataset, temporary, header)
             temporary.replace(out)  # refused where it is not empty any more

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from firstcontact.core import InputError, parse_float, read_regular
 from firstcontact.recording._labels import LABEL_COLUMNS
-from firstcontact.recording._quoting import reason, shown
+from firstcontact.recording._quoting import quote, reason
 from firstcontact.recording._table import Table
 
 #: Bytes of the longest track: a hundred thousand labels and more.
@@ -59,7 +59,7 @@ def read_track(path: Path) -> Table:
             start, end = 1.0, 0.0
         if not start <= end:
             raise InputError(
-                f"{path}: line {number} is {shown(line)} and no label: give start and end in "
+                f"{path}: line {number} is {quote(line)} and no label: give start and end in "
                 "seconds and a text, with tabs between"
             )
         numbers.append(number)
@@ -86,7 +86,7 @@ def label_columns(where: str, table: Table, texts: Sequence[str]) -> Table:
             name, value = (name, value) if equals else ("object", part)
             if name not in LABEL_COLUMNS or name in row:
                 raise InputError(
-                    f"{where}: {table.place(number)} says {shown(part)}: give the object in words, "
+                    f"{where}: {table.place(number)} says {quote(part)}: give the object in words, "
                     f"or name=value once for any of {', '.join(LABEL_COLUMNS)}, with semicolons "
                     "between"
                 )

@@ -24,7 +24,7 @@ from firstcontact.core import (
 from firstcontact.recording import _cells as cells
 from firstcontact.recording._cells import Columns, each, place
 from firstcontact.recording._dataset import pause_between, shifted
-from firstcontact.recording._quoting import shown
+from firstcontact.recording._quoting import quote
 
 #: Columns that say what was pinched.
 LABEL_COLUMNS = (
@@ -212,7 +212,7 @@ def make_contacts(
         for field, sample in ((name, first), ("second_contact", second)):
             if not -1 <= sample < len(data):
                 raise InputError(
-                    f"{where}: {field} of {place(columns, i)} is {shown(sample)}, outside "
+                    f"{where}: {field} of {place(columns, i)} is {quote(sample)}, outside "
                     f"the pinch's {len(data)} samples: count from 0 within it, -1 where not known"
                 )
         if second >= 0 and not 0 <= first <= second:
@@ -269,7 +269,7 @@ def make_motor_starts(
         end = known[0].sample if known else length
         if not -1 <= start < max(end, 0):
             raise InputError(
-                f"{where}: motor_start of {place(columns, i)} is {shown(start)}, outside the "
+                f"{where}: motor_start of {place(columns, i)} is {quote(start)}, outside the "
                 f"{end} samples before its {'first contact' if known else 'end'}: count from 0 "
                 "within the pinch, -1 where not known"
             )

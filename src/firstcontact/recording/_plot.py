@@ -87,7 +87,7 @@ def _force(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
         values = pinch.force(finger)
         axes.plot(time, values, color=COLOURS[finger], lw=0.6, alpha=0.35)
         axes.plot(time, values.mean(axis=1), color=COLOURS[finger], lw=1.6)
-        unit = figure_label(pinch.layout.of_columns[columns[0]].unit, 12)
+        unit = figure_label(pinch.layout.column_channels[columns[0]].unit, 12)
     axes.set_ylabel(f"force ({unit})" if unit else "force (raw)")
     axes.text(
         0.012, 0.95, "thin: taxels, thick: their mean", transform=axes.transAxes,

@@ -18,7 +18,7 @@ def text_of(value: Any) -> str:
     return text.encode("utf-8", "replace").decode()
 
 
-def shown(value: Any) -> str:
+def quote(value: Any) -> str:
     """A value as messages show it: quoted where it is text."""
     text = text_of(value)
     if isinstance(value, str | bytes):
@@ -29,7 +29,7 @@ def shown(value: Any) -> str:
 def listed(names: Sequence[str]) -> str:
     """Some of the names, and how many more there are."""
     more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
-    return ", ".join(shown(n).strip("'") for n in names[:_LISTED]) + more
+    return ", ".join(quote(n).strip("'") for n in names[:_LISTED]) + more
 
 
 def reason(error: BaseException) -> str:

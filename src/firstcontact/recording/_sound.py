@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError, need, open_regular
+from firstcontact.core import InputError, open_regular, require_modules
 from firstcontact.recording._apart import apart
 from firstcontact.recording._memory import bounded_memory
 from firstcontact.recording._quoting import reason
@@ -34,7 +34,7 @@ def read_sound(file: Path) -> tuple[int, NDArray[Any]]:
 
 
 def _read_flac(file: Path) -> tuple[int, NDArray[Any]]:
-    need("files", "soundfile")
+    require_modules("files", "soundfile")
     try:
         open_regular(file).close()
         seconds = _SECONDS + file.stat().st_size / _SPEED

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby, pairwise
 
-from firstcontact.core import Block, counted, joined
+from firstcontact.core import Block, counted, merge_blocks
 
 
 def join(blocks: Sequence[Block]) -> tuple[tuple[Block, ...], tuple[str, ...]]:
@@ -45,7 +45,7 @@ def _join_epoch(arrived: list[Block]) -> tuple[list[Block], list[str]]:
             block = Block(block.data[known:], block.first_sample + known, block.epoch)
         if len(block.data):
             kept.append(block)
-    stretches = joined(kept)
+    stretches = merge_blocks(kept)
     gaps = [b.first_sample - a.end for a, b in pairwise(stretches)]
     if doubled:
         trouble.append(f"{doubled} samples came twice; the first were kept")

@@ -27,7 +27,7 @@ from firstcontact.recording._event_table import (
 from firstcontact.recording._events import NO_CONTACTS
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._label_track import label_columns
-from firstcontact.recording._quoting import listed, shown
+from firstcontact.recording._quoting import listed, quote
 from firstcontact.recording._signals import pinches_of
 from firstcontact.recording._stamps import Run, check_stamps
 from firstcontact.recording._table_columns import source_of
@@ -103,16 +103,16 @@ def _check(path: Path, streams: Sequence[Stream]) -> None:
     doubled = sorted({name for name in names if names.count(name) > 1})
     if doubled:
         raise InputError(
-            f"{path} has two streams of the name {shown(doubled[0])}: record them again under "
+            f"{path} has two streams of the name {quote(doubled[0])}: record them again under "
             "names of their own, or remove one"
         )
     for stream in streams:
         if not 0 <= stream.rate <= HIGHEST_RATE:
             raise InputError(
-                f"{path}: stream {shown(stream.name)} says {stream.rate:g} Hz and must say 0 (no "
+                f"{path}: stream {quote(stream.name)} says {stream.rate:g} Hz and must say 0 (no "
                 f"regular rate) to {HIGHEST_RATE:g} Hz: record it again"
             )
-        check_stamps(f"{path}: stream {shown(stream.name)}", stream.stamps)
+        check_stamps(f"{path}: stream {quote(stream.name)}", stream.stamps)
 
 
 def _contacts(
@@ -163,7 +163,7 @@ def _placed(
         place = next((k for k, (a, b) in enumerate(bounds) if a <= at <= b), None)
         if place is None and not 0 <= at <= end:
             raise InputError(
-                f"{table}: {name} of {columns.place(row)} is {shown(cell)}, where the vibration "
+                f"{table}: {name} of {columns.place(row)} is {quote(cell)}, where the vibration "
                 "has no samples: correct or remove the row"
             )
         rows.append(place)

@@ -10,7 +10,7 @@ from pathlib import Path
 from firstcontact.core import InputError, VibrationSensor
 from firstcontact.recording._channel_table import Signal
 from firstcontact.recording._checks import LOWEST_RATE, check_rate
-from firstcontact.recording._quoting import listed, shown
+from firstcontact.recording._quoting import listed, quote
 from firstcontact.recording._signals import Assembled, Taken, assemble, checked
 from firstcontact.recording._stamps import Run, even_runs
 from firstcontact.recording._xdf_file import Stream
@@ -34,7 +34,7 @@ def guessed_signals(
         what = (
             f"{len(fast)} streams of numbers at {LOWEST_RATE:g} Hz or more"
             if len(fast) != 1
-            else f"a stream {shown(fast[0].name)} of {fast[0].values.shape[1]} channels"
+            else f"a stream {quote(fast[0].name)} of {fast[0].values.shape[1]} channels"
         )
         raise InputError(
             f"{path} has {what} ({listed([s.name for s in streams])}): say in a table which is the "
@@ -59,7 +59,7 @@ def unbroken_parts(
         stream = by_name.get(signal.variable)
         if stream is None:
             raise InputError(
-                f"{path} has no stream {shown(signal.variable)} (it has {listed(list(by_name))}): "
+                f"{path} has no stream {quote(signal.variable)} (it has {listed(list(by_name))}): "
                 "correct the table of channels"
             )
         if stream.says or not stream.rate or len(stream.stamps) < 2:
@@ -67,18 +67,18 @@ def unbroken_parts(
                 "texts" if stream.says else "no regular rate" if stream.stamps.size else "nothing"
             )
             raise InputError(
-                f"{path}: stream {shown(stream.name)} has {what}, and a signal has numbers at a "
+                f"{path}: stream {quote(stream.name)} has {what}, and a signal has numbers at a "
                 "regular rate: leave it out of the table of channels"
             )
         if signal.rate not in (None, stream.rate):
             raise InputError(
-                f"{path}: stream {shown(stream.name)} says {stream.rate:g} Hz and the table "
+                f"{path}: stream {quote(stream.name)} says {stream.rate:g} Hz and the table "
                 f"{signal.rate:g} Hz: correct the table"
             )
     main = next(by_name[s.variable] for s in signals if s.sensor is not None)
-    check_rate(f"{path}: the rate of stream {shown(main.name)}", main.rate)
+    check_rate(f"{path}: the rate of stream {quote(main.name)}", main.rate)
     runs = {
-        name: even_runs(f"{path}: stream {shown(name)}", by_name[name].stamps, by_name[name].rate)
+        name: even_runs(f"{path}: stream {quote(name)}", by_name[name].stamps, by_name[name].rate)
         for name in {s.variable for s in signals}
     }
     if len(runs[main.name]) > 1:
@@ -87,7 +87,7 @@ def unbroken_parts(
         )
     values = {
         (s.variable, s.column): checked(
-            f"{path}: stream {shown(s.variable)}", s, by_name[s.variable].values
+            f"{path}: stream {quote(s.variable)}", s, by_name[s.variable].values
         )
         for s in signals
     }

@@ -6,7 +6,7 @@ from ._resample import resample as resample
 from ._resample import resample_dataset as resample_dataset
 from ._resample_stream import CausalResampler as CausalResampler
 from ._savgol import SavitzkyGolay as SavitzkyGolay
-from ._smoothing import AsSent as AsSent
+from ._smoothing import DeviceSmoothing as DeviceSmoothing
 from ._smoothing import ExponentialSmoothing as ExponentialSmoothing
 from ._windowing import BASELINE as BASELINE
 from ._windowing import BASELINE_GUARD as BASELINE_GUARD

@@ -83,7 +83,7 @@ def missing_smoothing(
     columns
         Which; by default those of vibration.
     """
-    every = layout.of_columns
+    every = layout.column_channels
     chosen = layout.columns(ChannelKind.VIBRATION) if columns is None else columns
     raw = np.array([every[c].smoothing_alpha == 1.0 for c in chosen], dtype=np.bool_)
     if not raw.any():

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Block, ChannelKind, Contact, Dataset, Layout, Physical
 from firstcontact.signal._savgol import SavitzkyGolay
-from firstcontact.signal._smoothing import AsSent
+from firstcontact.signal._smoothing import DeviceSmoothing
 
 #: The baseline is the mean of this much quiet before the contact, s ...
 BASELINE = 0.020
@@ -44,7 +44,7 @@ class Conditioner:
     """
 
     def __init__(self, layout: Layout, columns: tuple[int, ...] | None = None) -> None:
-        self._smoothing = AsSent(layout, columns)
+        self._smoothing = DeviceSmoothing(layout, columns)
         self._savgol = SavitzkyGolay()
 
     @property

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from firstcontact.core import Block, ChannelKind, Contact, Finger, Layout, first_closed
+from firstcontact.core import Block, ChannelKind, Contact, Finger, Layout, first_closed_sample
 from firstcontact.signal import WindowStream
 from firstcontact.streaming._events import Estimated
 from firstcontact.streaming._running import RunningAnswers
@@ -83,6 +83,6 @@ class Strips:
                     continue  # held since before this closing
                 self._open.add(finger)
                 closed = closed & (np.cumsum(~closed) > 0)
-            sample = first_closed(closed, block.first_sample)
+            sample = first_closed_sample(closed, block.first_sample)
             if sample is not None and (end is None or sample < end):
                 self._found[finger] = sample

@@ -61,7 +61,7 @@ def of_descriptor(descriptor: Descriptor) -> dict[str, Any]:
         "rate_hz": layout.rate,
         "channels": [
             {"name": name, "kind": c.sensor or c.kind, "finger": _finger(c.finger), "unit": c.unit}
-            for name, c in zip(layout.column_names, layout.of_columns, strict=True)
+            for name, c in zip(layout.column_names, layout.column_channels, strict=True)
         ],
     }
 

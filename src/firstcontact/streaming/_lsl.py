@@ -80,7 +80,7 @@ class LslSink:
         )
         _describe(samples, descriptor)
         channels = samples.desc().append_child("channels")
-        for name, c in zip(layout.column_names, layout.of_columns, strict=True):
+        for name, c in zip(layout.column_names, layout.column_channels, strict=True):
             channel = channels.append_child("channel")
             channel.append_child_value("label", name)
             channel.append_child_value("type", c.sensor or c.kind.value)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from firstcontact.contact import ClosingBegan, ClosingEnded, Closings, ClosingSamples, Detector
-from firstcontact.core import Block, Calibration, InputError, Layout, joined, same_rate
+from firstcontact.core import Block, Calibration, InputError, Layout, is_same_rate, merge_blocks
 from firstcontact.device import TransportDelay
 from firstcontact.signal import ContactWindow, WindowStream, samples_in
 from firstcontact.streaming._closing import OpenClosing, Strips
@@ -91,7 +91,7 @@ class Pipeline:
         delay: float = 0.0,
         real_time: bool = True,
     ) -> None:
-        if anytime is not None and not same_rate(layout.rate, anytime.rate):
+        if anytime is not None and not is_same_rate(layout.rate, anytime.rate):
             raise InputError(
                 f"the any-time model takes samples at {anytime.rate:g} Hz but these come at "
                 f"{layout.rate:g} Hz: set the device to that rate, or name a folder with a model "
@@ -184,8 +184,8 @@ class Pipeline:
         noise = np.random.default_rng(0).standard_normal((len(t), self.layout.width))
         ring = np.where(t > 0, np.exp(-t.clip(0) / 0.01) * np.sin(900.0 * t), 0.0)
         volts = 0.005 * noise + 0.5 * ring[:, None]
-        scale = np.array([c.scale for c in self.layout.of_columns])
-        offset = np.array([c.offset for c in self.layout.of_columns])
+        scale = np.array([c.scale for c in self.layout.column_channels])
+        offset = np.array([c.offset for c in self.layout.column_channels])
         windows, running = WindowStream(self.layout, tuple(self._models)), self._running()
         for stage in closings.update(Block(volts / scale + offset)):
             if isinstance(stage, ClosingSamples):
@@ -201,7 +201,7 @@ class Pipeline:
 
     def _work(self, host: float) -> Iterator[Event]:
         began = self._clock()
-        (block,) = joined(self._waiting)
+        (block,) = merge_blocks(self._waiting)
         self._warn_of_long_epoch(block)
         self._waiting = []
         self._waiting_samples = 0

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import absent
+from firstcontact.core import missing_modules
 from firstcontact.models import (
     ESTIMATORS,
     Estimator,
@@ -50,7 +50,7 @@ def check_estimator(kind: type[Estimator], task: Task | None = None) -> None:
     assert set(tasks) <= set(kind.tasks), f"{kind.__name__} does not learn {task}"
     assert kind.name, "it has no name"
     assert kind.title, "it has no title"
-    missing = absent(kind.modules)
+    missing = missing_modules(kind.modules)
     assert not missing, f"{', '.join(missing)} must be installed to check {kind.name}"
     for each in tasks:
         make = partial(kind, each, RATE, **kind.quick)

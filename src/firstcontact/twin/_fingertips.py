@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_RATE, TAXELS, Contact, Finger, first_closed
+from firstcontact.core import FINGERTIP_RATE, TAXELS, Contact, Finger, first_closed_sample
 from firstcontact.twin._draw import PinchDraw
 from firstcontact.twin._mechanics import BUFFER, CONTACT_FORCE, INDENTATION
 from firstcontact.twin._noise import pickup
@@ -172,7 +172,7 @@ def contacts_of(
     """As of :func:`strip_contacts`, from whether the strips are closed, shape (n, 2)."""
     found = []
     for f in () if len(known) == 2 else Finger:
-        sample = first_closed(closed[:, f], first_sample)
+        sample = first_closed_sample(closed[:, f], first_sample)
         if sample is not None and all(c.finger != f for c in known):
             found.append(Contact(f, sample, sample))
     return sorted(found, key=lambda c: c.sample)

@@ -16,8 +16,8 @@ from firstcontact.core import (
     cores,
     fingertip_layout,
     parallel,
-    resolved,
-    temporary_beside,
+    resolve_path,
+    temporary_path,
 )
 from firstcontact.recording import Header, RecordingWriter
 from firstcontact.twin._conditions import Condition, condition
@@ -85,7 +85,7 @@ def simulate(
     ]
     try:
         with (
-            temporary_beside(resolved(directory)) as folder,
+            temporary_path(resolve_path(directory)) as folder,
             parallel(workers or cores(), prefer="threads") as runner,
             closing(runner.stream(_made, batches, c, seed, noise)) as made,
         ):
@@ -94,7 +94,7 @@ def simulate(
             for session in sessions:
                 its = islice(pinches, len(session.pinches))
                 _write(folder / _file(session), session, c, seed, its, progress, noise)
-            folder.replace(resolved(directory))  # refused where it is not empty any more
+            folder.replace(resolve_path(directory))  # refused where it is not empty any more
     except (OSError, InputError) as error:
         # The writer speaks of its own file and of what stays in it; here nothing stays.
         cause = error if isinstance(error, OSError) else error.__cause__

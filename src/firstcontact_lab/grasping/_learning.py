@@ -56,7 +56,7 @@ def learn(settings: GraspStudySettings, out: Path, runner: Runner) -> Learned:
     InputError
         Recordings or models are there that no study made.
     """
-    from firstcontact.contact import save_detector, vouched
+    from firstcontact.contact import card_digest, save_detector
     from firstcontact.models import LearnedFrom, Provenance, fit_detector, found_as_live, save_model
     from firstcontact.recording import load_dataset
     from firstcontact.twin import simulate
@@ -91,7 +91,7 @@ def learn(settings: GraspStudySettings, out: Path, runner: Runner) -> Learned:
             scores=to_tree(kept.scores),
             interval=kept.interval,
             conformal=kept.conformal,
-            detector=vouched(models),
+            detector=card_digest(models),
         )
         save_model(kept.model, models / f"{1e3 * duration:04.1f}ms", card)
         held_out = kept.conformal.get("held_out") or {}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from firstcontact.contact import told
+from firstcontact.contact import describe_starts
 from firstcontact.core import percent
 from firstcontact.models import DetectionScores
 from firstcontact_lab.report import names
@@ -95,7 +95,7 @@ def _caption(results: SubjectResults) -> str:
         unseen = results.data and results.data.test_pinches
         text += " Specimens lie on both sides" + (", but for unseen objects." if unseen else ".")
     if ways := about.steady_state:
-        words = told(ways)
+        words = describe_starts(ways)
         text += f" {words[0].upper()}{words[1:]}."
     if early := about.early_ms:
         text += (

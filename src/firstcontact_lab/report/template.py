@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.resources import files
 from typing import Any
 
-from firstcontact.core import plain
+from firstcontact.core import sanitize
 
 
 def filled(package: str, name: str, **values: Any) -> str:
@@ -25,7 +25,7 @@ def filled(package: str, name: str, **values: Any) -> str:
         loader=FunctionLoader(lambda shared: _text("firstcontact_lab.report", shared)),
     )
     # Names of files, recordings and plug-ins need be neither UTF-8 nor free of escapes.
-    return plain(environment.from_string(template).render(**values))
+    return sanitize(environment.from_string(template).render(**values))
 
 
 def _text(package: str, name: str) -> str:

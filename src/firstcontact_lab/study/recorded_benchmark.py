@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Contact, Dataset, InputError, Runner, counted, same_rate
+from firstcontact.core import Contact, Dataset, InputError, Runner, counted, is_same_rate
 from firstcontact.models import (
     Answers,
     LabelledTouches,
@@ -123,7 +123,7 @@ def _load(path: Path, say: Callable[[str], object]) -> Dataset:
             "column shore_a"
         )
     rate = pretrained().rate
-    if not same_rate(check_rate(f"{path}: the rate", dataset.layout.rate), rate):
+    if not is_same_rate(check_rate(f"{path}: the rate", dataset.layout.rate), rate):
         dataset = resample_dataset(dataset, rate)
         say(dataset.notes[-1])
     return dataset

@@ -9,7 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from firstcontact.core import Dataset, parallel, resolved
+from firstcontact.core import Dataset, parallel, resolve_path
 from firstcontact_lab.report.findings import Findings
 from firstcontact_lab.report.folder import sole_use
 from firstcontact_lab.report.state import State
@@ -89,14 +89,14 @@ def run_study(
 
 def _asked(settings: StudySettings, recordings: Path | None) -> dict[str, Any]:
     """What the results depend on: data and settings, but not how many processes."""
-    data = None if recordings is None else str(resolved(recordings))
+    data = None if recordings is None else str(resolve_path(recordings))
     sizes = {name: value for name, value in asdict(settings).items() if name != "workers"}
     return {"verb": "study", "recordings": data, **sizes}
 
 
 def _set_name(recordings: Path | None) -> str:
     """Name of their folder or file, as results can hold it."""
-    name = "" if recordings is None else resolved(recordings).stem
+    name = "" if recordings is None else resolve_path(recordings).stem
     return name.encode("utf-8", "replace").decode() or "recordings"
 
 

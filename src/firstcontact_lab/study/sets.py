@@ -8,7 +8,14 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from firstcontact.contact import DETECTORS, Detector, closings, find_onsets, latch, make_detector
+from firstcontact.contact import (
+    DETECTORS,
+    Detector,
+    cut_closings,
+    find_onsets,
+    latch,
+    make_detector,
+)
 from firstcontact.core import Block, Contact, Dataset, InputError
 from firstcontact.models import judged, quantiles
 from firstcontact.signal import resample_dataset
@@ -37,13 +44,13 @@ def score_set(
     say
         Told what is being done.
     """
-    heard = closings(its.dataset)
+    heard = cut_closings(its.dataset)
     known = np.array([p.first is not None for p in heard.pinches])
     labelled = heard.take(known) if known.any() else None
     detectors: dict[str, dict[str, Found]] = {}
     firsts: dict[tuple[str, str], Firsts] = {}
     if labelled is not None:
-        learned = closings(resample_dataset(twin, its.layout.rate))
+        learned = cut_closings(resample_dataset(twin, its.layout.rate))
         for name, kind in DETECTORS.items():
             ways = (TWIN, OTHERS) if kind.learns else (NOTHING,)
             for way in ways:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import tyro
 
-from firstcontact.core import InputError, need
+from firstcontact.core import InputError, require_modules
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ class Benchmark:
 
     def run(self) -> None:
         """Run it, print the tables and write the report."""
-        from firstcontact.core import asked_workers, parallel
+        from firstcontact.core import parallel, worker_count
 
-        need("study", "matplotlib", "jinja2", *([] if self.recordings else ["numba"]))
+        require_modules("study", "matplotlib", "jinja2", *([] if self.recordings else ["numba"]))
         if self.seed < 0:
             raise InputError("--seed must not be negative")
         if self.recordings is not None and (self.condition is not None or self.quick):
@@ -64,7 +64,7 @@ class Benchmark:
         # The folder of the command is where one's own class most likely is.
         sys.path.insert(0, "")
         try:
-            with parallel(asked_workers(self.workers)) as runner:
+            with parallel(worker_count(self.workers)) as runner:
                 conditions, recorded = {}, None
                 if self.recordings is not None:
                     recorded = benchmark_recordings(

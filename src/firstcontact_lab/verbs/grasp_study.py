@@ -10,7 +10,7 @@ from typing import Annotated
 
 from firstcontact.cli import one_of, where
 from firstcontact.contact import DETECTORS
-from firstcontact.core import InputError, need
+from firstcontact.core import InputError, require_modules
 from firstcontact.models import ESTIMATORS
 
 
@@ -36,9 +36,9 @@ class GraspStudy:
 
     def run(self) -> None:
         """Run the study with its progress on stderr."""
-        from firstcontact.core import asked_workers
+        from firstcontact.core import worker_count
 
-        need("study", "matplotlib", "jinja2", "numba")
+        require_modules("study", "matplotlib", "jinja2", "numba")
         if self.seed < 0:
             raise InputError(f"--seed is {self.seed}: give a whole number from 0 on")
         from firstcontact_lab.grasping.run import run_grasp_study
@@ -48,7 +48,7 @@ class GraspStudy:
             model=ESTIMATORS.find(self.model).name,
             detector=None if self.detector is None else DETECTORS.find(self.detector).name,
             seed=self.seed,
-            workers=asked_workers(self.workers),
+            workers=worker_count(self.workers),
         )
         if self.quick:
             settings = settings.quick()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from firstcontact.core import need
+from firstcontact.core import require_modules
 
 
 @dataclass(frozen=True)
@@ -30,15 +30,15 @@ class Pretrain:
 
     def run(self) -> None:
         """Simulate, train, calibrate and judge."""
-        from firstcontact.core import InputError, asked_workers, parallel
+        from firstcontact.core import InputError, parallel, worker_count
 
         if self.rigs < 10 or self.epochs < 1 or self.seed < 0:
             raise InputError("--rigs must be 10 or more, --epochs 1 or more, --seed 0 or more")
-        need("twin", "numba")
-        need("cnn", "torch")
+        require_modules("twin", "numba")
+        require_modules("cnn", "torch")
         from firstcontact_lab.pretraining.pretrain import Size, pretrain
 
         size = Size().of(self.rigs, self.epochs)
-        with parallel(asked_workers(self.workers)) as runner:
+        with parallel(worker_count(self.workers)) as runner:
             model = pretrain(self.out, self.work, size, self.seed, runner, print)
         print(f"{model.kind}: {self.out}")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import tyro
 
-from firstcontact.core import InputError, need
+from firstcontact.core import InputError, require_modules
 
 if TYPE_CHECKING:
     from firstcontact.core import Dataset
@@ -33,7 +33,7 @@ class Sets:
 
     def run(self) -> None:
         """Score every set, and write report.html and results.json into the folder."""
-        need("study", "jinja2")
+        require_modules("study", "jinja2")
         from firstcontact.core import installed_versions, write_text
         from firstcontact.recording import load_dataset
         from firstcontact_lab.report.folder import REPORT, RESULTS

@@ -10,7 +10,7 @@ from typing import Annotated
 
 from firstcontact.cli import one_of, where
 from firstcontact.contact import DETECTORS
-from firstcontact.core import InputError, need
+from firstcontact.core import InputError, require_modules
 
 
 @dataclass(frozen=True)
@@ -41,19 +41,19 @@ class Study:
 
     def run(self) -> None:
         """Run the study with its progress on stderr."""
-        from firstcontact.core import asked_workers
+        from firstcontact.core import worker_count
         from firstcontact.models import ESTIMATORS
         from firstcontact_lab.report.results.board import read_board
         from firstcontact_lab.study.settings import StudySettings
 
-        need("study", "matplotlib", "jinja2")
+        require_modules("study", "matplotlib", "jinja2")
         if self.recordings is None:
-            need("study", "numba")
+            require_modules("study", "numba")
         if self.seed < 0 or not 0 <= self.early_ms <= 10:
             raise InputError("--seed must not be negative, and --early-ms lies from 0 to 10")
         settings = StudySettings(
             seed=self.seed,
-            workers=asked_workers(self.workers),
+            workers=worker_count(self.workers),
             detector=DETECTORS.find(self.detector).name,
             early=1e-3 * self.early_ms,
             board="" if self.board is None else str(self.board),

@@ -15,7 +15,7 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
 
-from firstcontact.core import ForeignCode, InputError, remember
+from firstcontact.core import ForeignCode, InputError, register_foreign
 
 #: Options that stand in place of a verb.
 GENERAL = ("--help", "--version", "--completion")
@@ -54,7 +54,7 @@ def configuration(verb: str) -> type[Any]:
     title = f"the verb {verb!r} of another package"
     foreign = not module.startswith(("firstcontact.", "firstcontact_lab."))
     if foreign:
-        remember(module, title)
+        register_foreign(module, title)
     with ForeignCode(title) if foreign else nullcontext():
         imported: type[Any] = getattr(import_module(module), attribute)
     return imported

@@ -26,11 +26,11 @@ class Export:
 
     def run(self) -> None:
         """Export, and print notes."""
-        from firstcontact.core import need_for
+        from firstcontact.core import require_extra
         from firstcontact.recording import export, load_dataset
 
         exporter = EXPORTERS.find(self.to)
-        need_for(exporter)
+        require_extra(exporter)
         dataset = load_dataset(self.path)
         export(dataset, exporter, self.out)
         for group in () if exporter.groups else dataset.layout.groups:

@@ -38,10 +38,10 @@ class Inspect:
             self._plot(recording, self.plot)
 
     def _plot(self, recording: Recording, path: Path) -> None:
-        from firstcontact.core import InputError, need
+        from firstcontact.core import InputError, require_modules
         from firstcontact.recording import cut
 
-        need("plot", "matplotlib")
+        require_modules("plot", "matplotlib")
         from firstcontact.recording import plot_pinch
 
         if path.suffix.lower() not in (".png", ".svg", ".pdf"):

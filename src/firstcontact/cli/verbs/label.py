@@ -10,7 +10,7 @@ from pathlib import Path
 
 import tyro
 
-from firstcontact.core import need
+from firstcontact.core import require_modules
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Label:
                 for line in session.finish():
                     print(line)
                 return
-            need("live", "websockets")
+            require_modules("live", "websockets")
             from firstcontact.collect import LabelServer
 
             server = LabelServer(session, self.port)

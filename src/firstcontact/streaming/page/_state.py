@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ChannelKind, Finger, joined
+from firstcontact.core import ChannelKind, Finger, merge_blocks
 from firstcontact.device import Arrival, Descriptor, RecorderStatus
 from firstcontact.streaming._events import (
     Estimated,
@@ -97,7 +97,7 @@ class State:
             "rate": layout.rate,
             "fingers": [finger_place(f) for f in layout.vibration_fingers],
             "unit": layout.vibration[0].unit,
-            "force_unit": layout.of_columns[force[0]].unit if force else "",
+            "force_unit": layout.column_channels[force[0]].unit if force else "",
             "force_fingers": [int(f) for f, columns in self._taxels.items() if columns],
             "column_samples": self._columns.samples,
             "seconds": SECONDS,
@@ -163,7 +163,7 @@ class State:
             self._pinches.label(mark)
         if markers or marks:
             self._put("pinches", self._pinches.tree())
-        blocks = [block for block in joined(a.block for a in arrivals) if len(block.data)]
+        blocks = [block for block in merge_blocks(a.block for a in arrivals) if len(block.data)]
         closer = False
         for block in blocks:
             self._columns.add(block)
@@ -177,7 +177,7 @@ class State:
 
     def _force(self, data: NDArray[Any], columns: tuple[int, ...]) -> list[float]:
         """Mean of each taxel, in the order of their places, row by row."""
-        ordered = sorted(columns, key=lambda c: self._layout.of_columns[c].taxel or 0)
+        ordered = sorted(columns, key=lambda c: self._layout.column_channels[c].taxel or 0)
         mean = self._layout.physical(data, tuple(ordered)).mean(axis=0)
         return [round(float(v), 3) for v in mean] if np.isfinite(mean).all() else []
 

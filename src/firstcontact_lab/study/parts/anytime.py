@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from msgspec.structs import asdict
 
-from firstcontact.core import same_rate
+from firstcontact.core import is_same_rate
 from firstcontact.models import (
     ESTIMATORS,
     TIMES,
@@ -44,7 +44,7 @@ def anytime(subject: Subject, settings: StudySettings) -> PartResult:
     """
     model = pretrained()
     rate = subject.dataset.layout.rate
-    if not same_rate(rate, model.rate):
+    if not is_same_rate(rate, model.rate):
         return _none(f"the network takes {model.rate:g} Hz and these have {rate:g} Hz")
     if len(subject.levels) < 2:
         return _none("fewer than two Shore A levels to know the rig by")

@@ -12,11 +12,11 @@ from firstcontact.contact import (
     DETECTORS,
     WindowDecisions,
     closing_starts,
-    closings,
-    counted,
+    count_starts,
+    cut_closings,
     latch,
     make_detector,
-    unfitted,
+    untrained_name,
 )
 from firstcontact.core import ByName, ChannelKind, Contact, Dataset, InputError, Runner
 from firstcontact.models import (
@@ -51,7 +51,7 @@ def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
     needs no training.
     """
     starts = closing_starts(subject.dataset)
-    dataset = closings(subject.dataset, starts)
+    dataset = cut_closings(subject.dataset, starts)
     known = np.array([p.first is not None for p in dataset.pinches])
     splits = detection_splits(dataset, settings.seed)
     verdicts, failed = _judge(dataset, splits, settings.early, runner)
@@ -60,7 +60,7 @@ def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
         splits = [Split("all", everyone[:0], everyone)]
         verdicts, _ = _judge(dataset, splits, settings.early, runner)
     fingers = dataset.layout.vibration_fingers
-    start = settings.detector if settings.detector in verdicts else unfitted()
+    start = settings.detector if settings.detector in verdicts else untrained_name()
     found = tuple(next(iter(latch(v, fingers, set())), None) for v in verdicts[start])
     missing = sum(contact is None for contact in found)
     not_found = NotFound(by=start, pinches=missing, of=len(dataset))
@@ -78,7 +78,7 @@ def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
     left_out += [f"{DETECTORS[n].title} contact detector: {why}." for n, why in failed.items()]
     about = ContactConditions(
         windows_start_at=start,
-        steady_state=counted(starts),
+        steady_state=count_starts(starts),
         folds=_told(splits) if known.any() else None,
         early_ms=1e3 * settings.early if known.any() else None,
         not_found=not_found,

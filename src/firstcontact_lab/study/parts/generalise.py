@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from firstcontact.core import Runner, absent
+from firstcontact.core import Runner, missing_modules
 from firstcontact.models import ESTIMATORS, TOLERANCE, Task, outcome
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.report.figures.generalise import generalise_figure
@@ -40,7 +40,7 @@ def _entrants(settings: StudySettings, place: int) -> list[Entrant]:
     """Everybody that is asked about a set."""
     out = []
     for name, entry in ESTIMATORS.items():
-        if entry.baseline or Task.REGRESSION not in entry.tasks or absent(entry.modules):
+        if entry.baseline or Task.REGRESSION not in entry.tasks or missing_modules(entry.modules):
             continue
         if entry.slow and (settings.brief or place >= SLOW_SETS):
             continue

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from msgspec.structs import asdict
 
-from firstcontact.core import one_thread, same_rate
+from firstcontact.core import is_same_rate, one_thread
 from firstcontact.models import (
     DURATION,
     ESTIMATORS,
@@ -75,7 +75,7 @@ def inference(subject: Subject, settings: StudySettings) -> PartResult:
 def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
     """The any-time network's first answer to a contact; None where it cannot be asked."""
     model = pretrained()
-    if not subject.found or not same_rate(subject.dataset.layout.rate, model.rate):
+    if not subject.found or not is_same_rate(subject.dataset.layout.rate, model.rate):
         return None
     known = LabelledTouches.of(subject.dataset, subject.starts)
     home = home_of(known, subject)

@@ -21,19 +21,19 @@ PUBLIC = {
     "core": (
         "Block Calibration Channel ChannelKind Command Contact Dataset Finger ForceCurve Group "
         "InputError Label Layout Physical Pinch Role VibrationCalibration VibrationSensor "
-        "finger_name fingertip_layout joined"
+        "finger_name fingertip_layout merge_blocks"
     ),
     "recording": (
         "EXPORTERS Exporter Header IMPORTERS Importer Marker PinchMark Recording RecordingWriter "
         "export import_path load_dataset read_recording write_dataset"
     ),
     "signal": (
-        "AsSent CausalResampler Conditioner ContactWindow ExponentialSmoothing SavitzkyGolay "
-        "WindowStream contact_windows lookahead resample resample_dataset samples_in"
+        "CausalResampler Conditioner ContactWindow DeviceSmoothing ExponentialSmoothing "
+        "SavitzkyGolay WindowStream contact_windows lookahead resample resample_dataset samples_in"
     ),
     "contact": (
         "DETECTORS Detector SvmDetector ThresholdDetector WindowDecisions WindowDetector detect "
-        "load_detector make_detector save_detector unfitted untrained"
+        "load_detector make_detector save_detector untrained_detector untrained_name"
     ),
     "models": (
         "DetectionScores ESTIMATORS Estimator FinalModel Interval LabelledWindows LearnedFrom "

@@ -38,7 +38,7 @@ from firstcontact.core import (
 )
 from firstcontact.recording import from_arrays
 from firstcontact.signal import resample_dataset, samples_in
-from firstcontact.testing import cut_closings as toy_closings
+from firstcontact.testing import closings as toy_closings
 
 DATA, CLOSINGS = hand_stream(3)
 STEP = samples_in(0.003, LAYOUT.rate)

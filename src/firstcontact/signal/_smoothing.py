@@ -91,7 +91,7 @@ def missing_smoothing(
     return ExponentialSmoothing(FINGERTIP_SMOOTHING, None if raw.all() else raw)
 
 
-class AsSent:
+class DeviceSmoothing:
     """Vibration as the device sends it: smoothed where its layout says that it was not yet.
 
     Parameters

@@ -8,13 +8,13 @@ from typing import Any, get_args, get_origin, get_type_hints
 import msgspec
 
 from firstcontact.core import ByName, Record
-from firstcontact.core._records_json import divided
+from firstcontact.core._records_json import decode_by_name
 from firstcontact_lab.report.results.study import SubjectResults
 
 
 def results(**fields: Any) -> SubjectResults:
     """A subject's results; what a record needs beside the fields given is zero or empty."""
-    return msgspec.convert(filled(SubjectResults, fields), SubjectResults, dec_hook=divided)
+    return msgspec.convert(filled(SubjectResults, fields), SubjectResults, dec_hook=decode_by_name)
 
 
 def filled(kind: Any, tree: Any) -> Any:

@@ -1,8 +1,8 @@
-"""Where something is made before it gets its name.
+"""Temporary files and folders for atomic writes.
 
-A folder ``.NAME.XXXXXXXX.part`` beside the place, locked by its writer for as long as the
-process lives. So a killed writer's leftovers can be told from the work of one that runs,
-on this machine or on a disk that others share, and are swept by the next one.
+A writer creates the folder ``.NAME.XXXXXXXX.part`` beside the target and locks it while the
+process lives. The lock separates the leftovers of a killed writer from the work of a running
+one, also on a disk that several machines share. The next writer removes the leftovers.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ _NAME = re.compile(r"\.(?P<of>.+)\.[0-9a-f]{8}\.part", re.DOTALL)
 
 
 def is_temporary(path: Path, below: Path) -> bool:
-    """Whether a path lies in something that is being made, or was left, below a folder."""
+    """Return True if a path lies in the temporary folder of a writer, running or killed."""
     return any(_NAME.fullmatch(part) for part in path.relative_to(below).parts)
 
 
 @contextmanager
 def temporary_path(path: Path) -> Iterator[Path]:
-    """A path of the same name in a folder of its own beside ``path``, on the same disk.
+    """Yield a path of the same name in a temporary folder beside ``path``, on the same disk.
 
-    The folder, and those that it is in, are made; it is removed at the end, with
-    whatever still is in it. What killed writers left for the same path goes as well.
+    Missing parent folders are created. The temporary folder and its contents are removed at the
+    end. Leftovers of killed writers for the same path are removed first.
 
     Raises
     ------
     OSError
-        It cannot be made.
+        The folder cannot be created.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     sweep(path.parent, path.name)
@@ -48,30 +48,30 @@ def temporary_path(path: Path) -> Iterator[Path]:
 
 
 def sweep(folder: Path, name: str | None = None) -> None:
-    """Remove what killed writers left in a folder, for one name or for all.
+    """Remove the leftovers of killed writers in a folder, for one name or for all.
 
-    What a writer still holds stays, and so does what cannot be locked or removed.
+    A folder that a running writer has locked stays. So does one that cannot be locked or removed.
     """
-    with suppress(OSError):  # a folder that is not there
+    with suppress(OSError):  # the folder does not exist
         for path in temporaries(folder, name):
             if not path.is_symlink():
                 _remove_if_dead(path)
 
 
 def temporaries(folder: Path, name: str | None = None) -> list[Path]:
-    """What is being made in a folder, or was left there, for one name or for all.
+    """Return the temporary folders in a folder, of running and killed writers.
 
     Raises
     ------
     OSError
-        The folder cannot be looked into.
+        The folder cannot be read.
     """
     matches = ((entry, _NAME.fullmatch(entry.name)) for entry in folder.iterdir())
     return [entry for entry, match in matches if match and name in (None, match["of"])]
 
 
 def _make(path: Path) -> tuple[Path, int]:
-    """A new folder and the lock that is held on it."""
+    """Create a new temporary folder and lock it. Return both."""
     while True:
         folder = path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
         folder.mkdir()
@@ -79,9 +79,9 @@ def _make(path: Path) -> tuple[Path, int]:
             lock = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
         except FileNotFoundError:
             continue
-        with suppress(OSError):  # a disk without locks: nobody can sweep there either
+        with suppress(OSError):  # the disk has no locks: no other writer can sweep there either
             fcntl.flock(lock, fcntl.LOCK_EX)
-        # Someone may have swept it before the lock was ours.
+        # Another writer may have swept the folder before this one locked it.
         if _is_at(folder, lock):
             return folder, lock
         os.close(lock)
@@ -96,20 +96,20 @@ def _remove_if_dead(path: Path) -> None:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         if path.is_dir():
             shutil.rmtree(path, ignore_errors=True)
-        else:  # as older versions made them
+        else:  # older versions created files
             path.unlink()
     except OSError:
-        pass  # it lives, or it is not ours to remove
+        pass  # a running writer has locked it, or this process may not remove it
     finally:
         os.close(lock)
 
 
 def _is_at(folder: Path, lock: int) -> bool:
     try:
-        there = folder.stat()
+        current = folder.stat()
     except OSError as error:
         if error.errno != errno.ENOENT:
             raise
         return False
     mine = os.fstat(lock)
-    return (there.st_dev, there.st_ino) == (mine.st_dev, mine.st_ino)
+    return (current.st_dev, current.st_ino) == (mine.st_dev, mine.st_ino)

@@ -1,4 +1,4 @@
-"""Consecutive samples as they travel."""
+"""Blocks of consecutive samples, as they travel from a source to the models."""
 
 from __future__ import annotations
 
@@ -38,25 +38,25 @@ class Block:
 
     @property
     def end(self) -> int:
-        """Sample number that the next block of an unbroken stream starts with."""
+        """Sample number at which the next block of an unbroken stream starts."""
         return self.first_sample + len(self.data)
 
 
-def merge_blocks(blocks: Iterable[Block], most: float = math.inf) -> list[Block]:
-    """The same samples in as few blocks as can be: those that follow each other become one.
+def merge_blocks(blocks: Iterable[Block], max_samples: float = math.inf) -> list[Block]:
+    """Return the same samples in as few blocks as possible. Consecutive blocks are merged.
 
     Parameters
     ----------
     blocks
-        In their order.
+        Blocks in stream order.
     most
-        Samples that a block becomes no longer than by being joined.
+        Largest number of samples in a merged block. A longer input block stays as it is.
     """
     runs: list[list[Block]] = []
     length = 0
     for block in blocks:
         length += len(block.data)
-        if runs and length <= most and _follows(block, runs[-1][-1]):
+        if runs and length <= max_samples and _follows(block, runs[-1][-1]):
             runs[-1].append(block)
         else:
             runs.append([block])

@@ -1,4 +1,4 @@
-"""What was measured of one fingertip pair before recording with it."""
+"""Calibration of a pair of fingertips, measured before a recording."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from firstcontact.core._records import Name
 DIVIDER_OHM = 4700.0
 
 
-#: Sizes that a calibration of these sensors can hold.
+#: Bounds of the numbers in a calibration.
 Size = Annotated[float, Meta(ge=0.0, le=1e9)]
 Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
 
 
 @dataclass(frozen=True, slots=True)
 class VibrationCalibration:
-    """One vibration sensor with nothing touching and the motor at rest.
+    """Noise and offset of one vibration sensor, measured at rest with nothing touching.
 
     Parameters
     ----------
     finger
-        Whose; None where it belongs to none.
+        Finger that carries the sensor; None if it belongs to no finger.
     noise
         RMS around the mean, in the channel's unit (V of fingertips).
     offset
-        Mean, in that unit (0 when a fingertip's buffer sits exactly at its 1.65 V).
+        Mean, in the channel's unit (0 if a fingertip's buffer sits exactly at its 1.65 V).
     tap
-        Peak of the response to a tap, in that unit; None where no tap was made.
+        Peak of the response to a tap, in the channel's unit; None without a tap.
     """
 
     finger: Finger | None
@@ -45,25 +45,25 @@ class VibrationCalibration:
 
 @dataclass(frozen=True, slots=True)
 class ForceCurve:
-    """Velostat of one finger: from the divider's voltage to newtons.
+    """Force curve of one finger's Velostat: converts the divider's voltage to newtons.
 
-    The sheet's conductance rises with the force, ``g = leak + gain F^exponent``;
-    over the divider's resistor R it gives ``V = 3.3 R g / (1 + R g)``.
+    The conductance g of the sheet rises with the force: ``g = leak + gain F^exponent``. Over the
+    divider's resistor R it gives ``V = 3.3 R g / (1 + R g)``.
 
     Parameters
     ----------
     finger
-        Whose.
+        Finger that carries the Velostat.
     leak
-        Conductance unloaded, S.
+        Unloaded conductance, S.
     gain
-        S / N^exponent.
+        Gain, S / N^exponent.
     exponent
-        Of the force.
+        Exponent of the force.
     rms
-        Of the fit's residuals, N.
+        RMS of the fit's residuals, N.
     resistor
-        Of the divider, ohm.
+        Resistor of the divider, ohm.
     """
 
     finger: Finger
@@ -74,21 +74,21 @@ class ForceCurve:
     resistor: Positive = DIVIDER_OHM
 
     def newtons(self, volts: NDArray[Any]) -> NDArray[np.float64]:
-        """Force on a taxel, N, for voltages over the divider, same shape."""
+        """Return the force on a taxel, N, for voltages over the divider, same shape."""
         ratio = np.clip(np.asarray(volts, dtype=np.float64) / ADC_VOLTS, 0.0, 0.999)
         conductance = ratio / (1.0 - ratio) / self.resistor
-        out: NDArray[np.float64] = (np.maximum(conductance - self.leak, 0.0) / self.gain) ** (
+        newtons: NDArray[np.float64] = (np.maximum(conductance - self.leak, 0.0) / self.gain) ** (
             1.0 / self.exponent
         )
-        return out
+        return newtons
 
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """Of one pair of fingertips; goes into the header of every recording.
+    """Calibration of one pair of fingertips. Every recording stores it in its header.
 
-    ``piezo`` is of the vibration sensors, of whatever kind (files know it by this name);
-    ``created`` is an ISO 8601 time; fingers that were not measured are absent.
+    ``piezo`` holds the vibration sensors of any kind; files use this name. ``created`` is an ISO
+    8601 time. Fingers that were not measured are absent.
 
     Examples
     --------
@@ -104,9 +104,9 @@ class Calibration:
     created: Name = ""
 
     def noise(self, finger: Finger | None) -> float | None:
-        """Noise floor of a finger's vibration sensor, RMS in its unit, where it was measured."""
+        """Return the noise floor (RMS) of a finger's vibration sensor; None if not measured."""
         return next((p.noise for p in self.piezo if p.finger is finger), None)
 
     def to_json(self) -> dict[str, Any]:
-        """A JSON-ready form."""
+        """Return the calibration as a tree that JSON can hold."""
         return asdict(self)

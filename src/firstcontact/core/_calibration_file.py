@@ -1,4 +1,4 @@
-"""A calibration as a file of its own, ``calibration.json``."""
+"""Reader and writer of calibration files, ``calibration.json``."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from firstcontact.core._layout import finger_name
 from firstcontact.core._records import LONGEST, read_record
 
 _REMEDY = "make a calibration with `firstcontact calibrate`"
-#: Name and version of the format; anything else is refused.
+#: Name and version of the format. Other formats and versions are refused.
 FORMAT = "firstcontact.calibration"
 VERSION = 1
 
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """What tells a calibration from other JSON, and one version from another."""
+    """Fields that identify a file as a calibration, and its version."""
 
     format: str = ""
     version: int | None = None
 
 
 def write_calibration(calibration: Calibration, path: Path) -> None:
-    """Write it whole, over what was there.
+    """Write a calibration atomically and replace an existing file.
 
     Raises
     ------
@@ -40,12 +40,12 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
 
 
 def check_writable(path: Path) -> None:
-    """Try a path before the work whose result it is to hold; nothing is left there.
+    """Check that a path can be written before a long measurement. Leave no file there.
 
     Raises
     ------
     InputError
-        :func:`write_calibration` could not write it.
+        :func:`write_calibration` could not write the path.
     """
     try:
         try_replacing(path)
@@ -54,13 +54,13 @@ def check_writable(path: Path) -> None:
 
 
 def read_calibration(path: Path) -> Calibration:
-    """Read what :func:`write_calibration` wrote.
+    """Read a file that :func:`write_calibration` wrote.
 
     Raises
     ------
     InputError
-        The file cannot be read, is no calibration or of another version, or a
-        number in it is not one.
+        The file cannot be read, is not a calibration, has another version, or holds a number
+        that is out of range.
     """
     try:
         data = read_regular(path, LONGEST)
@@ -82,5 +82,5 @@ def _unwritable(path: Path, error: OSError) -> InputError:
     return InputError(f"{path} cannot be written ({error.strerror}): choose another file")
 
 
-def _foreign(path: Path, why: str) -> InputError:
-    return InputError(f"{path} is not a calibration ({why}): {_REMEDY}")
+def _foreign(path: Path, reason: str) -> InputError:
+    return InputError(f"{path} is not a calibration ({reason}): {_REMEDY}")

@@ -1,4 +1,4 @@
-"""Processes of ours that end with this one, however it ends."""
+"""Child processes that end with this process, however it ends."""
 
 from __future__ import annotations
 
@@ -13,107 +13,107 @@ from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
 from typing import IO
 
-#: A child that was killed is waited for so long, s: only one that the kernel holds needs more.
+#: Time to wait for a killed child, s. Only a child that is stuck in the kernel needs more.
 KILLED = 5.0
 
 
 class Child:
-    """A process that runs a module, talked to by lines on its standard input and output.
+    """Child process that runs a module and exchanges lines over its standard input and output.
 
-    Closing its input is the request to end; it is in a session of its own, so that signals to the
-    terminal's group are not for it.
+    Closing the child's input asks it to end. The child runs in its own session, so signals to the
+    terminal's process group do not reach it.
 
     Parameters
     ----------
     module
-        Run as ``python -m`` would.
+        Module to run, as ``python -m`` would.
     options
-        Its command line.
+        Command-line arguments of the module.
     wakes
-        It is to end by itself when its input ends, and is only woken if it was stopped; otherwise
-        it is killed as soon as this process is gone.
+        True if the child ends by itself when its input ends. When this process ends, the child is
+        then only woken (SIGCONT). If False, the child is killed as soon as this process ends.
     """
 
     def __init__(self, module: str, *options: str, wakes: bool = False) -> None:
         number = signal.SIGCONT if wakes else signal.SIGKILL
-        words = [str(os.getpid()), str(int(number)), module, *options]
+        arguments = [str(os.getpid()), str(int(number)), module, *options]
         started: Future[subprocess.Popen[bytes]] = Future()
-        # The kernel takes the thread that starts a child for its parent: this one stays with it.
+        # The kernel treats the thread that starts a child as its parent. This thread waits for it.
         self._keeper = threading.Thread(
-            target=_keep, args=(words, started), name=f"keeper of {module}", daemon=True
+            target=_keep, args=(arguments, started), name=f"keeper of {module}", daemon=True
         )
         self._keeper.start()
         try:
             self._process = started.result()
         except BaseException:
-            # Ctrl-C while it is being started: it is not there yet, and must not come to stay.
+            # Ctrl-C during the start: the process may not exist yet and must not stay behind.
             if not started.cancel() and started.exception() is None:
                 started.result().kill()
             self._keeper.join(KILLED)
             raise
-        self._said = b""
+        self._unread = b""
 
     def __del__(self) -> None:
-        # Whoever made it was interrupted before it could be given a name.
+        # The constructor was interrupted before the caller had a reference.
         if self._keeper.is_alive() and hasattr(self, "_process"):
             with suppress(OSError):
                 self._process.kill()
 
     @property
     def pid(self) -> int:
-        """Of the process."""
+        """Process ID."""
         return self._process.pid
 
     def tell(self, line: str, timeout: float) -> None:
-        """Send a line.
+        """Send a line to the child.
 
         Raises
         ------
         OSError
-            It has ended, or has not taken it within ``timeout`` s (TimeoutError).
+            The child has ended, or did not read the line within ``timeout`` s (TimeoutError).
         """
         number = _open(self._process.stdin).fileno()
         data = line.encode() + b"\n"
-        until = time.monotonic() + timeout
+        deadline = time.monotonic() + timeout
         while data:
-            left = max(until - time.monotonic(), 0.0)
-            if not select.select([], [number], [], left)[1]:
-                raise TimeoutError(f"process {self.pid} does not listen")
-            # The pipe takes a short line whole where it takes anything.
+            remaining = max(deadline - time.monotonic(), 0.0)
+            if not select.select([], [number], [], remaining)[1]:
+                raise TimeoutError(f"process {self.pid} does not read its input")
+            # A pipe that accepts data takes a short line whole.
             data = data[os.write(number, data[: select.PIPE_BUF]) :]
 
     def answer(self, timeout: float) -> str:
-        """The next line that it says.
+        """Return the next line that the child writes.
 
         Raises
         ------
         OSError
-            It has ended, or said nothing for ``timeout`` s (TimeoutError).
+            The child has ended, or wrote nothing for ``timeout`` s (TimeoutError).
         """
         number = _open(self._process.stdout).fileno()
-        until = time.monotonic() + timeout
-        while b"\n" not in self._said:
-            left = max(until - time.monotonic(), 0.0)
-            if not select.select([number], [], [], left)[0]:
-                raise TimeoutError(f"process {self.pid} does not answer")
+        deadline = time.monotonic() + timeout
+        while b"\n" not in self._unread:
+            remaining = max(deadline - time.monotonic(), 0.0)
+            if not select.select([number], [], [], remaining)[0]:
+                raise TimeoutError(f"process {self.pid} does not answer within {timeout:g} s")
             data = os.read(number, 4096)
             if not data:
                 raise BrokenPipeError(f"process {self.pid} has ended")
-            self._said += data
-        line, _, self._said = self._said.partition(b"\n")
+            self._unread += data
+        line, _, self._unread = self._unread.partition(b"\n")
         return line.decode("utf-8", "replace")
 
-    def end(self, patience: float) -> bool:
-        """Close its input, and kill it if it does not end within ``patience`` s.
+    def end(self, timeout: float) -> bool:
+        """Close the child's input, and kill it if it does not end within ``timeout`` s.
 
         Returns
         -------
         bool
-            Whether it ended by itself. Ending it twice is fine.
+            True if the child ended by itself. A second call does nothing.
         """
         with suppress(OSError):
             _open(self._process.stdin).close()
-        self._keeper.join(patience)
+        self._keeper.join(timeout)
         killed = self._keeper.is_alive()
         if killed:
             with suppress(OSError):
@@ -124,10 +124,10 @@ class Child:
         return not killed
 
 
-def _keep(words: list[str], started: Future[subprocess.Popen[bytes]]) -> None:
+def _keep(arguments: list[str], started: Future[subprocess.Popen[bytes]]) -> None:
     try:
         process = subprocess.Popen(  # noqa: S603
-            [sys.executable, "-m", "firstcontact.core._die_with_parent", *words],
+            [sys.executable, "-m", "firstcontact.core._die_with_parent", *arguments],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             bufsize=0,
@@ -138,7 +138,7 @@ def _keep(words: list[str], started: Future[subprocess.Popen[bytes]]) -> None:
         return
     try:
         started.set_result(process)
-    except InvalidStateError:  # nobody wants it any more
+    except InvalidStateError:  # the constructor was interrupted
         process.kill()
     process.wait()
 

@@ -1,4 +1,4 @@
-"""Work on a Dask cluster: joblib's calls become tasks of its scheduler."""
+"""Joblib backend that runs jobs on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ from firstcontact.core._errors import InputError
 
 _log = logging.getLogger(__name__)
 
-#: Whoever is there answers sooner, s.
+#: Time within which a scheduler or worker must answer, s.
 PATIENCE = 10.0
-#: What results depend on: workers have the versions that are here.
+#: Packages that results depend on. Workers must have the same versions as this process.
 PACKAGES = ("firstcontact", "numpy", "scipy", "scikit-learn", "numba", "torch")
-#: Arrays from so many bytes on travel by themselves, and once.
+#: Arrays of this many bytes and more are sent separately, and only once.
 LARGE = 100_000
-GONE = "the cluster has gone away: start it, and this, again"
+GONE = "the cluster is gone: start it and this command again"
 
 
 class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib states no types
-    """Joblib's calls as tasks of a cluster.
+    """Joblib backend that submits calls as tasks of a Dask cluster.
 
-    Joblib's own backend for Dask waits for ever for a task that has killed its workers, or whose
-    scheduler is gone; does the work here where the cluster has a single worker; and loses what
-    jobs share with the worker that holds it.
+    Joblib's own Dask backend has three faults. It waits forever for a task that killed its workers
+    or lost its scheduler. It works locally if the cluster has a single worker. It loses shared data
+    with the worker that holds them.
 
     Parameters
     ----------
     client
-        Connected.
+        Connected client.
     """
 
     supports_retrieve_callback = True
@@ -54,14 +54,14 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
         self._tasks: set[Future[Any]] = set()
 
     def effective_n_jobs(self, n_jobs: int) -> int:
-        """Cores of the cluster; of a single one as two, as joblib would not ask us for less."""
+        """Return the cores of the cluster, at least 2: joblib bypasses the backend for 1."""
         try:
             return max(2, int(sum(self._client.ncores().values())))
         except OSError as error:
             raise InputError(GONE) from error
 
     def submit(self, func: Any, callback: Callable[[Future[Any]], object]) -> Future[Any]:
-        """A batch of calls, whose large arrays are tasks, too: a lost worker's are made again."""
+        """Submit a batch of calls. Large arrays are tasks too, so a lost array is made again."""
         calls = [
             (
                 call,
@@ -70,7 +70,7 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
             )
             for call, arguments, more in func.items
         ]
-        task = self._client.submit(_done, version("firstcontact"), calls, pure=False)
+        task = self._client.submit(_run_batch, version("firstcontact"), calls, pure=False)
         self._tasks.add(task)
         task.add_done_callback(callback)
         return task
@@ -79,74 +79,74 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
         if not isinstance(array, np.ndarray) or array.nbytes < LARGE:
             return array
         if id(array) not in self._shared:
-            self._shared[id(array)] = array, self._client.submit(_itself, array, pure=False)
+            self._shared[id(array)] = array, self._client.submit(_identity, array, pure=False)
         return self._shared[id(array)][1]
 
     def retrieve_result_callback(self, task: Future[Any]) -> Any:
-        """The result.
+        """Return the result of a task.
 
         Raises
         ------
         InputError
-            The cluster has lost it.
+            The cluster lost the task.
         """
         self._tasks.discard(task)
         try:
             return task.result()
         except KilledWorker as error:
             raise InputError(
-                "several workers of the cluster ended over the same job: give them more memory"
+                "several workers ended on the same job: give the workers more memory"
             ) from error
         except (FutureCancelledError, CommClosedError) as error:
             raise InputError(GONE) from error
 
     def stop_call(self) -> None:
-        """Forget what was shared."""
+        """Forget the arrays shared by the last call."""
         self._shared.clear()
 
     def abort_everything(self, ensure_ready: bool = True) -> None:
-        """Whatever has not begun does not begin."""
+        """Cancel all tasks that have not started."""
         if self._client.status == "running":
             self._client.cancel(list(self._tasks))
         self._tasks.clear()
         self._shared.clear()
 
 
-def _itself(array: Any) -> Any:
+def _identity(array: Any) -> Any:
     return array
 
 
-def _done(wanted: str, calls: list[tuple[Callable[..., Any], list[Any], Any]]) -> list[Any]:
-    """The results of a batch of calls, as joblib takes them."""
-    if wanted != version("firstcontact"):
+def _run_batch(expected: str, calls: list[tuple[Callable[..., Any], list[Any], Any]]) -> list[Any]:
+    """Run a batch of calls in a worker and return the results, as joblib expects them."""
+    if expected != version("firstcontact"):
         raise InputError(
-            f"a worker of the cluster has firstcontact {version('firstcontact')}, not {wanted}: "
-            "install the same there"
+            f"a worker of the cluster has firstcontact {version('firstcontact')}, not {expected}: "
+            "install the same version there"
         )
     return [call(*arguments, **more) for call, arguments, more in calls]
 
 
 @contextmanager
 def use_cluster(address: str) -> Iterator[None]:
-    """Work of :func:`firstcontact.core._jobs.parallel` is done on a cluster.
+    """Run the jobs of :func:`firstcontact.core._jobs.parallel` on a Dask cluster.
 
     Parameters
     ----------
     address
-        Of its scheduler, as tcp://HOST:PORT.
+        Address of the scheduler, as tcp://HOST:PORT.
 
     Raises
     ------
     InputError
-        Nobody answers there, it has no workers, or they have other versions.
+        No scheduler answers, it has no workers, or their versions differ.
     """
-    # What users are to know is said in one sentence.
+    # Errors below name the problem in one sentence; the library's log lines would repeat it.
     loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
     levels = [logger.level for logger in loggers]
     for logger in loggers:
         logger.setLevel(logging.CRITICAL + 1)
     settings = {
-        "distributed.admin.large-graph-warning-threshold": "1 TiB",  # shared data are to travel
+        "distributed.admin.large-graph-warning-threshold": "1 TiB",  # shared data are large
         "distributed.comm.timeouts.connect": f"{PATIENCE} s",
     }
     try:
@@ -166,11 +166,11 @@ def _client(address: str) -> Client:
         if parts.scheme in ("tcp", "tls") and parts.hostname and parts.port:
             return Client(address, timeout=PATIENCE, set_as_default=False)
         error: Exception | None = None
-    except (OSError, ValueError) as refused:
-        error = refused
+    except (OSError, ValueError) as cause:
+        error = cause
     raise InputError(
-        f"--cluster {address}: no scheduler of Dask answers there; "
-        "start one with `dask scheduler`, and name it as tcp://HOST:PORT"
+        f"--cluster {address}: no Dask scheduler answers there: "
+        "start one with `dask scheduler` and give its address as tcp://HOST:PORT"
     ) from error
 
 
@@ -179,35 +179,35 @@ def _check(client: Client, address: str) -> None:
         client.wait_for_workers(1, timeout=PATIENCE)
     except TimeoutError as error:
         raise InputError(
-            f"--cluster {address}: it has no workers; start some with `dask worker {address}`"
+            f"--cluster {address} has no workers: start some with `dask worker {address}`"
         ) from error
-    asked: dict[str, Callable[[], str]] = {"Python": platform.python_version}
-    asked |= {package: partial(version, package) for package in PACKAGES}
-    for package, ask in asked.items():
-        with suppress(PackageNotFoundError):  # what is not here is not needed there
-            here = _public(ask())
-            for place, there in _answers(client, ask).items():
-                if there != here:
+    queries: dict[str, Callable[[], str]] = {"Python": platform.python_version}
+    queries |= {package: partial(version, package) for package in PACKAGES}
+    for package, query in queries.items():
+        with suppress(PackageNotFoundError):  # not installed here, so not needed there
+            local = _public(query())
+            for place, remote in _remote_versions(client, query).items():
+                if remote != local:
                     raise InputError(
-                        f"--cluster {address}: its {place} has {package} {there}, not {here}: "
-                        "install the same there"
+                        f"--cluster {address}: its {place} has {package} {remote}, not {local}: "
+                        "install the same version there"
                     )
 
 
-def _answers(client: Client, ask: Callable[[], str]) -> dict[str, str]:
-    """What scheduler and workers say; "none" where the package is missing."""
+def _remote_versions(client: Client, query: Callable[[], str]) -> dict[str, str]:
+    """Return the version in the scheduler and each worker; "none" if the package is missing."""
     try:
-        # It reads the tasks that it passes on.
-        scheduler = _public(client.run_on_scheduler(ask))
+        # The scheduler also deserialises the tasks that it passes on.
+        scheduler = _public(client.run_on_scheduler(query))
     except PackageNotFoundError:
         scheduler = "none"
-    answers = {"scheduler": scheduler}
-    for worker, answer in client.run(ask, on_error="return").items():
-        missing = isinstance(answer, Exception)
-        answers[f"worker {worker}"] = "none" if missing else _public(answer)
-    return answers
+    versions = {"scheduler": scheduler}
+    for worker, result in client.run(query, on_error="return").items():
+        missing = isinstance(result, Exception)
+        versions[f"worker {worker}"] = "none" if missing else _public(result)
+    return versions
 
 
 def _public(number: str) -> str:
-    """A version without what says how it was built."""
+    """Return a version without its build tag."""
     return number.partition("+")[0]

@@ -1,4 +1,4 @@
-"""What a grasp policy asks of a hand."""
+"""Commands that a grasp policy sends to a hand."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """One order to a hand; it holds until the next.
+    """Command to a hand, valid until the next one.
 
     Parameters
     ----------
     speed
-        Of closing at each fingertip, m/s; negative opens, 0 stops.
+        Closing speed of each fingertip, m/s. Negative values open the hand, 0 stops it.
     force
-        Limit of what each fingertip may press with, N.
+        Largest force of each fingertip, N.
 
     Examples
     --------

@@ -1,26 +1,26 @@
-"""Numbers with their nouns, as they are read: 1 pinch, 2 pinches."""
+"""Numbers with their nouns for messages: 1 pinch, 2 pinches."""
 
 from __future__ import annotations
 
-#: Endings that take -es; an epoch does not.
+#: Endings that take -es in the plural ("epoch" does not).
 _ES = ("s", "x", "nch", "tch", "sh")
 
 
 def counted(number: int, noun: str) -> str:
-    """The number with its noun: "1 pinch", "1,200 channels"; of one word or several.
+    """Return a number with its noun, singular or plural: "1 pinch", "1,200 channels".
 
     Parameters
     ----------
     number
-        Of the things.
+        Number of objects.
     noun
-        Of one of them, regular: what takes -s or -es.
+        Noun in the singular, with a regular plural (-s or -es).
     """
     return f"{number:,} {nouns(number, noun)}"
 
 
 def nouns(number: int, noun: str) -> str:
-    """The noun alone, as it stands behind that number."""
+    """Return the noun alone, singular or plural for the number."""
     if number == 1:
         return noun
     if noun.endswith("y") and noun[-2:-1] not in "aeiou":

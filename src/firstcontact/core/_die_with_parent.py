@@ -1,7 +1,7 @@
-"""What a child does so that it ends with its parent.
+"""Start of a child process that ends with its parent.
 
-Run as ``python -m firstcontact.core._die_with_parent PARENT SIGNAL MODULE OPTIONS`` it first asks
-for the signal when its parent is gone, then becomes the module.
+``python -m firstcontact.core._die_with_parent PARENT SIGNAL MODULE OPTIONS`` first asks the kernel
+for a signal when the parent ends. It then runs the module in the same process.
 """
 
 from __future__ import annotations
@@ -13,29 +13,30 @@ import sys
 import threading
 import time
 
-#: Where the system does not tell that a parent is gone, it is looked for so often, s.
-LOOK = 0.5
+#: Poll interval for the parent, s, on systems whose kernel sends no signal.
+POLL_INTERVAL = 0.5
 
 
 def follow(parent: int, number: signal.Signals = signal.SIGKILL) -> None:
-    """Have this process get a signal when its parent is gone.
+    """Send this process a signal when its parent ends.
 
     Parameters
     ----------
     parent
-        Its parent's number: that may be gone already.
+        Process ID of the parent, which may have ended already.
     number
-        SIGKILL, which ends even a process that hangs or is stopped; or another that ends or wakes
-        it.
+        SIGKILL also ends a process that hangs or is stopped. Another signal can end or wake it.
     """
-    if not _asked(number):
-        threading.Thread(target=_look, args=(parent, number), name="parent", daemon=True).start()
+    if not _request_parent_signal(number):
+        threading.Thread(
+            target=_poll_parent, args=(parent, number), name="parent", daemon=True
+        ).start()
     if os.getppid() != parent:
         os.kill(os.getpid(), number)
 
 
-def _asked(number: signal.Signals) -> bool:
-    """Ask the kernel, whose word counts for a stopped process, too; False where that cannot be."""
+def _request_parent_signal(number: signal.Signals) -> bool:
+    """Ask the kernel for the signal. Return False if the kernel cannot do it."""
     if sys.platform != "linux":
         return False
     import ctypes
@@ -48,14 +49,14 @@ def _asked(number: signal.Signals) -> bool:
         return False
 
 
-def _look(parent: int, number: signal.Signals) -> None:
+def _poll_parent(parent: int, number: signal.Signals) -> None:
     while os.getppid() == parent:
-        time.sleep(LOOK)
+        time.sleep(POLL_INTERVAL)
     os.kill(os.getpid(), number)
 
 
 def main() -> None:
-    """Be a child."""
+    """Run a module as a child process."""
     parent, number, module, *options = sys.argv[1:]
     follow(int(parent), signal.Signals(int(number)))
     sys.argv = [module, *options]

@@ -1,20 +1,20 @@
-"""Errors that users are meant to read."""
+"""Errors whose messages users read."""
 
 from __future__ import annotations
 
 
 class InputError(ValueError):
-    """An input that cannot be used.
+    """Error for an input that cannot be used.
 
-    The message is one sentence that names the file, the field in it and the remedy. The command
-    line prints it, with the option of the parameter, and exits with code 2.
+    The message is one sentence with the file, the field in it and the remedy. The command line
+    prints it with the parameter's option and exits with code 2.
 
     Parameters
     ----------
     message
-        What is wrong, and the remedy.
+        Problem, then remedy.
     parameter
-        Name of the parameter that is wrong; "" where the message names what it is about.
+        Name of the parameter that is wrong; "" if the message already names the input.
 
     Examples
     --------

@@ -18,29 +18,29 @@ from urllib.request import url2pathname
 from firstcontact.core._errors import InputError
 
 _PACKAGE = "firstcontact"
-#: The clone around this file, if it is not an installed copy.
+#: Root of the clone that holds this file, unless the package is installed as a copy.
 _CLONE = Path(__file__).parents[3]
 
 
-class Needing(Protocol):
-    """A registered entry that may need more than the base install."""
+class HasRequirements(Protocol):
+    """Registered entry that may need more than the base install."""
 
     @property
     def extra(self) -> str:
-        """Of this package; "" where the base install does."""
+        """Extra of this package that the entry needs; "" for the base install."""
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """What the extra brings and the entry imports."""
+        """Modules that the entry imports from the extra."""
 
 
 def missing_modules(modules: Iterable[str]) -> list[str]:
-    """Those of these modules that are not installed."""
+    """Return the modules of this list that are not installed."""
     return [m for m in modules if find_spec(m) is None]
 
 
 def require_modules(extra: str, *modules: str) -> None:
-    """Refuse with the install command if any of these modules is missing.
+    """Raise an error with the install command if any of these modules is missing.
 
     Raises
     ------
@@ -50,27 +50,26 @@ def require_modules(extra: str, *modules: str) -> None:
     missing = missing_modules(modules)
     if missing:
         raise InputError(
-            f"this needs {', '.join(missing)}, which the base install leaves out: "
-            f"{install_command(extra)}"
+            f"this needs {', '.join(missing)}, which is not installed: {install_command(extra)}"
         )
 
 
 def install_command(extra: str) -> str:
-    """Return the command that installs an extra where this package came from.
+    """Return the command that installs an extra from the origin of this package.
 
-    A clone or a wheel that is still there is named by its path. Otherwise the command names
-    the packages of the extra, because this package is on no index.
+    The command names a clone or a wheel by its path if the path still exists. Otherwise it names
+    the packages of the extra, because no index has this package.
     """
     pip = shutil.which("pip")
     here = Path(sys.executable).parent
-    words = ["pip"] if pip and Path(pip).parent == here else [sys.executable, "-m", "pip"]
+    command = ["pip"] if pip and Path(pip).parent == here else [sys.executable, "-m", "pip"]
     if (_CLONE / "pyproject.toml").is_file():
-        words += ["install", "-e", f"{_CLONE}[{extra}]"]
+        command += ["install", "-e", f"{_CLONE}[{extra}]"]
     elif (origin := _origin()) is not None:
-        words += ["install", f"{origin}[{extra}]"]
+        command += ["install", f"{origin}[{extra}]"]
     else:
-        words += ["install", *_requirements(extra)]
-    return shlex.join(words)
+        command += ["install", *_requirements(extra)]
+    return shlex.join(command)
 
 
 def _origin() -> Path | None:
@@ -85,24 +84,24 @@ def _origin() -> Path | None:
 
 
 def _requirements(extra: str) -> list[str]:
-    """Return the requirements of an extra, those of the extras that it includes among them."""
+    """Return the requirements of an extra and of the extras that it includes."""
     requirements = []
     for line in metadata.requires(_PACKAGE) or []:
         # "numba>=0.60; extra == 'twin'" or "firstcontact[twin,plot]; extra == 'study'"
         requirement, _, marker = line.partition(";")
         if not re.fullmatch(rf"""\s*extra\s*==\s*["']{extra}["']\s*""", marker):
             continue
-        own = re.fullmatch(rf"{_PACKAGE}\[(.*)\]", requirement.strip())
-        if own is None:
+        included = re.fullmatch(rf"{_PACKAGE}\[(.*)\]", requirement.strip())
+        if included is None:
             requirements.append(requirement.strip())
         else:
-            for name in own[1].split(","):
+            for name in included[1].split(","):
                 requirements += _requirements(name.strip())
     return requirements
 
 
-def require_extra(entry: Needing) -> None:
-    """Refuse with the install command if what a registered entry needs is missing.
+def require_extra(entry: HasRequirements) -> None:
+    """Raise an error with the install command if a module that an entry needs is missing.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Files that are there whole, or not at all."""
+"""Atomic reads and writes of files."""
 
 from __future__ import annotations
 
@@ -14,63 +14,63 @@ from typing import IO, Any
 from firstcontact.core._atomic import is_temporary, temporary_path
 from firstcontact.core._errors import InputError
 
-#: Path of a file or folder as callers from Python may give it.
+#: Path of a file or folder that a Python caller may pass.
 AnyPath = str | os.PathLike[str]
 
-#: What a disk says that has no hard links.
+#: Error numbers of disks without hard links.
 _NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EMLINK, errno.ENOSYS)
-#: Files and folders that are looked at for those that are wanted.
+#: Most files and folders that a search visits.
 MOST_ENTRIES = 100_000
 
 
 def resolve_path(path: Path) -> Path:
-    """Where a path leads, whether something is there or not.
+    """Return the absolute path without links. The path need not exist.
 
     Raises
     ------
     InputError
-        It is a link that leads back to itself.
+        The path is a link that leads back to itself.
     """
     try:
         return path.resolve()
     except (RuntimeError, OSError) as error:  # Python 3.11 and 3.12 raise RuntimeError
-        raise InputError(f"{path} leads nowhere, its links go in a circle: name another") from error
+        raise InputError(f"{path} is a link that leads to itself: choose another path") from error
 
 
 def files_below(folder: Path, suffix: str, most: int = MOST_ENTRIES) -> list[Path]:
-    """Files with this suffix (in small letters) in a folder and below it, by their names.
+    """Return the files with this suffix (lower case) in a folder and below it, sorted by name.
 
-    Links to folders are not followed; what is being made, or was left half made, is not there.
+    The search does not follow links to folders. It skips temporary files of writers.
 
     Raises
     ------
     InputError
-        More than ``most`` files and folders are there: a whole disk was named, perhaps.
+        There are more than ``most`` files and folders: the user may have named a whole disk.
     """
-    found: list[Path] = []
+    matches: list[Path] = []
     entries = 0
-    for above, folders, names in os.walk(folder):
+    for parent, folders, names in os.walk(folder):
         entries += len(folders) + len(names)
         if entries > most:
             raise InputError(
-                f"{folder} has more than {most:,} files and folders in it: name the one that is "
-                "meant"
+                f"{folder} holds more than {most:,} files and folders: name the folder with your "
+                "data"
             )
-        found += [Path(above, name) for name in names if name.lower().endswith(suffix)]
-    return sorted(path for path in found if not is_temporary(path, folder))
+        matches += [Path(parent, name) for name in names if name.lower().endswith(suffix)]
+    return sorted(path for path in matches if not is_temporary(path, folder))
 
 
 def open_regular(path: Path) -> IO[bytes]:
-    """Open a file for reading that is one: never waits for a pipe or a device.
+    """Open a regular file for reading, and never wait for a pipe or a device.
 
     Raises
     ------
     InputError
         The path names a folder, a pipe, a socket or a device.
     OSError
-        It is not there or may not be read.
+        The file does not exist or may not be read.
     """
-    # Without O_NONBLOCK, opening a named pipe waits for somebody who writes to it.
+    # Without O_NONBLOCK, opening a named pipe waits for a writer.
     number = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
     if not S_ISREG(os.fstat(number).st_mode):
         os.close(number)
@@ -79,31 +79,31 @@ def open_regular(path: Path) -> IO[bytes]:
 
 
 def read_regular(path: Path, most: int) -> bytes:
-    """All of a regular file that has at most so many bytes.
+    """Return the contents of a regular file of at most ``most`` bytes.
 
     Raises
     ------
     InputError
-        As :func:`open_regular`, or it is longer.
+        See :func:`open_regular`. Also raised if the file is longer.
     OSError
-        It is not there or cannot be read.
+        The file does not exist or cannot be read.
     """
     with open_regular(path) as stream:
-        # What is asked for is allocated: no more than the file has, unless it grows.
+        # read(n) allocates n bytes, so n is the file's size, unless the file grows.
         size = min(os.fstat(stream.fileno()).st_size, most) + 1
         data = stream.read(size)
         if len(data) == size <= most:
             data += stream.read(most + 1 - size)
     if len(data) > most:
-        raise InputError(f"{path} has more than {most} bytes: give the right file")
+        raise InputError(f"{path} has more than {most} bytes: choose the right file")
     return data
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary path, of the same name, that becomes ``path`` on success.
+    """Yield a temporary path of the same name, which becomes ``path`` on success.
 
-    On an exception it is removed and ``path`` is as it was.
+    On an exception the temporary file is removed and ``path`` stays unchanged.
     """
     with temporary_path(path) as temporary:
         yield temporary
@@ -112,14 +112,14 @@ def replacing(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def creating(path: Path) -> Iterator[Path]:
-    """As :func:`replacing`, for a file that must not be there: neither before nor at the end.
+    """Yield a temporary path like :func:`replacing`, for a file that must not exist yet.
 
     Raises
     ------
     FileExistsError
-        It is there, or somebody made it meanwhile; that one stays as it is.
+        The file exists, or another process created it meanwhile. That file stays unchanged.
     OSError
-        It cannot be written.
+        The file cannot be written.
     """
     if os.path.lexists(path):
         raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
@@ -136,7 +136,7 @@ def creating(path: Path) -> Iterator[Path]:
 
 
 def try_replacing(path: Path) -> None:
-    """Raise the OSError that :func:`replacing` would; ``path`` stays as it is."""
+    """Raise the OSError that :func:`replacing` would raise. ``path`` stays unchanged."""
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     with temporary_path(path) as temporary:
@@ -144,11 +144,11 @@ def try_replacing(path: Path) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a UTF-8 text file whole."""
+    """Write a UTF-8 text file atomically."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 
 def write_json(path: Path, tree: Any) -> None:
-    """Write a JSON file whole; NaN is an error, since JSON has none."""
+    """Write a JSON file atomically. NaN is an error because JSON has none."""
     write_text(path, json.dumps(tree, indent=2, allow_nan=False) + "\n")

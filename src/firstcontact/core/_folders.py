@@ -1,11 +1,14 @@
-"""Folders that are replaced whole, or not at all.
+"""Atomic replacement of folders.
 
-A folder that holds something cannot be replaced in one step. So the new one is made whole
-under a temporary name, flushed to the disk, and then two renames follow each other: the
-old one to ``.NAME.XXXXXXXX.old`` and the new one to its name. Whoever is killed, or out of
-space, before them has changed nothing. Between them, for some microseconds, nothing is
-under the name: a reader finds no folder and is told where the old one is, and the next
-writer puts it back before it begins. After them only the old one is still to be removed.
+No system call replaces a folder that holds files. So the new folder is written under a temporary
+name and flushed to the disk. Two renames follow: the old folder becomes ``.NAME.XXXXXXXX.old``,
+then
+the new one takes its name.
+
+- A failure before the renames changes nothing.
+- Between the renames, for some microseconds, the name does not exist. A reader reports where the
+  old folder is. The next writer restores it before it begins.
+- After the renames, only the old folder remains to be removed.
 """
 
 from __future__ import annotations
@@ -28,17 +31,17 @@ _OLD = re.compile(r"\.(?P<of>.+)\.[0-9a-f]{8}\.old", re.DOTALL)
 
 @contextmanager
 def replacing_folder(path: Path) -> Iterator[Path]:
-    """A new, empty folder that becomes ``path`` on success, in place of what is there.
+    """Yield a new, empty folder that replaces ``path`` on success.
 
-    On an exception it is removed and ``path`` is as it was.
+    On an exception the new folder is removed and ``path`` stays unchanged.
 
     Raises
     ------
     InputError
-        ``path`` cannot be replaced: it is a file, a mounted disk or the folder
-        that one is in, or another process is replacing it.
+        ``path`` cannot be replaced: it is a file, a mounted disk or the working folder, or
+        another process is replacing it.
     OSError
-        It cannot be written; names ``path``.
+        The folder cannot be written. The error names ``path``.
     """
     path = resolve_path(path)
     _check(path)
@@ -53,61 +56,59 @@ def replacing_folder(path: Path) -> Iterator[Path]:
     except OSError as error:
         if error.filename is not None:
             raise
-        # A full disk says so without a name.
+        # The error of a full disk holds no file name.
         raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def displaced_folder(path: Path) -> Path | None:
-    """What was at ``path`` when somebody was killed between two renames; None if nothing was."""
+    """Return the old folder if a writer was killed between the two renames, else None."""
     path = resolve_path(path)
     if path.exists():
         return None
-    found = _old(path)
-    return found[-1] if found else None
+    displaced = _displaced(path)
+    return displaced[-1] if displaced else None
 
 
 def _check(path: Path) -> None:
     if path.exists() and not path.is_dir():
-        raise InputError(f"{path} is a file: name a folder")
+        raise InputError(f"{path} is a file: choose a folder")
     if path.is_mount():
-        raise InputError(
-            f"{path} is a disk of its own and cannot be replaced whole: name a folder in it"
-        )
-    with suppress(FileNotFoundError):  # the folder that one is in may have been removed
+        raise InputError(f"{path} is a mounted disk and cannot be replaced: choose a folder in it")
+    with suppress(FileNotFoundError):  # the working folder may have been removed
         if path.exists() and Path.cwd().is_relative_to(path):
             raise InputError(
-                f"{path} is the folder that you are in and cannot be replaced whole: "
-                "name another, or go elsewhere"
+                f"{path} is the working folder and cannot be replaced: "
+                "choose another folder, or run the command from elsewhere"
             )
 
 
-def _check_alone(path: Path, own: Path) -> None:
-    """Refuse to work beside another writer; those that were killed have been swept."""
-    if any(other.name != own.name for other in temporaries(path.parent, path.name)):
+def _check_alone(path: Path, temporary: Path) -> None:
+    """Raise an error if another writer is active. Leftovers of killed ones are gone already."""
+    if any(other.name != temporary.name for other in temporaries(path.parent, path.name)):
         raise InputError(
-            f"{path}: another process is writing it: wait until it has ended, "
-            "or name another folder"
+            f"{path}: another process is writing this folder: wait for it to end, "
+            "or choose another folder"
         )
 
 
-def _old(path: Path) -> list[Path]:
-    """What stepped aside for a new folder and was not removed, the newest last."""
+def _displaced(path: Path) -> list[Path]:
+    """Return the old folders that renames moved aside and did not remove, newest last."""
     if not path.parent.is_dir():
         return []
-    there = [
+    matches = [
         entry
         for entry in path.parent.iterdir()
         if (match := _OLD.fullmatch(entry.name)) and match["of"] == path.name
     ]
-    return sorted(there, key=lambda old: old.lstat().st_ctime_ns)
+    return sorted(matches, key=lambda old: old.lstat().st_ctime_ns)
 
 
 def _recover(path: Path) -> None:
-    """Put back what was killed between two renames; remove what was killed after them."""
-    found = _old(path)
-    if found and not path.exists():
-        found.pop().rename(path)
-    for old in found:
+    """Restore the old folder after a kill between two renames. Remove older ones."""
+    displaced = _displaced(path)
+    if displaced and not path.exists():
+        displaced.pop().rename(path)
+    for old in displaced:
         shutil.rmtree(old, ignore_errors=True)
 
 
@@ -115,7 +116,7 @@ def _swap(path: Path, new: Path) -> None:
     if path.exists():
         shutil.copymode(path, new)
     try:
-        new.rename(path)  # nothing is there, or an empty folder
+        new.rename(path)  # the target does not exist, or is an empty folder
         return
     except OSError as error:
         if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
@@ -133,11 +134,11 @@ def _swap(path: Path, new: Path) -> None:
 
 
 def _flush(folder: Path) -> None:
-    """To the disk itself: a rename may otherwise get there before what it names."""
-    for place, _, names in os.walk(folder):
+    """Flush a folder to the disk. Otherwise the rename may reach the disk before its contents."""
+    for parent, _, names in os.walk(folder):
         for name in names:
-            _flush_one(Path(place, name))
-        _flush_one(Path(place))
+            _flush_one(Path(parent, name))
+        _flush_one(Path(parent))
 
 
 def _flush_one(path: Path) -> None:

@@ -1,8 +1,8 @@
-"""Boundary around the code of other packages: plug-ins, and classes that a user names.
+"""Boundary around code of other packages: plug-ins and classes that a user names.
 
-Foreign code may raise anything, SystemExit and KeyboardInterrupt among it. :class:`ForeignCode`
-turns that into an InputError that names the code. What ends the process itself (``os._exit``, a
-crash of a C library) is out of reach.
+Foreign code may raise anything, even SystemExit and KeyboardInterrupt. :class:`ForeignCode`
+turns these into an InputError that names the code. It cannot catch the end of the process itself
+(``os._exit``, a crash of a C library).
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ from types import TracebackType
 
 from firstcontact.core._errors import InputError
 
-#: Names of loaded foreign modules, and what messages call them.
+#: Names of foreign modules and their titles in messages.
 _modules: dict[str, str] = {}
 
 
-#: Attribute of exceptions that a signal handler of this package raises. No subclass of
-#: KeyboardInterrupt would do: Python ends a program as interrupted only for that class itself.
+#: Attribute that marks exceptions of this package's signal handlers. A subclass of
+#: KeyboardInterrupt would not work: Python exits as interrupted only for that class itself.
 _MARK = "_firstcontact_signal"
 
 
 class ForeignCode:
-    """Context manager that turns whatever foreign code raises into an InputError.
+    """Context manager that turns any exception of foreign code into an InputError.
 
-    An InputError passes, and so does an OSError that names a path: its sentence says all. A
-    real Ctrl-C passes, too. The import path and the working folder are restored.
+    An InputError passes unchanged, and so does an OSError that names a path. A real Ctrl-C passes
+    too. On exit the import path and the working folder are restored.
 
     Parameters
     ----------
     title
-        Name of the code that runs in the block, for messages. If empty, only exceptions whose
-        traceback holds a module that :func:`register_foreign` knows are turned.
+        Name of the code in the block, for messages. If empty, only exceptions whose traceback
+        holds a module of :func:`register_foreign` are turned.
     """
 
     def __init__(self, title: str = "") -> None:
@@ -58,19 +58,19 @@ class ForeignCode:
             return
         title = self._title or culprit(error)
         if title:
-            raise InputError(
-                f"{title} raised {summarize_error(error)}: mend it or leave it out"
-            ) from (error)
+            raise InputError(f"{title} raised {summarize_error(error)}: fix it or remove it") from (
+                error
+            )
 
 
 def mark_as_signal(error: BaseException) -> BaseException:
-    """Mark an exception that a signal handler raises: it is no foreign code's."""
+    """Mark an exception as raised by a signal handler, not by foreign code."""
     setattr(error, _MARK, True)
     return error
 
 
 def register_foreign(module: str, title: str) -> None:
-    """Note that a module is foreign.
+    """Register a module as foreign code.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def register_foreign(module: str, title: str) -> None:
 
 
 def culprit(error: BaseException) -> str:
-    """Return the title of the foreign code that raised an exception, "" if there is none."""
+    """Return the title of the foreign code that raised an exception; "" if none did."""
     for link in _chain(error):
         trace, title = link.__traceback__, ""
         while trace is not None:
@@ -95,7 +95,7 @@ def culprit(error: BaseException) -> str:
 
 
 def summarize_error(error: BaseException) -> str:
-    """Return type and message of an exception in one line, even if it cannot say its message."""
+    """Return type and message of an exception in one line, even if its ``str`` fails."""
     message = ""
     with suppress(BaseException):
         message = str(error)
@@ -103,7 +103,7 @@ def summarize_error(error: BaseException) -> str:
 
 
 def is_interrupt(error: BaseException) -> bool:
-    """Return True if a signal caused the exception, and not the code that raised it."""
+    """Return True if a signal caused the exception."""
     if any(hasattr(link, _MARK) for link in _chain(error)):
         return True
     # Without a handler of this package, Python itself raises KeyboardInterrupt.
@@ -141,7 +141,7 @@ def _folder() -> str | None:
 
 
 def _restore(path: list[str], folder: str | None) -> None:
-    """Bring back the import path, and keep what was added to it at its end."""
+    """Restore the import path and the working folder. Keep new path entries at the end."""
     added = [place for place in sys.path if place not in path]
     if sys.path[: len(path)] != path:
         sys.path[:] = [*path, *added]

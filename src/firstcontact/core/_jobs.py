@@ -1,4 +1,4 @@
-"""Many alike jobs: on the cores of this machine, or wherever ``joblib.parallel_config`` says."""
+"""Parallel jobs on the cores of this machine, or on a ``joblib.parallel_config`` backend."""
 
 from __future__ import annotations
 
@@ -21,44 +21,44 @@ A = TypeVar("A")
 B = TypeVar("B")
 Tick = Callable[[int, int], object]
 
-#: Heeded by libraries when they are loaded; those that are there already can be told.
+#: Variables that libraries read when they load. Loaded libraries need threadpoolctl instead.
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
-#: Workers wait so long for the next job, s: they end with the runner, however long it works on
-#: something else meanwhile. Less than the 24 days that a timeout of the system can hold.
+#: Idle time after which a worker ends, s. Workers end with their runner, so the value only has to
+#: be long. The longest timeout of the system is 24 days.
 IDLE = 7 * 86_400
 
-#: More processes than this no machine is meant to run.
+#: Largest number of worker processes on one machine.
 MOST_WORKERS = 512
 
-_alone = threading.Lock()
+_job_lock = threading.Lock()
 
 
 class Runner(ABC):
-    """Does many alike jobs.
+    """Runner of many similar jobs.
 
-    ``function(job, *shared)`` is called for every job. Jobs are small; what all of them need is
-    shared: it is sent once, and its arrays are read-only.
+    Calls ``function(job, *shared)`` for every job. Jobs are small. Data that all jobs need are
+    shared: they are sent once, and their arrays are read-only.
     """
 
     @abstractmethod
     def stream(
         self, function: Callable[..., B], jobs: Sequence[A], *shared: object
     ) -> Generator[B, None, None]:
-        """Results one by one, in the order of the jobs; the first error ends it."""
+        """Yield the results in the order of the jobs. The first error ends the stream."""
 
     def map(self, function: Callable[..., B], jobs: Sequence[A], *shared: object) -> list[B]:
-        """All results in the order of the jobs; the first error ends it."""
+        """Return all results in the order of the jobs. The first error ends the run."""
         return list(self.stream(function, jobs, *shared))
 
 
 class Serial(Runner):
-    """One after the other, here, on one thread.
+    """Runner that works in this process, one job after the other, on one thread.
 
     Parameters
     ----------
     tick
-        Called with (done, all) after each job.
+        Called with (done, total) after each job.
     """
 
     def __init__(self, tick: Tick = lambda done, total: None) -> None:
@@ -67,7 +67,7 @@ class Serial(Runner):
     def stream(
         self, function: Callable[..., B], jobs: Sequence[A], *shared: object
     ) -> Generator[B, None, None]:
-        """Results one by one, in the order of the jobs; the first error ends it."""
+        """Yield the results in the order of the jobs. The first error ends the stream."""
         for done, job in enumerate(jobs, start=1):
             with one_thread():
                 result = function(job, *shared)
@@ -76,37 +76,37 @@ class Serial(Runner):
 
 
 class Pool(Runner):
-    """Jobs through :class:`joblib.Parallel`.
+    """Runner that uses :class:`joblib.Parallel`.
 
     Parameters
     ----------
     parallel
-        Open, and returns a generator.
+        An open ``joblib.Parallel`` that returns a generator.
     tick
-        Called here with (done, all) as results come.
+        Called in this process with (done, total) as results arrive.
     together
-        Jobs share this process's memory, and do not disturb one another in it.
+        True if jobs share this process's memory and do not disturb each other.
     """
 
-    def __init__(self, parallel: Any, tick: Tick, together: bool) -> None:
-        self._parallel, self._tick, self._together = parallel, tick, together
+    def __init__(self, parallel: Any, tick: Tick, share_memory: bool) -> None:
+        self._parallel, self._tick, self._share_memory = parallel, tick, share_memory
 
     def stream(
         self, function: Callable[..., B], jobs: Sequence[A], *shared: object
     ) -> Generator[B, None, None]:
-        """Results one by one, in the order of the jobs; the first error ends it."""
-        if self._together:
+        """Yield the results in the order of the jobs. The first error ends the stream."""
+        if self._share_memory:
             calls: list[Any] = [(function, (job, *shared), {}) for job in jobs]
         else:
-            whole = pack_payload(shared) if shared else None
-            calls = [(_apart, (function, job, whole), {}) for job in jobs]
+            payload = pack_payload(shared) if shared else None
+            calls = [(_run_job, (function, job, payload), {}) for job in jobs]
         results = self._parallel(calls)
         try:
             for done, result in enumerate(results, start=1):
                 self._tick(done, len(jobs))
                 yield result
         finally:
-            with warnings.catch_warnings():  # that not all results were wanted
+            with warnings.catch_warnings():  # joblib warns about results that were not used
                 warnings.simplefilter("ignore")
                 results.close()
 
@@ -117,34 +117,34 @@ def parallel(
     tick: Tick = lambda done, total: None,
     prefer: Literal["processes", "threads"] = "processes",
 ) -> Iterator[Runner]:
-    """A runner that leaves no process behind, whatever happens inside.
+    """Yield a runner that leaves no process behind, even after an exception.
 
-    Inside a ``joblib.parallel_config`` that names a backend, jobs go there. Otherwise they go to
-    processes of this machine that are fresh (spawned), have one thread each, are reused, and are
-    killed on the way out, or as soon as this process is gone.
+    A ``joblib.parallel_config`` that names a backend gets the jobs. Otherwise new processes on this
+    machine run them, with one thread each. These processes are reused and are killed at the end,
+    or as soon as this process ends.
 
-    To be used in a thread that lives as long as they do, such as the main one: workers end with
-    the thread that started them.
+    Call it in a thread that outlives the workers, such as the main thread: workers end with the
+    thread that started them.
 
     Parameters
     ----------
     workers
-        On this machine; 1 means here, one job after the other.
+        Processes on this machine; 1 runs all jobs in this process.
     tick
-        Called here with (done, all) as results come.
+        Called in this process with (done, total) as results arrive.
     prefer
-        "threads" on this machine for jobs that let go of Python's lock.
+        "threads" for jobs that release Python's global lock.
     """
     import joblib
     from joblib.parallel import get_active_backend
 
     backend = get_active_backend(prefer=prefer)[0]
-    processes = backend.supports_inner_max_num_threads  # only those of this machine can be told
-    together = getattr(backend, "supports_sharedmem", False) and prefer == "threads"
-    if workers == 1 and (processes or together):
+    processes = backend.supports_inner_max_num_threads  # only local processes take this setting
+    share_memory = getattr(backend, "supports_sharedmem", False) and prefer == "threads"
+    if workers == 1 and (processes or share_memory):
         yield Serial(tick)
         return
-    # Loky may stumble over its queue where it is ended with more jobs in it than it handed out.
+    # Loky can fail when it ends with more jobs in its queue than it has handed out.
     ahead = "2 * n_jobs" if processes else "all"
     with _processes() if processes else joblib.parallel_config() as config:
         pool = joblib.Parallel(
@@ -152,62 +152,62 @@ def parallel(
         )
     with pool:
         try:
-            yield Pool(pool, tick, together)
+            yield Pool(pool, tick, share_memory)
         finally:
             if processes:
                 config["backend"].abort_everything(ensure_ready=False)
 
 
 def _processes() -> Any:
-    """What processes of this machine are to be like."""
+    """Return the joblib configuration of worker processes on this machine."""
     import joblib
 
     return joblib.parallel_config(
         "loky",
         inner_max_num_threads=1,
         idle_worker_timeout=IDLE,
-        initializer=_begin,
+        initializer=_init_worker,
         initargs=(os.getpid(),),
     )
 
 
-def _begin(parent: int) -> None:
-    """What a worker does first."""
+def _init_worker(parent: int) -> None:
+    """Prepare a worker process."""
     from joblib.externals.loky import process_executor
 
-    # Loky takes 300 MB more than after the first job for a leak, and replaces the worker in the
-    # middle of its jobs. Here that is a library that a later job loads, or what jobs share.
+    # Loky takes 300 MB of growth after the first job as a leak and replaces the worker during its
+    # jobs. Here the growth is a library that a later job loads, or shared data.
     process_executor._MAX_MEMORY_LEAK_SIZE = math.inf
-    # Signals of the terminal reach the whole process group; the parent alone decides, ...
+    # The terminal's signals reach the whole process group. Only the parent handles them ...
     for name in ("SIGINT", "SIGHUP", "SIGQUIT"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
-    # ... and where it is killed, its workers are, in the middle of whatever they do.
+    # ... and if the parent is killed, its workers are killed too.
     follow(parent)
 
 
-def _apart(function: Callable[..., B], job: object, whole: Any) -> B:
-    """A job in another process, which may have threads for more: what is random is the process's.
+def _run_job(function: Callable[..., B], job: object, payload: Any) -> B:
+    """Run a job in another process. A lock keeps jobs apart, as the random state is per process.
 
-    Workers of a cluster are not started by us, so threads are limited here.
+    A cluster starts its own workers, so this function also limits their threads.
     """
-    with _alone, one_thread(), ForeignCode():
-        return function(job, *(() if whole is None else unpack_payload(whole)))
+    with _job_lock, one_thread(), ForeignCode():
+        return function(job, *(() if payload is None else unpack_payload(payload)))
 
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Keep libraries from spreading: beside other work they gain nothing, and lose much."""
+    """Limit numerical libraries to one thread. More threads only slow parallel jobs down."""
     import joblib
     import threadpoolctl
 
-    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    previous = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update(ONE_THREAD)
     try:
         with threadpoolctl.threadpool_limits(1), joblib.parallel_config("sequential", n_jobs=1):
             yield
     finally:
-        for name, value in before.items():
+        for name, value in previous.items():
             if value is None:
                 del os.environ[name]
             else:
@@ -215,18 +215,18 @@ def one_thread() -> Iterator[None]:
 
 
 def worker_count(workers: int) -> int:
-    """Processes for what ``--workers`` says: 0 means all cores.
+    """Return the number of processes for ``--workers``: 0 means all cores.
 
     Raises
     ------
     InputError
-        Fewer than none, or more than any machine has.
+        The number is negative or larger than any machine allows.
     """
     if not 0 <= workers <= MOST_WORKERS:
-        raise InputError(f"--workers is {workers}: give 0 for all cores, or up to {MOST_WORKERS}")
+        raise InputError(f"--workers is {workers}: use 0 for all cores, or up to {MOST_WORKERS}")
     return workers or cores()
 
 
 def cores() -> int:
-    """Cores that this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

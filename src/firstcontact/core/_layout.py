@@ -1,4 +1,4 @@
-"""What the columns of a sample are: the sensor layout."""
+"""Sensor layout: the channels of a sample, their units and their rate."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ FINGERTIP_RATE = 4936.0
 FINGERTIP_SMOOTHING = 0.5
 #: Taxels of one fingertip's 3 x 2 force array.
 TAXELS = 6
-#: The device sends filtered values with five fractional bits: 1/32 ADC count.
+#: Fractional steps of one ADC count: the device sends filtered values in 1/32 count.
 SUBCOUNTS = 32
 ADC_COUNTS = 1024
 ADC_VOLTS = 3.3
 PIEZO_OFFSET_VOLTS = 1.65
 
 
-#: Most channels, and highest number of a taxel: more than any hand has.
+#: Largest number of channels and highest taxel number: more than any hand has.
 MOST_CHANNELS = 256
 #: Most groups of slower channels.
 MOST_GROUPS = 16
-#: A rate that a sensor of this kind can have, Hz.
+#: Sampling rate of a sensor, Hz.
 Rate = Annotated[float, Meta(ge=1.0, le=1e7)]
 #: Coefficient of an exponential smoothing.
 Alpha = Annotated[float, Meta(gt=0.0, le=1.0)]
-#: Smallest and largest size of a channel's scale, and largest of its offset: far beyond any
-#: sensor, and such that what is computed of them stays finite.
+#: Smallest and largest scale of a channel, and its largest offset. They are far beyond any sensor
+#: and keep results finite.
 SCALES = (1e-15, 1e6)
 LARGEST_OFFSET = 1e12
 
@@ -53,12 +53,12 @@ class Finger(IntEnum):
 
 
 def finger_name(finger: Finger | None) -> str:
-    """As people read it; what belongs to no finger is "sensor"."""
+    """Return the finger's name for messages; "sensor" if the channel belongs to no finger."""
     return "sensor" if finger is None else finger.name.lower()
 
 
 class ChannelKind(StrEnum):
-    """What a channel measures."""
+    """Quantity that a channel measures."""
 
     VIBRATION = "vibration"
     FORCE = "force"
@@ -66,12 +66,12 @@ class ChannelKind(StrEnum):
 
     @classmethod
     def _missing_(cls, value: object) -> ChannelKind | None:
-        # Devices and recordings of version 1 say so.
+        # Devices and recordings of version 1 use this name.
         return cls.VIBRATION if value == "piezo" else None
 
 
 class VibrationSensor(StrEnum):
-    """What a vibration is measured with."""
+    """Sensor that measures a vibration."""
 
     PIEZO = "piezo"
     ACCELEROMETER = "accelerometer"
@@ -81,28 +81,28 @@ class VibrationSensor(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """One column of a sample, or several beside each other: the axes of a vector.
+    """One column of a sample, or adjacent columns that hold the axes of a vector.
 
     ``physical = (raw - offset) * scale``, in ``unit``.
 
     Parameters
     ----------
     finger
-        Whose it is; None for a sensor that belongs to no finger.
+        Finger that carries the sensor; None if it belongs to no finger.
     taxel
-        Place in a force array.
+        Position in a force array.
     sensor
-        What measures the vibration, by default a piezo; None for other kinds.
+        Sensor of a vibration channel, by default a piezo; None for other kinds.
     smoothing_alpha
         Coefficient of the exponential smoothing already applied (1 = none).
     axes, axis
-        Columns of a vector, and which of them stands for it in detectors and windows.
+        Number of columns of a vector, and the column that detectors and windows use.
 
     Raises
     ------
     ValueError
-        A scale or offset that no sensor has, an axis that is not there, or a vibration
-        sensor that measures something else.
+        The scale or offset is out of range, the axis does not exist, or a channel that is not a
+        vibration has a vibration sensor.
     """
 
     name: Name
@@ -129,7 +129,7 @@ class Channel:
 
     @property
     def column_names(self) -> tuple[str, ...]:
-        """A name for each of its columns: its own, or with the axis behind it."""
+        """Name of each column: the channel's name, with the axis appended for a vector."""
         if self.axes == 1:
             return (self.name,)
         ends = "xyz" if self.axes <= len("xyz") else range(self.axes)
@@ -138,10 +138,10 @@ class Channel:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Slower channels beside the others, with a count and a rate of their own.
+    """Group of slower channels with its own sample count and rate.
 
-    Sample ``k`` was taken at ``k / layout.rate``, on the clock on which sample ``n`` of the
-    layout that it belongs to was taken at ``n / rate``.
+    Sample ``k`` was taken at ``k / layout.rate``. Sample ``n`` of the main layout was taken at
+    ``n / rate`` on the same clock.
     """
 
     name: Name
@@ -150,19 +150,19 @@ class Group:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """The columns of a sample, their rate and what was done to them.
+    """Columns of a sample, their rate and their smoothing.
 
     Parameters
     ----------
     channels
-        In the order of their columns.
+        Channels in column order.
     rate
         Mean sampling rate, Hz.
     smoothing_alpha
-        Where given, that of all vibration channels, which it is passed on to (it is None
-        afterwards): devices and recordings of version 1 say it once.
+        Smoothing of all vibration channels, copied to them (None afterwards). Devices and
+        recordings of version 1 state it once.
     groups
-        Slower ones beside these channels; contacts are not looked for in them.
+        Groups of slower channels. Detectors do not use them.
 
     Examples
     --------
@@ -189,23 +189,24 @@ class Layout:
 
     @property
     def column_channels(self) -> tuple[Channel, ...]:
-        """The channel of each column, shape (columns of a sample,)."""
+        """Channel of each column, shape (columns of a sample,)."""
         return tuple(c for c in self.channels for _ in range(c.axes))
 
     @property
     def column_names(self) -> tuple[str, ...]:
-        """A name for each column."""
+        """Name of each column."""
         return tuple(name for c in self.channels for name in c.column_names)
 
     @property
     def width(self) -> int:
-        """Columns of a sample."""
+        """Number of columns of a sample."""
         return sum(c.axes for c in self.channels)
 
     def columns(self, kind: ChannelKind, *fingers: Finger | None) -> tuple[int, ...]:
-        """Column numbers of a kind of channel, with ``fingers`` only theirs (None: of none).
+        """Return the columns of a kind of channel, of all fingers or of ``fingers`` only.
 
-        One a channel: of a vector its :attr:`~Channel.axis`.
+        None in ``fingers`` means channels of no finger. A vector gives one column, its
+        :attr:`~Channel.axis`.
         """
         starts = accumulate((c.axes for c in self.channels), initial=0)
         return tuple(
@@ -216,39 +217,39 @@ class Layout:
 
     @property
     def vibration(self) -> tuple[Channel, ...]:
-        """The vibration channels, in column order."""
+        """Vibration channels in column order."""
         return tuple(c for c in self.channels if c.kind is ChannelKind.VIBRATION)
 
     @property
     def vibration_fingers(self) -> tuple[Finger | None, ...]:
-        """Whose the vibration channels are, in column order; None stands for no finger."""
+        """Fingers of the vibration channels, in column order; None stands for no finger."""
         return tuple(c.finger for c in self.vibration)
 
     @property
     def smoothing(self) -> str:
-        """What was done to its vibration channels, for people."""
+        """Smoothing of the vibration channels, as text."""
         alphas = dict.fromkeys((c.sensor, c.smoothing_alpha) for c in self.vibration)
         return ", ".join(f"{sensor} smoothing alpha {alpha:g}" for sensor, alpha in alphas)
 
     @property
     def has_force(self) -> bool:
-        """Whether any force channel is there."""
+        """True if the layout has a force channel."""
         return any(c.kind is ChannelKind.FORCE for c in self.channels)
 
     @property
     def has_strip(self) -> bool:
-        """Whether any strip channel is there."""
+        """True if the layout has a strip channel."""
         return any(c.kind is ChannelKind.STRIP for c in self.channels)
 
     def physical(self, data: NDArray[Any], columns: tuple[int, ...]) -> NDArray[np.float64]:
-        """Columns of raw samples in their physical units.
+        """Convert columns of raw samples to their physical units.
 
         Parameters
         ----------
         data
             Raw samples, shape (samples, channels).
         columns
-            Which columns.
+            Column numbers.
 
         Returns
         -------
@@ -258,7 +259,7 @@ class Layout:
         return Physical(self, columns)(data)
 
     def to_json(self) -> dict[str, Any]:
-        """A JSON-ready form, without what is as by default."""
+        """Return the layout as a tree that JSON can hold, without default values."""
         channels = [
             {f.name: v for f in fields(c) if (v := getattr(c, f.name)) != f.default}
             for c in self.channels
@@ -269,7 +270,7 @@ class Layout:
 
     @property
     def fault(self) -> str:
-        """What keeps it from being used, "" where nothing does."""
+        """Reason why the layout cannot be used; "" if it can."""
         if not self.vibration:
             return "no vibration channel"
         if self.width > MOST_CHANNELS:
@@ -280,44 +281,44 @@ class Layout:
                     return f"two {kind} channels of {'no' if finger is None else 'one'} finger"
         names = [*self.column_names]
         for group in self.groups:
-            its = group.layout
-            if not 0 < its.width <= MOST_CHANNELS or its.groups or its.rate > self.rate:
-                return f"a group {group.name!r} that is empty, too large, nested or the faster"
-            names += its.column_names
+            inner = group.layout
+            if not 0 < inner.width <= MOST_CHANNELS or inner.groups or inner.rate > self.rate:
+                return f"a group {group.name!r} that is empty, too large, nested or too fast"
+            names += inner.column_names
         if len({g.name for g in self.groups}) < len(self.groups):
-            return "two groups of one name"
-        return "two channels of one name" if len(set(names)) < len(names) else ""
+            return "two groups with the same name"
+        return "two channels with the same name" if len(set(names)) < len(names) else ""
 
 
 class Physical:
-    """Takes columns of raw samples to their physical units; made once for many blocks.
+    """Converter from columns of raw samples to physical units, built once for many blocks.
 
     Parameters
     ----------
     layout
-        Whose columns.
+        Layout of the samples.
     columns
-        Which.
+        Column numbers.
     order
-        In memory: "F" has a column's samples side by side, "C" a sample's columns. Sums over
-        samples round differently in the two.
+        Memory order of the result: "F" stores each column's samples together, "C" each sample's
+        columns. Sums over samples round differently in the two.
     """
 
     def __init__(
         self, layout: Layout, columns: tuple[int, ...], order: Literal["C", "F"] = "F"
     ) -> None:
-        every = layout.column_channels
-        chosen = [every[i] for i in columns]
+        all_channels = layout.column_channels
+        chosen = [all_channels[i] for i in columns]
         first, n = (columns[0], len(columns)) if columns else (0, 0)
-        beside = columns == tuple(range(first, first + n))
-        # Columns that lie side by side need not be gathered.
-        self._columns = slice(first, first + n) if beside else np.array(columns, dtype=np.intp)
+        is_adjacent = columns == tuple(range(first, first + n))
+        # Adjacent columns need no copy.
+        self._columns = slice(first, first + n) if is_adjacent else np.array(columns, dtype=np.intp)
         self._order: Literal["C", "F"] = order
         self._offset = np.array([c.offset for c in chosen], dtype=np.float64)
         self._scale = np.array([c.scale for c in chosen], dtype=np.float64)
 
     def __call__(self, data: NDArray[Any]) -> NDArray[np.float64]:
-        """Raw samples (samples, channels) to (samples, columns)."""
+        """Convert raw samples (samples, channels) to physical units (samples, columns)."""
         raw: NDArray[np.float64] = data[:, self._columns].astype(np.float64, order=self._order)
         raw -= self._offset
         raw *= self._scale
@@ -325,10 +326,11 @@ class Physical:
 
 
 def fingertip_layout() -> Layout:
-    """The 16 channels of the published hand: int16, 1/32 ADC count.
+    """Return the layout of the published hand: 16 channels of int16, in 1/32 ADC count.
 
-    Two piezo channels (V around the 1.65 V offset), two 3 x 2 force arrays
-    (V over the divider), two strips (0 open, 1 closed).
+    Two piezo channels (V around the 1.65 V offset), two 3 x 2 force arrays (V over the divider),
+    and
+    two strips (0 open, 1 closed).
     """
     volt = ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS)
     zero = PIEZO_OFFSET_VOLTS / volt

@@ -1,6 +1,6 @@
 """Parsers for numbers in text that people write.
 
-Python's own parsers also take ``1_000`` and digits of any script.
+Python's own parsers also accept ``1_000`` and digits of any script.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ def parse_float(text: str, *, finite: bool = True) -> float:
     Parameters
     ----------
     text
-        Digits, at most one point, an exponent.
+        Digits, at most one decimal point, and an optional exponent.
     finite
-        Whether infinity and NaN are refused.
+        True to refuse infinity and NaN.
 
     Raises
     ------
     ValueError
-        Says what the text is instead, as in "which is not a number".
+        The text is not such a number. The message continues "... is TEXT," in the caller's.
     """
     try:
         value = float(_plain_digits(text))
@@ -38,7 +38,7 @@ def parse_int(text: str) -> int:
     Raises
     ------
     ValueError
-        Says what the text is instead, as in "which is not a whole number".
+        The text is not a whole number. The message continues "... is TEXT," in the caller's.
     """
     try:
         return int(_plain_digits(text))

@@ -7,10 +7,10 @@ from typing import Any
 
 
 def import_onnxruntime() -> Any:
-    """Return the module ``onnxruntime``, imported with its telemetry switched off.
+    """Import ONNX Runtime with its telemetry switched off, and return the module.
 
-    From version 1.31 on, its import writes a device id and a database of events into the user's
-    cache, unless this variable is set. Processes that start later inherit the variable.
+    From version 1.31 on, the import writes a device ID and a database of events into the user's
+    cache unless this variable is set. Child processes inherit the variable.
     """
     os.environ["ORT_DISABLE_TELEMETRY"] = "1"
     import onnxruntime

@@ -1,4 +1,4 @@
-"""Colours of figures that colour-blind eyes tell apart (Okabe and Ito 2008)."""
+"""Colours for figures, distinct for colour-blind readers (Okabe and Ito 2008)."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Shares as percentages, for tables, pages and the terminal."""
+"""Percentages for tables, pages and the terminal."""
 
 from __future__ import annotations
 
-#: Decimals at most, where fewer would round a share up to all.
+#: Most decimals, used when fewer would round a share below 1 up to 100 %.
 MOST_DECIMALS = 2
 
 
@@ -12,9 +12,9 @@ def percent(share: float, decimals: int = 1) -> str:
     Parameters
     ----------
     share
-        1 is all.
+        Fraction between 0 and 1.
     decimals
-        How many are shown. A share a little below 1 gets up to two, and is cut off there.
+        Number of decimals. A share a little below 1 gets up to two and is cut off there.
     """
     for places in range(decimals, MOST_DECIMALS + 1):
         shown = f"{100 * share:.{places}f}"

@@ -1,4 +1,4 @@
-"""Constants and contact mechanics that the twin's hand and the policies' rule share."""
+"""Physical constants and contact mechanics shared by the twin and the grasp policies."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ POISSON = 0.49
 
 
 def holding_force(mass: float, friction: float) -> float:
-    """Grip force that just holds a mass (kg) between two fingers, N."""
+    """Return the grip force, N, that just holds a mass (kg) between two fingers."""
     return mass * GRAVITY / (2 * friction)
 
 
 def gent_modulus(shore_a: float) -> float:
-    """Young's modulus of an elastomer, Pa.
+    """Return Young's modulus of an elastomer, Pa.
 
     Parameters
     ----------
@@ -32,17 +32,17 @@ def gent_modulus(shore_a: float) -> float:
 
 
 def gent_shore_a(modulus: float) -> float:
-    """Durometer reading of an elastomer of this Young's modulus (Pa): inverts gent_modulus."""
+    """Return the durometer reading of an elastomer from its Young's modulus (Pa)."""
     scaled = modulus * 0.137505 / (1e6 * 0.0981)
     return (254 * scaled - 56) / (7.62336 + 2.54 * scaled)
 
 
 def contact_modulus(first: float, second: float, poisson: float = POISSON) -> float:
-    """Hertz' modulus E* of two bodies, Pa, from Young's moduli (Pa) and one Poisson's ratio."""
+    """Return Hertz' modulus E* of two bodies, Pa, from Young's moduli (Pa) and Poisson's ratio."""
     plane_strain = 1 - poisson**2
     return 1 / (plane_strain / first + plane_strain / second)
 
 
 def hertz_stiffness(modulus: float, radius: float) -> float:
-    """K in Hertz' F = K d^1.5, N/m^1.5, from E* in Pa and the relative radius in m."""
+    """Return K in Hertz' F = K d^1.5, N/m^1.5, from E* (Pa) and the relative radius (m)."""
     return 4 / 3 * modulus * sqrt(radius)

@@ -1,4 +1,4 @@
-"""A pinch: samples, what was pinched, and when each finger touched it."""
+"""Pinches: samples, labels and contacts."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from firstcontact.core._counted import counted
 from firstcontact.core._layout import ChannelKind, Finger, Layout
 from firstcontact.core._records import Name
 
-#: Hardness ranks lie between this and its negative.
+#: Largest magnitude of a hardness rank.
 HIGHEST_RANK = 1000
 
 
 class Role(StrEnum):
-    """What a pinch is for: learning, or unseen until the test."""
+    """Role of a pinch: training, or test on unseen objects."""
 
     TRAIN = "train"
     TEST = "test"
@@ -30,7 +30,7 @@ class Role(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """What was pinched. ``None`` and "" mean not known."""
+    """Label of a pinched object. ``None`` and "" mean unknown."""
 
     object: Name = ""
     shore_a: Annotated[float, Meta(ge=0.0, le=100.0)] | None = None
@@ -40,16 +40,16 @@ class Label:
     role: Role = Role.TRAIN
 
     def to_json(self) -> dict[str, Any]:
-        """A JSON-ready form."""
+        """Return the label as a tree that JSON can hold."""
         return asdict(self)
 
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """A finger touched: which, and at which sample of the device's count.
+    """Contact of one finger, in the device's sample numbers.
 
-    ``finger`` is None where the sensor belongs to none. ``decided`` is the sample after
-    whose arrival the contact was known; for ground truth it is the sample itself.
+    ``finger`` is None if the sensor belongs to no finger. ``decided`` is the sample after which the
+    detector knew the contact. For ground truth it equals ``sample``.
     """
 
     finger: Finger | None
@@ -58,12 +58,12 @@ class Contact:
 
 
 def first_closed_sample(strip: NDArray[Any], first_sample: int = 0) -> int | None:
-    """Number of the first sample at which a strip is closed; None where it stays open.
+    """Return the number of the first sample at which a strip is closed; None if it stays open.
 
     Parameters
     ----------
     strip
-        Its samples, shape (samples,): closed where they are not 0.
+        Samples of the strip, shape (samples,). Values other than 0 mean closed.
     first_sample
         Number of ``strip[0]``.
     """
@@ -79,22 +79,22 @@ class Pinch:
     data
         Raw samples, shape (samples, channels); ``layout`` gives their meaning.
     layout
-        The columns.
+        Columns of the samples.
     label
-        What was pinched.
+        Label of the pinched object.
     first_sample
         Device sample number of ``data[0]``.
     truth
-        Contacts known from the strips or from labels, in the order of time:
-        none, the first, or the first and the second.
+        Contacts known from the strips or from labels, in time order: none, the first, or the
+        first and the second.
     motor_start
-        Device sample number (as ``first_sample``; not counted within the pinch)
-        from which the motor closes the hand freely; None where not known.
+        Device sample number at which the motor starts to close the hand freely; None if
+        unknown. It counts like ``first_sample``, not from the start of the pinch.
     calibration
-        Of the fingertips, as its recording has it; None where it has none.
+        Calibration of the fingertips from the recording; None without one.
     groups
-        Samples of the layout's slower groups in the time of the pinch, each with its own
-        count; one of which some are missing is not there.
+        Samples of the layout's slower groups during the pinch, each with its own count. A group
+        with missing samples is absent.
 
     Examples
     --------
@@ -117,36 +117,36 @@ class Pinch:
 
     @property
     def first(self) -> Contact | None:
-        """The first contact, where known."""
+        """First contact; None if unknown."""
         return self.truth[0] if self.truth else None
 
     @property
     def second(self) -> Contact | None:
-        """The second contact, where known."""
+        """Second contact; None if unknown."""
         return self.truth[1] if len(self.truth) > 1 else None
 
     @property
     def offset(self) -> float | None:
-        """Time from the first to the second contact, s."""
+        """Time from the first to the second contact, s; None if unknown."""
         if self.second is None:
             return None
         return (self.truth[1].sample - self.truth[0].sample) / self.layout.rate
 
     def vibration(self) -> NDArray[np.float64]:
-        """Vibration channels in their unit, shape (samples, vibration channels).
+        """Return the vibration channels in their unit, shape (samples, vibration channels).
 
-        Of a vector its :attr:`~firstcontact.core.Channel.axis`.
+        A vector gives one column, its :attr:`~firstcontact.core.Channel.axis`.
         """
         return self.layout.physical(self.data, self.layout.columns(ChannelKind.VIBRATION))
 
     def force(self, finger: Finger) -> NDArray[np.float64]:
-        """Force channels of a finger in their unit, shape (samples, 6)."""
+        """Return the force channels of a finger in their unit, shape (samples, 6)."""
         return self.layout.physical(self.data, self.layout.columns(ChannelKind.FORCE, finger))
 
     def group(self, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """A slower group: times from the pinch's first sample, s, and values in their units.
+        """Return the times from the pinch's first sample, s, and the values of a slower group.
 
-        Shapes (samples,) and (samples, columns); KeyError where it is not there.
+        The shapes are (samples,) and (samples, columns). Raises KeyError if the group is absent.
         """
         block = self.groups[name]
         layout = next(g.layout for g in self.layout.groups if g.name == name)
@@ -155,13 +155,13 @@ class Pinch:
         return times - self.first_sample / self.layout.rate, values
 
     def strip(self, finger: Finger) -> NDArray[np.float64]:
-        """The strip of a finger, shape (samples, 1)."""
+        """Return the strip of a finger, shape (samples, 1)."""
         return self.layout.physical(self.data, self.layout.columns(ChannelKind.STRIP, finger))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Dataset:
-    """Pinches of one layout, with their labels as arrays.
+    """Pinches with the same layout, and their labels as arrays.
 
     Iterating gives pinches. An index gives a pinch; a slice, a list of positions or a boolean mask
     gives a dataset.
@@ -171,15 +171,15 @@ class Dataset:
     pinches
         Pinches that share one layout.
     source
-        "twin", "real", "synthetic" or "unknown".
+        Origin: "twin", "real", "synthetic" or "unknown".
     notes
         Sentences about loading and processing, such as resampling and skipped chunks.
     recorded_rate
         Sampling rate before resampling, Hz; None if the pinches were not resampled.
     losses
-        Those of the notes that name unusable parts of files.
+        Notes that name unusable parts of files.
     sessions_assumed
-        Whether the session of some pinches is unknown, so that an importer took them as one.
+        True if an importer treated pinches without a session name as one session.
 
     Examples
     --------
@@ -243,19 +243,19 @@ class Dataset:
 
     @property
     def layout(self) -> Layout:
-        """The layout that all pinches share."""
+        """Layout that all pinches share."""
         return self.pinches[0].layout
 
     @property
     def shore_a(self) -> NDArray[np.float64]:
-        """Shore A of each pinch, NaN where not known, shape (pinches,)."""
+        """Shore A of each pinch, NaN if unknown, shape (pinches,)."""
         return np.array(
             [np.nan if p.label.shore_a is None else p.label.shore_a for p in self.pinches]
         )
 
     @property
     def hardness_rank(self) -> NDArray[np.float64]:
-        """Hardness rank of each pinch, NaN where not known, shape (pinches,)."""
+        """Hardness rank of each pinch, NaN if unknown, shape (pinches,)."""
         return np.array(
             [
                 np.nan if p.label.hardness_rank is None else p.label.hardness_rank
@@ -280,7 +280,7 @@ class Dataset:
 
     @property
     def test(self) -> NDArray[np.bool_]:
-        """Whether each pinch is an unseen object's, shape (pinches,)."""
+        """Mask of the pinches of unseen objects (test role), shape (pinches,)."""
         return np.array([p.label.role is Role.TEST for p in self.pinches], dtype=np.bool_)
 
     def take(self, which: NDArray[Any] | Sequence[int]) -> Dataset:

@@ -1,4 +1,4 @@
-"""What a trained model computes, as a list of steps that other languages can be written from."""
+"""Trained models as lists of steps, from which exporters write code in other languages."""
 
 from __future__ import annotations
 
@@ -10,30 +10,30 @@ from numpy.typing import NDArray
 
 Constants = Mapping[str, int | float | NDArray[Any]]
 
-#: Name of the vector that a program begins with: the window, all channels of each sample.
+#: Name of the input vector of a program: the window, with all channels of each sample.
 INPUT = "window"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Step:
-    """One vector of float32 computed from others.
+    """Computation of one float32 vector from other vectors.
 
     Parameters
     ----------
     kernel
-        What computes it: one of :mod:`firstcontact.core.steps`.
+        Name of the kernel, one of :mod:`firstcontact.core.steps`.
     takes
-        Names of vectors that are there already.
+        Names of the input vectors.
     gives
-        Name of the vector that it makes.
+        Name of the output vector.
     size
-        Length of that.
+        Length of the output vector.
     constants
-        What the kernel is given beside vectors, by name: whole numbers, real numbers, and flat
-        arrays of integers or float32.
+        Other inputs of the kernel by name: integers, real numbers, and flat arrays of integers or
+        float32.
     instructions
-        How many a Cortex-M7 runs for it at most: fitted to counts of the emulator, over sizes, and
-        not below any of them, so that a budget is kept.
+        Upper bound on the instructions on a Cortex-M7. The bound is fitted to instruction counts
+        of the emulator over many sizes and lies below none of them.
     """
 
     kernel: str
@@ -46,25 +46,25 @@ class Step:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Program:
-    """Steps from a window to what a model puts out.
+    """Steps that compute a model's output from a window.
 
     Parameters
     ----------
     inputs
-        Numbers in the window.
+        Number of values in the window.
     steps
-        In an order in which each finds what it takes.
+        Steps in an order in which the inputs of each are already computed.
     output
-        Name of the vector of outputs: one for a regression, else one a class, of which the
-        first largest is chosen.
+        Name of the output vector. A regression has one value. A classifier has one value per
+        class, and the first largest one wins.
     spread
-        Name of the vector of one that holds the standard deviation of the answer, in the
-        unit of the answer; None where there is none.
+        Name of the vector of length one with the prediction's standard deviation, in the unit of
+        the prediction; None without one.
 
     Raises
     ------
     ValueError
-        A step that takes what is not there, or gives what is.
+        A step uses a vector that does not exist yet, or overwrites an existing one.
     """
 
     inputs: int
@@ -73,26 +73,27 @@ class Program:
     spread: str | None = None
 
     def __post_init__(self) -> None:
-        known = {INPUT}
+        computed = {INPUT}
         for step in self.steps:
-            if not known.issuperset(step.takes) or step.gives in known:
-                raise ValueError(f"the step {step.gives!r} does not follow those before it")
-            known.add(step.gives)
-        if not {self.output, self.spread or self.output} <= known:
-            raise ValueError("the program does not give its output")
+            if not computed.issuperset(step.takes) or step.gives in computed:
+                raise ValueError(
+                    f"the step {step.gives!r} does not follow from the steps before it"
+                )
+            computed.add(step.gives)
+        if not {self.output, self.spread or self.output} <= computed:
+            raise ValueError("no step computes the program's output")
 
     @property
     def instructions(self) -> int:
-        """How many a Cortex-M7 runs for one answer at most; two hundredths are kept in reserve.
+        """Upper bound on the instructions for one prediction on a Cortex-M7, with 2 % in reserve.
 
-        Beside the steps each number of the window and of the output is looked at, for what is
-        refused and what is chosen.
+        Beside the steps, each value of the window and of the output is checked once.
         """
-        looked = 16 * self.inputs + 14 * self.size(self.output) + 200
-        return int(1.02 * (sum(step.instructions for step in self.steps) + looked))
+        check_cost = 16 * self.inputs + 14 * self.size(self.output) + 200
+        return int(1.02 * (sum(step.instructions for step in self.steps) + check_cost))
 
     def size(self, name: str) -> int:
-        """Length of a vector."""
+        """Return the length of a vector."""
         if name == INPUT:
             return self.inputs
         return next(step.size for step in self.steps if step.gives == name)
@@ -100,18 +101,18 @@ class Program:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
-    """How a detector judges windows, as a kernel that is fed sample by sample.
+    """Detector as a kernel that takes one sample at a time.
 
     Parameters
     ----------
     kernel
         Name of the kernel.
     constants
-        As of a :class:`Step`, arrays of float64 among them.
+        Constants as in a :class:`Step`, with arrays of float64 too.
     sizes
-        Lengths in samples that its memory depends on, by the names that the kernel has for them.
+        Lengths in samples that set the kernel's memory, by their names in the kernel.
     doubles
-        Numbers of 8 bytes that it keeps of each channel.
+        Number of 8-byte values that the kernel stores per channel.
     """
 
     kernel: str

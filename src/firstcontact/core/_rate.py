@@ -1,11 +1,11 @@
-"""When two sampling rates are one."""
+"""Comparison of sampling rates."""
 
 from __future__ import annotations
 
-#: Clocks of devices of one kind differ by less than this share.
+#: Largest relative difference between the clocks of two devices of one kind.
 TOLERANCE = 0.01
 
 
 def is_same_rate(rate: float, other: float) -> bool:
-    """Whether a rate is another, but for the error of a clock (one per cent); both in Hz."""
+    """Return True if two rates (Hz) differ by no more than clock error (one per cent)."""
     return abs(rate - other) <= TOLERANCE * other

@@ -1,7 +1,7 @@
-"""JSON that comes from outside: of bounded size, and checked against the type that it must have.
+"""Reader for JSON from outside, with bounded size and checked types.
 
-Every file, message and descriptor in JSON is read here and nowhere else. The types are the
-package's own frozen dataclasses; ``Annotated`` fields carry their bounds.
+All JSON files, messages and descriptors are read here. The types are frozen dataclasses of this
+package; ``Annotated`` fields carry their bounds.
 """
 
 from __future__ import annotations
@@ -11,50 +11,50 @@ from typing import Annotated, TypeVar
 import msgspec
 
 from firstcontact.core._errors import InputError
-from firstcontact.core._records_json import divided
+from firstcontact.core._records_json import decode_by_name
 
 T = TypeVar("T")
 
-#: Longest JSON that is looked at unless more is asked for, bytes.
+#: Default limit on the size of a JSON text, bytes.
 LONGEST = 1 << 20
 
-#: Longest name or short text, characters; nobody's object needs more.
+#: Longest name or short text, characters.
 LONGEST_NAME = 200
 Name = Annotated[str, msgspec.Meta(max_length=LONGEST_NAME)]
-#: The operator's words.
+#: Free text of the operator.
 Notes = Annotated[str, msgspec.Meta(max_length=100_000)]
-#: Counts and sample numbers of a device: 64 bits with the sign, as its protocol has them.
+#: Count or sample number of a device: a signed 64-bit integer, as in its protocol.
 Count = Annotated[int, msgspec.Meta(ge=0, le=(1 << 63) - 1)]
 
 
 def read_record(data: bytes, kind: type[T], where: str, remedy: str, longest: int = LONGEST) -> T:
-    """JSON as a value of a type.
+    """Parse JSON into a value of a type.
 
     Parameters
     ----------
     data
-        UTF-8.
+        JSON text in UTF-8.
     kind
-        A dataclass, or any type that msgspec knows. Numbers that are not finite
-        or outside a field's bounds are refused; fields that it does not have are
-        left out, or refused by a :class:`firstcontact.core._records_json.Record`.
+        A dataclass, or any type that msgspec supports. Numbers that are not finite or out of
+        bounds are refused. Unknown fields are ignored, except in a
+        :class:`firstcontact.core._records_json.Record`, which refuses them.
     where
-        What was read, for the message: a file, or a part of one.
+        Name of the file or part, for messages.
     remedy
-        What to do about it, for the message.
+        Remedy, for messages.
     longest
-        Most bytes that are looked at.
+        Most bytes to read.
 
     Raises
     ------
     InputError
-        Too long, no JSON, nested too deeply, or a field that is missing or
-        cannot be what it says.
+        The text is too long, is not JSON, is nested too deeply, or has a field that is missing
+        or has a wrong value.
     """
     if len(data) > longest:
         raise InputError(f"{where} has {len(data)} bytes of JSON, more than {longest}: {remedy}")
     try:
-        return msgspec.json.decode(data, type=kind, dec_hook=divided)
+        return msgspec.json.decode(data, type=kind, dec_hook=decode_by_name)
     except msgspec.ValidationError as error:
         raise InputError(f"{where}: {_sentence(str(error))}: {remedy}") from error
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
@@ -64,7 +64,7 @@ def read_record(data: bytes, kind: type[T], where: str, remedy: str, longest: in
 
 
 def _sentence(problem: str) -> str:
-    """Msgspec's "Expected `int`, got `str` - at `$.layout.rate`", field first."""
+    """Reword msgspec's "Expected `int`, got `str` - at `$.layout.rate`" with the field first."""
     what, _, place = problem.rpartition(" - at `")
     if not what:
         return _short(problem)
@@ -73,5 +73,5 @@ def _sentence(problem: str) -> str:
 
 
 def _short(text: str, most: int = 200) -> str:
-    """A problem repeats the value that it is about, however long."""
+    """Shorten a message. A message repeats the value that it concerns, however long."""
     return text if len(text) <= most else f"{text[: most - 1]}…"

@@ -1,4 +1,4 @@
-"""JSON objects that hold entries under names of a registry beside fields of their own."""
+"""JSON objects that mix named registry entries with fixed fields."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ About = TypeVar("About")
 class Record(
     msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True
 ):
-    """A JSON object of which every field is known; what is None is left out of it.
+    """JSON object with known fields only. Fields that are None are omitted.
 
-    A subclass says ``frozen=True, kw_only=True`` again, for type checkers and for msgspec.
+    A subclass must repeat ``frozen=True, kw_only=True`` for type checkers and msgspec.
     """
 
 
 class ByName(Mapping[str, Each], Generic[Each, About]):
-    """Entries by their names, with a record of what holds for all of them.
+    """Mapping of entries by name, with a record of their common fields.
 
-    In JSON both stand in one object, so no name may be a field of the record.
+    JSON stores both in one object, so no entry may have the name of a field.
 
     Parameters
     ----------
     entries
-        By name, in order.
+        Entries by name, in order.
     about
-        A :class:`Record`, whose fields stand before the entries.
+        A :class:`Record` whose fields precede the entries.
     """
 
     __slots__ = ("about", "entries")
@@ -49,26 +49,26 @@ class ByName(Mapping[str, Each], Generic[Each, About]):
 
 
 def to_tree(value: Any) -> Any:
-    """Records, and whatever holds some, as what :func:`json.dumps` takes."""
-    return msgspec.to_builtins(value, enc_hook=_joined)
+    """Convert records, and containers of records, to a tree for :func:`json.dumps`."""
+    return msgspec.to_builtins(value, enc_hook=_encode_by_name)
 
 
-def _joined(value: object) -> dict[str, Any]:
+def _encode_by_name(value: object) -> dict[str, Any]:
     if not isinstance(value, ByName):
-        raise NotImplementedError(f"{type(value).__name__} has no form in JSON")
+        raise NotImplementedError(f"{type(value).__name__} cannot be written as JSON")
     return {**to_tree(value.about), **value.entries}
 
 
-def divided(kind: Any, tree: Any) -> Any:
-    """What msgspec asks for the value of a field that is a :class:`ByName`."""
-    each, about = get_args(kind)
-    named: Any = dict[str, each]  # type: ignore[valid-type]
+def decode_by_name(kind: Any, tree: Any) -> Any:
+    """Decode a :class:`ByName` field for msgspec."""
+    entry, about = get_args(kind)
+    entry_type: Any = dict[str, entry]  # type: ignore[valid-type]
     if not isinstance(tree, dict):
         raise TypeError(f"Expected `object`, got `{type(tree).__name__}`")
-    own = {field.encode_name for field in msgspec.structs.fields(about)}
-    entries = {name: its for name, its in tree.items() if name not in own}
-    fields = {name: its for name, its in tree.items() if name in own}
+    field_names = {field.encode_name for field in msgspec.structs.fields(about)}
+    entries = {name: value for name, value in tree.items() if name not in field_names}
+    fields = {name: value for name, value in tree.items() if name in field_names}
     return ByName(
-        msgspec.convert(entries, named, dec_hook=divided),
-        msgspec.convert(fields, about, dec_hook=divided),
+        msgspec.convert(entries, entry_type, dec_hook=decode_by_name),
+        msgspec.convert(fields, about, dec_hook=decode_by_name),
     )

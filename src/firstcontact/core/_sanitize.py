@@ -1,4 +1,4 @@
-"""Text from outside as it may be shown: nothing in it moves a cursor or hides what it says."""
+"""Sanitise untrusted text for terminals and pages."""
 
 from __future__ import annotations
 
@@ -7,37 +7,37 @@ import re
 
 from firstcontact.core._errors import InputError
 
-#: Control characters but tab and newline, what turns the direction of writing, and
-#: halves of characters, as file names that are not UTF-8 have them.
+#: Control characters except tab and newline, characters that change the writing direction, and
+#: surrogates, as in file names that are not UTF-8.
 _CONTROL = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
-#: Name of the handler of characters that an encoding lacks, for ``str.encode``.
+#: Name of the ``str.encode`` error handler for characters that an encoding lacks.
 ESCAPE_ERRORS = "firstcontact.plain"
 
 
 def sanitize(text: str) -> str:
-    r"""The text with control characters as ``\u001b``: in JSON, still the same text."""
-    return _CONTROL.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+    r"""Return the text with control characters escaped as ``\u001b``, as JSON does."""
+    return _CONTROL.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def one_line(text: str) -> str:
-    r"""As :func:`sanitize`, with newlines as ``\n``, too."""
+    r"""Return the text like :func:`sanitize`, with newlines escaped as ``\n`` too."""
     return sanitize(text).replace("\n", "\\n")
 
 
 def check_text(text: str) -> None:
-    """Refuse what a command line gave that is not UTF-8: no recording could hold it.
+    """Raise an error for a command-line text that is not UTF-8. No recording could store it.
 
     Raises
     ------
     InputError
-        It has halves of characters in it.
+        The text contains surrogates.
     """
     try:
         text.encode()
     except UnicodeEncodeError as error:
-        raise InputError(f"{text!r} is not text in UTF-8: write it anew") from error
+        raise InputError(f"{text!r} is not text in UTF-8: type it again") from error
 
 
 def _lacking(error: UnicodeError) -> tuple[str, int]:

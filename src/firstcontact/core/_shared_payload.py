@@ -1,4 +1,4 @@
-"""Whatever many jobs need, as one array: shared by reference, not sent with every job."""
+"""Data that many jobs share, packed into one array and sent once."""
 
 from __future__ import annotations
 
@@ -9,18 +9,17 @@ from uuid import uuid4
 import numpy as np
 from numpy.typing import NDArray
 
-#: Places of arrays are multiples of it, bytes, as processors like them.
+#: Alignment of packed arrays, bytes.
 ALIGNMENT = 64
 
 _opened: tuple[bytes, tuple[Any, ...]] = (b"", ())
 
 
 def pack_payload(values: tuple[Any, ...]) -> NDArray[np.uint8]:
-    """One array that holds the values, and of their own arrays the samples side by side.
+    """Pack values into one array, which holds their own arrays uncompressed.
 
-    An array is what joblib maps into the memory of all processes of a machine, and what travels
-    once to each machine of a cluster. It goes from one running program to its own workers and is
-    never a file of a user's.
+    Joblib maps an array into the memory of all processes on a machine. A cluster sends it once to
+    each machine. The array goes only from a program to its own workers and is never a user's file.
     """
     buffers: list[pickle.PickleBuffer] = []
     head = pickle.dumps(values, protocol=5, buffer_callback=buffers.append)
@@ -36,18 +35,18 @@ def pack_payload(values: tuple[Any, ...]) -> NDArray[np.uint8]:
 
 
 def unpack_payload(array: NDArray[np.uint8]) -> tuple[Any, ...]:
-    """The values; their arrays lie in this one and are read-only. The last are remembered."""
+    """Return the packed values with read-only arrays. The last payload is cached."""
     global _opened
     key = array[:16].tobytes()
     if _opened[0] != key:
         count = int.from_bytes(array[16:24].tobytes(), "little")
         sizes = np.frombuffer(array[24 : 24 + 8 * count].tobytes(), dtype=np.int64)
-        whole = array.data.toreadonly()
+        view = array.data.toreadonly()
         head, *buffers = (
-            whole[place : place + size]
+            view[place : place + size]
             for place, size in zip(_places(24 + 8 * count, sizes), sizes, strict=True)
         )
-        _opened = key, pickle.loads(head, buffers=buffers)  # noqa: S301  # made above, by us
+        _opened = key, pickle.loads(head, buffers=buffers)  # noqa: S301  # packed by this program
     return _opened[1]
 
 

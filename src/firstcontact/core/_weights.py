@@ -1,6 +1,6 @@
-"""What was learned, on disk: numbers in safetensors, and a JSON card that vouches for them.
+"""Trained numbers on disk: a safetensors file, and a JSON card with its checksum.
 
-No code is in either, and none is run.
+Neither file contains code, and reading them runs none.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from firstcontact.core._records import Name, read_record
 
 T = TypeVar("T")
 
-#: Card of the detector that goes with the models beside it or below it.
+#: Card of the detector of the models in the same folder and below.
 DETECTOR_CARD = "detector.json"
 #: Longest card and largest weights file that are read, bytes. A card lists sessions and
 #: specimens; an SVM of 100,000 support vectors has 30 MB.
 LONGEST_CARD = 1 << 22
 LONGEST_WEIGHTS = 1 << 28
-#: Largest number of an array whose products are taken; float32 ends at 3.4e38.
+#: Largest array value that enters products; float32 ends at 3.4e38.
 LARGEST = 1e30
-#: A digest as :func:`digest` gives it.
+#: SHA-256 digest, as :func:`digest` returns it.
 Sha256 = Annotated[str, msgspec.Meta(pattern="^[0-9a-f]{64}$")]
 #: A sampling rate, Hz.
 Rate = Annotated[float, msgspec.Meta(gt=0, le=1e7)]
@@ -42,7 +42,7 @@ _LIBRARIES = ("firstcontact", "numpy", "scikit-learn", "skops", "torch", "onnxru
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """What every card begins with."""
+    """Fields that every card begins with."""
 
     format: Name
     format_version: int
@@ -55,44 +55,44 @@ def write_weights(
     arrays: Mapping[str, NDArray[Any]],
     kind: type[Any],
 ) -> None:
-    """Write the weights, and last the card that vouches for them.
+    """Write the weights, then the card with their checksum.
 
     Parameters
     ----------
     card, weights
-        Files; replaced if they are there.
+        Paths of the files. Existing files are replaced.
     tree
-        The card's fields, ``format`` among them; ``versions`` of the libraries
-        and ``sha256`` of the weights are added.
+        Fields of the card, including ``format``. The function adds the ``versions`` of libraries
+        and the ``sha256`` of the weights.
     arrays
-        By name; where there are none no weights are written, and old ones go.
+        Arrays by name. If empty, no weights are written and old ones are removed.
     kind
-        The record that the card will be read as.
+        Record type that will read the card.
 
     Raises
     ------
     InputError
-        More than could be read again, or a field that could not, before any
-        file is touched.
+        The card or the weights are too large to read again, or a field is invalid. No file has
+        been changed.
     ValueError
-        A card that JSON cannot hold, likewise.
+        JSON cannot hold the card. No file has been changed.
     """
     from safetensors.numpy import save
 
-    # Not ascontiguousarray, which gives a number an axis.
-    whole = {name: np.asarray(a, order="C") for name, a in arrays.items()}
-    raw = save(whole, metadata={"format": tree["format"]}) if whole else None
+    # ascontiguousarray would turn a scalar into an array with one axis.
+    contiguous = {name: np.asarray(a, order="C") for name, a in arrays.items()}
+    raw = save(contiguous, metadata={"format": tree["format"]}) if contiguous else None
     full = {
         **tree,
         "versions": _versions(),
         "sha256": None if raw is None else digest(raw),
     }
     text = json.dumps(full, indent=2, allow_nan=False) + "\n"
-    read_record(text.encode(), kind, f"{card} that is to be written", "rename it", LONGEST_CARD)
+    read_record(text.encode(), kind, f"{card} (not yet written)", "rename it", LONGEST_CARD)
     if len(raw or b"") > LONGEST_WEIGHTS:
         raise InputError(
-            f"{weights} would have {len(raw or b'')} bytes, more than {LONGEST_WEIGHTS}: train "
-            "on fewer pinches"
+            f"{weights} would have {len(raw or b'')} bytes, more than {LONGEST_WEIGHTS}: "
+            "train on fewer pinches"
         )
     if raw is not None:
         with replacing(weights) as temporary:
@@ -103,70 +103,73 @@ def write_weights(
 
 
 def _versions() -> dict[str, str]:
-    """Versions of what is installed of the libraries that train and run."""
-    found = {}
+    """Return the installed versions of the libraries for training and inference."""
+    versions = {}
     for name in _LIBRARIES:
         with suppress(PackageNotFoundError):
-            found[name] = version(name)
-    return found
+            versions[name] = version(name)
+    return versions
 
 
-def read_card(path: Path, what: str, form: str, form_version: int, kind: type[T]) -> T:
-    """A card as a checked record, its ``format`` and ``format_version`` first.
+def read_card(
+    path: Path, noun: str, expected_format: str, expected_version: int, kind: type[T]
+) -> T:
+    """Read a card as a checked record. Check ``format`` and ``format_version`` first.
 
     Parameters
     ----------
     path
-        The card.
+        Path of the card.
     what
         "model" or "detector", for messages.
     form, form_version
-        What the two fields must be.
+        Required values of the two fields.
     kind
-        The record.
+        Record type.
 
     Raises
     ------
     InputError
-        Missing, damaged, of something else or of another version, or with a
-        field that cannot be what it says.
+        The card is missing, damaged, of another kind or version, or has an invalid field.
     """
     try:
         text = read_regular(path, LONGEST_CARD)
     except FileNotFoundError:
         raise InputError(
-            f"{path}: there is no {what} here: name a folder that `firstcontact train` wrote"
+            f"{path}: no {noun} found: choose a folder that `firstcontact train` wrote"
         ) from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}): check the file") from None
     remedy = "train again or copy it again"
     head = read_record(text, _Head, str(path), remedy, LONGEST_CARD)
-    if head.format != form:
-        raise InputError(f"{path}: is not the card of a firstcontact {what} (field format)")
-    if head.format_version != form_version:
+    if head.format != expected_format:
+        raise InputError(f"{path}: not the card of a firstcontact {noun} (field format)")
+    if head.format_version != expected_version:
         raise InputError(
             f"{path}: format_version is {head.format_version} but this program reads "
-            f"{form_version}: update firstcontact, or train again"
+            f"{expected_version}: update firstcontact, or train again"
         )
     return read_record(text, kind, str(path), remedy, LONGEST_CARD)
 
 
 def read_verified(path: Path, sha256: str, card: str, most: int) -> bytes:
-    """A file of at most so many bytes that its card vouches for.
+    """Read a file of at most ``most`` bytes and check it against its card.
 
     Parameters
     ----------
     path
-        The file.
+        Path of the file.
     sha256
-        Of its bytes, as ``card`` (a name, for messages) says.
+        Expected checksum, from the card.
+    card
+        Name of the card, for messages.
     most
-        More bytes than this are not looked at.
+        Largest size, bytes.
 
     Raises
     ------
     InputError
-        Missing, too long, or another file than the card means.
+        The file is missing, too long, or does not match the checksum.
     """
     try:
         raw = read_regular(path, most)
@@ -181,25 +184,24 @@ def read_verified(path: Path, sha256: str, card: str, most: int) -> bytes:
 
 
 def digest(data: bytes) -> str:
-    """SHA-256 as cards hold it."""
+    """Return the SHA-256 of data in the form that cards use."""
     return hashlib.sha256(data).hexdigest()
 
 
 def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
-    """Arrays of a safetensors file that its card vouches for.
+    """Read the arrays of a safetensors file and check it against its card.
 
     Parameters
     ----------
     path
-        The file.
+        Path of the file.
     sha256
-        Of its bytes, as ``card`` (a name, for messages) says.
+        Expected checksum, from the card.
 
     Raises
     ------
     InputError
-        Missing, damaged, no safetensors file, or with values that are not
-        finite.
+        The file is missing, damaged or no safetensors file, or holds values that are not finite.
     """
     from safetensors import SafetensorError
     from safetensors.numpy import load
@@ -210,7 +212,7 @@ def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
     except (SafetensorError, ValueError, KeyError, TypeError):
         raise InputError(f"{path}: is not a safetensors file: train again") from None
     for name, array in arrays.items():
-        if array.dtype == np.uint8:  # bytes, which whoever wants them looks through
+        if array.dtype == np.uint8:  # raw bytes: their reader checks them
             continue
         if not np.issubdtype(array.dtype, np.floating) or not np.isfinite(array).all():
             raise InputError(f"{path}: the array {name} holds values that are not finite numbers")
@@ -225,17 +227,16 @@ def take_array(
     Parameters
     ----------
     arrays
-        Those of the file.
+        Arrays of the file.
     name
-        Which one.
+        Name of the array.
     shape
-        Its shape; None stands for any length.
+        Expected shape; None stands for any length.
 
     Raises
     ------
     InputError
-        Names an array that is missing, has another shape, or holds anything but numbers up to
-        ``LARGEST``.
+        The array is missing, has another shape, or holds values beyond ``LARGEST``.
     """
     if name not in arrays:
         raise InputError(f"the array {name} is missing")
@@ -244,10 +245,10 @@ def take_array(
         wanted not in (None, size) for size, wanted in zip(array.shape, shape, strict=True)
     ):
         wanted = ", ".join("any" if size is None else str(size) for size in shape)
-        raise InputError(f"the array {name} has the shape {array.shape} and must have ({wanted})")
+        raise InputError(f"the array {name} has shape {array.shape}; expected ({wanted})")
     if (
         not np.issubdtype(array.dtype, np.floating)
         or not (np.abs(array.astype(np.float64)) <= LARGEST).all()
     ):
-        raise InputError(f"the array {name} holds what is no number up to {LARGEST:g}")
+        raise InputError(f"the array {name} holds values that are not numbers up to {LARGEST:g}")
     return array

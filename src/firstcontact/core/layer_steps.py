@@ -1,7 +1,7 @@
-"""Steps of convolutional networks; each has a kernel in C of the same name.
+"""Steps of convolutional networks. Each has a C kernel with the same name.
 
-A vector holds all channels of the first sample, then all of the next: what a convolution sees
-of it lies side by side.
+A vector holds all channels of the first sample, then all of the next. So the inputs of a
+convolution are adjacent.
 """
 
 from __future__ import annotations
@@ -9,22 +9,23 @@ from __future__ import annotations
 from firstcontact.core._program import Constants, Step
 from firstcontact.core.steps import Real, flat32
 
-#: Instructions of a convolution that takes so many samples at once: once, for four outputs, and for
-#: each number that these are made of.
+#: Instructions of a convolution per block of 1, 4 or 5 samples: per block, per four outputs, and
+#: per
+#: input value.
 _CONV = {1: (100, 17, 11), 4: (70, 61, 26.2), 5: (76, 76, 32)}
 
 
 def compress(takes: str, gives: str, size: int, each: float, mean: float, slope: float) -> Step:
-    """``(asinh(x * each) - mean) * slope`` of each number."""
-    own: Constants = {"size": size, "each": each, "mean": mean, "slope": slope}
-    return Step("compress", (takes,), gives, size, own, 54 * size + 60)
+    """Return the step ``(asinh(x * each) - mean) * slope`` for each value."""
+    constants: Constants = {"size": size, "each": each, "mean": mean, "slope": slope}
+    return Step("compress", (takes,), gives, size, constants, 54 * size + 60)
 
 
 def conv(takes: str, gives: str, samples: int, weight: Real, bias: Real, stride: int) -> Step:
-    """A convolution over ``samples``, zeros around them: weight (outputs, inputs, odd taps)."""
+    """Return a zero-padded convolution over ``samples``: weight (outputs, inputs, odd taps)."""
     outputs, inputs, taps = weight.shape
-    there = _length(samples, stride)
-    own: Constants = {
+    length = _length(samples, stride)
+    constants: Constants = {
         "samples": samples,
         "inputs": inputs,
         "outputs": outputs,
@@ -34,31 +35,31 @@ def conv(takes: str, gives: str, samples: int, weight: Real, bias: Real, stride:
         "bias": flat32(bias),
     }
     cost = _conv_cost(samples, inputs, outputs, taps, stride)
-    return Step("conv", (takes,), gives, there * outputs, own, cost)
+    return Step("conv", (takes,), gives, length * outputs, constants, cost)
 
 
 def _conv_cost(samples: int, inputs: int, outputs: int, taps: int, stride: int) -> int:
-    """Samples are taken in fours and fives, four outputs at once, and those at the ends alone."""
-    fours, others = divmod(outputs, 4)
+    """Return the instructions of ``conv``. Its kernel takes blocks of samples and four outputs."""
+    fours, rest_outputs = divmod(outputs, 4)
     reach = taps // 2
-    whole = (samples - taps + reach) // stride + 1  # outputs before this one meet all taps
+    full_outputs = (samples - taps + reach) // stride + 1  # outputs before this one use all taps
     cost, t = 90.0, 0
     while t < _length(samples, stride):
         start = t * stride - reach
         seen = inputs * (min(samples - start, taps) - max(-start, 0))
-        left = 0 if start < 0 else whole - t
-        many = 5 if left > 4 and left % 4 else 4 if left >= 4 else 1
-        block, group, each = _CONV[many]
-        cost += block + fours * (group + each * seen) + others * many * (19 + 5 * seen)
-        t += many
+        left = 0 if start < 0 else full_outputs - t
+        block_size = 5 if left > 4 and left % 4 else 4 if left >= 4 else 1
+        block, group, each = _CONV[block_size]
+        cost += block + fours * (group + each * seen) + rest_outputs * block_size * (19 + 5 * seen)
+        t += block_size
     return round(cost)
 
 
 def depthwise(takes: str, gives: str, samples: int, weight: Real, bias: Real, stride: int) -> Step:
-    """A convolution of each channel for itself: weight (channels, odd taps)."""
+    """Return a convolution of each channel by itself: weight (channels, odd taps)."""
     channels, taps = weight.shape
-    there = _length(samples, stride)
-    own: Constants = {
+    length = _length(samples, stride)
+    constants: Constants = {
         "samples": samples,
         "channels": channels,
         "taps": taps,
@@ -66,33 +67,33 @@ def depthwise(takes: str, gives: str, samples: int, weight: Real, bias: Real, st
         "weight": flat32(weight.T),
         "bias": flat32(bias),
     }
-    size = there * channels
-    once = 15 * channels + 43 if taps == 3 else taps * (7 * channels + 18) + 5 * channels + 40
-    cost = there * once + 8 * channels + 130
-    return Step("depthwise", (takes,), gives, size, own, cost)
+    size = length * channels
+    per_sample = 15 * channels + 43 if taps == 3 else taps * (7 * channels + 18) + 5 * channels + 40
+    cost = length * per_sample + 8 * channels + 130
+    return Step("depthwise", (takes,), gives, size, constants, cost)
 
 
 def silu(takes: str, gives: str, size: int) -> Step:
-    """``x / (1 + exp(-x))`` of each number."""
+    """Return the step ``x / (1 + exp(-x))`` for each value."""
     return Step("silu", (takes,), gives, size, {"size": size}, 25 * size + 50)
 
 
 def gate(takes: tuple[str, str], gives: str, samples: int, channels: int) -> Step:
-    """The first vector, each channel times the logistic function of a number of the second."""
-    own: Constants = {"samples": samples, "channels": channels}
+    """Return the first vector, with each channel scaled by the logistic of the second."""
+    constants: Constants = {"samples": samples, "channels": channels}
     cost = (6 * channels + 10) * samples + 30 * channels + 40
-    return Step("gate", takes, gives, samples * channels, own, cost)
+    return Step("gate", takes, gives, samples * channels, constants, cost)
 
 
 def plus(takes: tuple[str, str], gives: str, size: int) -> Step:
-    """The sum of two vectors."""
+    """Return the sum of two vectors."""
     return Step("plus", takes, gives, size, {"size": size}, 6 * size + 20)
 
 
 def means(takes: str, gives: str, samples: int, channels: int) -> Step:
-    """Mean of each channel over the samples."""
-    own: Constants = {"samples": samples, "channels": channels}
-    return Step("means", (takes,), gives, channels, own, (6 * samples + 13) * channels + 30)
+    """Return the mean of each channel over the samples."""
+    constants: Constants = {"samples": samples, "channels": channels}
+    return Step("means", (takes,), gives, channels, constants, (6 * samples + 13) * channels + 30)
 
 
 def _length(samples: int, stride: int) -> int:

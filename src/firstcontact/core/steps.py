@@ -1,6 +1,6 @@
-"""The steps that models are described by; each has a kernel in C of the same name.
+"""Steps that describe models. Each has a C kernel with the same name.
 
-All make one vector, named ``gives``, from the vectors named in ``takes``.
+Each step computes one vector, named ``gives``, from the vectors named in ``takes``.
 """
 
 from __future__ import annotations
@@ -14,30 +14,31 @@ from firstcontact.core._program import Constants, Step
 
 Real = NDArray[Any]
 
-#: Sums of squares of a window (V²) that its level is taken of: beyond them float32 holds no power,
-#: or one with few digits left, and there is no answer.
+#: Smallest and largest sum of squares of a window (V²). Outside them float32 holds too few digits
+#: of
+#: the power, and the level is NaN.
 LEAST_POWER, MOST_POWER = 1e-30, 1e38
-#: Decision above which the first class of a pair wins. Kernel values below exp(-87) are 0 in C
-#: and not in NumPy; whatever weighs them, they sum up to less than this, so that both choose the
-#: same class where a pair's bias is 0.
+#: Decision above which the first class of a pair wins. Kernel values below exp(-87) are 0 in C but
+#: not in NumPy. Their weighted sum stays below this value, so both choose the same class even
+#: if a pair's bias is 0.
 LEAST_DECISION = 1e-30
 
 
 def _rows(n: int, inputs: int) -> int:
-    """Instructions of so many rows times a vector; rows are taken in eights, in fours, or alone."""
-    many, each, begun = (8, 20, 54) if n >= 8 else (4, 11, 45) if n >= 4 else (1, 5, 30)
-    return -(-n // many) * (each * inputs + begun) + 35
+    """Return the instructions of ``n`` rows times a vector, taken in eights, in fours, or alone."""
+    rows, each, overhead = (8, 20, 54) if n >= 8 else (4, 11, 45) if n >= 4 else (1, 5, 30)
+    return -(-n // rows) * (each * inputs + overhead) + 35
 
 
 def flat32(array: Real) -> NDArray[np.float32]:
-    """An array as a kernel takes it."""
+    """Return a flat float32 array, as kernels expect it."""
     return np.ascontiguousarray(array, dtype=np.float32).reshape(-1)
 
 
 def shape_and_level(takes: str, gives: str, samples: int, mean: float, slope: float) -> Step:
-    """A window over its own RMS, and ``(ln(RMS) - mean) * slope`` behind it.
+    """Return a window divided by its RMS, with ``(ln(RMS) - mean) * slope`` appended.
 
-    The latter is NaN where the power is not between ``LEAST_POWER`` and ``MOST_POWER``.
+    The appended value is NaN if the power is outside ``LEAST_POWER`` to ``MOST_POWER``.
     """
     constants: Constants = {
         "samples": samples,
@@ -50,7 +51,7 @@ def shape_and_level(takes: str, gives: str, samples: int, mean: float, slope: fl
 
 
 def rbf(takes: str, gives: str, vectors: Real, gamma: float) -> Step:
-    """``exp(-gamma |x - v|²)`` for each row v of ``vectors``, shape (vectors, inputs)."""
+    """Return ``exp(-gamma |x - v|²)`` for each row v of ``vectors``, shape (vectors, inputs)."""
     wide = vectors.astype(np.float64)
     n, inputs = wide.shape
     constants: Constants = {
@@ -65,7 +66,7 @@ def rbf(takes: str, gives: str, vectors: Real, gamma: float) -> Step:
 
 
 def dense(takes: str, gives: str, weight: Real, bias: Real) -> Step:
-    """``weight @ x + bias``: weight (outputs, inputs), bias (outputs,)."""
+    """Return ``weight @ x + bias`` for a weight (outputs, inputs) and a bias (outputs,)."""
     n, inputs = weight.shape
     own: Constants = {
         "outputs": n,
@@ -77,9 +78,9 @@ def dense(takes: str, gives: str, weight: Real, bias: Real) -> Step:
 
 
 def votes(takes: str, gives: str, classes: int) -> Step:
-    """How many pairs each class wins: decisions in the order of ``itertools.combinations``.
+    """Return the votes per class, from pair decisions in ``itertools.combinations`` order.
 
-    Above ``LEAST_DECISION`` the first of the pair wins, else the second.
+    The first class of a pair wins above ``LEAST_DECISION``, else the second.
     """
     own: Constants = {"classes": classes, "least": LEAST_DECISION}
     cost = classes * (classes - 1) // 2 * 25 + 10 * classes + 40
@@ -87,33 +88,33 @@ def votes(takes: str, gives: str, classes: int) -> Step:
 
 
 def given(takes: str, gives: str, values: Real) -> Step:
-    """The same numbers, whatever comes in."""
+    """Return constant values, whatever the input is."""
     own: Constants = {"outputs": len(values), "values": flat32(values)}
     return Step("given", (takes,), gives, len(values), own, 20 + 4 * len(values))
 
 
 def log_peak(takes: str, gives: str, samples: int) -> Step:
-    """Logarithm of the largest magnitude, one number."""
+    """Return the logarithm of the largest magnitude, one value."""
     return Step("log_peak", (takes,), gives, 1, {"samples": samples}, 8 * samples + 100)
 
 
 def parabola(takes: str, gives: str, powers: Real, low: float, high: float) -> Step:
-    """``(a x + b) x + c`` of one number, held between ``low`` and ``high``."""
+    """Return ``(a x + b) x + c`` of one value, clipped to ``low`` and ``high``."""
     a, b, c = (float(p) for p in powers)
     own: Constants = {"a": a, "b": b, "c": c, "low": low, "high": high}
     return Step("parabola", (takes,), gives, 1, own, 30)
 
 
 def nearness(takes: str, gives: str, places: Real) -> Step:
-    """``-|x - p|`` of one number to each place p."""
+    """Return ``-|x - p|`` of one value for each place p."""
     own: Constants = {"outputs": len(places), "places": flat32(places)}
     return Step("nearness", (takes,), gives, len(places), own, 20 + 8 * len(places))
 
 
 def deviation(takes: str, gives: str, lower: Real, most: float, least: float, scale: float) -> Step:
-    """``scale sqrt(max(most - |L x|², least))`` of a lower triangular L, shape (n, n), one number.
+    """Return ``scale sqrt(max(most - |L x|², least))`` for a lower triangular L, shape (n, n).
 
-    What a Gaussian process says of its own answer.
+    This is the standard deviation of a Gaussian process's prediction, one value.
     """
     n = len(lower)
     packed = flat32(lower[np.tril_indices(n)])

@@ -1,4 +1,4 @@
-"""The closings in a stream and the contacts in each: what live and record share."""
+"""Closings of a hand in a stream, with their contacts. Live sessions and recorders use them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from firstcontact.signal import samples_in
 
 @dataclass(frozen=True, slots=True)
 class ClosingBegan:
-    """A closing began with this sample."""
+    """Start of a closing at this sample."""
 
     sample: int
     epoch: int
@@ -23,7 +23,7 @@ class ClosingBegan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClosingSamples:
-    """Samples of a closing, and the contacts that they made known."""
+    """Samples of a closing, with the contacts detected in them."""
 
     block: Block
     contacts: tuple[Contact, ...]
@@ -31,9 +31,9 @@ class ClosingSamples:
 
 @dataclass(frozen=True, slots=True)
 class ClosingEnded:
-    """A closing ended before this sample.
+    """End of a closing before this sample.
 
-    ``whole`` is False where samples are missing behind it: it did not end by itself.
+    ``whole`` is False if samples are missing after it, so the closing did not end by itself.
     """
 
     sample: int
@@ -45,24 +45,25 @@ Stage = ClosingBegan | ClosingSamples | ClosingEnded
 
 
 class Closings:
-    """Cuts a stream into closings and finds the contacts in each.
+    """Splitter that cuts a stream into closings and detects the contacts in each.
 
-    From the sample at which a closing begins the detector sees exactly what it
-    would see of a pinch cut out there, so that live and offline agree.
+    From the start of a closing, the detector gets the same samples as from a pinch cut out there.
+    So
+    live and offline results agree.
 
     Parameters
     ----------
     layout
-        The columns of the blocks.
+        Columns of the blocks.
     detector
-        Fitted or loaded.
+        Fitted or loaded detector.
     calibration
-        With the noise floors, see :class:`firstcontact.contact._gate.ClosingGate`.
+        Calibration with the noise floors, see :class:`firstcontact.contact._gate.ClosingGate`.
 
     Raises
     ------
     InputError
-        When the detector cannot be used with this layout.
+        If the detector does not support this layout.
     """
 
     def __init__(
@@ -82,69 +83,69 @@ class Closings:
 
     @property
     def has_floors(self) -> bool:
-        """Whether the noise floors are known; without them each epoch is one closing."""
+        """True if the noise floors are known. Without them each epoch is one closing."""
         return self._gate.has_floors
 
     @property
     def open(self) -> bool:
-        """Whether a closing is going on."""
+        """True during a closing."""
         return self._open
 
     @property
     def end(self) -> int:
-        """Number of the sample that would come next."""
+        """Number of the next sample."""
         return self._end
 
     @property
     def due(self) -> int | None:
-        """So many more samples can tell of another contact; None where none is to come."""
+        """Number of samples until the next contact can be known; None without one."""
         if not self._open or self._latched == self._fingers:
             return None
-        # Whoever does not tell when its next verdict is due may give one with every sample.
+        # Other detectors do not announce their next decision: it may come with any sample.
         return self._detector.due if isinstance(self._detector, WindowDetector) else 1
 
     def update(self, block: Block) -> Iterator[Stage]:
-        """Take the next block: what happened in it, in order, each as soon as it is known.
+        """Process the next block and yield its events in order, each as soon as it is known.
 
-        What this gives must be gone through to its end before the next block.
+        The caller must exhaust this iterator before the next block.
         """
-        # Without a motor the gate is to know of each contact before what comes so long after it.
+        # Without a motor, the gate must know of a contact before REARM has passed. Short pieces do
+        # that.
         for start in range(0, max(1, len(block.data)), self._piece):
             data = block.data[start : start + self._piece]
-            yield from self._take(Block(data, block.first_sample + start, block.epoch))
+            yield from self._process(Block(data, block.first_sample + start, block.epoch))
 
-    def _take(self, block: Block) -> Iterator[Stage]:
+    def _process(self, block: Block) -> Iterator[Stage]:
         follows = block.first_sample == self._end and block.epoch == self._epoch
         self._end, self._epoch_before, self._epoch = block.end, self._epoch, block.epoch
-        place = block.first_sample
-        # A closing goes on up to where the gate decides next: who waits for its
-        # contacts does not have to wait for the gate.
+        position = block.first_sample
+        # A closing continues up to the gate's next decision. Its contacts need not wait for that.
         if self._open and follows and len(block.data) <= self._gate.undecided + 1:
-            yield from self._go_on(block, place, block.end)
-            place = block.end
+            yield from self._extend(block, position, block.end)
+            position = block.end
         for event in self._gate.update(block):
             if event.turn is Turn.SHUTS:
                 if follows:
-                    yield from self._go_on(block, place, event.sample)
-                    place = max(place, event.sample)
+                    yield from self._extend(block, position, event.sample)
+                    position = max(position, event.sample)
                 yield ClosingEnded(event.sample, self._epoch_before, follows)
                 self._open = False
             else:
-                place = event.sample
+                position = event.sample
                 self._detector.start(self._layout)
                 self._latched = 0
                 self._open = True
                 yield ClosingBegan(event.sample, block.epoch)
-        yield from self._go_on(block, place, block.end)
+        yield from self._extend(block, position, block.end)
 
-    def _go_on(self, block: Block, start: int, stop: int) -> Iterator[ClosingSamples]:
-        """Feed what belongs to the closing."""
+    def _extend(self, block: Block, start: int, stop: int) -> Iterator[ClosingSamples]:
+        """Pass the samples of the closing to the detector."""
         if not self._open or start >= stop:
             return
         first = start - block.first_sample
         piece = Block(block.data[first : stop - block.first_sample], start, block.epoch)
         contacts: list[Contact] = []
-        # With both fingers on the object there is nothing left to detect.
+        # After both contacts nothing is left to detect.
         if self._latched < self._fingers:
             contacts = self._detector.update(piece)
             self._latched += len(contacts)

@@ -1,4 +1,4 @@
-"""From where on a detector is to hear a pinch: the one place that decides it."""
+"""Start of a closing: the first sample of a pinch that a detector gets."""
 
 from __future__ import annotations
 
@@ -14,89 +14,91 @@ from firstcontact.signal import samples_in
 
 
 class How(StrEnum):
-    """How it is known where a closing starts."""
+    """Source of the start of a closing."""
 
-    #: The pinch says from when on its motor runs.
+    #: The label holds the start of the motor.
     LABEL = "label"
-    #: The motor is heard above the noise floor that the recording's calibration gives,
+    #: The motor is audible above the noise floor of the recording's calibration.
     CALIBRATION = "calibration"
-    #: or above the rest that the pinches of its session begin with.
+    #: The motor is audible above the rest at the start of the session's pinches.
     REST = "rest"
-    #: Nothing tells of a start: the motor is taken to run from the first sample on.
+    #: The start is unknown: the motor is assumed to run from the first sample on.
     FIRST_SAMPLE = "first_sample"
 
 
 @dataclass(frozen=True, slots=True)
 class ClosingStart:
-    """The first sample that a detector is given, and how that was decided."""
+    """First sample for the detector, and the source of this choice."""
 
     sample: int
     how: How
 
 
 def settling(layout: Layout) -> int:
-    """Samples from the start of a motor until it has settled."""
+    """Return the number of samples from the start of a motor until it has settled."""
     return STEPS * samples_in(STEP, layout.rate)
 
 
 def closing_start(pinch: Pinch, floors: Calibration | None = None) -> ClosingStart:
-    """Where the closing of a pinch starts: its steady state is measured from there.
+    """Return the start of a pinch's closing, where the steady state begins.
 
-    As live, it is 39 ms after the start of the motor, and at the first sample where the
-    motor has run already. What the labels know of contacts is not looked at.
+    As in a live session, this is 39 ms after the start of the motor. If the motor ran already, it
+    is
+    the first sample. Labels of contacts are not used.
 
     Parameters
     ----------
     pinch
-        With its ``motor_start`` or ``calibration``, where known.
+        Pinch, with its ``motor_start`` or ``calibration`` if known.
     floors
-        Found in other pinches of the rig; used where it has neither.
+        Noise floors from other pinches of the rig, used if the pinch has neither.
     """
     first = pinch.first_sample
     end = first + len(pinch.data)
     if pinch.motor_start is not None:
-        waits = settling(pinch.layout) if pinch.motor_start > first else 0
-        return ClosingStart(min(max(first, pinch.motor_start + waits), end), How.LABEL)
+        settling_samples = settling(pinch.layout) if pinch.motor_start > first else 0
+        return ClosingStart(min(max(first, pinch.motor_start + settling_samples), end), How.LABEL)
     for calibration, how in ((pinch.calibration, How.CALIBRATION), (floors, How.REST)):
         if how is How.CALIBRATION and None in pinch.layout.vibration_fingers:
-            break  # recorded from where the gate opened, at rest: no motor is heard in it
-        if calibration is not None and _complete(calibration, pinch.layout):
-            heard = _heard(pinch, calibration)
+            break  # recorded at rest from the opening of the gate: there is no motor to hear
+        if calibration is not None and _has_all_floors(calibration, pinch.layout):
+            audible_start = _audible_start(pinch, calibration)
             return (
-                ClosingStart(first, How.FIRST_SAMPLE) if heard is None else ClosingStart(heard, how)
+                ClosingStart(first, How.FIRST_SAMPLE)
+                if audible_start is None
+                else ClosingStart(audible_start, how)
             )
     return ClosingStart(first, How.FIRST_SAMPLE)
 
 
 def closing_starts(dataset: Dataset) -> tuple[ClosingStart, ...]:
-    """Where the closing of each pinch starts; those of a session share their noise floors."""
-    floors = {id(p): found for group in _rigs(dataset.pinches) for p, found in _shared(group)}
+    """Return the start of each pinch's closing. Pinches of a session share their noise floors."""
+    floors = {id(p): floor for group in _rigs(dataset.pinches) for p, floor in _shared(group)}
     return tuple(closing_start(p, floors.get(id(p))) for p in dataset.pinches)
 
 
 def cut_closings(dataset: Dataset, starts: Sequence[ClosingStart] | None = None) -> Dataset:
-    """The pinches cut to where their closings start: what detectors learn from and judge.
+    """Cut the pinches to the starts of their closings, for training and scoring detectors.
 
     Parameters
     ----------
     dataset
         The pinches.
     starts
-        Of :func:`closing_starts`, where that is known already.
+        Result of :func:`closing_starts`, if known already.
 
     Returns
     -------
     Dataset
-        Samples keep their numbers, and contacts theirs, also those before the start. Each
-        ``motor_start`` says that the motor runs from the first sample on: cut again, it
-        stays as it is.
+        The cut pinches. Samples and contacts keep their numbers. Each ``motor_start`` says that
+        the motor runs from the first sample on, so a second cut changes nothing.
     """
-    known = closing_starts(dataset) if starts is None else starts
-    pairs = zip(dataset.pinches, known, strict=True)
-    return replace(dataset, pinches=tuple(_from(p, start.sample) for p, start in pairs))
+    all_starts = closing_starts(dataset) if starts is None else starts
+    pairs = zip(dataset.pinches, all_starts, strict=True)
+    return replace(dataset, pinches=tuple(_cut(p, start.sample) for p, start in pairs))
 
 
-#: How a closing's start is told of, after "its steady state begins".
+#: Description of each source, after "steady states begin".
 WORDS = {
     How.LABEL: "where the label says that the motor has settled",
     How.CALIBRATION: "where the motor is heard above the calibrated noise floor",
@@ -105,49 +107,49 @@ WORDS = {
 }
 
 
-def describe_starts(ways: Mapping[str, int]) -> str:
-    """Where steady states begin, and in how many pinches, in words.
+def describe_starts(counts: Mapping[str, int]) -> str:
+    """Describe where steady states begin, and in how many pinches.
 
     Parameters
     ----------
     ways
-        Of :func:`count_starts`.
+        Result of :func:`count_starts`.
     """
-    said = [(WORDS[How(how)], n) for how, n in ways.items()]
-    parts = [f"{words} ({n:,})" if len(said) > 1 else words for words, n in said]
+    descriptions = [(WORDS[How(how)], n) for how, n in counts.items()]
+    parts = [f"{words} ({n:,})" if len(descriptions) > 1 else words for words, n in descriptions]
     return f"steady states begin {', '.join(parts)}"
 
 
 def count_starts(starts: Sequence[ClosingStart]) -> dict[str, int]:
-    """How many closings were told in each way, without those that none was."""
-    ways = Counter(start.how for start in starts)
-    return {str(how): ways[how] for how in How if ways[how]}
+    """Count the closings per source. Sources without a closing are omitted."""
+    counts = Counter(start.how for start in starts)
+    return {str(how): counts[how] for how in How if counts[how]}
 
 
-def _from(pinch: Pinch, sample: int) -> Pinch:
+def _cut(pinch: Pinch, sample: int) -> Pinch:
     data = pinch.data[sample - pinch.first_sample :]
     return replace(pinch, data=data, first_sample=sample, motor_start=sample)
 
 
-def _complete(calibration: Calibration, layout: Layout) -> bool:
+def _has_all_floors(calibration: Calibration, layout: Layout) -> bool:
     return all(calibration.noise(f) is not None for f in layout.vibration_fingers)
 
 
-def _heard(pinch: Pinch, calibration: Calibration) -> int | None:
-    """Where the gate opens for a pinch that begins at rest; None where it does not."""
+def _audible_start(pinch: Pinch, calibration: Calibration) -> int | None:
+    """Return the sample at which the gate opens for a pinch that begins at rest, else None."""
     gate = ClosingGate(pinch.layout, calibration)
-    # 13 steps after one that it knows nothing before: the least that the gate knows rest from.
-    at_first = settling(pinch.layout) + samples_in(STEP, pinch.layout.rate)
-    gate.update(Block(pinch.data[:at_first], pinch.first_sample))
+    # The gate needs 13 steps to recognise rest, after a first one of unknown state.
+    lead = settling(pinch.layout) + samples_in(STEP, pinch.layout.rate)
+    gate.update(Block(pinch.data[:lead], pinch.first_sample))
     if not gate.resting:
-        # The motor runs already. A rest that comes later is the grip's, and no beginning.
+        # The motor runs already. Later rest belongs to the grip and starts no closing.
         return None
-    events = gate.update(Block(pinch.data[at_first:], pinch.first_sample + at_first))
+    events = gate.update(Block(pinch.data[lead:], pinch.first_sample + lead))
     return next((e.sample for e in events if e.turn is Turn.OPENS), None)
 
 
 def _rigs(pinches: Sequence[Pinch]) -> list[list[Pinch]]:
-    """The pinches that nothing is known of, by session; small sessions together."""
+    """Group the pinches of unknown start by session. Small sessions form one group."""
     sessions: dict[str, list[Pinch]] = {}
     for pinch in pinches:
         if pinch.motor_start is None and pinch.layout.vibration_fingers:

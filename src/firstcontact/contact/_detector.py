@@ -1,4 +1,4 @@
-"""What a contact detector is."""
+"""Interface of contact detectors, and detection in a pinch."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from firstcontact.core import Block, Contact, Dataset, Finger, Layout, Pinch
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WindowDecisions:
-    """What a detector says of each window, whatever was detected before.
+    """Decisions of a detector for single windows, before latching.
 
     Parameters
     ----------
     ends
         Number of the last sample of each window, shape (windows,).
     fired
-        Whether the window shows a contact that began in its newest part,
-        shape (windows, vibration channels).
+        Mask of the windows with a contact in their newest part, shape (windows, vibration
+        channels).
     onsets
-        Sample at which that contact began, -1 where nothing fired, same shape.
+        Sample at which that contact began, -1 without a contact, same shape.
     """
 
     ends: NDArray[np.int64]
@@ -34,101 +34,102 @@ class WindowDecisions:
 
 
 def latch(
-    verdicts: WindowDecisions, fingers: Sequence[Finger | None], latched: set[Finger | None]
+    decisions: WindowDecisions, fingers: Sequence[Finger | None], latched: set[Finger | None]
 ) -> list[Contact]:
-    """The first firing of each finger that is not latched yet, and latch it.
+    """Return the first detection of each finger that is not latched yet, and latch it.
 
     Parameters
     ----------
     verdicts
-        Windows in the order of time.
+        Decisions in time order.
     fingers
-        Fingers of their columns; None is the sensor that belongs to no finger.
+        Fingers of the columns; None means a sensor that belongs to no finger.
     latched
-        Fingers that have touched already; those found are added.
+        Fingers with a contact already. Newly detected fingers are added.
 
     Returns
     -------
     list of Contact
-        In the order of the windows; within one, the earlier onset first.
+        Contacts in window order; within one window, the earlier onset first.
     """
     contacts: list[Contact] = []
-    for row in np.flatnonzero(verdicts.fired.any(axis=1)):
-        end = int(verdicts.ends[row])
-        columns = zip(fingers, verdicts.fired[row], verdicts.onsets[row], strict=True)
-        found = [Contact(f, int(o), end) for f, fired, o in columns if fired and f not in latched]
-        latched.update(contact.finger for contact in found)
-        contacts += sorted(found, key=lambda contact: contact.sample)
+    for row in np.flatnonzero(decisions.fired.any(axis=1)):
+        end = int(decisions.ends[row])
+        columns = zip(fingers, decisions.fired[row], decisions.onsets[row], strict=True)
+        new_contacts = [
+            Contact(f, int(o), end) for f, fired, o in columns if fired and f not in latched
+        ]
+        latched.update(contact.finger for contact in new_contacts)
+        contacts += sorted(new_contacts, key=lambda contact: contact.sample)
     return contacts
 
 
 class Detector(Protocol):
-    """Finds the contacts in a stream of blocks.
+    """Contact detector for a stream of blocks.
 
-    The same blocks, split anywhere, give the same contacts: offline is live
-    with the blocks already there. Most are a
-    :class:`firstcontact.contact._stream.WindowDetector`, which has everything but the
-    judgement itself.
+    The contacts do not depend on how the stream is split into blocks, so offline and live results
+    agree. Most detectors extend :class:`firstcontact.contact._stream.WindowDetector`, which
+    provides everything except the decision itself.
     """
 
-    #: On the command line, in files and in results.
+    #: Name on the command line, in files and in results.
     name: ClassVar[str]
-    #: As people read it, and its colour in figures.
+    #: Title for people, and colour in figures.
     title: ClassVar[str]
     colour: ClassVar[str]
-    #: Whether :meth:`fit` learns anything.
+    #: True if :meth:`fit` learns from data.
     learns: ClassVar[bool]
-    #: Length of a window, s, and of its new part: one verdict every so often.
+    #: Length of a window and of its new part, s. There is one decision per new part.
     duration: ClassVar[float]
     step: ClassVar[float]
 
     @property
     def rate(self) -> float | None:
-        """The sampling rate that it takes, Hz; None where it takes any."""
+        """Required sampling rate, Hz; None accepts any."""
 
     def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
-        """Learn from pinches whose contacts are known.
+        """Learn from pinches with known contacts.
 
         Parameters
         ----------
         dataset
-            The pinches.
+            Pinches.
         early
-            A contact may be up to this much earlier than its label, s.
+            Longest time by which a contact may precede its label, s.
 
         Raises
         ------
         InputError
-            There is too little to learn from.
+            The pinches do not suffice for training.
         """
 
     def start(self, layout: Layout) -> None:
-        """Begin a new closing: forget the stream and release all fingers."""
+        """Start a new closing: forget the stream and release all fingers."""
 
     def judge(self, block: Block) -> WindowDecisions:
-        """Decisions on the windows that this block completes.
+        """Return the decisions for the windows that this block completes.
 
-        A block that does not follow the one before starts a new steady state;
-        no window is ever made across a gap, an epoch or a sample that is not
-        finite.
+        A block that does not follow the previous one starts a new steady state. No window spans a
+        gap, an epoch or a sample that is not finite.
         """
 
     def update(self, block: Block) -> list[Contact]:
-        """Contacts that this block makes known, each finger once per closing."""
+        """Return the contacts that this block reveals, at most one per finger and closing."""
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Everything that was learned or chosen, to be saved; InputError when nothing was yet."""
+        """Return all learned and chosen numbers for saving. Raise InputError if not trained."""
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """The inverse of :meth:`to_arrays`; InputError if they do not fit together."""
+        """Restore a detector from :meth:`to_arrays`. Raise InputError if the arrays are invalid."""
 
 
 def detect(detector: Detector, pinch: Pinch) -> list[Contact]:
-    """All contacts in a pinch from where its closing starts, as a stream would have given them.
+    """Return all contacts in a pinch from the start of its closing, as a stream would.
 
-    What a pinch does not say of its start by itself, the pinches recorded with it may: see
-    :func:`firstcontact.contact._closing_start.closings`.
+    Only this pinch decides where its closing starts. To use the other pinches of the rig as well,
+    see
+    :func:`firstcontact.contact._closing_start.cut_closings`.
     """
     start = closing_start(pinch).sample
     detector.start(pinch.layout)

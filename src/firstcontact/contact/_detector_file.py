@@ -1,4 +1,4 @@
-"""Detectors on disk: a card in JSON, and the numbers of those that learn in safetensors."""
+"""Detectors on disk: a JSON card, and a safetensors file for trained ones."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from firstcontact.core import (
 )
 
 DETECTOR_FORMAT = "firstcontact-detector"
-#: Raised whenever older files can no longer be read.
+#: Version of the format, raised when older files can no longer be read.
 FORMAT_VERSION = 1
 CARD = DETECTOR_CARD
 DETECTOR_WEIGHTS = "detector.safetensors"
@@ -35,18 +35,18 @@ DETECTOR_WEIGHTS = "detector.safetensors"
 
 @dataclass(frozen=True, slots=True)
 class DetectorCard:
-    """What the card of a detector must hold.
+    """Fields of a detector's card.
 
     Parameters
     ----------
     name
-        In the registry.
+        Name in the registry.
     rate_hz
-        Of the samples it takes; None where it takes any.
+        Sampling rate of the detector; None accepts any.
     sigmas
-        Height of the threshold, in the cards of older versions.
+        Height of the threshold, in cards of older versions.
     sha256
-        Of the weights, None where it has none.
+        Checksum of the weights; None without weights.
     """
 
     name: Name
@@ -58,26 +58,26 @@ class DetectorCard:
 def save_detector(
     detector: Detector, directory: AnyPath, data: Mapping[str, Any] | None = None
 ) -> Path:
-    """Write a fitted detector into a folder, beside the models that go with it.
+    """Write a fitted detector into a folder, next to the models that use it.
 
     Parameters
     ----------
     detector
-        A registered one.
+        Registered detector.
     directory
-        Made if it does not exist; a detector in it is replaced.
+        Folder, created if it does not exist. A detector in it is replaced.
     data
-        What it learned from, for whoever reads the card.
+        Description of the training data, for readers of the card.
 
     Returns
     -------
     Path
-        The folder.
+        Path of the folder.
 
     Raises
     ------
     InputError
-        A detector that has learned nothing yet.
+        The detector is not trained.
     """
     directory = Path(directory)
     arrays = detector.to_arrays()
@@ -93,34 +93,34 @@ def save_detector(
 
 
 def card_digest(directory: Path) -> str:
-    """What a model's card holds of the detector in a folder, so that no other is taken for it."""
+    """Return the checksum of a folder's detector card, which model cards store."""
     return digest((directory / CARD).read_bytes())
 
 
 def pretrained_detector() -> Detector:
-    """Load the detector that came with the package: it was trained on the twin alone.
+    """Load the detector of this package, which was trained on simulated data only.
 
     Raises
     ------
     InputError
-        A package that is damaged.
+        The package is damaged.
     """
     return load_detector(Path(str(files("firstcontact.contact"))) / "pretrained")
 
 
 def load_detector(path: AnyPath) -> Detector:
-    """Read a detector. Nothing in its files is executed.
+    """Load a detector. Its files contain no code.
 
     Parameters
     ----------
     path
-        The folder that it is in, or that of a model one below it, or the card there.
+        Folder of the detector, folder of a model one level below, or the card.
 
     Raises
     ------
     InputError
-        A file that is missing, damaged, of another program or version, or
-        whose numbers do not fit together.
+        A file is missing, damaged, or of another program or version, or its numbers are
+        inconsistent.
     """
     path = Path(path)
     folder = path.parent if path.is_file() else path
@@ -131,17 +131,17 @@ def load_detector(path: AnyPath) -> Detector:
     if card.name not in DETECTORS:
         raise InputError(
             f"{file}: no detector is called {card.name!r} "
-            f"(there are {', '.join(DETECTORS.names)}): update firstcontact or train again"
+            f"(available: {', '.join(DETECTORS.names)}): update firstcontact or train again"
         )
     kind = DETECTORS[card.name]
     if card.sha256 is not None:
         arrays = read_weights(folder / DETECTOR_WEIGHTS, card.sha256, CARD)
     elif kind.learns:
         raise InputError(f"{file}: sha256 is missing: train again")
-    else:  # nothing to keep, or of a version that kept this in the card
+    else:  # no weights, or an older version with the number in the card
         arrays = {} if card.sigmas is None else {"sigmas": np.array(card.sigmas)}
     try:
-        with np.errstate(all="ignore"):  # what overflows here is refused where it decides
+        with np.errstate(all="ignore"):  # the decision refuses values that overflow
             detector = kind.from_arrays(arrays)
     except InputError as error:
         raise InputError(f"{folder / DETECTOR_WEIGHTS}: {error}") from None

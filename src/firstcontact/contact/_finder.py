@@ -1,4 +1,4 @@
-"""Offline onset finder for labelling: it looks ahead and back in a whole recording."""
+"""Offline onset finder for labelling, which uses a whole recording."""
 
 from __future__ import annotations
 
@@ -10,35 +10,35 @@ from numpy.typing import NDArray
 from firstcontact.contact._onset import pick_onset
 from firstcontact.signal import samples_in
 
-#: What comes is compared with what was before over these spans, s; the latter is a period of
-#: 50 Hz hum.
+#: Spans after and before an onset that are compared, s. The latter is one period of 50 Hz hum.
 AHEAD, BEHIND = 0.003, 0.020
-#: Contacts of one sensor are at least so far apart, s: ringing and rebounds are no contacts.
+#: Shortest time between contacts of one sensor, s. Ringing and rebounds are shorter.
 APART = 0.050
-#: A contact is so many times louder than the signal's quiet, and than what was right before it.
+#: Least loudness of a contact relative to the signal's quiet level, and to the signal right before.
 ABOVE_QUIET, ABOVE_BEFORE = 8.0, 3.0
-#: A contact is abrupt: changes over this span, s, become so many times larger than right before.
-#: A finger that swings back moves the signal as far, but slowly: a parabola, which any slow swing
-#: is over the spans above, reaches 2.
+#: Span of a change, s, and least growth of changes at a contact, which is abrupt. A finger that
+#: swings
+#: back moves the signal as far, but slowly. Over these spans any slow swing is a parabola, whose
+#: changes grow by a factor of 2.
 CHANGE, ABRUPT = 0.001, 2.5
-#: The onset is looked for so far around where the loudness leaps, s.
+#: Range around a leap in loudness in which the onset is searched, s.
 EARLIER, LATER = 0.012, 0.004
-#: The quiet is the level that this share of the signal stays below, in pieces this long, s.
+#: The quiet level is this quantile of the signal's levels in pieces of this length, s.
 QUIET_SHARE, PIECE = 0.2, 0.010
 
 
 @dataclass(frozen=True, slots=True)
 class Onset:
-    """A contact that was found.
+    """Contact found in a recording.
 
     Parameters
     ----------
     column
-        Number of its vibration channel.
+        Number of the vibration channel.
     sample
-        Where it began, from 0.
+        Sample at which the contact began, from 0.
     loudness
-        How many times louder than the signal's quiet.
+        Loudness relative to the signal's quiet level.
     """
 
     column: int
@@ -47,29 +47,30 @@ class Onset:
 
 
 def find_onsets(signals: NDArray[np.float64], rate: float) -> list[Onset]:
-    """All contacts in whole signals, in the order of time.
+    """Find all contacts in whole signals, in time order.
 
-    Unlike a detector, it knows the quiet of the whole signal, compares what comes with what was at
-    every sample, and takes the largest leaps first. So it finds more and cannot run live. A leap
-    counts where the signal also changes faster than before, so slow swings are no contacts.
-    Rebounds are. The onset is placed in the unfiltered signal: a causal filter would delay it,
-    and a filter in both directions would begin a slow one too early.
+    Unlike a detector, the finder knows the quiet level of the whole signal, compares past and
+    future at
+    every sample, and takes the largest leaps first. So it finds more, but cannot run live. A leap
+    must also come with faster changes than before, which excludes slow swings but not rebounds. The
+    onset is located in the unfiltered signal. A causal filter would delay it, and a filter in
+    both directions would start a slow onset too early.
 
     Parameters
     ----------
     signals
         Vibration channels, shape (samples, channels).
     rate
-        Hz.
+        Sampling rate, Hz.
     """
-    found = []
+    onsets = []
     for column in range(signals.shape[1]):
-        found += [Onset(column, *each) for each in _of_channel(signals[:, column], rate)]
-    return sorted(found, key=lambda onset: (onset.sample, onset.column))
+        onsets += [Onset(column, *onset) for onset in _find_in_channel(signals[:, column], rate)]
+    return sorted(onsets, key=lambda onset: (onset.sample, onset.column))
 
 
-def _of_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int, float]]:
-    """Sample and loudness of each onset."""
+def _find_in_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int, float]]:
+    """Return the sample and loudness of each onset in one channel."""
     ahead, behind, apart, lag = (
         max(1, samples_in(span, rate)) for span in (AHEAD, BEHIND, APART, CHANGE)
     )
@@ -79,42 +80,44 @@ def _of_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int, flo
     if not quiet > 0.0:
         return []
     places = np.arange(behind, len(signal) - ahead + 1)
-    was, comes = _levels(signal, places, ahead, behind)
-    leap = comes / np.maximum(was, quiet)
+    level_before, level_after = _levels(signal, places, ahead, behind)
+    leap = level_after / np.maximum(level_before, quiet)
     change = signal - np.concatenate([signal[:1].repeat(lag), signal[:-lag]])
     steady, sudden = _levels(change, places, ahead, behind)
     steady = np.maximum(steady, _quiet(change, samples_in(PIECE, rate)))
-    able = (comes > ABOVE_QUIET * quiet) & (leap > ABOVE_BEFORE) & (sudden > ABRUPT * steady)
+    is_candidate = (
+        (level_after > ABOVE_QUIET * quiet) & (leap > ABOVE_BEFORE) & (sudden > ABRUPT * steady)
+    )
     out: list[tuple[int, float]] = []
-    # The largest leap first; what is near it is the same contact.
-    order = np.flatnonzero(able)
+    # The largest leap comes first. Smaller leaps near it belong to the same contact.
+    order = np.flatnonzero(is_candidate)
     order = order[np.argsort(-leap[order], kind="stable")]
     free = np.ones(len(leap), np.bool_)
     for k in order:
         if free[k]:
             free[max(0, k - apart) : k + apart] = False
-            out.append((_refined(signal, int(places[k]), rate), float(comes[k] / quiet)))
+            out.append((_refined(signal, int(places[k]), rate), float(level_after[k] / quiet)))
     return sorted(out)
 
 
 def _levels(
     signal: NDArray[np.float64], places: NDArray[np.intp], ahead: int, behind: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Deviation before each place, and level after it around the mean before it.
+    """Return the deviation before each place, and the level after it around the mean before it.
 
-    Around that mean, a sensor that drifts makes no contact.
+    Relative to that mean, the drift of a sensor causes no contact.
     """
     x = signal - signal.mean()
     sums, power = (np.concatenate([[0.0], np.cumsum(v)]) for v in (x, x**2))
     mean = (sums[places] - sums[places - behind]) / behind
-    was = (power[places] - power[places - behind]) / behind - mean**2
-    after = (sums[places + ahead] - sums[places]) / ahead
-    comes = (power[places + ahead] - power[places]) / ahead - 2 * after * mean + mean**2
-    return np.sqrt(np.maximum(was, 0.0)), np.sqrt(np.maximum(comes, 0.0))
+    level_before = (power[places] - power[places - behind]) / behind - mean**2
+    mean_after = (sums[places + ahead] - sums[places]) / ahead
+    level_after = (power[places + ahead] - power[places]) / ahead - 2 * mean_after * mean + mean**2
+    return np.sqrt(np.maximum(level_before, 0.0)), np.sqrt(np.maximum(level_after, 0.0))
 
 
 def _refined(x: NDArray[np.float64], place: int, rate: float) -> int:
-    """The split around a leap that explains quiet and loud best."""
+    """Return the split around a leap that best separates quiet from loud."""
     earlier, later = samples_in(EARLIER, rate), samples_in(LATER, rate)
     start, stop = max(0, place - earlier), min(len(x), place + later)
     window = x[None, start:stop] - x[start:place].mean()
@@ -123,6 +126,6 @@ def _refined(x: NDArray[np.float64], place: int, rate: float) -> int:
 
 
 def _quiet(x: NDArray[np.float64], piece: int) -> float:
-    """Level of the quieter pieces: their deviation."""
+    """Return the level (standard deviation) of the quieter pieces."""
     pieces = x[: len(x) // piece * piece].reshape(-1, piece)
     return float(np.quantile(pieces.std(axis=1), QUIET_SHARE))

@@ -1,7 +1,7 @@
-"""When a closing begins and ends in a stream: the motor runs, and nothing is held yet.
+"""Gate that finds the start and end of closings: the motor runs and no object is held.
 
-A detector measures its steady state from where a closing begins. Begun at rest,
-it would take the start of the motor for a contact.
+A detector measures its steady state at the start of a closing. If it started at rest, the start of
+the motor would look like a contact.
 """
 
 from __future__ import annotations
@@ -16,25 +16,25 @@ from numpy.typing import NDArray
 from firstcontact.core import Block, Calibration, ChannelKind, Layout, Physical
 from firstcontact.signal import samples_in
 
-#: Length of a step, s: the grid on which a closing can begin or end.
+#: Length of a step, s. Closings begin and end on this grid.
 STEP = 0.003
-#: Rest, and the settling of the motor, are judged over so many steps: 39 ms.
+#: Number of steps, 39 ms, over which rest and the settling of the motor are judged.
 STEPS = 13
-#: A motor that is heard in most of these steps has run since this many steps ago.
+#: A motor that most of these steps show has run for at least this many steps.
 HEARD_SINCE = STEPS // 2
-#: The motor runs where the RMS of a piezo exceeds its noise floor by this factor. At
-#: rest it scatters up to 1.3 times the floor; a motor that is not heard above this
-#: cannot disturb a detector either.
+#: The motor runs if the RMS of a piezo exceeds its noise floor by this factor. At rest the RMS
+#: varies up
+#: to 1.3 times the floor. A quieter motor cannot disturb a detector.
 RUNNING = 1.4
-#: A taxel is loaded this far above its unloaded level, V: some 0.1 N more than makes
-#: Velostat conduct. Its creep after a firm grip leaves it about 0.1 V high for a second.
+#: A taxel is loaded this far above its unloaded level, V: some 0.1 N more than Velostat needs to
+#: conduct. After a firm grip, creep keeps it about 0.1 V high for a second.
 LOADED = 0.3
-#: Without a motor, rest opens the gate anew so long after a contact, s.
+#: Without a motor, rest opens the gate again this long after a contact, s.
 REARM = 0.3
 
 
 class Turn(Enum):
-    """What happens at the gate."""
+    """Change of the gate."""
 
     OPENS = auto()
     SHUTS = auto()
@@ -42,55 +42,57 @@ class Turn(Enum):
 
 @dataclass(frozen=True, slots=True)
 class GateEvent:
-    """The gate opens or shuts before this sample."""
+    """Opening or shutting of the gate before this sample."""
 
     turn: Turn
     sample: int
 
 
 class _State(Enum):
-    #: What went before is not known: wait for rest.
+    #: The past is unknown: wait for rest.
     LOST = auto()
     REST = auto()
-    #: The motor has started, and either settles or still lets go of something.
+    #: The motor has started. It is settling, or the hand still releases an object.
     STARTING = auto()
     OPEN = auto()
 
 
 class ClosingGate:
-    """Opens when the motor has run for 39 ms with nothing held, shuts when it rests.
+    """Gate that opens when the motor has run for 39 ms without a held object, and shuts at rest.
 
-    Everything is decided on a grid of 3 ms that begins with an epoch and goes on behind a
-    gap, so that blocks of any size give the same, and so does who lost samples on the
-    way and who did not. Needs the noise floor of the
-    calibration; without it the gate opens at each epoch's first sample and shuts
-    at its end, as for recordings that hold one closing an epoch.
+    All decisions lie on a grid of 3 ms, which begins with an epoch and continues after a gap. So
+    the result
+    does not depend on block sizes, or on samples lost elsewhere. The gate needs the noise floors of
+    the calibration. Without them it opens at the first sample of each epoch and shuts at its end,
+    as for recordings with one closing per epoch.
 
-    A sensor that belongs to no finger is moved by a person, or things are moved against it: no
-    motor is heard before a contact. For such a layout the gate opens at rest, too, and again when
-    a contact of which :meth:`touched` tells is 0.3 s old and all is at rest.
+    A sensor that belongs to no finger is moved by a person, so no motor runs before a contact. With
+    such a layout the gate also opens at rest. It opens again at rest, 0.3 s after the last contact
+    that :meth:`touched` reported.
 
     Parameters
     ----------
     layout
-        The columns of the blocks.
+        Columns of the blocks.
     calibration
-        With the noise floor of every finger that has a piezo, or None.
+        Calibration with the noise floor of every finger that has a piezo, or None.
     """
 
     def __init__(self, layout: Layout, calibration: Calibration | None) -> None:
         self._vibration = layout.columns(ChannelKind.VIBRATION)
-        # A load is a number of volts: in any other unit it would hide the start of each motor.
+        # The threshold of a load is in volts. In another unit it would hide every motor start.
         force = layout.columns(ChannelKind.FORCE)
         self._force = tuple(i for i in force if layout.column_channels[i].unit == "V")
         self._volts = Physical(layout, self._vibration + self._force, "C")
         floors = [calibration.noise(f) if calibration else None for f in layout.vibration_fingers]
-        known = [f for f in floors if f is not None]
-        self._limit = RUNNING * np.array(known) if len(known) == len(floors) else None
+        floor_or_lowest = [f for f in floors if f is not None]
+        self._limit = (
+            RUNNING * np.array(floor_or_lowest) if len(floor_or_lowest) == len(floors) else None
+        )
         self._step = samples_in(STEP, layout.rate)
         self._by_hand = None in layout.vibration_fingers
         self._rearm = samples_in(REARM, layout.rate)
-        self._due: int | None = None  # from this sample on it may open anew
+        self._due: int | None = None  # first sample at which it may open again
         self._grid = 0
         self._open = False
         self._started = False
@@ -99,38 +101,37 @@ class ClosingGate:
 
     @property
     def opened(self) -> bool:
-        """Whether it is open now."""
+        """True if the gate is open."""
         return self._open
 
     @property
     def has_floors(self) -> bool:
-        """Whether it knows the noise floors; without them each epoch is one closing."""
+        """True if the noise floors are known. Without them each epoch is one closing."""
         return self._limit is not None
 
     @property
     def resting(self) -> bool:
-        """Whether what it heard last is a hand at rest."""
+        """True if the hand was at rest in the last step."""
         return self._started and self._limit is not None and self._state is _State.REST
 
     @property
     def undecided(self) -> int:
-        """So many more samples change nothing yet: the step they belong to is not whole."""
+        """Number of further samples that only fill the current step and change nothing."""
         return self._skipped + self._step - 1 - self._waiting_samples if self._started else 0
 
     def touched(self, sample: int) -> None:
-        """A contact began with this sample."""
+        """Report a contact that began with this sample."""
         if self._by_hand:
             self._due = sample + self._rearm
 
     def update(self, block: Block) -> list[GateEvent]:
-        """Take the next block.
+        """Process the next block.
 
         Returns
         -------
         list of GateEvent
-            In order. A sample number may lie up to one step before the block's
-            own only where the block does not follow the one before: then the
-            gate shuts where the samples ended.
+            Events in order. An event may lie before the block only if the block does not follow the
+            previous one. The gate then shuts where the samples ended.
         """
         events: list[GateEvent] = []
         if not self._started or block.first_sample != self._next or block.epoch != self._epoch:
@@ -153,16 +154,16 @@ class ClosingGate:
         self._epoch = epoch
         self._state = _State.LOST
         self._due = None
-        self._since = 0  # step in which this state began
-        self._waiting: list[NDArray[Any]] = []  # raw samples of a step that is not whole
+        self._since = 0  # first step of this state
+        self._waiting: list[NDArray[Any]] = []  # raw samples of an incomplete step
         self._waiting_samples = 0
-        # Behind a gap what is left of the step that began in it is not looked at.
+        # The rest of a step that began in the gap is skipped.
         self._skipped = (self._grid - first_sample) % self._step if goes_on else 0
-        self._grid = first_sample + self._skipped  # of the first sample that waits
-        self._steps = 0  # seen in this stretch
-        self._sums = np.zeros((0, 2, len(self._vibration)))  # of the last steps
+        self._grid = first_sample + self._skipped  # number of the first waiting sample
+        self._steps = 0  # steps since the restart
+        self._sums = np.zeros((0, 2, len(self._vibration)))  # sums of the last steps
         self._unloaded: NDArray[np.float64] | None = None
-        self._held = -STEPS  # last step in which something was held
+        self._held = -STEPS  # last step with a held object
 
     def _watch(self, block: Block) -> list[GateEvent]:
         data = block.data[self._skipped :]
@@ -184,51 +185,51 @@ class ClosingGate:
         return events
 
     def _quiet(self, piezo: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Whether most of the 13 steps up to each are at rest, shape (steps,)."""
+        """Return a mask of the steps at rest: most of the 13 steps up to it are quiet."""
         assert self._limit is not None
         new = step_sums(piezo)
         sums = np.concatenate([self._sums, new])
         self._sums = sums[-(STEPS - 1) :]
-        quiet = np.zeros(len(new), dtype=np.bool_)  # not known for the first steps
+        quiet = np.zeros(len(new), dtype=np.bool_)  # unknown for the first steps
         if len(sums) >= STEPS:
             calm = np.all(median(step_powers(sums, self._step)) <= self._limit**2, axis=1)
             quiet[len(quiet) - len(calm) :] = calm
         return quiet
 
     def _turns(self, quiet: NDArray[np.bool_], felt: NDArray[np.float64]) -> list[GateEvent]:
-        """Run the states over the steps of a block, from change to change.
+        """Run the state machine over the steps of a block.
 
-        ``felt`` are the taxels, shape (steps, samples, taxels).
+        ``felt`` holds the taxels, shape (steps, samples, taxels).
         """
         events: list[GateEvent] = []
         if self._state is _State.OPEN and not quiet.any():
-            return events  # as for most of a closing: what is held need not be known
+            return events  # most of a closing: held objects do not matter here
         force = felt.mean(axis=1)
         k = 0
         while k < len(quiet):
             number = self._steps + k
             if self._state in (_State.LOST, _State.OPEN):
-                # The steady state of the motor must be younger than the gate's opening.
+                # The motor's steady state must begin after the gate's opening.
                 first = max(k, self._since + STEPS - self._steps, self._first_due())
-                found = _first(quiet, first)
-                if found is None:
+                change = _first(quiet, first)
+                if change is None:
                     break
                 if self._state is _State.OPEN:
-                    events += self._shut(found)
-                k = self._go(_State.REST, found)
+                    events += self._shut(change)
+                k = self._go(_State.REST, change)
                 if self._by_hand:
-                    events += self._reopen(found)
+                    events += self._reopen(change)
             elif self._state is _State.REST:
-                found = _first(~quiet, k)
-                anew = None if self._due is None else _first(quiet, max(k, self._first_due()))
-                if anew is not None and (found is None or anew < found):
-                    events += self._reopen(anew)
-                    k = anew + 1
+                change = _first(~quiet, k)
+                reopening = None if self._due is None else _first(quiet, max(k, self._first_due()))
+                if reopening is not None and (change is None or reopening < change):
+                    events += self._reopen(reopening)
+                    k = reopening + 1
                     continue
-                self._learn_unloaded(quiet, force, k, found)
-                if found is None:
+                self._learn_unloaded(quiet, force, k, change)
+                if change is None:
                     break
-                k = self._go(_State.STARTING, found)
+                k = self._go(_State.STARTING, change)
                 self._since -= HEARD_SINCE
             elif quiet[k]:
                 k = self._go(_State.REST, k) - 1
@@ -243,17 +244,17 @@ class ClosingGate:
         return events
 
     def _first_due(self) -> int:
-        """Step of those at hand from which on the gate may open anew."""
+        """Return the step of this block from which on the gate may open again."""
         if self._due is None:
             return 0
         return -(-(self._due - self._grid) // self._step) - 1
 
     def _shut(self, k: int) -> list[GateEvent]:
-        was, self._open = self._open, False
-        return [GateEvent(Turn.SHUTS, self._sample_after(k))] if was else []
+        was_open, self._open = self._open, False
+        return [GateEvent(Turn.SHUTS, self._sample_after(k))] if was_open else []
 
     def _reopen(self, k: int) -> list[GateEvent]:
-        """A closing begins behind a step; one that goes on ends there."""
+        """Start a closing after a step, and end the current one."""
         events = self._shut(k)
         self._open, self._due = True, None
         return [*events, GateEvent(Turn.OPENS, self._sample_after(k))]
@@ -272,16 +273,18 @@ class ClosingGate:
     def _learn_unloaded(
         self, quiet: NDArray[np.bool_], force: NDArray[np.float64], start: int, stop: int | None
     ) -> None:
-        """The lowest level at rest: something held at rest lies above it."""
+        """Update the lowest force level at rest. An object held at rest lies above it."""
         levels = force[start:stop]
         if force.shape[1] and len(levels):
             lowest = levels.min(axis=0)
-            known = self._unloaded
-            self._unloaded = lowest if known is None else np.minimum(known, lowest)
+            floor_or_lowest = self._unloaded
+            self._unloaded = (
+                lowest if floor_or_lowest is None else np.minimum(floor_or_lowest, lowest)
+            )
 
 
 def step_sums(piezo: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Sums and sums of squares of each step, (steps, samples, fingers) to (steps, 2, fingers)."""
+    """Return sums and sums of squares, (steps, samples, fingers) to (steps, 2, fingers)."""
     sums = np.empty((len(piezo), 2, piezo.shape[2]))
     sums[:, 0] = piezo.sum(axis=1)
     sums[:, 1] = (piezo**2).sum(axis=1)
@@ -289,26 +292,26 @@ def step_sums(piezo: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def step_powers(sums: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
-    """Power of each of 13 steps around their common mean, for every 13 that follow each other.
+    """Return the power of 13 consecutive steps around their common mean, for each such run.
 
-    The mean is the median of theirs: a knock or a click is loud, but not for seven steps.
+    The common mean is the median of the steps' means: a knock is loud, but lasts less than 7 steps.
 
     Parameters
     ----------
     sums
-        Of :func:`step_sums`, shape (steps, 2, fingers), at least 13 steps.
+        Sums of :func:`step_sums`, shape (steps, 2, fingers), at least 13 steps.
     samples
-        In a step.
+        Samples per step.
 
     Returns
     -------
     ndarray
-        Shape (steps - 12, fingers, 13), in the square of the signal's unit.
+        Shape (steps - 12, fingers, 13), in the squared unit of the signal.
     """
     sums = np.ascontiguousarray(sums)
     step, kind, finger = sums.strides
     shape = (2, len(sums) - STEPS + 1, sums.shape[2], STEPS)
-    # As numpy's sliding_window_view would, which takes longer than all that follows.
+    # Faster than numpy's sliding_window_view, which takes longer than the rest of the function.
     total, squares = np.ndarray(shape, sums.dtype, sums, 0, (kind, step, finger, step))
     mean = median(total)[:, :, None] / samples
     power: NDArray[np.float64] = (squares - 2 * mean * total) / samples + mean**2
@@ -316,7 +319,7 @@ def step_powers(sums: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
 
 
 def median(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Along the last axis of odd length: what numpy.median gives, in a tenth of the time."""
+    """Return the median along the last axis of odd length, 10 times faster than numpy.median."""
     middle = x.shape[-1] // 2
     ordered = x.copy()
     ordered.partition(middle)
@@ -325,8 +328,8 @@ def median(x: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _first(flags: NDArray[np.bool_], start: int) -> int | None:
-    """Position of the first true flag from ``start`` on."""
+    """Return the position of the first true flag from ``start`` on, or None."""
     if start >= len(flags):
         return None
-    found = start + int(np.argmax(flags[start:]))
-    return found if flags[found] else None
+    change = start + int(np.argmax(flags[start:]))
+    return change if flags[change] else None

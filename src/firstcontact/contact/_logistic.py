@@ -1,4 +1,4 @@
-"""Logistic regression on loudness that looks every 0.4 ms, and four times before it says so."""
+"""Logistic regression on loudness, every 0.4 ms; four decisions in a row must agree."""
 
 from __future__ import annotations
 
@@ -26,32 +26,32 @@ from firstcontact.contact._loudness import (
     parts,
     prediction,
 )
-from firstcontact.contact._trained import TrainedDetector, kept, spread_out
+from firstcontact.contact._trained import TrainedDetector, spread_out, stored_array
 from firstcontact.contact._training import session_groups
 from firstcontact.core import GREEN, Constants, Dataset, InputError, Judgement
 
-#: A look is worth taking where the newest samples hold one so many sigmas from the mean.
+#: Least deviation of a new sample, in sigmas, for which a window is evaluated.
 AWAKE = 3.0
-#: Most pinches that are learned from, and folds for the threshold.
+#: Largest number of training pinches, and number of folds for the threshold.
 PINCHES = 1000
 FOLDS = 3
-#: So far from the truth rough logarithms in C are at most, and as much again to be safe.
+#: Largest error of the approximate logarithms in C, doubled for safety.
 ROUGH = 4e-5
 
 
 class LogisticDetector(TrainedDetector):
-    """Says that a finger touched where four looks in a row, 0.4 ms apart, agree.
+    """Detector that reports a contact if four consecutive decisions, 0.4 ms apart, agree.
 
-    More looks are more chances of a false alarm; that the looks must agree, and a
-    threshold for the least of the four that is chosen on pinches not learned from, take them
-    back. All that is looked at are levels in units of the rig's own noise while its motor
-    runs, and an unforeseen loudness can only count further in the direction of a contact: so it
-    can be moved to another rig.
+    More decisions mean more chances of a false alarm. Two rules compensate: the decisions must
+    agree, and
+    the threshold for the least of the four is chosen on held-out pinches. All features are
+    levels relative to the rig's noise while its motor runs. An unusual loudness can only count
+    towards a contact, so the detector transfers to other rigs.
 
     Parameters
     ----------
     seed
-        Of what is drawn for training.
+        Random seed of the training.
     """
 
     name: ClassVar[str] = "logistic"
@@ -69,28 +69,28 @@ class LogisticDetector(TrainedDetector):
 
     @property
     def trained(self) -> bool:
-        """Whether it has learned, or was loaded."""
+        """True after training or loading."""
         return self._line is not None
 
     def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
-        """Learn from pinches whose first contact is known, from where each closing starts.
+        """Learn from pinches with known first contacts, each from the start of its closing.
 
         Raises
         ------
         InputError
-            When fewer than two pinches have a known first contact after enough quiet, or
-            for a rate below :attr:`lowest`.
+            Fewer than two pinches have a known first contact after enough quiet, or the rate is
+            below :attr:`lowest`.
         """
         dataset = cut_closings(dataset)
         rate, sizes = self._sizes_of(dataset)
         subset = spread_out(dataset, sizes, early, PINCHES)
         rng = np.random.default_rng(self.seed)
         looks = [looks_of(pinch, sizes, early, rng) for pinch in subset.pinches]
-        shown = np.array([look.shows.any() for look in looks], dtype=np.bool_)
-        if shown.sum() < 2:
-            raise self._too_few(shown.sum())
+        has_contact = np.array([look.shows.any() for look in looks], dtype=np.bool_)
+        if has_contact.sum() < 2:
+            raise self._too_few(has_contact.sum())
         looks = [look for look in looks if look.shows.any()]
-        groups = session_groups(subset.sessions[shown], FOLDS) % FOLDS
+        groups = session_groups(subset.sessions[has_contact], FOLDS) % FOLDS
         levels = np.empty((len(looks), 2))
         for fold in np.unique(groups):
             line = fit_line(
@@ -104,19 +104,19 @@ class LogisticDetector(TrainedDetector):
         return self
 
     def settled(self, quiet: NDArray[np.float64]) -> None:
-        """Learn what of the motor can be foretold."""
+        """Fit the linear prediction of each channel's motor noise."""
         self._weights = np.stack([prediction(x) for x in quiet.T])
 
     def wakes(self, x: NDArray[np.float64], ends: NDArray[np.intp]) -> NDArray[np.bool_]:
-        """Say where the newest samples of any finger are loud enough to look closer."""
+        """Return a mask of the windows whose newest samples are loud on any finger."""
         step = self._sizes.step
         first = int(ends[0]) - step
         loud = np.abs(x[first:]).max(axis=1) > AWAKE
-        # Windows follow each other by a step: each has the samples of its own.
+        # Windows follow each other by one step, so the new parts do not overlap.
         return np.asarray(loud[: len(ends) * step].reshape(-1, step).any(axis=1))
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Say which windows are above the threshold, now and the looks before."""
+        """Return a mask of the windows above the threshold in all of the last looks."""
         n, fingers, samples = windows.shape
         each = windows.reshape(n * fingers, samples)
         weights = np.tile(self._weights, (n, 1))
@@ -124,17 +124,17 @@ class LogisticDetector(TrainedDetector):
         assert self._line is not None
         above = np.ones(len(each), np.bool_)
         for start in range((LOOKS - 1) * step, -1, -step):
-            still = np.flatnonzero(above)
-            if not len(still):
+            candidates = np.flatnonzero(above)
+            if not len(candidates):
                 break
-            look = np.ascontiguousarray(each[still, start : start + length])
-            above[still] = (
-                scores(loudness_features(look, weights[still], self._rate), self._line) > 0.0
+            look = np.ascontiguousarray(each[candidates, start : start + length])
+            above[candidates] = (
+                scores(loudness_features(look, weights[candidates], self._rate), self._line) > 0.0
             )
         return above.reshape(n, fingers)
 
     def judgement(self, rate: float) -> Judgement:
-        """The line in logarithms of levels, whose sums grow from sample to sample."""
+        """Return the decision in logarithms of levels, whose sums grow sample by sample."""
         self._require_training("there is nothing to export")
         assert self._line is not None
         sizes = self.sizes(rate)
@@ -152,8 +152,9 @@ class LogisticDetector(TrainedDetector):
             "lengths": np.array(lengths, np.int32),
             "line": line.ravel(),
         }
-        # Three peaks of the quiet part's steps, the extremes of steps, and sums up to each sample;
-        # weights of the prediction, and what they are of.
+        # Three peaks of the quiet part's steps, extremes of steps, and cumulative sums; then the
+        # weights of
+        # the prediction and their input.
         steps = look // sizes.step - -(-recent // sizes.step)
         sums = 3 * (steps + 3) + 6 * (ring // min(sizes.step, 2)) + 4 * ring
         doubles = sums + 2 * ORDER + 1 + len(lengths) + 5 + 4 * LOOKS
@@ -161,12 +162,12 @@ class LogisticDetector(TrainedDetector):
         return Judgement("loudness", constants, lengths_of, doubles)
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """The line, its threshold taken off, and the rate.
+        """Return the weights, with the threshold subtracted from the intercept, and the rate.
 
         Raises
         ------
         InputError
-            When it was not trained.
+            The detector is not trained.
         """
         self._require_training("there is nothing to save")
         assert self._line is not None
@@ -174,16 +175,16 @@ class LogisticDetector(TrainedDetector):
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """The inverse of :meth:`to_arrays`.
+        """Restore a detector from :meth:`to_arrays`.
 
         Raises
         ------
         InputError
-            When an array is missing, has a wrong shape or is not finite.
+            An array is missing, has a wrong shape or is not finite.
         """
         detector = cls()
-        detector._line = kept(arrays, "line", (2 * EACH + 1,))
-        detector._rate = float(kept(arrays, "rate", ()))
+        detector._line = stored_array(arrays, "line", (2 * EACH + 1,))
+        detector._rate = float(stored_array(arrays, "rate", ()))
         if detector._rate < cls.lowest:
             raise InputError(f"the detector's rate is below {cls.lowest:g} Hz: train it again")
         return detector

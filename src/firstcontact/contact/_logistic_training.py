@@ -1,4 +1,4 @@
-"""What the logistic detector learns from: all looks at a pinch, before and after its contacts."""
+"""Training data of the logistic detector: looks before and after the contacts of a pinch."""
 
 from __future__ import annotations
 
@@ -16,40 +16,41 @@ from firstcontact.contact._stream import SteadyState, WindowSizes
 from firstcontact.core import Pinch
 from firstcontact.signal import DeviceSmoothing, samples_in
 
-#: Looks that must agree, each a step after the other: 1.2 ms, which outlasts most clicks.
+#: Number of consecutive looks that must agree: 1.2 ms, longer than most clicks.
 LOOKS = 4
-#: Ages of a contact, s, at which a look is to show it.
+#: Youngest and oldest contact that a look must show, s.
 YOUNGEST, OLDEST = 0.0008, 0.0030
-#: A contact is to be decided at this age, s.
+#: Age of a contact at which the decision is due, s.
 DUE = 0.0026
-#: Clicks that are added to a channel of a pinch, were it quiet all along; their median peak in
-#: sigmas of what cannot be foretold, most samples, and the share of the ringing that is left
-#: after each sample.
+#: Clicks added to a channel of a pinch of average length: their mean number, their median peak in
+#: sigmas of the
+#: prediction error, their longest duration in samples, and the share of the ringing that
+#: remains after each sample.
 CLICKS = 4.0
 CLICK = 8.0
 CLICK_LENGTH = 5
 DAMPED = 0.9
-#: Most looks of a kind that are learned from.
+#: Largest number of looks per class in training.
 MOST = 40_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Looks:
-    """All looks at one pinch, of each finger one after the other.
+    """Looks at one pinch, grouped by finger.
 
     Parameters
     ----------
     features
         Shape (looks, features).
     quiet
-        Whether the finger has touched nothing yet, shape (looks,).
+        Mask of looks before the finger's contact, shape (looks,).
     shows
-        Whether the finger's contact is of an age to be shown, shape (looks,).
+        Mask of looks that must show the finger's contact, shape (looks,).
     early, due
-        Whether the look ends before the first contact of the pinch, and whether it may
-        decide that one in time, shape (looks,).
+        Masks of looks that end before the pinch's first contact, and of looks that can detect it
+        in time, shape (looks,).
     begins
-        Where the looks of each finger begin, and the number of all.
+        First look of each finger, and the total number of looks.
     """
 
     features: NDArray[np.float64]
@@ -60,7 +61,7 @@ class Looks:
     begins: tuple[int, ...]
 
     def levels(self, line: NDArray[np.float64]) -> tuple[float, float]:
-        """Highest score that :data:`LOOKS` looks agree on before the first contact, and in time."""
+        """Return the highest agreed scores of :data:`LOOKS` looks: before the contact, and in time."""
         score = scores(self.features, line)
         agreed = np.full(len(score), -np.inf)
         for a, b in zip(self.begins[:-1], self.begins[1:], strict=True):
@@ -75,21 +76,22 @@ class Looks:
 def add_clicks(
     x: NDArray[np.float64], weights: NDArray[np.float64], stop: int, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """A channel with clicks that the rig did not make, but might.
+    """Add clicks to a channel that the rig did not make, but could make.
 
-    Short bursts, heard through the ringing that the rig's own noise tells of: gears that
-    hardly clicked while it was recorded need not be so kind on another day.
+    The clicks are short bursts with the ringing of the rig's own noise. Gears that hardly clicked
+    during
+    the recording may click on another day.
 
     Parameters
     ----------
     x
         One channel, in sigmas of its steady state, shape (samples,).
     weights
-        Of :func:`firstcontact.contact._loudness.prediction`.
+        Weights of :func:`firstcontact.contact._loudness.prediction`.
     stop
         Clicks begin before this sample.
     rng
-        Where they are drawn from.
+        Random generator.
     """
     burst = np.zeros(len(x))
     for start in rng.integers(0, max(1, stop), rng.poisson(CLICKS * stop / len(x))):
@@ -104,18 +106,18 @@ def add_clicks(
 
 
 def looks_of(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Generator) -> Looks:
-    """Look at a pinch whose first contact is known, from where its closing starts.
+    """Return the looks at a pinch with a known first contact, from the start of its closing.
 
     Parameters
     ----------
     pinch
-        With samples before the first contact for a steady state.
+        Pinch with enough samples before the first contact for a steady state.
     sizes
-        Lengths at its rate.
+        Lengths at the pinch's rate.
     early
-        The contacts may be up to this much earlier than their labels, s.
+        Longest time by which a contact may precede its label, s.
     rng
-        Of the clicks that are put into what is quiet.
+        Random generator of the added clicks.
     """
     layout, rate = pinch.layout, pinch.layout.rate
     smooth = DeviceSmoothing(layout).update(pinch.vibration())
@@ -129,41 +131,43 @@ def looks_of(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Gene
             continue
         x = steady.normalise(smooth)[:, column]
         filtered = prediction(x[: sizes.steady])
-        touched = [c.sample - pinch.first_sample for c in pinch.truth if c.finger is finger][:1]
-        contact = (touched or [first])[0]
-        oldest = samples_in(OLDEST, rate) if touched else -margin
+        contacts_of_finger = [
+            c.sample - pinch.first_sample for c in pinch.truth if c.finger is finger
+        ][:1]
+        contact = (contacts_of_finger or [first])[0]
+        oldest = samples_in(OLDEST, rate) if contacts_of_finger else -margin
         stop = min(len(x), contact + oldest)
         x = add_clicks(x, filtered, contact - samples_in(0.02, rate), rng)
         ends = np.arange(sizes.steady + sizes.step, stop + 1, sizes.step)
         windows = np.ascontiguousarray(sliding_window_view(x, length)[ends - length])
         weights = np.broadcast_to(filtered, (len(ends), ORDER + 1))
         age = ends - contact
-        is_first = touched == [first]
+        is_first = contacts_of_finger == [first]
         parts.append(
             (
                 loudness_features(windows, weights, rate),
                 age <= -margin,
-                (age >= samples_in(YOUNGEST, rate)) & bool(touched),
+                (age >= samples_in(YOUNGEST, rate)) & bool(contacts_of_finger),
                 ends <= first - margin,
                 (age > 0) & (age <= samples_in(DUE, rate)) & is_first,
             )
         )
-    nothing = (np.zeros((0, 2 * EACH)), *(np.zeros(0, np.bool_) for _ in range(4)))
-    joined = [np.concatenate(kind) for kind in zip(nothing, *parts, strict=True)]
+    empty = (np.zeros((0, 2 * EACH)), *(np.zeros(0, np.bool_) for _ in range(4)))
+    combined = [np.concatenate(kind) for kind in zip(empty, *parts, strict=True)]
     begins = np.cumsum([0, *(len(part[0]) for part in parts)]).tolist()
-    features, quiet, shows, early_looks, due = joined
+    features, quiet, shows, early_looks, due = combined
     return Looks(features, quiet, shows, early_looks, due, tuple(begins))
 
 
 def scores(features: NDArray[np.float64], line: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Positive where a contact is likelier than not, (looks, features) to (looks,)."""
-    # Not a product of matrices: that gives other last digits for other numbers of rows.
+    """Return scores of looks, (looks, features) to (looks,). Positive means a contact."""
+    # A matrix product would round differently for other numbers of rows.
     out: NDArray[np.float64] = (features * line[:-1]).sum(axis=1) + line[-1]
     return out
 
 
 def fit_line(looks: Sequence[Looks], seed: int) -> NDArray[np.float64]:
-    """Logistic regression, its classes balanced: a weight of each feature, and the intercept."""
+    """Fit a logistic regression with balanced classes. Return weights, then the intercept."""
     from sklearn.linear_model import LogisticRegression
 
     rng = np.random.default_rng(seed)
@@ -180,16 +184,16 @@ def fit_line(looks: Sequence[Looks], seed: int) -> NDArray[np.float64]:
 
 
 def best_threshold(levels: NDArray[np.float64]) -> float:
-    """Where false alarms and late decisions, counted softly, are fewest.
+    """Return the threshold with the fewest false alarms and late decisions, counted softly.
 
-    Each pinch counts by how far it is on the wrong side, as a logistic function of its
-    score's own unit: so a threshold that has room on both sides lies in the middle of it, and
-    not at the edge of the one click that was heard.
+    Each pinch counts by a logistic function of its distance on the wrong side. So the threshold
+    lies
+    in the middle of a gap, not at the edge of a single click.
 
     Parameters
     ----------
     levels
-        Of :meth:`Looks.levels`, shape (pinches, 2).
+        Result of :meth:`Looks.levels`, shape (pinches, 2).
     """
     quiet, loud = levels[np.isfinite(levels).all(axis=1)].T
     candidates = np.linspace(quiet.min(), max(loud.max(), quiet.max()), 1001)

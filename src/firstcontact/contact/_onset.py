@@ -1,27 +1,28 @@
-"""Where in a window the contact began."""
+"""Picker for the onset of a contact in a window."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-#: Fewest samples on the loud side: a variance needs some.
+#: Fewest samples on the loud side, needed for a variance.
 LEAST_LOUD = 3
 
 
 def pick_onset(windows: NDArray[np.float64], search: int) -> NDArray[np.intp]:
-    """Split windows into quiet and loud where that explains them best.
+    """Return the split of each window that best separates quiet from loud.
 
-    The picker of Maeda (1985), Zisin 38, 365: the split k that minimises
-    ``AIC(k) = k log var(x[:k]) + (n - k - 1) log var(x[k:])``. It needs no
-    threshold and nothing after the window.
+    Maeda's picker (1985, Zisin 38, 365) minimises
+    ``AIC(k) = k log var(x[:k]) + (n - k - 1) log var(x[k:])`` over the split k. It needs no
+    threshold
+    and no samples after the window.
 
     Parameters
     ----------
     windows
-        Shape (windows, samples); in units of the steady state's sigma.
+        Windows, shape (windows, samples), in sigmas of the steady state.
     search
-        Only the newest so many samples may hold the onset.
+        Number of newest samples that may hold the onset.
 
     Returns
     -------

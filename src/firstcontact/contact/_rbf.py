@@ -1,4 +1,4 @@
-"""A trained RBF-SVM as plain arrays, run by NumPy."""
+"""Trained RBF-SVM as plain arrays, evaluated by NumPy."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from firstcontact.core import InputError, RbfKernel
 
-#: Gamma times the number of features: below the usual 1, so that what is louder
-#: than all that was trained on does not fade out of the kernel's reach.
+#: Gamma times the number of features. It is below the usual 1, so that windows louder than all
+#: training data still lie within the kernel's reach.
 WIDTH = 0.3
-#: Most rows whose kernel is held in memory at once.
+#: Largest number of rows whose kernel is in memory at once.
 ROWS = 4096
 
 
@@ -25,13 +25,13 @@ class RbfMachine:
     Parameters
     ----------
     mean, scale
-        Of each feature, taken off and divided by first, shape (features,).
+        Mean and scale of each feature, shape (features,).
     support
-        Support vectors, scaled, shape (vectors, features).
+        Scaled support vectors, shape (vectors, features).
     weights
-        Shape (vectors,).
+        Weights of the support vectors, shape (vectors,).
     intercept, gamma
-        Scalars.
+        Intercept, and kernel coefficient.
     """
 
     mean: NDArray[np.float64]
@@ -47,9 +47,9 @@ class RbfMachine:
 
     @classmethod
     def train(cls, x: NDArray[np.float64], positive: NDArray[np.bool_], cost: float) -> Self:
-        """Train on features of shape (windows, features), classes balanced.
+        """Train on features of shape (windows, features), with balanced classes.
 
-        Gamma is :data:`WIDTH` over the number of (scaled) features.
+        Gamma is :data:`WIDTH` divided by the number of features.
         """
         from sklearn.svm import SVC
 
@@ -68,12 +68,12 @@ class RbfMachine:
         )
 
     def decide(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Decision values of features (windows, features), positive for a contact.
+        """Return decision values of features (windows, features). Positive means a contact.
 
         Raises
         ------
         InputError
-            A value that is not finite: no threshold could tell anything by it.
+            A decision value is not finite.
         """
         with np.errstate(all="ignore"):
             out = self._decide(x)
@@ -89,17 +89,17 @@ class RbfMachine:
         return out
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """All of it as named arrays."""
+        """Return all numbers as named arrays."""
         return {n: np.asarray(getattr(self, n), dtype=np.float64) for n in _names(type(self))}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """The inverse of :meth:`to_arrays`.
+        """Restore a machine from :meth:`to_arrays`.
 
         Raises
         ------
         InputError
-            When an array is missing, has a wrong shape or is not finite.
+            An array is missing, has a wrong shape or is not finite.
         """
         names = _names(cls)
         missing = [name for name in names if name not in arrays]
@@ -134,5 +134,5 @@ class RbfMachine:
 
 
 def _names(kind: type[RbfMachine]) -> list[str]:
-    """What a machine is made of, without what follows from it."""
+    """Return the names of the stored fields, without derived ones."""
     return [f.name for f in fields(kind) if f.init]

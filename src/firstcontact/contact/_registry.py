@@ -1,4 +1,4 @@
-"""All detectors by name; a new one is one file and one line here."""
+"""Registry of contact detectors. A new one is one file and one line here."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ DETECTORS: Registry[type[Detector]] = Registry(
 
 
 def make_detector(name: str, **options: Any) -> Detector:
-    """A detector that still has to be fitted.
+    """Return a detector that is not fitted yet.
 
     Parameters
     ----------
     name
-        One of :data:`DETECTORS`.
+        Name in :data:`DETECTORS`.
     options
-        Of its constructor.
+        Options of its constructor.
 
     Raises
     ------
     InputError
-        When there is none of that name.
+        No detector has that name.
     """
     kind = DETECTORS.find(name)
     with DETECTORS.calling(name):
@@ -43,12 +43,12 @@ def make_detector(name: str, **options: Any) -> Detector:
 
 
 def untrained_name() -> str:
-    """Name of the first detector that learns nothing: it is there where others cannot learn."""
+    """Return the name of the first detector that needs no training."""
     return next(name for name, kind in DETECTORS.items() if not kind.learns)
 
 
 def untrained_detector(layout: Layout) -> Detector:
-    """What finds contacts on a layout where nothing was learned from."""
+    """Return a detector that needs no training, for layouts without training data."""
     kind: Any = DETECTORS[untrained_name()]
-    made: Detector = kind.untrained(layout) if hasattr(kind, "untrained") else kind()
-    return made
+    detector: Detector = kind.untrained(layout) if hasattr(kind, "untrained") else kind()
+    return detector

@@ -1,4 +1,4 @@
-"""The noise floor of a hand at rest, found in pinches that begin before its motor does."""
+"""Noise floor of a hand at rest, estimated from pinches that begin before its motor starts."""
 
 from __future__ import annotations
 
@@ -12,60 +12,66 @@ from firstcontact.contact._gate import RUNNING, STEP, STEPS, median, step_powers
 from firstcontact.core import Calibration, Pinch, VibrationCalibration
 from firstcontact.signal import samples_in
 
-#: What follows the start of a motor, the contact, is so many times louder than all of it. On
-#: the twin 12 times and more; what follows a contact is 2 times as loud at most.
+#: Least loudness of the contact relative to the motor before it. On the twin the factor is 12 or
+#: more. Signals after a contact reach 2 at most.
 LOUDER = 3.0
-#: Share of the pinches in which a start must be heard. With the motor running from the first
-#: sample, its wandering loudness makes up to 15 % look like one; from rest, 80 % and more do.
+#: Least share of pinches with an audible start. From rest 80 % and more have one. If the motor runs
+#: from the
+#: first sample, its changing loudness looks like a start in up to 15 %.
 MOST = 0.5
-#: Fewer pinches than this are too few to outvote chance ...
+#: Number of pinches below which chance could decide.
 FEW = 8
-#: ... so a start counts there only where the motor is so many times louder than rest.
+#: Least loudness of the motor relative to rest, if there are that few pinches.
 RUNNING_OF_FEW = 2.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Start:
-    """How a pinch begins, each of shape (fingers,)."""
+    """Levels at the start of a pinch, each of shape (fingers,)."""
 
     rest: NDArray[np.float64]  # RMS of the first 39 ms, V
-    motor: NDArray[np.float64]  # of what rises above it, V; 0 where nothing like a motor does
+    motor: NDArray[np.float64]  # of the motor, V; 0 without an audible motor
 
 
 def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
-    """Noise floors of the fingers, where these pinches begin at rest; else None.
+    """Return the noise floors of the fingers if these pinches begin at rest, else None.
 
-    Rest is what the beginnings have in common where most pinches go on like this: their
-    first 39 ms are quiet, the signal then rises above that and stays there for 80 ms (a
-    motor, whose loudness may wander but does not fade), and something much louder follows
-    (the contact). A contact after rest, with no motor heard between them, does not look
-    so: nothing three times as loud comes after it. Labels are not looked at.
+    A pinch begins at rest if its first 39 ms are quiet, the signal then rises and stays up for 80
+    ms (the
+    motor), and a much louder event follows (the contact). Most pinches must show this. A contact
+    after rest without an audible motor does not: no event three times as loud follows it. Labels
+    are not used.
 
     Parameters
     ----------
     pinches
-        Of one rig: their floor is taken as the same. They share a layout.
+        Pinches of one rig, with one layout and one noise floor.
 
     Returns
     -------
     Calibration or None
-        A finger on which no motor is heard has an infinite floor: it decides nothing.
+        The noise floors; infinite for a finger without an audible motor, which then decides
+        nothing.
     """
     few = len(pinches) < FEW
     starts = [start for p in pinches if (start := _start(p, RUNNING_OF_FEW if few else RUNNING))]
     if not starts:
         return None
-    rest, motor = (np.array([getattr(s, name) for s in starts]) for name in ("rest", "motor"))
+    rest_levels, motor = (
+        np.array([getattr(s, name) for s in starts]) for name in ("rest", "motor")
+    )
     heard = motor > 0
     hearing = heard.sum(axis=0) >= MOST * len(pinches)
     if not hearing.any():
         return None
     floors = []
     for column, finger in enumerate(pinches[0].layout.vibration_fingers):
-        its = heard[:, column]
-        # Rest may be exact silence in numbers that nobody measured: of that no multiple is more.
+        has_start = heard[:, column]
+        # Generated data may have exact silence, and no multiple of 0 exceeds it.
         floor = (
-            np.maximum(rest[its, column], 1e-3 * motor[its, column]) if hearing[column] else None
+            np.maximum(rest_levels[has_start, column], 1e-3 * motor[has_start, column])
+            if hearing[column]
+            else None
         )
         noise = float("inf") if floor is None else float(np.median(floor))
         floors.append(VibrationCalibration(finger, noise))
@@ -73,7 +79,7 @@ def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
 
 
 def _start(pinch: Pinch, running: float) -> _Start | None:
-    """How a pinch begins; None where it is too short to tell."""
+    """Return the levels at the start of a pinch; None if the pinch is too short."""
     samples = samples_in(STEP, pinch.layout.rate)
     volts = pinch.vibration()
     steps = len(volts) // samples
@@ -81,8 +87,8 @@ def _start(pinch: Pinch, running: float) -> _Start | None:
         return None
     sums = step_sums(volts[: steps * samples].reshape(steps, samples, -1))
     power = step_powers(sums, samples)
-    lasting = np.sqrt(np.maximum(median(power), 0.0))  # RMS of most of 13 steps, from each on
-    single = np.concatenate([power[0].T, power[1:, :, -1]])  # of each step by itself
+    lasting = np.sqrt(np.maximum(median(power), 0.0))  # RMS of most of 13 steps, from each step on
+    single = np.concatenate([power[0].T, power[1:, :, -1]])  # power of each single step
     single = np.sqrt(np.maximum(single, 0.0))
     motor = np.zeros(lasting.shape[1])
     for f in range(len(motor)):
@@ -92,8 +98,8 @@ def _start(pinch: Pinch, running: float) -> _Start | None:
         begin = int(loud[0]) + STEPS // 2
         settled = begin + STEPS
         stays = lasting[begin : settled + 1, f]
-        after = single[settled:, f]
-        if len(stays) <= STEPS or not len(after):
+        later = single[settled:, f]
+        if len(stays) <= STEPS or not len(later):
             continue
         of_motor = single[begin - 1 : settled, f].max()
         if stays.min() > running * lasting[0, f] and after.max() > LOUDER * of_motor:

@@ -1,4 +1,4 @@
-"""What a slip detector is, and one that hears it: the pad rubs, and goes on rubbing."""
+"""Interface of slip detectors, and a detector based on the noise of the sliding pad."""
 
 from __future__ import annotations
 
@@ -12,62 +12,63 @@ from scipy.signal import butter, sosfilt
 from firstcontact.core import Block, ChannelKind, Layout, Physical
 from firstcontact.signal import samples_in
 
-#: Below this the hand swings with what it holds, and motors hum, Hz.
+#: Lowest frequency, Hz. Below it the hand swings and motors hum.
 LOWEST = 400.0
-#: Loudness is judged over pieces of this length, s,
+#: Length of the pieces in which loudness is measured, s.
 PIECE = 0.0025
-#: and a slip is as loud as that in so many pieces one after the other: a knock is not.
+#: Number of consecutive loud pieces that make a slip. A knock is shorter.
 PIECES = 4
-#: The rest of a hold is learned from its first so long, s;
+#: Time at the start of a hold in which the rest level is learned, s.
 LEARNED = 0.1
-#: then it is followed this slowly, s.
+#: Time constant with which the rest level then adapts, s.
 FOLLOWED = 1.0
-#: A slip that goes on is told again after so long, s.
+#: Interval between reports of a slip that continues, s.
 AGAIN = 0.05
-#: Of the mean square, over that of the rest: by one alarm a minute of quiet holds of one hand of
-#: the twin, and by no slip (``benchmarks/slip.py``).
+#: Mean square relative to rest. Chosen for one false alarm per minute of quiet holds of one
+#: simulated
+#: hand, without any slip data (``benchmarks/slip.py``).
 THRESHOLD = 1.5
 
 
 class SlipDetector(ABC):
-    """Tells from the vibration of a held object that it slips, block by block."""
+    """Detector of slips of a held object, from its vibration."""
 
-    #: Under which it is registered.
+    #: Name in the registry.
     name: ClassVar[str]
 
     @abstractmethod
     def start(self, layout: Layout) -> None:
-        """A stream of this layout begins; nothing is held."""
+        """Start a stream of this layout, with nothing held."""
 
     @abstractmethod
     def hold(self) -> None:
-        """From the next sample on something is held; said again where the hold has changed."""
+        """Report that an object is held from the next sample on. Call again after a change."""
 
     @abstractmethod
     def release(self) -> None:
-        """Nothing is held any more."""
+        """Report that nothing is held any more."""
 
     @abstractmethod
     def update(self, block: Block) -> list[int]:
-        """Take the next block.
+        """Process the next block.
 
         Returns
         -------
         list of int
-            Numbers of samples with which a slip was known, or known to go on.
+            Numbers of the samples at which a slip was detected or found to continue.
         """
 
 
 class PowerSlipDetector(SlipDetector):
-    """Both fingers together are louder than at rest, above 400 Hz, for 10 ms on end.
+    """Slip detector that fires if both fingers are loud above 400 Hz for 10 ms without a break.
 
-    Causal; how a stream is cut into blocks changes nothing. What shakes for less than 7.5 ms is no
-    slip. A motor that starts to run is as loud as a slip: say :meth:`hold` again after an order.
+    It is causal, and the block sizes do not matter. A vibration shorter than 7.5 ms is no slip. A
+    motor that starts is as loud as a slip: call :meth:`hold` again after a command.
 
     Parameters
     ----------
     threshold
-        Mean square over that of the rest.
+        Mean square relative to rest.
     """
 
     name = "power"
@@ -76,7 +77,7 @@ class PowerSlipDetector(SlipDetector):
         self.threshold = threshold
 
     def start(self, layout: Layout) -> None:
-        """A stream of this layout begins; nothing is held."""
+        """Start a stream of this layout, with nothing held."""
         columns = layout.columns(ChannelKind.VIBRATION)
         self._volts = Physical(layout, columns)
         self._sections = np.asarray(
@@ -93,24 +94,24 @@ class PowerSlipDetector(SlipDetector):
         self.release()
 
     def hold(self) -> None:
-        """Learn the rest anew from the next sample on."""
-        self._held = True
+        """Learn the rest level again from the next sample on."""
+        self._is_holding = True
         self._part = np.zeros((0, self._state.shape[2]))
         self._rest: NDArray[np.float64] | None = None
         self._sum = np.zeros(self._state.shape[2])
         self._count = 0
         self._loud: list[float] = []
         self._silent = 0
-        #: Of the newest piece: how loud it and those before it were at least; NaN while unknown.
+        #: Least loudness of the newest pieces relative to rest; NaN while unknown.
         self.loudness = float("nan")
 
     def release(self) -> None:
-        """Nothing is held any more."""
+        """Report that nothing is held any more."""
         self.hold()
-        self._held = False
+        self._is_holding = False
 
     def update(self, block: Block) -> list[int]:
-        """Take the next block; where samples are missing the rest is learned anew."""
+        """Process the next block. After missing samples the rest level is learned again."""
         follows = block.first_sample == self._next and block.epoch == self._epoch
         self._next, self._epoch = block.end, block.epoch
         if not len(block.data):
@@ -118,44 +119,44 @@ class PowerSlipDetector(SlipDetector):
         volts = self._volts(block.data)
         if self._first or not follows:
             self._first = False
-            # As if the first sample had gone on for ever before.
+            # Start the filter as if the first sample had always been there.
             self._state[:] = 0.0
             gain = self._sections[:, :3].sum(axis=1) / self._sections[:, 3:].sum(axis=1)
-            assert np.allclose(gain, 0.0), "a high-pass stops what stands still"
+            assert np.allclose(gain, 0.0), "a high-pass filter stops constant signals"
             self._offset = volts[0].copy()
-            if self._held:
+            if self._is_holding:
                 self.hold()
         high, self._state = sosfilt(self._sections, volts - self._offset, axis=0, zi=self._state)
-        if not self._held:
+        if not self._is_holding:
             return []
         begin = block.end - len(block.data) - len(self._part)
         self._part = np.concatenate([self._part, high])
-        found = []
-        done = 0
-        while done + self._piece <= len(self._part):
-            power = np.mean(self._part[done : done + self._piece] ** 2, axis=0)
-            done += self._piece
+        slips = []
+        end = 0
+        while end + self._piece <= len(self._part):
+            power = np.mean(self._part[end : end + self._piece] ** 2, axis=0)
+            end += self._piece
             if self._slips(power):
-                found.append(begin + done - 1)
-        self._part = self._part[done:]
-        return found
+                slips.append(begin + end - 1)
+        self._part = self._part[end:]
+        return slips
 
     def _slips(self, power: NDArray[np.float64]) -> bool:
-        """Whether a slip is known, or known to go on, with this piece."""
+        """Return True if this piece starts a slip, or if a slip still continues."""
         if self._rest is None:
             self._sum += power
             self._count += 1
             if self._count == self._learned:
                 self._rest = np.maximum(self._sum / self._count, np.finfo(float).tiny)
             return False
-        over = power / self._rest
-        self._loud = [*self._loud[1 - PIECES :], float(over.mean())]
+        ratio = power / self._rest
+        self._loud = [*self._loud[1 - PIECES :], float(ratio.mean())]
         self._silent = max(self._silent - 1, 0)
         if len(self._loud) < PIECES:
             return False
         self.loudness = min(self._loud)
         if self.loudness <= self.threshold:
-            self._rest *= 1.0 + self._follow * (np.minimum(over, 2.0) - 1.0)
+            self._rest *= 1.0 + self._follow * (np.minimum(ratio, 2.0) - 1.0)
             return False
         if self._silent:
             return False

@@ -1,4 +1,4 @@
-"""All slip detectors by name; a new one is one file and one line here."""
+"""Registry of slip detectors. A new one is one file and one line here."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What detectors that judge sliding windows share: the stream, the steady state, the latch."""
+"""Base class of detectors that judge sliding windows: stream, steady state and latch."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from firstcontact.core import (
 )
 from firstcontact.signal import DeviceSmoothing, samples_in
 
-#: Longest piece of a block that is worked on at once, samples: bounds the memory.
+#: Longest piece of a block that is processed at once, samples. It bounds the memory.
 PIECE = 30_000
 
 
 @dataclass(frozen=True, slots=True)
 class WindowSizes:
-    """Lengths in samples at one rate."""
+    """Lengths of window, step and steady state in samples, at one rate."""
 
     window: int
     step: int
@@ -43,51 +43,53 @@ class WindowSizes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SteadyState:
-    """Mean and sigma of each vibration channel while nothing is touched, shape (fingers,)."""
+    """Mean and sigma of each vibration channel before any contact, shape (fingers,)."""
 
     mean: NDArray[np.float64]
     sigma: NDArray[np.float64]
 
     @classmethod
     def of(cls, quiet: NDArray[np.float64]) -> SteadyState:
-        """From quiet samples, shape (samples, fingers)."""
-        # Unlike the deviation from a mean, which rounds, a range knows exactly what is flat.
+        """Measure quiet samples, shape (samples, fingers)."""
+        # A range detects constant channels exactly. The standard deviation rounds.
         sigma = np.where(np.ptp(quiet, axis=0) > 0.0, quiet.std(axis=0), 0.0)
         return cls(quiet.mean(axis=0), sigma)
 
     @property
     def alive(self) -> NDArray[np.bool_]:
-        """Channels that move at all; the others are unplugged or stuck at a rail."""
+        """Mask of channels that vary. The others are unplugged or saturated."""
         return self.sigma > 0.0
 
     def normalise(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Distance from the mean in sigmas; 0 for channels that do not move."""
+        """Return the distance from the mean in sigmas; 0 for constant channels."""
         scale = np.where(self.alive, self.sigma, 1.0)
         return np.where(self.alive, (x - self.mean) / scale, 0.0)
 
 
 class WindowDetector(ABC):
-    """Judges a window of ``duration`` each time ``step`` of new samples has come.
+    """Detector that judges a window of ``duration`` after every ``step`` of new samples.
 
-    The first 40 ms of a stream, and of what follows a gap, are taken as its
-    steady state; verdicts begin after it. So a stream is to start where a closing
-    does: live, the gate sees to that, for pinches
-    :func:`firstcontact.contact._closing_start.closings`. A contact during the steady state
-    makes its sigma large and is then missed rather than guessed. A channel
-    that does not move at all during the steady state never fires.
+    The first 40 ms of a stream, or after a gap, are the steady state. Decisions begin after it. So
+    a stream
+    must start where a closing does: the gate ensures this live, and
+    :func:`firstcontact.contact._closing_start.cut_closings` for pinches. A contact during the
+    steady
+    state makes its sigma large and is then missed, not guessed. A channel that is constant
+    during the steady state never fires.
     """
 
     name: ClassVar[str]
     title: ClassVar[str] = ""
     colour: ClassVar[str] = SKY
     learns: ClassVar[bool] = False
-    #: 17 ms that were there and 3 ms that are new, as published.
+    #: 17 ms of old and 3 ms of new samples, as published.
     duration: ClassVar[float] = 0.020
     step: ClassVar[float] = 0.003
-    #: Whole periods of 50 Hz hum.
+    #: Two periods of 50 Hz hum.
     steady: ClassVar[float] = 0.040
-    #: A contact that shows in a window began in its newest so many steps: the new part, and
-    #: twice as much again for what was too faint a step or two ago.
+    #: Number of newest steps in which a detected contact can have begun: the new part, and two
+    #: steps
+    #: before for contacts that were too faint.
     reach: ClassVar[int] = 3
 
     def __init_subclass__(cls, **options: Any) -> None:
@@ -97,30 +99,30 @@ class WindowDetector(ABC):
 
     @property
     def rate(self) -> float | None:
-        """The sampling rate that it takes, Hz; by default any."""
+        """Required sampling rate, Hz; None, the default, accepts any."""
         return None
 
     def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
-        """Learn from pinches whose contacts are known; by default nothing."""
+        """Learn from pinches with known contacts. By default do nothing."""
         return self
 
     @classmethod
     def untrained(cls, layout: Layout) -> Self:
-        """One that is used on a layout without having learned: by default as it is made."""
+        """Return a detector for a layout without training data. By default the plain one."""
         return cls()
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Everything that was learned or chosen, to be saved; by default nothing."""
+        """Return all learned and chosen numbers for saving. By default none."""
         return {}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """The inverse of :meth:`to_arrays`: by default one as it is made."""
+        """Restore a detector from :meth:`to_arrays`. By default return a new one."""
         return cls()
 
     @abstractmethod
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Say which windows show a contact that began in their newest part.
+        """Return a mask of the windows with a contact in their newest part.
 
         Parameters
         ----------
@@ -134,47 +136,47 @@ class WindowDetector(ABC):
         """
 
     def settled(self, quiet: NDArray[np.float64]) -> None:  # noqa: B027
-        """Take in a steady state that begins a stream; by default nothing.
+        """Learn from the steady state at the start of a stream. By default do nothing.
 
         Parameters
         ----------
         quiet
-            Shape (samples, fingers), in its own sigmas.
+            Steady state in its own sigmas, shape (samples, fingers).
         """
 
     def wakes(self, x: NDArray[np.float64], ends: NDArray[np.intp]) -> NDArray[np.bool_]:
-        """Say which windows are worth a judgement; by default all. The others do not fire.
+        """Return a mask of the windows worth judging, by default all. The others do not fire.
 
         Parameters
         ----------
         x
             Shape (samples, fingers), in sigmas of the steady state.
         ends
-            Where in it windows end, the first sample after each, shape (windows,).
+            End of each window in ``x``, the first sample after it, shape (windows,).
 
         Returns
         -------
         ndarray
-            Shape (windows,); of each it may depend on the samples of its window only.
+            Shape (windows,). Each value may depend only on the samples of its window.
         """
         return np.ones(len(ends), np.bool_)
 
     def judgement(self, rate: float) -> Judgement:
-        """The same judgement sample by sample, at a rate in Hz, for where there is no Python.
+        """Return this detector as a kernel that works sample by sample, for export.
 
         Raises
         ------
         InputError
-            It has no such form.
+            The detector has no such form.
         """
         raise InputError(
-            f"the detector {self.name!r} is not described sample by sample, which an export "
-            "needs: train with another --detector"
+            f"the detector {self.name!r} has no sample-by-sample form, which an export needs: "
+            "train with another --detector"
         )
 
     @classmethod
     def sizes(cls, rate: float) -> WindowSizes:
-        """Lengths in samples at a rate in Hz."""
+        """Return the lengths in samples at a rate in Hz."""
         return WindowSizes(
             samples_in(cls.duration, rate),
             max(1, samples_in(cls.step, rate)),
@@ -182,12 +184,12 @@ class WindowDetector(ABC):
         )
 
     def start(self, layout: Layout) -> None:
-        """Begin a new closing: forget the stream and release all fingers.
+        """Start a new closing: forget the stream and release all fingers.
 
         Raises
         ------
         InputError
-            When the layout has no vibration channel.
+            The layout has no vibration channel.
         """
         if not layout.vibration_fingers:
             raise InputError(
@@ -205,7 +207,7 @@ class WindowDetector(ABC):
     def _restart(self, first_sample: int) -> None:
         self._smoothing = DeviceSmoothing(self._layout)
         self._state: SteadyState | None = None
-        #: Samples still needed, and the device's number of the first of them.
+        #: Samples still needed, and the number of the first of them.
         self._past = np.zeros((0, len(self._columns)))
         self._past_first = first_sample
         self._next = first_sample
@@ -213,17 +215,17 @@ class WindowDetector(ABC):
 
     @property
     def due(self) -> int:
-        """So many more samples are needed for the next verdict."""
+        """Number of samples until the next decision."""
         return self._window_end - self._next
 
     def judge(self, block: Block) -> WindowDecisions:
-        """Decisions on the windows that this block completes."""
+        """Return the decisions for the windows that this block completes."""
         if block.epoch != self._epoch:
             self._epoch = block.epoch
             self._restart(block.first_sample)
         volts = self._volts(block.data)
         parts = []
-        # Integers are always finite, and a block as it comes live is short.
+        # Integers are always finite, and live blocks are short.
         short = 0 < len(volts) <= PIECE and block.data.dtype.kind == "i"
         runs = [(block.first_sample, volts)] if short else _finite_runs(volts, block.first_sample)
         for first, run in runs:
@@ -238,7 +240,7 @@ class WindowDetector(ABC):
         )
 
     def update(self, block: Block) -> list[Contact]:
-        """Contacts that this block makes known, each finger once per closing."""
+        """Return the contacts that this block reveals, at most one per finger and closing."""
         return latch(self.judge(block), self._fingers, self._latched)
 
     def _judge_run(self, volts: NDArray[np.float64]) -> WindowDecisions:
@@ -258,16 +260,16 @@ class WindowDetector(ABC):
         x = self._state.normalise(self._past)
         fired = np.zeros((len(ends), x.shape[1]), np.bool_)
         onsets = np.full(fired.shape, -1, dtype=np.int64)
-        looked = np.flatnonzero(self.wakes(x, ends - self._past_first))
-        if len(looked):
-            starts = ends[looked] - sizes.window
+        candidates = np.flatnonzero(self.wakes(x, ends - self._past_first))
+        if len(candidates):
+            starts = ends[candidates] - sizes.window
             inside = sliding_window_view(x, sizes.window, axis=0)
             windows = np.ascontiguousarray(inside[starts - self._past_first])
-            shown = self.fires(windows) & self._state.alive
-            fired[looked] = shown
-            if shown.any():
-                picked = pick_onset(windows[shown], self.reach * sizes.step)
-                onsets[fired] = picked + starts[np.nonzero(shown)[0]]
+            has_contact = self.fires(windows) & self._state.alive
+            fired[candidates] = has_contact
+            if has_contact.any():
+                picked = pick_onset(windows[has_contact], self.reach * sizes.step)
+                onsets[fired] = picked + starts[np.nonzero(has_contact)[0]]
         self._window_end = int(ends[-1]) + sizes.step
         surplus = self._window_end - sizes.window - self._past_first
         self._past = self._past[surplus:].copy()
@@ -278,7 +280,7 @@ class WindowDetector(ABC):
 def _finite_runs(
     volts: NDArray[np.float64], first_sample: int
 ) -> Iterator[tuple[int, NDArray[Any]]]:
-    """Stretches without a value that is not finite, with their first sample number."""
+    """Yield the stretches of finite samples, with their first sample numbers."""
     bad = np.flatnonzero(~np.isfinite(volts).all(axis=1))
     edges = [-1, *bad.tolist(), len(volts)]
     for a, b in itertools.pairwise(edges):

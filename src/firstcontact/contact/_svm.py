@@ -1,4 +1,4 @@
-"""The published RBF-SVM on 20 ms windows."""
+"""Published contact detector: an RBF-SVM on windows of 20 ms."""
 
 from __future__ import annotations
 
@@ -11,34 +11,34 @@ from numpy.typing import NDArray
 from firstcontact.contact._closing_start import cut_closings
 from firstcontact.contact._features import FLOOR, edges, feature_count, window_features
 from firstcontact.contact._rbf import RbfMachine
-from firstcontact.contact._trained import TrainedDetector, kept, spread_out
+from firstcontact.contact._trained import TrainedDetector, spread_out, stored_array
 from firstcontact.contact._training import PHASES, TrainingWindows, session_groups, training_windows
 from firstcontact.core import BLUE, Constants, Dataset, InputError, Judgement
 from firstcontact.core.steps import rbf
 
-#: Bounds on what is trained on, so that training stays below a minute.
+#: Limits on the training data, so that training takes less than a minute.
 PINCHES = 1500
 EACH = 2000
 HARD = 500
 ROUNDS = 2
-#: Soft-margin cost, and folds for the threshold.
+#: Soft-margin cost, and number of folds for the threshold.
 COST = 100.0
 FOLDS = 3
 
 
 class SvmDetector(TrainedDetector):
-    """One RBF-SVM for both fingers, on features of the window.
+    """Detector with one RBF-SVM for both fingers, on features of the window.
 
-    Trained on contacts at several ages and on the windows before them; the
-    negatives closest to the margin are added and it is trained again. The
-    threshold on the decision value is the middle of the range that gives most
-    pinches their first trigger right in folds of the training pinches, grouped
-    by session.
+    Training uses windows after contacts at several ages, and windows before them. The negatives
+    closest to
+    the margin are then added, and the machine is trained again. The threshold is chosen on
+    held-out folds of the training pinches, grouped by session: it is the middle of the range that
+    detects the first contact of most pinches correctly.
 
     Parameters
     ----------
     seed
-        Of what is drawn for training.
+        Random seed of the training.
     """
 
     name: ClassVar[str] = "svm"
@@ -53,27 +53,27 @@ class SvmDetector(TrainedDetector):
 
     @property
     def trained(self) -> bool:
-        """Whether it has learned, or was loaded."""
+        """True after training or loading."""
         return self._machine is not None
 
     def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
-        """Learn from pinches whose first contact is known, from where each closing starts.
+        """Learn from pinches with known first contacts, each from the start of its closing.
 
         Raises
         ------
         InputError
-            When fewer than two pinches have a known first contact after
-            enough quiet, or for a rate below :attr:`lowest`.
+            Fewer than two pinches have a known first contact after enough quiet, or the rate is
+            below :attr:`lowest`.
         """
         dataset = cut_closings(dataset)
         rate, sizes = self._sizes_of(dataset)
         subset = spread_out(dataset, sizes, early, PINCHES)
         data = training_windows(subset, sizes, early, self.seed)
-        shown = np.unique(data.pinch[data.positive])
-        if len(shown) < 2:
-            raise self._too_few(len(shown))
+        usable_pinches = np.unique(data.pinch[data.positive])
+        if len(usable_pinches) < 2:
+            raise self._too_few(len(usable_pinches))
         groups = np.zeros(len(subset), dtype=np.intp)
-        groups[shown] = session_groups(subset.sessions[shown], FOLDS)
+        groups[usable_pinches] = session_groups(subset.sessions[usable_pinches], FOLDS)
         held_out = np.empty(len(data.features))
         for fold in range(FOLDS):
             test = (groups % FOLDS == fold)[data.pinch]
@@ -86,18 +86,18 @@ class SvmDetector(TrainedDetector):
         return self
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Say which windows the machine puts above its threshold."""
+        """Return a mask of the windows whose decision value is above the threshold."""
         return self.decision(windows) > self._threshold
 
     def decision(self, windows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Decision values, (windows, fingers, samples) to (windows, fingers)."""
+        """Return the decision values, (windows, fingers, samples) to (windows, fingers)."""
         assert self._machine is not None
         n, fingers, samples = windows.shape
         features = window_features(windows.reshape(n * fingers, samples), self._sizes.step)
         return self._machine.decide(features).reshape(n, fingers)
 
     def judgement(self, rate: float) -> Judgement:
-        """Features of the window, and the machine in single precision."""
+        """Return features and machine in single precision."""
         self._require_training("there is nothing to export")
         machine = self._machine
         assert machine is not None
@@ -119,42 +119,42 @@ class SvmDetector(TrainedDetector):
         return Judgement("kernel", constants, {}, 0)
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Everything that was learnt, as named arrays.
+        """Return all learned numbers as named arrays.
 
         Raises
         ------
         InputError
-            When it was not trained.
+            The detector is not trained.
         """
         self._require_training("there is nothing to save")
         assert self._machine is not None
-        own = {"threshold": np.float64(self._threshold), "rate": np.float64(self._rate)}
-        return self._machine.to_arrays() | {k: np.asarray(v) for k, v in own.items()}
+        extra = {"threshold": np.float64(self._threshold), "rate": np.float64(self._rate)}
+        return self._machine.to_arrays() | {k: np.asarray(v) for k, v in extra.items()}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """The inverse of :meth:`to_arrays`.
+        """Restore a detector from :meth:`to_arrays`.
 
         Raises
         ------
         InputError
-            When an array is missing, has a wrong shape or is not finite.
+            An array is missing, has a wrong shape or is not finite.
         """
         detector = cls()
         detector._machine = RbfMachine.from_arrays(arrays)
-        detector._threshold = float(kept(arrays, "threshold", ()))
-        detector._rate = float(kept(arrays, "rate", ()))
+        detector._threshold = float(stored_array(arrays, "threshold", ()))
+        detector._rate = float(stored_array(arrays, "rate", ()))
         features = feature_count(cls.sizes(detector._rate).step)
         if len(detector._machine.mean) != features:
             raise InputError(
-                f"the detector knows {len(detector._machine.mean)} features and a window at "
+                f"the detector has {len(detector._machine.mean)} features but a window at "
                 f"{detector._rate:g} Hz has {features}: train it again"
             )
         return detector
 
 
 def _train(data: TrainingWindows, seed: int) -> RbfMachine:
-    """Train on some of each class, add those it finds hardest, and train again."""
+    """Train on some windows per class, add the hardest others, and train again."""
     rng = np.random.default_rng(seed)
     sign = np.where(data.positive, 1.0, -1.0)
     classes = [np.flatnonzero(data.positive), np.flatnonzero(~data.positive)]
@@ -174,23 +174,23 @@ def _fit(data: TrainingWindows, chosen: NDArray[np.intp]) -> RbfMachine:
 
 
 def _best_threshold(data: TrainingWindows, decision: NDArray[np.float64]) -> float:
-    """Middle of the lowest range of thresholds that detects most first contacts.
+    """Return the middle of the lowest threshold range that detects the most first contacts.
 
-    A pinch is right when all its windows before the contact stay below and,
-    wherever the grid of windows lies, one of those that show it comes above.
+    A pinch is detected correctly if all windows before the contact stay below the threshold, and
+    one window with the contact exceeds it for any position of the window grid.
     """
-    quiet_of = data.first & ~data.positive
-    loud_of = data.first & data.positive
-    pinches = np.unique(data.pinch[loud_of])
+    is_quiet = data.first & ~data.positive
+    is_loud = data.first & data.positive
+    pinches = np.unique(data.pinch[is_loud])
     quiet = np.full(data.pinch.max() + 1, -np.inf)
     by_phase = np.full((data.pinch.max() + 1, PHASES), -np.inf)
-    np.maximum.at(quiet, data.pinch[quiet_of], decision[quiet_of])
-    np.maximum.at(by_phase, (data.pinch[loud_of], data.phase[loud_of]), decision[loud_of])
+    np.maximum.at(quiet, data.pinch[is_quiet], decision[is_quiet])
+    np.maximum.at(by_phase, (data.pinch[is_loud], data.phase[is_loud]), decision[is_loud])
     quiet, loud = quiet[pinches], by_phase[pinches].min(axis=1)
     candidates = np.unique(np.concatenate([quiet, loud]))
     candidates = candidates[np.isfinite(candidates)]
     right = ((quiet[:, None] <= candidates) & (candidates < loud[:, None])).sum(axis=0)
     first = int(np.argmax(right))
-    # The count holds up to the next candidate that changes it.
-    after = first + int(np.argmax(np.append(right[first:] < right[first], True)))
-    return float((candidates[first] + candidates[min(after, len(candidates) - 1)]) / 2.0)
+    # The count stays the same up to the next candidate that changes it.
+    next_change = first + int(np.argmax(np.append(right[first:] < right[first], True)))
+    return float((candidates[first] + candidates[min(next_change, len(candidates) - 1)]) / 2.0)

@@ -1,4 +1,4 @@
-"""The published threshold: three sigmas of the steady state."""
+"""Published threshold detector: three sigmas of the steady state."""
 
 from __future__ import annotations
 
@@ -11,18 +11,17 @@ from numpy.typing import NDArray
 from firstcontact.contact._stream import WindowDetector
 from firstcontact.core import ORANGE, InputError, Judgement, Layout
 
-#: Height where contacts come out of rest, not out of a motor's noise.
+#: Threshold for contacts from rest instead of from a motor's noise.
 ABOVE_REST = 10.0
-#: No height above this can be meant.
+#: Largest threshold that files may hold.
 HIGHEST = 1e6
 
 
 class ThresholdDetector(WindowDetector):
-    """Fires when a new sample is more than ``sigmas`` away from the steady mean.
+    """Detector that fires if a new sample is more than ``sigmas`` from the steady mean.
 
-    The old part of a window was judged when it was new, so only the newest
-    3 ms are looked at: the same first trigger as with the whole window, and no
-    crossing is counted twice.
+    The old part of a window was judged when it was new, so only the newest 3 ms count. The first
+    detection stays the same, and no crossing counts twice.
 
     Parameters
     ----------
@@ -47,26 +46,26 @@ class ThresholdDetector(WindowDetector):
 
     @classmethod
     def untrained(cls, layout: Layout) -> Self:
-        """As published above a motor; high above rest, of which there is far more than of motor."""
+        """Return the published threshold above a motor, and a higher one above rest."""
         return cls(ABOVE_REST) if None in layout.vibration_fingers else cls()
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """The height."""
+        """Return the height of the threshold."""
         return {"sigmas": np.array(self.sigmas)}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """The inverse of :meth:`to_arrays`."""
+        """Restore a detector from :meth:`to_arrays`."""
         sigmas = np.asarray(arrays.get("sigmas", np.nan))
         if sigmas.shape != () or not 0.0 < sigmas <= HIGHEST:
             raise InputError("the detector's array 'sigmas' is missing or out of range: train it")
         return cls(float(sigmas))
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Say which windows hold a crossing in their newest part."""
+        """Return a mask of the windows with a crossing in their newest part."""
         new = windows[:, :, -self._sizes.step :]
         return np.asarray(np.abs(new).max(axis=2) > self.sigmas)
 
     def judgement(self, rate: float) -> Judgement:
-        """The height alone."""
+        """Return the threshold as a kernel."""
         return Judgement("crossing", {"sigmas": self.sigmas}, {}, 1)

@@ -1,4 +1,4 @@
-"""Windows to train a contact detector on."""
+"""Training windows for contact detectors."""
 
 from __future__ import annotations
 
@@ -13,41 +13,42 @@ from firstcontact.contact._stream import SteadyState, WindowSizes
 from firstcontact.core import ChannelKind, Dataset, Pinch
 from firstcontact.signal import DeviceSmoothing, samples_in
 
-#: A contact younger than this, s, looks like the start of a click of the gears:
-#: such windows teach nothing. Chosen with gamma and cost in folds of the training
-#: sessions of the twin (0.0010 or 0.0014).
+#: Youngest contact in training windows, s. A younger one looks like the start of a click of the
+#: gears.
+#: Chosen with gamma and cost on folds of the twin's training sessions (from 0.0010 and
+#: 0.0014).
 YOUNGEST = 0.0014
-#: Places of the grid of windows relative to a contact that are trained on.
+#: Number of positions of the window grid relative to a contact in training.
 PHASES = 3
-#: Windows that may show it, wherever the grid lies: it is in the newest part of
-#: one, and in the step before in the next, a second chance for faint starts.
+#: Number of windows that can show a contact: one with the contact in its newest part, and the next,
+#: as a
+#: second chance for faint starts.
 CHANCES = 2
 
 
 def session_groups(sessions: NDArray[np.str_], folds: int) -> NDArray[np.intp]:
-    """Number of each pinch's session; each pinch its own where there are too few."""
+    """Return the session number of each pinch. With too few sessions, each pinch is a group."""
     names, numbers = np.unique(sessions, return_inverse=True)
     return np.arange(len(sessions)) if len(names) < folds else numbers.astype(np.intp)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrainingWindows:
-    """Windows of many pinches, as features.
+    """Features and labels of windows from many pinches.
 
     Parameters
     ----------
     features
         Shape (windows, features).
     positive
-        Whether a contact began in its recent part, shape (windows,).
+        Mask of windows with a contact in their recent part, shape (windows,).
     pinch
-        Which pinch each is from, shape (windows,).
+        Pinch number of each window, shape (windows,).
     first
-        Whether it speaks of the first contact of its pinch: a window before it
-        (of either finger), or one that shows it, shape (windows,).
+        Mask of windows that concern the first contact of their pinch: windows of either finger
+        before it, and windows that show it. Shape (windows,).
     phase
-        Where the grid lies relative to the contact, 0 where there is none,
-        shape (windows,).
+        Position of the grid relative to the contact, 0 without one, shape (windows,).
     """
 
     features: NDArray[np.float64]
@@ -56,58 +57,61 @@ class TrainingWindows:
     first: NDArray[np.bool_]
     phase: NDArray[np.intp]
 
-    def take(self, which: NDArray[np.bool_] | NDArray[np.intp]) -> TrainingWindows:
-        """Some of them."""
-        return TrainingWindows(*(getattr(self, f.name)[which] for f in fields(self)))
+    def take(self, selection: NDArray[np.bool_] | NDArray[np.intp]) -> TrainingWindows:
+        """Return the selected windows."""
+        return TrainingWindows(*(getattr(self, f.name)[selection] for f in fields(self)))
 
 
 def usable(pinch: Pinch, sizes: WindowSizes, early: float) -> bool:
-    """Whether the first contact is known and leaves a steady state and a window before it."""
+    """Return True if a known first contact leaves room for a steady state and a window."""
     if pinch.first is None:
         return False
-    before = pinch.first.sample - pinch.first_sample - samples_in(early, pinch.layout.rate)
-    return before >= sizes.steady + sizes.step
+    room = pinch.first.sample - pinch.first_sample - samples_in(early, pinch.layout.rate)
+    return room >= sizes.steady + sizes.step
 
 
 def training_windows(
     dataset: Dataset, sizes: WindowSizes, early: float, seed: int
 ) -> TrainingWindows:
-    """Windows of all usable pinches.
+    """Return the training windows of all usable pinches.
 
-    Negatives: each finger before its own contact, one window a step at a random
-    phase; where the second contact is not known, only what lies before the
-    first. Positives: each contact at several ages from 1.4 ms to two steps more.
+    Negatives are windows of each finger before its own contact, one per step, at a random phase. If
+    the
+    second contact is unknown, they end before the first one. Positives show each contact at
+    several ages, from 1.4 ms to two steps more.
 
     Parameters
     ----------
     dataset
-        The pinches, each from where its closing starts.
+        Pinches, each from the start of its closing.
     sizes
-        Lengths at their rate.
+        Lengths at the pinches' rate.
     early
-        The contact may be up to this much earlier than its label, s.
+        Longest time by which a contact may precede its label, s.
     seed
-        For the phases.
+        Random seed of the phases.
     """
     rng = np.random.default_rng(seed)
-    nothing = TrainingWindows(
+    empty = TrainingWindows(
         np.zeros((0, feature_count(sizes.step))),
         np.zeros(0, np.bool_),
         np.zeros(0, np.intp),
         np.zeros(0, np.bool_),
         np.zeros(0, np.intp),
     )
-    parts = [nothing] + [
-        _of_finger(i, pinch, column, sizes, early, rng)
+    parts = [empty] + [
+        _finger_windows(i, pinch, column, sizes, early, rng)
         for i, pinch in enumerate(dataset.pinches)
         if usable(pinch, sizes, early)
         for column in range(len(pinch.layout.vibration_fingers))
     ]
-    joined = (np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(TrainingWindows))
-    return TrainingWindows(*joined)
+    combined = (
+        np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(TrainingWindows)
+    )
+    return TrainingWindows(*combined)
 
 
-def _of_finger(
+def _finger_windows(
     number: int,
     pinch: Pinch,
     column: int,
@@ -124,19 +128,23 @@ def _of_finger(
     youngest = samples_in(YOUNGEST, layout.rate)
     first = pinch.truth[0].sample - pinch.first_sample
     finger = layout.vibration_fingers[column]
-    touched = [c.sample - pinch.first_sample for c in pinch.truth if c.finger is finger][:1]
-    quiet_end = (touched or [first])[0] - margin
+    contacts_of_finger = [c.sample - pinch.first_sample for c in pinch.truth if c.finger is finger][
+        :1
+    ]
+    quiet_end = (contacts_of_finger or [first])[0] - margin
     shift = int(rng.integers(sizes.step))
-    before = np.arange(sizes.steady + sizes.step - shift, quiet_end + 1, sizes.step)
+    ends_before = np.arange(sizes.steady + sizes.step - shift, quiet_end + 1, sizes.step)
     steps = np.arange(PHASES * CHANCES) * sizes.step / PHASES
-    after = np.array([t + youngest + step for t in touched for step in steps], dtype=np.intp)
-    ends = np.concatenate([before, after])
-    phase = np.concatenate([np.zeros_like(before), np.arange(len(after)) % PHASES])
-    whole = ends <= (len(x) if steady.alive[0] else 0)
-    ends, phase = ends[whole], phase[whole]
+    ends_after = np.array(
+        [t + youngest + step for t in contacts_of_finger for step in steps], dtype=np.intp
+    )
+    ends = np.concatenate([ends_before, ends_after])
+    phase = np.concatenate([np.zeros_like(ends_before), np.arange(len(ends_after)) % PHASES])
+    is_complete = ends <= (len(x) if steady.alive[0] else 0)
+    ends, phase = ends[is_complete], phase[is_complete]
     windows = sliding_window_view(x, sizes.window)[ends - sizes.window]
     positive = ends > quiet_end
-    is_first = np.full(len(ends), touched == [first]) | (ends <= first - margin)
+    is_first = np.full(len(ends), contacts_of_finger == [first]) | (ends <= first - margin)
     return TrainingWindows(
         window_features(np.ascontiguousarray(windows), sizes.step),
         positive,

@@ -61,8 +61,10 @@ def install_command(extra: str) -> str:
     the packages of the extra, because no index has this package.
     """
     pip = shutil.which("pip")
-    here = Path(sys.executable).parent
-    command = ["pip"] if pip and Path(pip).parent == here else [sys.executable, "-m", "pip"]
+    environment_bin = Path(sys.executable).parent
+    command = (
+        ["pip"] if pip and Path(pip).parent == environment_bin else [sys.executable, "-m", "pip"]
+    )
     if (_CLONE / "pyproject.toml").is_file():
         command += ["install", "-e", f"{_CLONE}[{extra}]"]
     elif (origin := _origin()) is not None:

@@ -61,17 +61,17 @@ class Serial(Runner):
         Called with (done, total) after each job.
     """
 
-    def __init__(self, tick: Tick = lambda done, total: None) -> None:
+    def __init__(self, tick: Tick = lambda finished, total: None) -> None:
         self._tick = tick
 
     def stream(
         self, function: Callable[..., B], jobs: Sequence[A], *shared: object
     ) -> Generator[B, None, None]:
         """Yield the results in the order of the jobs. The first error ends the stream."""
-        for done, job in enumerate(jobs, start=1):
+        for finished, job in enumerate(jobs, start=1):
             with one_thread():
                 result = function(job, *shared)
-            self._tick(done, len(jobs))
+            self._tick(finished, len(jobs))
             yield result
 
 
@@ -102,8 +102,8 @@ class Pool(Runner):
             calls = [(_run_job, (function, job, payload), {}) for job in jobs]
         results = self._parallel(calls)
         try:
-            for done, result in enumerate(results, start=1):
-                self._tick(done, len(jobs))
+            for finished, result in enumerate(results, start=1):
+                self._tick(finished, len(jobs))
                 yield result
         finally:
             with warnings.catch_warnings():  # joblib warns about results that were not used
@@ -114,7 +114,7 @@ class Pool(Runner):
 @contextmanager
 def parallel(
     workers: int,
-    tick: Tick = lambda done, total: None,
+    tick: Tick = lambda finished, total: None,
     prefer: Literal["processes", "threads"] = "processes",
 ) -> Iterator[Runner]:
     """Yield a runner that leaves no process behind, even after an exception.

@@ -17,7 +17,7 @@ def percent(share: float, decimals: int = 1) -> str:
         Number of decimals. A share a little below 1 gets up to two and is cut off there.
     """
     for places in range(decimals, MOST_DECIMALS + 1):
-        shown = f"{100 * share:.{places}f}"
-        if share >= 1 or float(shown) < 100:
-            return f"{shown} %"
+        text = f"{100 * share:.{places}f}"
+        if share >= 1 or float(text) < 100:
+            return f"{text} %"
     return "99.99 %"

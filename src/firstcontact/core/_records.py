@@ -65,11 +65,11 @@ def read_record(data: bytes, kind: type[T], where: str, remedy: str, longest: in
 
 def _sentence(problem: str) -> str:
     """Reword msgspec's "Expected `int`, got `str` - at `$.layout.rate`" with the field first."""
-    what, _, place = problem.rpartition(" - at `")
-    if not what:
+    reason, _, place = problem.rpartition(" - at `")
+    if not reason:
         return _short(problem)
     field = place.removesuffix("`").removeprefix("$").removeprefix(".")
-    return f"{field or 'it'} is wrong ({_short(what[0].lower() + what[1:])})"
+    return f"{field or 'it'} is wrong ({_short(reason[0].lower() + reason[1:])})"
 
 
 def _short(text: str, most: int = 200) -> str:

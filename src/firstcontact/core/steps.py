@@ -68,13 +68,13 @@ def rbf(takes: str, gives: str, vectors: Real, gamma: float) -> Step:
 def dense(takes: str, gives: str, weight: Real, bias: Real) -> Step:
     """Return ``weight @ x + bias`` for a weight (outputs, inputs) and a bias (outputs,)."""
     n, inputs = weight.shape
-    own: Constants = {
+    constants: Constants = {
         "outputs": n,
         "inputs": inputs,
         "weight": flat32(weight),
         "bias": flat32(bias),
     }
-    return Step("dense", (takes,), gives, n, own, _rows(n, inputs))
+    return Step("dense", (takes,), gives, n, constants, _rows(n, inputs))
 
 
 def votes(takes: str, gives: str, classes: int) -> Step:
@@ -82,15 +82,15 @@ def votes(takes: str, gives: str, classes: int) -> Step:
 
     The first class of a pair wins above ``LEAST_DECISION``, else the second.
     """
-    own: Constants = {"classes": classes, "least": LEAST_DECISION}
+    constants: Constants = {"classes": classes, "least": LEAST_DECISION}
     cost = classes * (classes - 1) // 2 * 25 + 10 * classes + 40
-    return Step("votes", (takes,), gives, classes, own, cost)
+    return Step("votes", (takes,), gives, classes, constants, cost)
 
 
 def given(takes: str, gives: str, values: Real) -> Step:
-    """Return constant values, whatever the input is."""
-    own: Constants = {"outputs": len(values), "values": flat32(values)}
-    return Step("given", (takes,), gives, len(values), own, 20 + 4 * len(values))
+    """Return constant values that do not depend on the input."""
+    constants: Constants = {"outputs": len(values), "values": flat32(values)}
+    return Step("given", (takes,), gives, len(values), constants, 20 + 4 * len(values))
 
 
 def log_peak(takes: str, gives: str, samples: int) -> Step:
@@ -101,14 +101,14 @@ def log_peak(takes: str, gives: str, samples: int) -> Step:
 def parabola(takes: str, gives: str, powers: Real, low: float, high: float) -> Step:
     """Return ``(a x + b) x + c`` of one value, clipped to ``low`` and ``high``."""
     a, b, c = (float(p) for p in powers)
-    own: Constants = {"a": a, "b": b, "c": c, "low": low, "high": high}
-    return Step("parabola", (takes,), gives, 1, own, 30)
+    constants: Constants = {"a": a, "b": b, "c": c, "low": low, "high": high}
+    return Step("parabola", (takes,), gives, 1, constants, 30)
 
 
 def nearness(takes: str, gives: str, places: Real) -> Step:
     """Return ``-|x - p|`` of one value for each place p."""
-    own: Constants = {"outputs": len(places), "places": flat32(places)}
-    return Step("nearness", (takes,), gives, len(places), own, 20 + 8 * len(places))
+    constants: Constants = {"outputs": len(places), "places": flat32(places)}
+    return Step("nearness", (takes,), gives, len(places), constants, 20 + 8 * len(places))
 
 
 def deviation(takes: str, gives: str, lower: Real, most: float, least: float, scale: float) -> Step:
@@ -118,5 +118,11 @@ def deviation(takes: str, gives: str, lower: Real, most: float, least: float, sc
     """
     n = len(lower)
     packed = flat32(lower[np.tril_indices(n)])
-    own: Constants = {"inputs": n, "lower": packed, "most": most, "least": least, "scale": scale}
-    return Step("deviation", (takes,), gives, 1, own, 3 * n * n + 13 * n + 50)
+    constants: Constants = {
+        "inputs": n,
+        "lower": packed,
+        "most": most,
+        "least": least,
+        "scale": scale,
+    }
+    return Step("deviation", (takes,), gives, 1, constants, 3 * n * n + 13 * n + 50)

@@ -1,4 +1,4 @@
-"""To another sampling rate, explicitly and on record."""
+"""Resampling of recordings to another sampling rate."""
 
 from __future__ import annotations
 
@@ -12,27 +12,28 @@ from numpy.typing import NDArray
 
 from firstcontact.core import ChannelKind, Contact, Dataset, InputError, Pinch
 
-#: Half of the anti-aliasing filter, in samples of the lower of the two rates.
+#: Half length of the anti-aliasing filter, in samples of the lower rate.
 HALF_LENGTH = 10
-#: Of its Kaiser window.
+#: Shape parameter of the filter's Kaiser window.
 BETA = 5.0
-#: Points of the spectrum, by tap, from which the phase is made.
+#: Points of the spectrum per tap from which the minimum phase is computed.
 FINE = 16
-#: Largest denominator of the ratio of the rates. Usual rates are met within 2 ppm and any up to
-#: 1 MHz within 250 ppm, 0.08 ms in a pinch of 0.3 s; a larger one makes the filter too long to run.
+#: Largest denominator of the ratio of the rates. It approximates usual rates within 2 ppm, and any
+#: rate up to 1 MHz within 250 ppm: 0.08 ms in a pinch of 0.3 s. A larger one makes the filter too
+#: long.
 LARGEST_RATIO = 2000
-#: Largest error of the ratio, as a share.
+#: Largest relative error of the ratio.
 FARTHEST_OFF = 0.001
-#: Most samples that are made of one: what is between them nobody measured, and memory is bounded.
+#: Largest ratio of upsampling. It bounds the memory, and nobody measured the samples in between.
 MOST_OF_ONE = 10
 
 
-#: Longest that the filter looks ahead, s.
+#: Longest look-ahead of the filter, s.
 LONGEST_AHEAD = 0.0005
 
 
 def lookahead(old: float, new: float) -> float:
-    """Time that :func:`resample` looks ahead, s; 0 where the rates are the same."""
+    """Return the look-ahead of :func:`resample`, s; 0 for equal rates."""
     if old == new:
         return 0.0
     ratio = _ratio(old, new)
@@ -40,7 +41,7 @@ def lookahead(old: float, new: float) -> float:
 
 
 def check_rates(old: float, new: float) -> None:
-    """Refuse rates between which samples cannot be resampled.
+    """Raise an error for rates between which samples cannot be resampled.
 
     Parameters
     ----------
@@ -54,7 +55,7 @@ def check_rates(old: float, new: float) -> None:
     """
     if new > MOST_OF_ONE * old:
         raise InputError(
-            f"samples at {old:g} Hz cannot stand for ones at {new:g} Hz, more than "
+            f"samples at {old:g} Hz cannot be resampled to {new:g} Hz, more than "
             f"{MOST_OF_ONE} times as many: train a model at their rate"
         )
     if abs(_ratio(old, new) * old / new - 1) > FARTHEST_OFF:
@@ -70,15 +71,15 @@ def _ratio(old: float, new: float) -> Fraction:
 
 @lru_cache(maxsize=16)
 def _low_pass(ratio: Fraction, old: float) -> tuple[NDArray[np.float64], int]:
-    """The anti-aliasing filter between the samples of both rates, and how many it looks ahead.
+    """Return the anti-aliasing filter at the common rate, and its look-ahead in samples.
 
-    Its amplitude is that of the Kaiser-windowed filter which SciPy resamples with, its
-    phase the least there is: what rings, rings after an onset. How far it lags at low
-    frequencies is taken off the times of its samples: only so far does it look ahead.
+    The amplitude is that of SciPy's Kaiser-windowed resampling filter. The phase is minimal, so
+    ringing follows an onset. The filter's lag at low frequencies is subtracted from the sample
+    times; this lag is the look-ahead.
     """
     from scipy.signal import firwin, minimum_phase
 
-    if ratio == 1:  # as of 4936 Hz and a clock that is a little off
+    if ratio == 1:  # for example 4936 Hz and a clock that is slightly off
         return np.ones(1), 0
     slower = max(ratio.numerator, ratio.denominator)
     symmetric = firwin(2 * HALF_LENGTH * slower + 1, 1 / slower, window=("kaiser", BETA))
@@ -94,12 +95,11 @@ def _position(position: int, ratio: Fraction) -> int:
 
 
 def resample(x: NDArray[Any], old: float, new: float) -> NDArray[np.float64]:
-    """Polyphase resampling with a minimum-phase low-pass.
+    """Resample with a polyphase, minimum-phase low-pass.
 
-    It passes half of the amplitude at half the lower rate, 0.08 of it at 0.55 and 0.003 (-50 dB)
-    from 0.6 of that rate on. Nothing comes earlier than :func:`lookahead` before its cause, which
-    is 1.8 samples of the lower rate and 0.5 ms at most; where the filter lags by more (below
-    3.6 kHz) the rest delays what comes out.
+    The gain is 0.5 at half the lower rate, 0.08 at 0.55 and 0.003 (-50 dB) from 0.6 of that rate
+    on. An output precedes its cause by at most :func:`lookahead`: 1.8 samples of the lower rate, or
+    0.5 ms. Below 3.6 kHz the filter lags by more; the rest delays the output.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def resample(x: NDArray[Any], old: float, new: float) -> NDArray[np.float64]:
 
     ratio = _ratio(old, new)
     taps, ahead = _low_pass(ratio, old)
-    # SciPy takes the middle of a filter as its present: zeros put it there.
+    # SciPy treats the middle of a filter as the present. Zeros move the present there.
     padded = np.concatenate([np.zeros(max(0, len(taps) - 1 - 2 * ahead)), taps])
     out: NDArray[np.float64] = resample_poly(
         np.asarray(x, dtype=np.float64),
@@ -136,12 +136,12 @@ def _resample_pinch(pinch: Pinch, new: float) -> Pinch:
     data = resample(pinch.data, layout.rate, new).astype(np.float32)
     strips = list(layout.columns(ChannelKind.STRIP))
     if strips:
-        # A switch is open or closed: nothing in between.
+        # A strip is open or closed, so interpolation makes no sense.
         nearest = np.rint(np.arange(len(data)) / float(ratio)).astype(np.intp)
         data[:, strips] = pinch.data[np.minimum(nearest, len(pinch.data) - 1)][:, strips]
     first = _position(pinch.first_sample, ratio)
 
-    def at(sample: int) -> int:
+    def moved(sample: int) -> int:
         return first + _position(sample - pinch.first_sample, ratio)
 
     return Pinch(
@@ -149,19 +149,18 @@ def _resample_pinch(pinch: Pinch, new: float) -> Pinch:
         replace(layout, rate=new),
         pinch.label,
         first,
-        tuple(Contact(c.finger, at(c.sample), at(c.decided)) for c in pinch.truth),
-        None if pinch.motor_start is None else at(pinch.motor_start),
+        tuple(Contact(c.finger, moved(c.sample), moved(c.decided)) for c in pinch.truth),
+        None if pinch.motor_start is None else moved(pinch.motor_start),
         pinch.calibration,
         pinch.groups,
     )
 
 
 def resample_dataset(dataset: Dataset, rate: float) -> Dataset:
-    """All pinches at another rate, truth moved along, and a note that says so.
+    """Resample all pinches, move the contacts along, and add a note.
 
-    Data already at the rate come back as they are. Samples become float32 in
-    the raw unit of the layout, so that its scale and offset still hold; strips
-    take the nearest sample.
+    Data at this rate already are returned unchanged. Samples become float32 in the raw unit of the
+    layout, so its scale and offset still hold. Strips take the nearest sample.
 
     Parameters
     ----------
@@ -173,21 +172,21 @@ def resample_dataset(dataset: Dataset, rate: float) -> Dataset:
     Returns
     -------
     Dataset
-        With one more sentence in ``notes``.
+        The resampled pinches, with one more sentence in ``notes``.
 
     Raises
     ------
     InputError
-        As of :func:`check_rates`.
+        See :func:`check_rates`.
     """
     if not len(dataset) or dataset.layout.rate == rate:
         return dataset
     old = dataset.layout.rate
     check_rates(old, rate)
-    ahead = 1e3 * lookahead(old, rate)
+    lookahead_ms = 1e3 * lookahead(old, rate)
     note = (
         f"Resampled from {old:g} Hz to {rate:g} Hz with a minimum-phase low-pass "
-        f"that looks ahead {ahead:.2f} ms."
+        f"that looks ahead {lookahead_ms:.2f} ms."
     )
     pinches = tuple(_resample_pinch(p, rate) for p in dataset.pinches)
     recorded = dataset.recorded_rate or old

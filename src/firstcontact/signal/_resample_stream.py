@@ -1,4 +1,4 @@
-"""To another sampling rate as samples come: the filter of :func:`resample`, with its state."""
+"""Resampling of a stream, with the filter of :func:`resample` and its state."""
 
 from __future__ import annotations
 
@@ -11,23 +11,22 @@ from firstcontact.signal._resample import _low_pass, _ratio
 
 
 class CausalResampler:
-    """Gives what :func:`firstcontact.signal.resample` gives, block by block.
+    """Stream form of :func:`firstcontact.signal.resample`: the same samples, block by block.
 
-    Sample ``k`` that comes out stands for the instant at which sample ``k * old / new`` came in.
-    What is missing is not made up: behind a gap it begins anew, as with a first sample that has
-    always been there.
+    Output sample ``k`` belongs to the time of input sample ``k * old / new``. Missing samples are
+    not filled in. After a gap the filter restarts as if its first sample had always been there.
 
     Parameters
     ----------
     old, new
         Rates, Hz.
     nearest
-        Columns whose samples take the value of the nearest one: switches are open or closed.
+        Columns that take the value of the nearest sample, such as switches.
 
     Attributes
     ----------
     delay
-        So long after its instant a sample comes out, s; 0.5 ms at most.
+        Time from an output sample's instant to its output, s; at most 0.5 ms.
     """
 
     def __init__(self, old: float, new: float, nearest: Sequence[int] = ()) -> None:
@@ -39,52 +38,52 @@ class CausalResampler:
         length = -(-len(taps) // self._up)
         padded = np.zeros(length * self._up)
         padded[: len(taps)] = taps * self._up
-        # Of each place between two samples its taps, the oldest sample's first.
+        # One row of taps per position between two input samples, oldest sample first.
         self._taps = np.ascontiguousarray(padded.reshape(length, self._up).T[:, ::-1])
         self._past: NDArray[np.float64] | None = None
-        self._end = 0  # number of the next sample that comes in
-        self._next = 0  # of the next one that comes out
+        self._end = 0  # number of the next input sample
+        self._next = 0  # number of the next output sample
 
     def number(self, sample: int) -> int:
-        """Return the number of the sample that comes out nearest to one that comes in."""
+        """Return the number of the output sample nearest to an input sample."""
         return (2 * sample * self._up + self._down) // (2 * self._down)
 
     def update(self, x: NDArray[np.floating], first: int) -> tuple[NDArray[np.float64], int]:
-        """Take the next samples.
+        """Resample the next samples.
 
         Parameters
         ----------
         x
             Shape (samples, channels).
         first
-            Number of the first of them, not before the end of what came last.
+            Number of the first input sample, not before the end of the previous input.
 
         Returns
         -------
         tuple
-            What comes out by them, shape (samples, channels), and the number of its first.
+            Output samples, shape (samples, channels), and the number of the first one.
         """
         if not len(x):
             return np.zeros(x.shape), self._next
-        before = self._taps.shape[1] - 1
+        history = self._taps.shape[1] - 1
         if self._past is None or first != self._end:
-            self._past = np.repeat(np.asarray(x[:1], np.float64), before, axis=0)
-            # The first whose instant is not before this sample.
+            self._past = np.repeat(np.asarray(x[:1], np.float64), history, axis=0)
+            # First output whose instant is not before this sample.
             self._next = -(-first * self._up // self._down)
-        held = np.concatenate([self._past, x])
-        origin = first - before  # number of held[0]
+        samples = np.concatenate([self._past, x])
+        origin = first - history  # number of samples[0]
         self._end = first + len(x)
-        # Sample k needs those up to (k down + ahead) / up, which is below the end for these.
+        # Output k needs inputs up to (k down + ahead) / up, which must be below the end.
         stop = max(-(-(self._end * self._up - self._ahead) // self._down), self._next)
         places = np.arange(self._next, stop) * self._down + self._ahead
         newest, phases = places // self._up, places % self._up
-        rows = (newest - before - origin)[:, None] + np.arange(before + 1)
-        out = np.einsum("kt,ktc->kc", self._taps[phases], held[rows])
+        rows = (newest - history - origin)[:, None] + np.arange(history + 1)
+        out = np.einsum("kt,ktc->kc", self._taps[phases], samples[rows])
         if self._nearest:
-            # Numbers of the samples that came in nearest to these instants.
+            # Numbers of the input samples nearest to these instants.
             centres = 2 * np.arange(self._next, stop) * self._down
-            here = np.minimum((centres + self._up) // (2 * self._up), self._end - 1) - origin
-            out[:, self._nearest] = held[here][:, self._nearest]
-        self._past = held[len(held) - before :] if before else held[:0]
-        began, self._next = self._next, stop
-        return out, began
+            nearest = np.minimum((centres + self._up) // (2 * self._up), self._end - 1) - origin
+            out[:, self._nearest] = samples[nearest][:, self._nearest]
+        self._past = samples[len(samples) - history :] if history else samples[:0]
+        first_output, self._next = self._next, stop
+        return out, first_output

@@ -1,4 +1,4 @@
-"""Exponential smoothing, as the microcontroller does it."""
+"""Exponential smoothing, as on the microcontroller."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from firstcontact.core import FINGERTIP_SMOOTHING, ChannelKind, Layout
 class ExponentialSmoothing:
     """First-order recursive low-pass, ``y[n] = y[n-1] + alpha (x[n] - y[n-1])``.
 
-    The first sample is its own history, so a constant comes out unchanged.
+    The filter starts at its first sample, so a constant input stays unchanged.
 
     Parameters
     ----------
     alpha
-        Weight of the newest sample, 0 < alpha <= 1 (1 leaves everything as it is).
+        Weight of the newest sample, 0 < alpha <= 1 (1 changes nothing).
     which
-        The channels that it is for, shape (channels,); others stay as they are.
+        Mask of the channels to filter, shape (channels,). Others stay unchanged.
 
     Raises
     ------
     ValueError
-        When ``alpha`` is outside (0, 1].
+        If ``alpha`` is outside (0, 1].
 
     Examples
     --------
@@ -37,12 +37,12 @@ class ExponentialSmoothing:
     def __init__(
         self,
         alpha: float = FINGERTIP_SMOOTHING,
-        which: NDArray[np.bool_] | None = None,
+        mask: NDArray[np.bool_] | None = None,
     ) -> None:
         if not 0.0 < alpha <= 1.0:
             raise ValueError(f"alpha is {alpha}; it must be above 0 and at most 1")
         self.alpha = alpha
-        self.which = which
+        self.mask = mask
         self._state: NDArray[np.float64] | None = None
 
     def update(self, x: NDArray[Any]) -> NDArray[np.float64]:
@@ -56,9 +56,9 @@ class ExponentialSmoothing:
         Returns
         -------
         ndarray
-            Shape (n, channels); the same numbers whatever the blocks.
+            Shape (n, channels). The result does not depend on the block sizes.
         """
-        # scipy.signal takes 0.3 s to import: not before it is needed.
+        # scipy.signal takes 0.3 s to import, so the import waits until the first use.
         from scipy.signal import lfilter
 
         samples = np.asarray(x, dtype=np.float64)
@@ -67,44 +67,44 @@ class ExponentialSmoothing:
         keep = 1.0 - self.alpha
         state = keep * samples[:1] if self._state is None else self._state
         y, self._state = lfilter([self.alpha], [1.0, -keep], samples, axis=0, zi=state)
-        out: NDArray[np.float64] = y if self.which is None else np.where(self.which, y, samples)
+        out: NDArray[np.float64] = y if self.mask is None else np.where(self.mask, y, samples)
         return out
 
 
 def missing_smoothing(
     layout: Layout, columns: tuple[int, ...] | None = None
 ) -> ExponentialSmoothing | None:
-    """The microcontroller's smoothing, for those columns that have not been smoothed yet.
+    """Return the microcontroller's smoothing for the columns that are not smoothed yet.
 
     Parameters
     ----------
     layout
-        Says what was done to its channels.
+        Layout of the samples, with their smoothing.
     columns
-        Which; by default those of vibration.
+        Column numbers, by default those of vibration.
     """
-    every = layout.column_channels
+    channels = layout.column_channels
     chosen = layout.columns(ChannelKind.VIBRATION) if columns is None else columns
-    raw = np.array([every[c].smoothing_alpha == 1.0 for c in chosen], dtype=np.bool_)
+    raw = np.array([channels[c].smoothing_alpha == 1.0 for c in chosen], dtype=np.bool_)
     if not raw.any():
         return None
     return ExponentialSmoothing(FINGERTIP_SMOOTHING, None if raw.all() else raw)
 
 
 class DeviceSmoothing:
-    """Vibration as the device sends it: smoothed where its layout says that it was not yet.
+    """Filter that smooths raw vibration as the device would. Smoothed channels pass unchanged.
 
     Parameters
     ----------
     layout
-        Says what was done to its channels.
+        Layout of the samples, with their smoothing.
     columns
-        Which of them come; by default those of vibration.
+        Column numbers, by default those of vibration.
     """
 
     def __init__(self, layout: Layout, columns: tuple[int, ...] | None = None) -> None:
         self._smoothing = missing_smoothing(layout, columns)
 
     def update(self, volts: NDArray[Any]) -> NDArray[Any]:
-        """The next samples, shape (n, channels)."""
+        """Smooth the next samples, shape (n, channels)."""
         return volts if self._smoothing is None else self._smoothing.update(volts)

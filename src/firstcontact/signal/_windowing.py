@@ -1,4 +1,4 @@
-"""From a contact to the window that a stiffness is read from."""
+"""Windows after a contact, which the stiffness models use."""
 
 from __future__ import annotations
 
@@ -13,34 +13,33 @@ from firstcontact.core import Block, ChannelKind, Contact, Dataset, Layout, Phys
 from firstcontact.signal._savgol import SavitzkyGolay
 from firstcontact.signal._smoothing import DeviceSmoothing
 
-#: The baseline is the mean of this much quiet before the contact, s ...
+#: Longest quiet part before the contact whose mean is the baseline, s.
 BASELINE = 0.020
-#: ... that ends this long before it, s: a detected contact may be a little late.
+#: Time between the baseline and the contact, s, because a detector may be a little late.
 BASELINE_GUARD = 0.002
-#: With less quiet than this, s, a window has no baseline and is refused.
+#: Shortest baseline, s. Windows with less quiet are refused.
 BASELINE_LEAST = 0.002
-#: So long before the newest sample a contact may lie when a stream is told of it, s.
+#: Longest time from a contact to the newest sample when a stream learns of it, s.
 MEMORY = 0.050
 
 
 def samples_in(duration: float, rate: float) -> int:
-    """Whole samples in a duration, rounded: 15 ms at 4936 Hz are 74."""
+    """Return the number of whole samples in a duration, rounded: 15 ms at 4936 Hz are 74."""
     return round(duration * rate)
 
 
 class Conditioner:
-    """What is done to a vibration before a window is cut from it.
+    """Filters that prepare a vibration for windows.
 
-    Exponential smoothing where the device has not done it already (never
-    twice), then Savitzky–Golay. Output i belongs to input i and comes
-    :attr:`lookahead` samples later.
+    Exponential smoothing, unless the device has done it already, then Savitzky–Golay. Output i
+    belongs to input i and follows :attr:`lookahead` samples later.
 
     Parameters
     ----------
     layout
-        Says at what rate the samples come and what was done to them.
+        Rate and smoothing of the samples.
     columns
-        Which of its columns come; by default those of vibration.
+        Columns of the input, by default those of vibration.
     """
 
     def __init__(self, layout: Layout, columns: tuple[int, ...] | None = None) -> None:
@@ -49,18 +48,18 @@ class Conditioner:
 
     @property
     def lookahead(self) -> int:
-        """Samples after the current one that its output needs."""
+        """Number of future samples that an output needs."""
         return self._savgol.lookahead
 
     def update(self, volts: NDArray[Any]) -> NDArray[np.float64]:
-        """Condition the next samples, (n, channels) to (m, channels)."""
+        """Filter the next samples, (n, channels) to (m, channels)."""
         return self._savgol.update(self._smoothing.update(volts))
 
 
-def cut(
+def cut_window(
     conditioned: NDArray[np.float64], start: int, length: int, rate: float
 ) -> NDArray[np.float32] | None:
-    """Cut one window and take its baseline off.
+    """Cut one window and subtract its baseline.
 
     Parameters
     ----------
@@ -76,8 +75,8 @@ def cut(
     Returns
     -------
     ndarray or None
-        Shape (length, 1); None when the window or its baseline is not whole,
-        not finite, or when it does not move at all (an unplugged sensor).
+        Shape (length, 1). None if the window or its baseline is incomplete or not finite, or if the
+        signal is constant (an unplugged sensor).
     """
     quiet_end = start - samples_in(BASELINE_GUARD, rate)
     quiet_start = max(0, quiet_end - samples_in(BASELINE, rate))
@@ -99,39 +98,37 @@ def contact_windows(
     *,
     conditioned: bool = True,
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Windows of the fingers that touched, one a pinch.
+    """Return the windows after the contacts, one per pinch.
 
     Parameters
     ----------
     dataset
         The pinches.
     contacts
-        Where each pinch's window starts, and on which finger; None where no
-        contact is known.
+        Contact of each pinch, where its window starts; None if unknown.
     duration
         Length of the windows, s.
     conditioned
-        Whether the signal goes through the :class:`Conditioner`; without it, it is as the
-        device sent it.
+        True to filter the signal with the :class:`Conditioner`; False to use it as the device
+        sent it.
 
     Returns
     -------
     windows : ndarray
-        Shape (pinches kept, samples, 1), V.
+        Shape (pinches with a window, samples, 1), V.
     kept : ndarray
-        Shape (pinches,). Not kept: no contact, a finger without a sensor, a
-        window that the pinch does not hold whole (with the look-ahead of the
-        filter and at least 2 ms of quiet before it), one that is not finite
-        or constant.
+        Mask of the pinches with a window, shape (pinches,). A pinch has none without a contact
+        or a sensor on that finger. The pinch must hold the window, the look-ahead of the filter,
+        and at least 2 ms of quiet before. The window must be finite and not constant.
 
     Raises
     ------
     ValueError
-        When there are not as many contacts as pinches.
+        If the numbers of contacts and pinches differ.
     """
     if len(contacts) != len(dataset):
         raise ValueError(f"{len(contacts)} contacts for {len(dataset)} pinches")
-    kept = np.zeros(len(dataset), dtype=np.bool_)
+    has_window = np.zeros(len(dataset), dtype=np.bool_)
     windows: list[NDArray[np.float32]] = []
     length = 0
     for i, (pinch, contact) in enumerate(zip(dataset.pinches, contacts, strict=True)):
@@ -143,30 +140,32 @@ def contact_windows(
             continue
         volts = pinch.layout.physical(pinch.data, columns)
         signal = Conditioner(pinch.layout, columns).update(volts) if conditioned else volts
-        window = cut(signal[:, 0], contact.sample - pinch.first_sample, length, pinch.layout.rate)
+        window = cut_window(
+            signal[:, 0], contact.sample - pinch.first_sample, length, pinch.layout.rate
+        )
         if window is not None:
-            kept[i] = True
+            has_window[i] = True
             windows.append(window)
     if not windows:
-        return np.zeros((0, length, 1), dtype=np.float32), kept
-    return np.stack(windows), kept
+        return np.zeros((0, length, 1), dtype=np.float32), has_window
+    return np.stack(windows), has_window
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactWindow:
-    """A window as it becomes complete in a stream.
+    """Window of one contact, cut from a stream.
 
     Parameters
     ----------
     contact
-        The contact that it starts at.
+        Contact at the start of the window.
     duration
-        Its length, s.
+        Length, s.
     samples
         Shape (samples, 1), V, baseline removed.
     complete
-        Number of the device sample after whose arrival it was complete; the
-        look-ahead of the filter is in it.
+        Number of the device sample that completed the window, including the look-ahead of the
+        filter.
     """
 
     contact: Contact
@@ -176,14 +175,14 @@ class ContactWindow:
 
 
 class WindowStream:
-    """The live form of :func:`contact_windows`: the same numbers, block by block.
+    """Stream form of :func:`contact_windows`: the same windows, block by block.
 
     Parameters
     ----------
     layout
-        The columns of the blocks.
+        Columns of the blocks.
     durations
-        Lengths of the windows, s; each contact gives one of each.
+        Lengths of the windows, s. Each contact gives one window of each length.
     """
 
     def __init__(self, layout: Layout, durations: Sequence[float]) -> None:
@@ -195,7 +194,7 @@ class WindowStream:
         self._volts = Physical(layout, self._columns)
         longest = max(self._lengths, default=0)
         self._remember = longest + samples_in(MEMORY + BASELINE + BASELINE_GUARD, layout.rate)
-        #: Windows refused: across a gap, not finite, constant, or told too late.
+        #: Number of windows refused: across a gap, not finite, constant, or reported too late.
         self.refused = 0
         self._pending: list[tuple[Contact, int]] = []
         self._restart(0, 0)
@@ -211,20 +210,21 @@ class WindowStream:
 
     @property
     def due(self) -> int | None:
-        """So many more samples complete the next window; None where none has begun."""
+        """Number of samples until the next window is complete; None if none has begun."""
         ends = [self._complete(contact, n) + 1 - self._end for contact, n in self._pending]
         return min(ends, default=None)
 
     def update(self, block: Block, contacts: Sequence[Contact] = ()) -> list[ContactWindow]:
-        """Take the next block, and the contacts that were found in it.
+        """Process the next block and the contacts found in it.
 
-        A block that does not follow the one before drops the windows begun:
-        none is ever made across a gap.
+        A block that does not follow the previous one drops all incomplete windows. No window spans
+        a
+        gap.
 
         Returns
         -------
         list of ContactWindow
-            Those that this block completed, in the order of their contacts, shorter ones first.
+            Windows that this block completed, in the order of their contacts, shorter ones first.
         """
         if block.first_sample != self._end or block.epoch != self._epoch:
             self._restart(block.first_sample, block.epoch)
@@ -232,7 +232,7 @@ class WindowStream:
         self._past = np.concatenate([self._past, conditioned])
         self._end = block.end
         self._pending += [(contact, n) for contact in contacts for n in range(len(self._lengths))]
-        done = []
+        complete_windows = []
         for pending in list(self._pending):
             contact, n = pending
             complete = self._complete(contact, n)
@@ -243,9 +243,9 @@ class WindowStream:
             if window is None:
                 self.refused += 1
             else:
-                done.append(ContactWindow(contact, self.durations[n], window, complete))
+                complete_windows.append(ContactWindow(contact, self.durations[n], window, complete))
         self._forget()
-        return done
+        return complete_windows
 
     def _complete(self, contact: Contact, n: int) -> int:
         return contact.sample + self._lengths[n] - 1 + self._conditioner.lookahead
@@ -255,11 +255,11 @@ class WindowStream:
         if contact.finger not in self._fingers or start < 0:
             return None
         column = self._fingers.index(contact.finger)
-        return cut(self._past[:, column], start, length, self.layout.rate)
+        return cut_window(self._past[:, column], start, length, self.layout.rate)
 
     def _forget(self) -> None:
         surplus = len(self._past) - self._remember
-        # Dropped in lumps: moving the rest for every block would cost more.
+        # Removing samples in large lumps is cheaper than moving the rest for every block.
         if surplus > self._remember:
             self._past = self._past[surplus:].copy()
             self._past_first += surplus

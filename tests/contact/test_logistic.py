@@ -11,7 +11,13 @@ from scipy.signal import lfilter
 from firstcontact.contact import detect, make_detector
 from firstcontact.contact._logistic import LogisticDetector
 from firstcontact.contact._logistic_training import LOOKS, add_clicks, best_threshold
-from firstcontact.contact._loudness import EACH, ORDER, left, loudness_features, prediction
+from firstcontact.contact._loudness import (
+    EACH,
+    ORDER,
+    loudness_features,
+    prediction,
+    prediction_error,
+)
 from firstcontact.core import Dataset, InputError
 from firstcontact.testing import closings
 from firstcontact.testing._closings import LAYOUT, closing
@@ -66,7 +72,7 @@ def test_prediction_leaves_white_noise_of_unit_power():
     rng = np.random.default_rng(3)
     rung = lfilter([1.0], [1.0, -1.6, 0.8], rng.standard_normal(3000))
     weights = prediction(rung[:2000] / rung[:2000].std())
-    rest = left(rung / rung[:2000].std(), weights)
+    rest = prediction_error(rung / rung[:2000].std(), weights)
     assert rest[2000:].std() == pytest.approx(1.0, abs=0.1)
     assert abs(np.corrcoef(rest[1:], rest[:-1])[0, 1]) < 0.1
     assert not prediction(np.zeros(200)).any()

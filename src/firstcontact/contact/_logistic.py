@@ -21,8 +21,8 @@ from firstcontact.contact._loudness import (
     FLOOR,
     ORDER,
     RIDGE,
+    logarithm_weights,
     loudness_features,
-    of_logarithms,
     parts,
     prediction,
 )
@@ -141,7 +141,7 @@ class LogisticDetector(TrainedDetector):
         *lengths, recent = parts(rate)
         look = sizes.window - (LOOKS - 1) * sizes.step
         quiet, ring = look - recent, 1 << sizes.window.bit_length()
-        line = of_logarithms(self._line[:-1])
+        line = logarithm_weights(self._line[:-1])
         constants: Constants = {
             "awake": AWAKE,
             "floor": FLOOR,

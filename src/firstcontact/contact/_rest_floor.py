@@ -102,6 +102,6 @@ def _start(pinch: Pinch, running: float) -> _Start | None:
         if len(stays) <= STEPS or not len(later):
             continue
         of_motor = single[begin - 1 : settled, f].max()
-        if stays.min() > running * lasting[0, f] and after.max() > LOUDER * of_motor:
+        if stays.min() > running * lasting[0, f] and later.max() > LOUDER * of_motor:
             motor[f] = stays[0]
     return _Start(lasting[0], motor)

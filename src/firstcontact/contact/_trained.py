@@ -82,8 +82,8 @@ class TrainedDetector(WindowDetector):
 
     def _too_few(self, count: int) -> InputError:
         return InputError(
-            f"{count} pinches have a labelled first contact, a working sensor and at least 43 ms of "
-            f"quiet before the contact: the {self.noun} detector needs two or more"
+            f"{count} pinches have a labelled first contact, a working sensor and at least 43 ms "
+            f"of quiet before it: the {self.noun} detector needs two or more"
         )
 
 

@@ -19,7 +19,13 @@ from zipfile import ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ForeignCode, InputError, summarize_error, is_interrupt, register_foreign
+from firstcontact.core import (
+    ForeignCode,
+    InputError,
+    is_interrupt,
+    register_foreign,
+    summarize_error,
+)
 from firstcontact.models._estimator import Estimator, training_spec
 from firstcontact.models._model import WindowModel
 from firstcontact.models._spec import Arrays, Spec, Task, Values, Windows

@@ -13,13 +13,13 @@ from firstcontact.core import (
     Dataset,
     InputError,
     Serial,
-    worker_count,
     counted,
-    require_extra,
+    is_same_rate,
     parallel,
     percent,
-    is_same_rate,
+    require_extra,
     to_tree,
+    worker_count,
 )
 from firstcontact.models._adapting import Adapted, adapt_network
 from firstcontact.models._alignment import Alignment, fit_detector, found_as_live, known

@@ -85,9 +85,9 @@ def test_one_that_does_not_listen_is_given_up_and_ended(module: Path, words: str
     module.write_text(f"print('ready', flush=True)\n{words}")
     with child() as made:
         assert made.answer(PATIENCE) == "ready"
-        with pytest.raises(TimeoutError, match="does not answer"):
+        with pytest.raises(TimeoutError):
             made.answer(0.01)
-        with pytest.raises(TimeoutError, match="does not listen"):
+        with pytest.raises(TimeoutError):
             made.tell("x" * 1_000_000, 0.01)
         assert not made.end(0.01)
         assert gone(made.pid)

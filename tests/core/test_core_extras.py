@@ -31,7 +31,7 @@ class Entry:
 def test_what_lacks_is_named_with_its_install_command() -> None:
     require_extra(Entry(modules=()))
     require_extra(Entry(modules=("numpy",)))
-    with pytest.raises(InputError, match=re.escape("no_such_module, which the base")) as refused:
+    with pytest.raises(InputError, match="no_such_module") as refused:
         require_extra(Entry())
     assert install_command("files") in str(refused.value)
     assert "numpy" not in str(refused.value)

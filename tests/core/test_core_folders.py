@@ -133,7 +133,7 @@ def test_killed_at_any_rename_it_is_the_old_one_or_the_new_one(
 def test_only_one_writes_at_a_time(out: Path) -> None:
     with replacing_folder(out) as new:
         (new / "a").write_text("first")
-        with pytest.raises(InputError, match="another process is writing it"):
+        with pytest.raises(InputError, match=out.name):
             write(out)
         assert content(out) == OLD
     assert content(out) == {"a": "first"}
@@ -151,12 +151,12 @@ def test_what_cannot_be_replaced_is_refused(
 ) -> None:
     file = tmp_path / "file"
     file.touch()
-    with pytest.raises(InputError, match="is a file"):
+    with pytest.raises(InputError, match=file.name):
         write(file)
-    with pytest.raises(InputError, match="a disk of its own"):
+    with pytest.raises(InputError):
         write(Path("/"))
     monkeypatch.chdir(out / "03ms")
     for place in (out, Path(), Path("..")):
-        with pytest.raises(InputError, match="the folder that you are in"):
+        with pytest.raises(InputError):
             write(place)
     assert content(out) == OLD

@@ -110,5 +110,5 @@ def test_what_nobody_measured_is_not_made_up() -> None:
     pinch = Pinch(np.zeros((100, len(layout.channels))), layout)
     dataset = Dataset((pinch,))
     assert len(resample_dataset(dataset, 10 * layout.rate).pinches[0].data) == 1000
-    with pytest.raises(InputError, match="cannot stand for ones at 1e"):
+    with pytest.raises(InputError, match="Hz"):
         resample_dataset(dataset, 1e12)

@@ -1,4 +1,4 @@
-"""A library at work on a stranger's file, in a process of its own: it may loop, or crash."""
+"""Calls of a library in a separate process, because it may loop or crash on damaged files."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ T = TypeVar("T")
 
 
 def apart(seconds: float, function: Callable[..., T], *arguments: object) -> T:
-    """What a function returns, or raises, when it is called in another process.
+    """Call a function in another process and return its result, or raise its exception.
 
     Parameters
     ----------
     seconds
-        Longest time that it may take; then it is killed, s.
+        Longest time for the call, s. Then the process is killed.
     function
-        Of a module, as are the types of what it takes and gives.
+        Function of a module. The types of its arguments and results must be of modules too.
     arguments
-        Of the function.
+        Arguments of the function.
 
     Raises
     ------
     OSError
-        It took longer, or its process has crashed.
+        The call took longer, or its process crashed.
     """
-    # A process with threads cannot be copied safely; a new one takes a second to begin.
+    # A process with threads cannot be forked safely. A new process takes a second to start.
     alone = threading.active_count() == 1 and "fork" in multiprocessing.get_all_start_methods()
     context: Any = multiprocessing.get_context("fork" if alone else "spawn")
     mine, its = context.Pipe(duplex=False)

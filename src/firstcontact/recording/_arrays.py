@@ -1,14 +1,14 @@
 """Import arrays from HDF5 or NPZ.
 
-Arrays: ``piezo`` (pinches, samples, 1 or 2); optional ``force`` (pinches,
-samples, 2, 6), ``strip`` (pinches, samples, 2), and one value a pinch of
-``first_contact``, ``second_contact``, ``motor_start`` (-1 not known), ``first_finger``,
-``object``, ``shore_a`` or ``hardness_rank``, ``specimen``, ``session``,
-``role``. Attributes (of the file or of ``piezo``; 0-d arrays in an NPZ):
+Arrays: ``piezo`` (pinches, samples, 1 or 2); optional ``force`` (pinches, samples, 2, 6) and
+``strip`` (pinches, samples, 2). One value per pinch: ``first_contact``, ``second_contact``,
+``motor_start`` (-1 if unknown), ``first_finger``, ``object``, ``shore_a`` or ``hardness_rank``,
+``specimen``, ``session``, ``role``. Attributes of the file or of ``piezo`` (0-d arrays in an NPZ):
 ``sample_rate_hz``, ``piezo_unit``, optional ``force_unit``, ``smoothing_alpha``, ``source``.
-Another sensor has its name (``accelerometer``, ``microphone``, ``hydrophone``) in the
-place of piezo; vectors have the shape (pinches, samples, 1 or 2, axes), and ``axis`` says
-which stands for them.
+
+Other sensors use their own name (``accelerometer``, ``microphone``, ``hydrophone``) instead of
+piezo. Vectors have the shape (pinches, samples, 1 or 2, axes); ``axis`` names the axis that
+detectors use.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ Arrays = Mapping[str, NDArray[Any]]
 
 
 def import_hdf5(path: Path, rate: float | None = None) -> Dataset:
-    """Pinches out of an HDF5 file, which says its rate.
+    """Import pinches from an HDF5 file, which states its rate.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def import_hdf5(path: Path, rate: float | None = None) -> Dataset:
 
 
 def import_npz(path: Path, rate: float | None = None) -> Dataset:
-    """Pinches out of a NumPy archive, which says its rate; pickled objects in it are refused.
+    """Import pinches from a NumPy archive, which states its rate. Pickled objects are refused.
 
     Raises
     ------
@@ -64,21 +64,21 @@ def import_npz(path: Path, rate: float | None = None) -> Dataset:
 
 
 def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Dataset:
-    """Pinches out of named arrays, as both kinds of file hold them.
+    """Build pinches from named arrays of an HDF5 file or NumPy archive.
 
     Parameters
     ----------
     path
-        That messages name.
+        Path of the file, for messages.
     arrays
-        Of the names that this module knows.
+        Arrays with names that this module knows.
     unknown
-        Names of others that the file holds, for the notes.
+        Names of other arrays in the file, for the notes.
 
     Raises
     ------
     InputError
-        Names the array at fault.
+        An array is invalid; the message names it.
     """
     sensor = find_sensor(str(path), arrays, "array piezo: add it, shape (pinches, samples, 1 or 2)")
     given = {name: _one(path, arrays, name) for name in SETTINGS if name in arrays}
@@ -107,7 +107,7 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
 
 
 def _signals(path: Path, arrays: Arrays, sensor: VibrationSensor) -> NDArray[Any]:
-    """All columns side by side, shape (pinches, samples, columns)."""
+    """Return all columns side by side, shape (pinches, samples, columns)."""
     parts = []
     shape: tuple[int, ...] = ()
     for name in (sensor, *_SHAPES):

@@ -1,4 +1,4 @@
-"""The cells of a stranger's table, one by one: what they are, or ValueError with the reason."""
+"""Parsers of single table cells. They raise ValueError with the reason."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ Columns = Mapping[str, Sequence[Any]]
 
 
 def place(columns: Columns, number: int) -> str:
-    """Where the labels of a pinch stand: its line in a table, its number among arrays."""
+    """Return the position of a pinch's labels for messages: a line, or an array index."""
     return columns.place(number) if isinstance(columns, Table) else f"pinch {number}"
 
 
 def each(where: str, columns: Columns, name: str, read: Callable[[Any], T]) -> list[T] | None:
-    """A column read value by value, or None where it is not there."""
+    """Parse a column value by value. Return None if the column does not exist."""
     if name not in columns:
         return None
     values = []
@@ -40,8 +40,8 @@ def each(where: str, columns: Columns, name: str, read: Callable[[Any], T]) -> l
 
 
 def words(value: Any) -> str:
-    """Words; none at all are fine."""
-    if isinstance(value, np.void | np.ndarray):  # a record of NumPy, or bytes of no type
+    """Parse text, which may be empty."""
+    if isinstance(value, np.void | np.ndarray):  # a NumPy record, or untyped bytes
         raise ValueError("which is neither a text nor a number")
     text = text_of(value).strip()
     if len(text) > LONGEST_NAME:
@@ -50,7 +50,7 @@ def words(value: Any) -> str:
 
 
 def name(value: Any) -> str:
-    """What something is called."""
+    """Parse a name."""
     text = words(value)
     if text in ("", "nan"):
         raise ValueError("which names nothing")
@@ -58,12 +58,12 @@ def name(value: Any) -> str:
 
 
 def number(value: Any) -> float:
-    """A finite number."""
+    """Parse a finite number."""
     return parse_float(text_of(value))
 
 
 def whole(value: Any) -> int:
-    """A whole number."""
+    """Parse a whole number."""
     found = number(value)
     if found != int(found):
         raise ValueError("which is not a whole number")
@@ -71,7 +71,7 @@ def whole(value: Any) -> int:
 
 
 def ranked(value: Any) -> int:
-    """A hardness rank."""
+    """Parse a hardness rank."""
     found = whole(value)
     if abs(found) > HIGHEST_RANK:
         raise ValueError(f"and ranks go to {HIGHEST_RANK}")
@@ -79,7 +79,7 @@ def ranked(value: Any) -> int:
 
 
 def shore(value: Any) -> float:
-    """Shore A."""
+    """Parse a Shore A value."""
     found = number(value)
     if not 0 <= found <= 100:
         raise ValueError("and Shore A goes from 0 to 100")
@@ -87,7 +87,7 @@ def shore(value: Any) -> float:
 
 
 def rank(value: Any) -> int:
-    """The rank of a hardness class, or a rank."""
+    """Parse a hardness class or a hardness rank. Return the rank."""
     text = text_of(value).strip().lower()
     if text in CLASSES:
         return CLASSES.index(text)
@@ -98,7 +98,7 @@ def rank(value: Any) -> int:
 
 
 def role(value: Any) -> Role:
-    """What a pinch is for."""
+    """Parse the role of a pinch."""
     try:
         return Role(text_of(value).strip().lower())
     except ValueError:
@@ -106,7 +106,7 @@ def role(value: Any) -> Role:
 
 
 def finger(value: Any) -> Finger | None:
-    """Which finger, None where it is not known."""
+    """Parse a finger. Return None if it is unknown."""
     text = text_of(value).strip().lower()
     for one in Finger:
         if text in (str(int(one)), one.name.lower()):

@@ -1,7 +1,8 @@
-"""What the signals of a stranger's file are, from a table with a row each.
+"""Table of channels: describes the signals of a file, one per row.
 
-A signal of a vibration sensor has a ``sensor``; what has none goes along: beside it at the same
-rate, or as a slower group of its own.
+A signal with a ``sensor`` is a vibration. A signal without one becomes a column at the same rate,
+or
+a slower group of its own.
 """
 
 from __future__ import annotations
@@ -16,13 +17,13 @@ from firstcontact.recording._checks import check_rate
 from firstcontact.recording._quoting import quote
 from firstcontact.recording._table import read_rows
 
-#: Slowest rate of a signal that goes along, Hz.
+#: Lowest rate of a signal without a sensor, Hz.
 _SLOWEST = 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """A row of the table: which variable or stream it is of, and what that holds."""
+    """Row of the table: a variable or stream, and its meaning."""
 
     variable: str
     rate: float | None
@@ -35,12 +36,12 @@ class Signal:
 
 
 def read_signals(table: Path) -> list[Signal]:
-    """The rows of the table.
+    """Read the rows of the table.
 
     Raises
     ------
     InputError
-        Names the line and what in it cannot be used.
+        A row is invalid; the message names the line.
     """
     out = []
     for line, row in read_rows(table, ["variable"]):

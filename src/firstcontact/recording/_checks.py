@@ -1,4 +1,4 @@
-"""What every importer asks of signals, rates and layouts."""
+"""Checks of signals, rates and layouts that all importers share."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ from firstcontact.recording._header import SOURCES
 from firstcontact.recording._quoting import quote, text_of
 from firstcontact.recording._samples import LARGEST
 
-#: What holds for all pinches of a file; the rate and the sensor's unit must be given, and of
-#: vectors the axis.
+#: Settings of all pinches of a file. The rate and the sensor's unit are required, and the axis for
+#: vectors.
 SETTINGS = (
     "sample_rate_hz",
     *(f"{sensor}_unit" for sensor in VibrationSensor),
@@ -40,11 +40,11 @@ SETTINGS = (
     "source",
     "axis",
 )
-#: Slowest rate at which 15 ms of a contact still say something, Hz.
+#: Lowest rate, Hz, at which 15 ms of a contact are still informative.
 LOWEST_RATE = 2_000.0
-#: Faster than any sensor of this kind: most likely a slip of unit, Hz.
+#: Highest rate, Hz. A higher one is probably in a wrong unit.
 HIGHEST_RATE = 1_000_000.0
-#: Units of a vibration channel: scale and offset of ``(raw - offset) * scale``.
+#: Units of a vibration channel, with scale and offset of ``(raw - offset) * scale``.
 UNITS = {
     "V": (1.0, 0.0),
     "counts": (ADC_VOLTS / ADC_COUNTS, PIEZO_OFFSET_VOLTS * ADC_COUNTS / ADC_VOLTS),
@@ -52,21 +52,21 @@ UNITS = {
     "m/s2": (1.0, 0.0),
     "Pa": (1.0, 0.0),
 }
-#: Units of a force channel: volts per step. A taxel's voltage is none beyond this, V.
+#: Units of a force channel, in volts per step, and the largest voltage of a taxel, V.
 FORCE_UNITS = {"V": 1.0, "counts": ADC_VOLTS / ADC_COUNTS}
 FORCE_MOST = 10.0
 
 
 def check_rate(where: str, rate: Any) -> float:
-    """The rate, if a sensor can have it.
+    """Return the rate if it is possible for a sensor.
 
     Raises
     ------
     InputError
-        Not a number, or outside 2 kHz to 1 MHz.
+        The rate is not a number, or outside 2 kHz to 1 MHz.
     """
     try:
-        # The imaginary part of a complex one would be dropped with a warning.
+        # Conversion would drop the imaginary part of a complex number with a warning.
         value = math.nan if np.iscomplexobj(rate) else parse_float(text_of(rate))
     except ValueError:
         value = math.nan
@@ -80,19 +80,19 @@ def check_rate(where: str, rate: Any) -> float:
 
 @dataclass(frozen=True, slots=True)
 class FileSettings:
-    """What holds for all pinches of a stranger's file."""
+    """Settings that hold for all pinches of an imported file."""
 
     sensor: VibrationSensor
     rate: float
     unit: str
     smoothing_alpha: float
-    source: str  # "unknown" where nothing says it
-    axis: int | None  # of vectors, where it is said
+    source: str  # "unknown" if not stated
+    axis: int | None  # axis of vectors, if stated
     force_unit: str = "V"
 
     @property
     def notes(self) -> list[str]:
-        """What a reader of results must know of these settings, one sentence each."""
+        """Remarks on these settings for readers of results, one sentence each."""
         usual = self.smoothing_alpha == FINGERTIP_SMOOTHING and self.rate == FINGERTIP_RATE
         if self.smoothing_alpha == 1.0 or usual:
             return []
@@ -104,23 +104,23 @@ class FileSettings:
 
 
 def find_sensor(where: str, there: Collection[str], remedy: str, end: str = "") -> VibrationSensor:
-    """The sensor whose signal a file holds, by its name.
+    """Return the sensor whose signal a file holds, by its name.
 
     Parameters
     ----------
     where
-        That messages name.
+        Name of the file, for messages.
     there
         Names in the file.
     remedy
-        How to give a signal.
+        Remedy for a missing signal.
     end
-        Behind a sensor's name, where one finger's signal is looked for too.
+        Suffix of a sensor's name that also counts, for one finger's signal.
 
     Raises
     ------
     InputError
-        There is none, or several are there.
+        The file has no sensor's signal, or several.
     """
     found = [s for s in VibrationSensor if {s, f"{s}_x", f"{s}{end}", f"{s}{end}_x"} & set(there)]
     if not found:
@@ -133,7 +133,7 @@ def find_sensor(where: str, there: Collection[str], remedy: str, end: str = "") 
 def read_settings(
     where: str, given: Mapping[str, Any], sensor: VibrationSensor = VibrationSensor.PIEZO
 ) -> FileSettings:
-    """What a file says of itself and its sensor, under the names of :data:`SETTINGS`.
+    """Read the settings of a file and its sensor, under the names of :data:`SETTINGS`.
 
     Raises
     ------
@@ -175,12 +175,12 @@ def read_settings(
 
 
 def check_source(where: str, said: Any) -> str:
-    """What a file says it comes from, if recordings have a word for it.
+    """Return the source stated by a file if recordings know it.
 
     Raises
     ------
     InputError
-        It is none of :data:`firstcontact.recording._header.SOURCES`.
+        The source is not in :data:`firstcontact.recording._header.SOURCES`.
     """
     source = text_of(said)
     if source not in SOURCES:
@@ -191,12 +191,12 @@ def check_source(where: str, said: Any) -> str:
 
 
 def check_samples(where: str, values: NDArray[Any]) -> NDArray[Any]:
-    """Samples as int16, int32 or float32, whichever holds them without loss of meaning.
+    """Convert samples to int16, int32 or float32 without loss.
 
     Raises
     ------
     InputError
-        No numbers, nothing in it, NaN or infinite, or too large.
+        The values are empty, no numbers, not finite, or too large.
     """
     if values.dtype.kind not in "iuf":
         raise InputError(f"{where} holds {values.dtype} and must hold integers or floats")
@@ -220,21 +220,21 @@ def check_samples(where: str, values: NDArray[Any]) -> NDArray[Any]:
 
 
 def check_force(where: str, values: NDArray[Any], unit: str) -> None:
-    """Refuse forces that no taxel has in their unit: a wrong one hides the start of the motor.
+    """Raise an error for forces that no taxel has: a wrong unit hides the start of the motor.
 
     Parameters
     ----------
     where
-        Named in messages: file and column.
+        File and column, for messages.
     values
-        As they are in the file.
+        Values from the file.
     unit
-        A key of ``FORCE_UNITS``.
+        Key of ``FORCE_UNITS``.
 
     Raises
     ------
     InputError
-        Values beyond ``FORCE_MOST``.
+        The values exceed ``FORCE_MOST``.
     """
     most = float(np.abs(values.astype(np.float64)).max(initial=0.0))
     if most * FORCE_UNITS[unit] > FORCE_MOST:
@@ -246,7 +246,7 @@ def check_force(where: str, values: NDArray[Any], unit: str) -> None:
 
 
 def joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
-    """Columns side by side in one type: float32 as soon as one of them is float."""
+    """Join columns side by side in one type: float32 if one of them is float."""
     kinds = {p.dtype.type for p in parts}
     dtype: type[Any] = np.int16
     if np.float32 in kinds:
@@ -270,27 +270,27 @@ def make_layout(
     Parameters
     ----------
     settings
-        What is said of the sensor.
+        Settings of the sensor.
     sensors
-        2 are those of index finger and thumb. One piezo is the index finger's; any other
-        sensor that is alone belongs to no finger.
+        Number of sensors. Two belong to index finger and thumb. A single piezo belongs to the
+        index finger; any other single sensor belongs to no finger.
     scale
-        Units per raw step, where the unit alone does not say it.
+        Units per raw step, if the unit alone does not determine it.
     axes
         Columns of each sensor.
     force, strip
-        Whether 2 x 6 force and 2 strip columns follow.
+        True if 2 x 6 force columns and 2 strip columns follow.
 
     Raises
     ------
     InputError
-        A vector of which no axis is said to stand for it, or one that it does not have.
+        A vector has no axis for detectors, or one that does not exist.
     """
     sensor, axis = settings.sensor, settings.axis
     if axes > 1 and (axis is None or axis >= axes):
         raise InputError(
-            f"the {sensor} has {axes} axes and its axis is {'not said' if axis is None else axis}: "
-            f"say which one contacts are looked for in, axis 0 to {axes - 1}"
+            f"the {sensor} has {axes} axes and its axis is {'missing' if axis is None else axis}: "
+            f"state the axis that detectors use, 0 to {axes - 1}"
         )
     step, zero = UNITS[settings.unit]
     step = step if scale is None else scale

@@ -1,8 +1,8 @@
-"""Write MCAP chunk by chunk and keep nothing of what was written in memory.
+"""Writer of MCAP chunks with constant memory.
 
-The library's own writer holds an index entry for every chunk until it is closed,
-some tens of MB an hour. Here the index is read back from the file when it is
-closed. Otherwise the bytes are the same as the library's.
+The library's writer keeps an index entry for every chunk until the end: some tens of MB per hour.
+This writer reads the index back from the file when it closes. Otherwise the bytes are the same
+as the library's.
 """
 
 from __future__ import annotations
@@ -32,28 +32,28 @@ from mcap.records import (
 
 MAGIC = b"\x89MCAP0\r\n"
 _FRAME = struct.Struct("<BQ")
-#: Of a chunk that is not compressed: start and end time, size, CRC, empty name, size.
+#: Header of an uncompressed chunk: start and end time, size, CRC, empty name, size.
 _CHUNK = struct.Struct("<QQQIIQ")
 _FOOTER = struct.Struct("<BQQQ")
 _CHANNEL = struct.Struct("<H")
 
 
 class ChunkFile:
-    """An MCAP file of chunks that are not compressed.
+    """MCAP file of uncompressed chunks.
 
     Parameters
     ----------
     stream
-        An empty file, open for writing and reading; it is not closed here.
+        Empty file, open for writing and reading. The caller closes it.
     chunk_size
-        A chunk is written as soon as it is longer than this, bytes.
+        Size above which a chunk is written, bytes.
     profile, library
-        Of the file's header.
+        Fields of the file's header.
 
     Raises
     ------
     OSError
-        From any method: the file cannot be written.
+        Raised by any method if the file cannot be written.
     """
 
     def __init__(self, stream: BufferedRandom, chunk_size: int, profile: str, library: str) -> None:
@@ -63,14 +63,14 @@ class ChunkFile:
         self._channels: list[Channel] = []
         self._counts: dict[int, int] = {}
         self._chunks = 0
-        self._times: tuple[int, int] | None = None  # of all messages: first and last
-        self._span: tuple[int, int] | None = None  # of the messages in this chunk
+        self._times: tuple[int, int] | None = None  # first and last time of all messages
+        self._span: tuple[int, int] | None = None  # first and last time in this chunk
         self._begin_chunk()
         stream.write(MAGIC + _packed(Header(profile, library)))
         self._start = stream.tell()
 
     def register(self, topic: str, encoding: str, schema: tuple[str, str, bytes]) -> int:
-        """Declare a channel with a schema (name, encoding, text); its number, from 1 on."""
+        """Declare a channel with a schema (name, encoding, text). Return its number, from 1 on."""
         name, kind, text = schema
         known = [s.id for s in self._schemas if s.name == name]
         number = known[0] if known else len(self._schemas) + 1
@@ -89,7 +89,7 @@ class ChunkFile:
         return int(channel.id)
 
     def add(self, channel: int, time: int, data: bytes, sequence: int) -> None:
-        """Append a message; ``time`` in ns."""
+        """Append a message. ``time`` is in ns."""
         self._entries.setdefault(channel, []).append((time, self._chunk.count))
         message = Message(
             channel_id=channel, log_time=time, data=data, publish_time=time, sequence=sequence
@@ -102,12 +102,12 @@ class ChunkFile:
             self._end_chunk()
 
     def end_chunk(self) -> None:
-        """Write what waits for its chunk to become full."""
+        """Write the current chunk even if it is not full."""
         if self._entries:
             self._end_chunk()
 
     def finish(self) -> None:
-        """Write the last chunk, the index of all and the footer."""
+        """Write the last chunk, the index and the footer."""
         self.end_chunk()
         stop = self._stream.tell()
         self._stream.write(_packed(DataEnd(0)))
@@ -172,7 +172,7 @@ class ChunkFile:
         )
 
     def _index(self, stop: int) -> Iterator[ChunkIndex]:
-        """An entry for each chunk before ``stop``, read back from the file."""
+        """Yield an index entry for each chunk before ``stop``, read back from the file."""
         self._stream.flush()
         file = self._stream.fileno()
         place = self._start
@@ -212,7 +212,7 @@ def _packed(*records: McapRecord) -> bytes:
 
 
 def _bytes(builder: RecordBuilder) -> bytes:
-    """Take everything out of it."""
+    """Return the builder's contents and empty it."""
     out: bytes = builder.end()  # type: ignore[no-untyped-call]
     return out
 

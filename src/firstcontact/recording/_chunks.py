@@ -1,8 +1,8 @@
-"""Find the chunks of an MCAP file without trusting anything but their checksums.
+"""Scanner for the chunks of a damaged MCAP file, which trusts only their checksums.
 
-The library's own readers stop at the first bad length. Here a chunk is what
-looks like the start of one, has consistent lengths and passes its CRC; after
-damage the search goes on at the next byte.
+The library's readers stop at the first wrong length. Here a chunk must look like one, have
+consistent lengths and pass its CRC. After damage the search continues at the next byte.
+
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ _CHUNK_START = re.compile(
 _FRAME = struct.Struct("<BQ")
 _LENGTH = struct.Struct("<Q")
 _FOOTER_BYTES = _FRAME.size + 20
-#: So many bytes of the magic must be there for a file to be taken as MCAP that is damaged there.
+#: Number of bytes of the magic that a damaged MCAP file must have.
 _MAGIC_LEFT = 6
-#: What looks like a chunk and is none is given up after so many times the size of the file.
+#: Limit on the search: false chunks may add up to this many times the size of the file.
 _PATIENCE = 16
 
 
 @dataclass(frozen=True, slots=True)
 class Scan:
-    """Records of all intact chunks, in the order of the file, and what was not intact."""
+    """Records of all intact chunks in file order, and descriptions of the damage."""
 
     records: tuple[McapRecord, ...]
     skipped: tuple[str, ...]
@@ -52,7 +52,7 @@ def scan(path: Path) -> Scan:
     Raises
     ------
     InputError
-        The file cannot be opened, is empty, is not MCAP or of another version.
+        The file cannot be opened, is empty, or is not MCAP of a known version.
     """
     if path.is_dir():
         raise InputError(f"{path} is a folder: name one recording in it (*.mcap)")
@@ -90,7 +90,7 @@ def _scan(path: Path, view: mmap.mmap) -> Scan:
     records: list[McapRecord] = []
     chunks = 0
     skipped: list[str] = []
-    end = len(MAGIC)  # of what is accounted for
+    end = len(MAGIC)  # end of the bytes processed
     unpacker = Unpacker(len(view))
     patience = _PATIENCE * len(view)
     for start, stop in _candidates(view):
@@ -100,9 +100,7 @@ def _scan(path: Path, view: mmap.mmap) -> Scan:
         if inside is None:
             patience -= stop - start
             if patience < 0:
-                raise InputError(
-                    f"{path} is full of what looks like chunks and is none: give a recording"
-                )
+                raise InputError(f"{path} is full of false chunks: choose a recording")
             continue
         if not _framed(view, end, start):
             skipped.append(_bytes(end, start))
@@ -119,9 +117,9 @@ def _scan(path: Path, view: mmap.mmap) -> Scan:
 
 
 def _candidates(view: mmap.mmap) -> Iterator[tuple[int, int]]:
-    """Start and end of everything with the form of a chunk, also inside damaged ones."""
+    """Yield start and end of everything that looks like a chunk, also inside damaged ones."""
     position = len(MAGIC)
-    # mypy does not know that a pattern of bytes searches any buffer.
+    # mypy does not know that a bytes pattern searches any buffer.
     while match := _CHUNK_START.search(view, position):
         length, data = (_LENGTH.unpack(match[i])[0] for i in (1, 2))
         stop = match.start() + _FRAME.size + length
@@ -131,7 +129,7 @@ def _candidates(view: mmap.mmap) -> Iterator[tuple[int, int]]:
 
 
 def _framed(view: mmap.mmap, position: int, stop: int) -> bool:
-    """Whether whole records other than chunks fill these bytes."""
+    """Return True if complete records other than chunks fill these bytes."""
     while position < stop:
         if stop - position < _FRAME.size:
             return False
@@ -143,7 +141,7 @@ def _framed(view: mmap.mmap, position: int, stop: int) -> bool:
 
 
 def _tail(view: mmap.mmap, end: int, read: int) -> list[str]:
-    """What is wrong behind the last intact chunk, and how many chunks the index knows more."""
+    """Describe the damage after the last intact chunk, and chunks that only the index lists."""
     footer = len(view) - len(MAGIC) - _FOOTER_BYTES
     if view[-len(MAGIC) :] != MAGIC or footer < end or view[footer] != Opcode.FOOTER:
         return [
@@ -160,7 +158,7 @@ def _tail(view: mmap.mmap, end: int, read: int) -> list[str]:
 
 
 def _chunk_count(view: mmap.mmap, footer: int) -> int | None:
-    """How many chunks the summary says were written, or None where it is damaged."""
+    """Return the number of chunks stated by the summary; None if the summary is damaged."""
     position, _, crc = struct.unpack_from("<QQI", view, footer + _FRAME.size)
     if not 0 < position <= footer or zlib.crc32(view[position : footer + _FRAME.size + 16]) != crc:
         return None

@@ -1,12 +1,11 @@
-"""Import one long CSV: a row a sample, the labels of a pinch repeated in each of its rows.
+"""Import of one long CSV with a row per sample. Each row repeats the labels of its pinch.
 
-Columns: ``pinch`` (what it is called; its rows follow each other),
-``piezo_index``, optional ``piezo_thumb`` (or another sensor's: ``accelerometer_index_x``;
-``microphone`` where it belongs to no finger), ``force_index_0`` ...
-``force_thumb_5``, ``strip_index``, ``strip_thumb``; optional ``time_s``; per
-pinch the labels and contacts of :mod:`firstcontact.recording._labels`; one
-value for all rows of ``sample_rate_hz``, ``piezo_unit`` (V where it is not
-said), ``force_unit`` (likewise), ``smoothing_alpha``, ``source`` and ``axis``.
+Columns: ``pinch`` (name; its rows are consecutive), ``piezo_index``, optional ``piezo_thumb`` (or
+another sensor: ``accelerometer_index_x``; ``microphone`` if it belongs to no finger),
+``force_index_0`` ... ``force_thumb_5``, ``strip_index``, ``strip_thumb``; optional ``time_s``. Per
+pinch: the labels and contacts of :mod:`firstcontact.recording._labels`. One value for all rows:
+``sample_rate_hz``, ``piezo_unit`` (default V), ``force_unit`` (default V), ``smoothing_alpha``,
+``source`` and ``axis``.
 """
 
 from __future__ import annotations
@@ -42,24 +41,24 @@ _KNOWN = {
     *(*FORCE, *STRIP),
     *(*SETTINGS, *LABEL_COLUMNS, *CONTACT_COLUMNS),
 }
-#: Two ways to say the rate agree within this share.
+#: Largest relative difference between two statements of the rate.
 _RATES_AGREE = 0.01
 
 
 def import_csv(path: Path, rate: float | None = None) -> Dataset:
-    """Pinches out of a long CSV.
+    """Import pinches from a long CSV.
 
     Parameters
     ----------
     path
-        The file.
+        Path of the file.
     rate
-        Hz, for a file that says neither ``sample_rate_hz`` nor ``time_s``.
+        Rate, Hz, for a file with neither ``sample_rate_hz`` nor ``time_s``.
 
     Raises
     ------
     InputError
-        Names the column, and the line or pinch at fault.
+        A column or value is invalid; the message names the line or pinch.
     """
     columns = read_columns(path)
     if "pinch" not in columns:
@@ -104,7 +103,7 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
 
 
 def _vibration(path: Path, sensor: VibrationSensor, columns: Table) -> list[list[str]]:
-    """Columns of the sensor that is alone, or of the index finger's and the thumb's."""
+    """Return the columns of a single sensor, or of the index finger's and the thumb's."""
 
     def of(named: str) -> list[str]:
         axes = (f"{named}_{axis}" for axis in "xyz")
@@ -128,9 +127,9 @@ def _all_or_none(path: Path, columns: Table, names: tuple[str, ...]) -> tuple[st
 
 
 def _signal(path: Path, columns: Table, name: str) -> NDArray[Any]:
-    """A column of samples; integers stay integers."""
+    """Return a column of samples. Integers stay integers."""
     values = np.array(_numbers(path, columns, name, 0, len(columns[name])))
-    with suppress(ValueError, OverflowError):  # fractions, and what is beyond 64 bits
+    with suppress(ValueError, OverflowError):  # fractions, and integers beyond 64 bits
         values = np.array([parse_int(cell) for cell in columns[name]], np.int64)
     return check_samples(f"{path}: {name}", values)
 
@@ -150,14 +149,14 @@ def _numbers(path: Path, columns: Table, name: str, start: int, stop: int) -> li
 
 
 def _bounds(path: Path, columns: Table) -> list[tuple[int, int]]:
-    """First row and end of each pinch."""
+    """Return the first row and the end of each pinch."""
     bounds = []
     seen = set()
     start = 0
     for name, rows in groupby(columns["pinch"]):
         if name in seen:
             raise InputError(
-                f"{path}: pinch {quote(name)} comes again in {columns.place(start)}: put its "
+                f"{path}: pinch {quote(name)} appears again in {columns.place(start)}: put its "
                 "rows one after another"
             )
         seen.add(name)
@@ -168,7 +167,7 @@ def _bounds(path: Path, columns: Table) -> list[tuple[int, int]]:
 
 
 def _constant(path: Path, columns: Table, name: str, bounds: list[tuple[int, int]]) -> list[str]:
-    """The one value of a column in each pinch."""
+    """Return the value of a constant column in each pinch."""
     cells = columns[name]
     for start, stop in bounds:
         for row in range(start, stop):
@@ -187,7 +186,7 @@ def _rate(
     written: str | None,
     asked: float | None,
 ) -> float:
-    """The rate, from what says it; where several do they must agree."""
+    """Return the rate. All statements of it must agree."""
     said: list[tuple[str, float]] = []
     if asked is not None:
         said.append(("--rate", check_rate("--rate", asked)))
@@ -208,7 +207,7 @@ def _rate(
 
 
 def _rate_of_time(path: Path, columns: Table, start: int, stop: int) -> float:
-    """Mean rate of a pinch, whose times must rise evenly."""
+    """Return the mean rate of a pinch, whose times must rise evenly."""
     times = _numbers(path, columns, "time_s", start, stop)
     if len(times) < 2:
         raise InputError(f"{path}: the pinch of {columns.place(start)} has one sample: remove it")

@@ -1,4 +1,4 @@
-"""Recordings into a dataset and back."""
+"""Conversion between recordings and datasets."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from firstcontact.recording._header import Header, PinchMark
 from firstcontact.recording._reader import Recording, read_recording
 from firstcontact.recording._writer import RecordingWriter
 
-#: Marked pinches may hold so many times the samples of their recording: those that overlap
-#: more were not marked by a hand that closed.
+#: Limit on the samples of all marked pinches, relative to the recording. More overlap does not come
+#: from closings of a hand.
 _OVERLAP = 8
 
 
 def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
-    """All pinches of a recording, of several, or of a folder with all below it.
+    """Load all pinches of a recording, of several, or of a folder with its subfolders.
 
-    The samples keep their type and are not copied once they are read. The
-    notes hold those of the headers, and what is damaged or left out. Of several files
-    those that cannot be read are left out and named in the notes.
+    The samples keep their type and are read without a copy. The notes include those of the headers,
+    and list damage and omissions. Of several files, unreadable ones are skipped and named in the
+    notes.
 
     Raises
     ------
     InputError
-        No recording or no whole pinch is there, a file that is the only one cannot be
-        read, or two recordings differ in layout, rate or source.
+        No recording or no whole pinch was found, the only file cannot be read, or two recordings
+        differ in layout, rate or source.
     """
     paths = [Path(p) for p in ([path] if isinstance(path, str | os.PathLike) else path)]
     files = [file for p in paths for file in find_recordings(p)]
@@ -59,7 +59,7 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
         notes += [line for line in said if line not in notes]
         losses += [f"{file.name}: {sentence}" for sentence in recording.skipped]
         lengths = (mark.end - mark.first_sample for mark in recording.pinches)
-        # One that is longer than its recording lies across missing samples, not on others.
+        # A longer pinch spans missing samples. It does not overlap others.
         marked = sum(length for length in lengths if length <= recording.samples)
         if marked > _OVERLAP * recording.samples:
             losses.append(f"{file.name}: its pinches lie on top of each other and are left out")
@@ -88,7 +88,7 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
 
 
 def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
-    """The samples of a pinch, or None if any of them is missing."""
+    """Return the samples of a pinch, or None if any of them is missing."""
     data = _within(recording.stretches, mark.epoch, mark.first_sample, mark.end)
     if data is None:
         return None
@@ -96,9 +96,9 @@ def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
     for group in recording.header.layout.groups:
         pace = group.layout.rate / recording.header.layout.rate
         first, end = (math.ceil(sample * pace) for sample in (mark.first_sample, mark.end))
-        its = _within(recording.groups[group.name], mark.epoch, first, end)
-        if its is not None:
-            groups[group.name] = Block(its, first, mark.epoch)
+        samples = _within(recording.groups[group.name], mark.epoch, first, end)
+        if samples is not None:
+            groups[group.name] = Block(samples, first, mark.epoch)
     label = mark.label
     if not label.session:
         label = replace(label, session=recording.header.session)
@@ -116,7 +116,7 @@ def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
 
 
 def _within(stretches: Sequence[Block], epoch: int, first: int, end: int) -> NDArray[Any] | None:
-    """Samples of an epoch, or None if any of them is missing."""
+    """Return samples of an epoch, or None if any of them is missing."""
     place = bisect_right(stretches, (epoch, first), key=lambda s: (s.epoch, s.first_sample))
     stretch = stretches[place - 1] if place else None
     if stretch is None or stretch.epoch != epoch or end > stretch.end:
@@ -125,22 +125,22 @@ def _within(stretches: Sequence[Block], epoch: int, first: int, end: int) -> NDA
 
 
 def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple[Path, ...]:
-    """Write one recording a session into a folder that exists.
+    """Write one recording per session into an existing folder.
 
     Parameters
     ----------
     dataset
-        The pinches; those of a session are written in their order, each as an
-        epoch of its own unless its samples follow the last.
+        Pinches, written per session in their order. Each becomes an epoch of its own unless its
+        samples follow the previous one.
     directory
-        Where the files go, named after number and session.
+        Folder for the files, which are named after number and session.
     header
-        For every file, with the session filled in.
+        Header of every file. The session is filled in.
 
     Returns
     -------
     tuple of Path
-        The files, in the order of the sessions' first pinches.
+        Paths of the files, in the order of the sessions' first pinches.
     """
     by_session: dict[str, list[Pinch]] = {}
     for pinch in dataset.pinches:
@@ -157,10 +157,10 @@ def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple
 
 
 def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
-    """Number pinches one after the other, with one number left out between two.
+    """Number pinches one after the other, with one number left out in between.
 
-    For sources that do not count samples: the hole says that a pinch does not
-    continue the one before.
+    Sources without sample numbers use this. The gap shows that a pinch does not continue the
+    previous one.
     """
     numbered = []
     start = 0
@@ -171,21 +171,21 @@ def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
 
 
 def shifted(pinch: Pinch, by: int) -> Pinch:
-    """A pinch whose samples are numbered so many higher; not those of its groups."""
+    """Return a pinch with higher sample numbers. Its groups keep theirs."""
     truth = tuple(replace(c, sample=c.sample + by, decided=c.decided + by) for c in pinch.truth)
     motor = None if pinch.motor_start is None else pinch.motor_start + by
     return replace(pinch, first_sample=pinch.first_sample + by, truth=truth, motor_start=motor)
 
 
 def find_recordings(path: Path) -> list[Path]:
-    """A file as it is; of a folder every recording in and below it, in the order of their names.
+    """Return a file as it is, or all recordings in a folder and below, sorted by name.
 
-    What is being made there, or was left by a command that was killed, is none.
+    Temporary files of running or killed commands are skipped.
 
     Raises
     ------
     InputError
-        It is a folder without any.
+        The folder holds no recording.
     """
     if not path.is_dir():
         return [path]

@@ -1,8 +1,8 @@
-"""Where the contacts of long files are: a CSV with a row each, or an Audacity label track.
+"""Contacts in long files, from a CSV with one row each or from an Audacity label track.
 
-A CSV has ``onset_s`` (seconds from the start of the file) or ``onset_sample`` (from 0), ``file``
-where there are several, ``channel`` (from 0) where one channel of each is wanted, and any of
-the labels of :mod:`firstcontact.recording._labels`.
+A CSV has ``onset_s`` (seconds from the start of the file) or ``onset_sample`` (from 0). ``file`` is
+needed for several files, ``channel`` (from 0) for one channel of each. It may have any of the
+labels of :mod:`firstcontact.recording._labels`.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from firstcontact.recording._quoting import quote
 from firstcontact.recording._table import Table, read_columns
 from firstcontact.recording._table_columns import unknown_columns
 
-#: What is cut out around a contact, s: quiet that a detector measures its noise in, and a
-#: window with what filters look ahead. Between two that are closer it is shared out alike.
+#: Time before and after a contact that a pinch includes, s: quiet for the detector's noise, and a
+#: window with the look-ahead of filters. Closer contacts share the time between them.
 BEFORE, AFTER = 0.080, 0.060
 SECONDS, SAMPLE = ONSET, "onset_sample"
 CHANNEL = "channel"
@@ -37,7 +37,7 @@ Columns = Table
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """A contact: row of the table, number of its file, its channel if one is named, its sample."""
+    """Contact in a file: table row, file number, channel (if named) and sample."""
 
     row: int
     file: int
@@ -46,12 +46,12 @@ class Event:
 
 
 def read_event_table(table: Path) -> Columns:
-    """Its columns, whichever of the two kinds it is.
+    """Read the columns of a CSV or label track.
 
     Raises
     ------
     InputError
-        It cannot be read, or has contacts that count within a pinch.
+        The table cannot be read, or counts contacts within a pinch.
     """
     columns = read_track(table) if is_track(table) else read_columns(table)
     for name in CONTACT_COLUMNS:
@@ -71,25 +71,25 @@ def find_events(
     shapes: Sequence[tuple[int, ...]],
     rate: float,
 ) -> list[Event]:
-    """The contacts in the order of the rows.
+    """Return the contacts in the order of the rows.
 
     Parameters
     ----------
     table
-        That messages name.
+        Path of the table, for messages.
     columns
-        Its own.
+        Columns of the table.
     of_rows
-        Number of each row's file, None of a file not asked for; empty where there is one file.
+        File number of each row, None for an unused file. Empty if there is one file.
     files, shapes
-        The files, and the shape of the samples of each: (samples, channels).
+        Paths of the files, and shapes of their samples: (samples, channels).
     rate
-        Hz.
+        Sampling rate, Hz.
 
     Raises
     ------
     InputError
-        Names the row that cannot be used.
+        A row is invalid; the message names it.
     """
     given = [name for name in (SECONDS, SAMPLE) if name in columns]
     if len(given) != 1:
@@ -141,7 +141,7 @@ def find_events(
 def labels_of(
     table: Path, columns: Columns, found: Sequence[Event], starts: Sequence[int]
 ) -> tuple[Columns, list[str]]:
-    """Labels and contact of each event, as labels of pinches that begin there; and notes."""
+    """Return labels and contact of each event, as labels of pinches that begin there; and notes."""
     given = {
         name: [cell[event.row] for event in found]
         for name, cell in columns.items()
@@ -157,16 +157,16 @@ def labels_of(
 def spans(
     events: Sequence[Event], lengths: Sequence[int], rate: float
 ) -> tuple[list[int], list[int]]:
-    """First sample and end of what is cut out around each contact.
+    """Return the first sample and the end of the cut around each contact.
 
     Parameters
     ----------
     events
-        The contacts.
+        Contacts.
     lengths
-        Samples of each file.
+        Number of samples of each file.
     rate
-        Hz.
+        Sampling rate, Hz.
     """
     before, after = round(BEFORE * rate), round(AFTER * rate)
     starts = [max(0, event.sample - before) for event in events]
@@ -182,7 +182,7 @@ def spans(
 def cut_events(
     events: Sequence[Event], whole: Sequence[NDArray[Any]], rate: float
 ) -> tuple[list[NDArray[Any]], list[int]]:
-    """Samples around each contact, shape (samples, channels), and where they start."""
+    """Return the samples around each contact, shape (samples, channels), and their starts."""
     starts, stops = spans(events, [len(data) for data in whole], rate)
     cuts = []
     for event, start, stop in zip(events, starts, stops, strict=True):
@@ -196,5 +196,5 @@ def _place(event: Event) -> tuple[int, int]:
 
 
 def _border(one: int, other: int) -> int:
-    """Where the cut of a contact ends and that of the next one begins, behind the former."""
+    """Return the border between the cuts of two consecutive contacts."""
     return min(other, one + max(1, round((other - one) * AFTER / (BEFORE + AFTER))))

@@ -1,6 +1,6 @@
-"""Import long sound files, as pinches around each contact that a table or label track names.
+"""Import of long sound files as pinches around contacts from a table or label track.
 
-Without one, a file is a single pinch of which no contact is known: for `firstcontact label`.
+Without a table, a file becomes one pinch without known contacts, for `firstcontact label`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from firstcontact.recording._sound import SUFFIXES, read_sound
 from firstcontact.recording._table_columns import source_of
 from firstcontact.recording._wav import check_alike, sound_layout, wav_samples
 
-#: What is said of a file that nobody named the contacts of.
+#: Note about a file without a table of contacts.
 NO_CONTACTS = "no contacts are known: give --events, or mark them with `firstcontact label`"
 
 __all__ = ["AFTER", "BEFORE", "EVENTS", "import_events"]
@@ -37,23 +37,23 @@ def import_events(
     sensor: VibrationSensor | None = None,
     events: Path | None = None,
 ) -> Dataset:
-    """Pinches around the contacts in a long WAV or FLAC file, or in those of a folder.
+    """Import pinches around the contacts in a long WAV or FLAC file, or in a folder of files.
 
     Parameters
     ----------
     path
-        The file, or a folder with the files that the table names, there or below.
+        Path of the file, or of a folder that holds the files of the table, there or below.
     rate
-        Not asked for: the files say it.
+        Unused: the files state their rate.
     sensor
-        What was recorded with; a microphone unless said otherwise.
+        Sensor of the recording, by default a microphone.
     events
-        The table, None for one file as one pinch.
+        Table of contacts; None imports one file as one pinch.
 
     Raises
     ------
     InputError
-        Names the table and the row, or the file, that cannot be used.
+        A row of the table or a file is invalid; the message names it.
     """
     if events is None:
         return _as_one(path, sensor)
@@ -87,7 +87,7 @@ def _as_one(file: Path, sensor: VibrationSensor | None) -> Dataset:
 def _files(
     path: Path, table: Path, columns: Columns
 ) -> tuple[list[Path], list[int | None], list[str]]:
-    """Files that have contacts, number of each row's (None: of a file not asked for), notes."""
+    """Return the files with contacts, the file number of each row (None: unused), and notes."""
     names = columns.get("file")
     if not path.is_dir():
         if names is None:

@@ -1,4 +1,4 @@
-"""A CSV with a row a sample, as :mod:`firstcontact.recording._csv` reads it."""
+"""Exporter to a CSV with one row per sample; :mod:`firstcontact.recording._csv` reads it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def _write(dataset: Dataset, path: Path) -> None:
             same = [*(column[i] for column in of_pinch.values()), *of_file.values()]
             time, *signals = sample_values(pinch).values()
             for now, *row in zip(time, *signals, strict=True):
-                # Nine digits give every float32 back exactly.
+                # Nine digits restore every float32 exactly.
                 writer.writerow([i, f"{now:.9f}", *(f"{v:.9g}" for v in row), *same])
 
 

@@ -1,4 +1,4 @@
-"""Arrays in an HDF5 file, as :mod:`firstcontact.recording._arrays` reads them."""
+"""Exporter to arrays in HDF5; :mod:`firstcontact.recording._arrays` reads them."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _write(dataset: Dataset, path: Path) -> None:
                 f"{name} of a pinch has a character 0, which no text in HDF5 can have: export to "
                 "csv or parquet"
             )
-    # In memory, since the library crashes the process when a disk is full.
+    # The file is built in memory, because the library crashes the process on a full disk.
     image = BytesIO()
     with h5py.File(image, "w") as file:
         for kind, shape in shapes.items():
@@ -69,7 +69,7 @@ def _write(dataset: Dataset, path: Path) -> None:
 
 
 def _by_finger(layout: Layout, kind: ChannelKind) -> tuple[int, ...]:
-    """Columns in the order of an array: index, then thumb, taxel by taxel, axis by axis."""
+    """Return the columns in array order: index, then thumb, by taxel and axis."""
     columns = [(c, i) for i, c in enumerate(layout.column_channels) if c.kind is kind]
     return tuple(
         i for _, i in sorted(columns, key=lambda ci: (ci[0].finger or 0, ci[0].taxel or 0))

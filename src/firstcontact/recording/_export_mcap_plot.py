@@ -1,7 +1,8 @@
-"""An MCAP file that plotting tools read without a plug-in: a topic a channel, ROS 2's Float64.
+"""Exporter to an MCAP file that plotting tools read without a plug-in: ROS 2 Float64 topics.
 
-Foxglove and PlotJuggler draw ``/vibration/piezo_index`` and the like over time. A recording itself
-has many samples a message, since a message for each would make it three times as large.
+Foxglove and PlotJuggler plot ``/vibration/piezo_index`` and the like over time. Recordings store
+many
+samples per message, because one message per sample would make them three times as large.
 """
 
 from __future__ import annotations
@@ -17,14 +18,14 @@ from firstcontact.core import Dataset, Pinch, finger_name
 from firstcontact.recording._formats import Exporter
 
 _NANO = 1_000_000_000
-#: Between two pinches whose samples do not follow each other, ns.
+#: Pause between two pinches that are not consecutive, ns.
 PAUSE = _NANO // 2
-#: Little-endian CDR, of a number and of a text.
+#: Little-endian CDR of a number and of a text.
 _NUMBER = struct.Struct("<4sd")
 _TEXT = struct.Struct("<4sI")
 _CDR = b"\x00\x01\x00\x00"
 _SCHEMAS = {"std_msgs/msg/Float64": b"float64 data\n", "std_msgs/msg/String": b"string data\n"}
-#: What was touched, when, as a text.
+#: Topic of the contacts, as text.
 CONTACTS = "/contacts"
 
 Values = NDArray[np.float64]
@@ -66,7 +67,7 @@ def _write(dataset: Dataset, path: Path) -> None:
 
 
 def _topics(pinch: Pinch) -> Mapping[str, tuple[Values, Values]]:
-    """Times from the pinch's first sample, s, and values of each channel, by its topic."""
+    """Return times from the pinch's first sample, s, and values of each channel, by topic."""
     layout = pinch.layout
     physical = layout.physical(pinch.data, tuple(range(layout.width)))
     times = np.arange(len(pinch.data)) / layout.rate
@@ -85,7 +86,7 @@ def _topics(pinch: Pinch) -> Mapping[str, tuple[Values, Values]]:
 
 
 def _contacts(pinch: Pinch) -> Iterator[tuple[float, str]]:
-    """Time from the first sample, s, and what touched what."""
+    """Yield the time from the first sample, s, and a description of each contact."""
     label = pinch.label
     shore = "" if label.shore_a is None else f", {label.shore_a:g} Shore A"
     for contact in pinch.truth:

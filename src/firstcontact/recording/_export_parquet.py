@@ -1,4 +1,4 @@
-"""A Parquet file with a row a sample."""
+"""Exporter to a Parquet file with one row per sample."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from firstcontact.core import Dataset
 from firstcontact.recording._exporting import file_values, pinch_values, sample_values
 from firstcontact.recording._formats import Exporter
 
-#: Pinches that share a row group.
+#: Number of pinches per row group.
 _PINCHES_A_GROUP = 50
 
 

@@ -1,6 +1,6 @@
-"""Write a dataset for other tools, whole or not at all.
+"""Export of datasets to other formats, written atomically.
 
-Signals are in their physical units, contacts count from a pinch's first sample.
+Signals are in their physical units. Contacts count from a pinch's first sample.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from firstcontact.recording._formats import EXPORTERS, Exporter
 
 
 def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
-    """Write a dataset in a format.
+    """Write a dataset in another format.
 
     Raises
     ------
@@ -36,7 +36,7 @@ def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
 
 
 def pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
-    """One value a pinch of every label and contact that is known for all of them."""
+    """Return one value per pinch for every label and contact that all pinches have."""
     pinches = dataset.pinches
     values: dict[str, list[Any]] = {
         "object": [p.label.object for p in pinches],
@@ -63,12 +63,12 @@ def pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
 
 
 def file_values(dataset: Dataset) -> dict[str, Any]:
-    """What holds for all pinches, under the names that the importers know.
+    """Return the settings of all pinches, under the importers' names.
 
     Raises
     ------
     InputError
-        Vibration channels differ in it.
+        The vibration channels differ in a setting.
     """
     layout = dataset.layout
     first, *others = layout.vibration
@@ -85,7 +85,7 @@ def file_values(dataset: Dataset) -> dict[str, Any]:
 
 
 def sample_values(pinch: Pinch) -> dict[str, Any]:
-    """The columns of a pinch that have a value for every sample."""
+    """Return the columns of a pinch that have a value for every sample."""
     layout = pinch.layout
     physical = layout.physical(pinch.data, tuple(range(layout.width))).astype(np.float32)
     time = (pinch.first_sample + np.arange(len(pinch.data))) / layout.rate

@@ -1,4 +1,4 @@
-"""Names as text in figures: nothing in them is markup, and nothing stops a drawing."""
+"""Names as plain text in figures: no markup, and no failure of the drawing."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ import unicodedata
 from functools import lru_cache
 from typing import Any
 
-#: For :func:`matplotlib.rc_context` around all that draws: a dollar sign is a dollar sign.
+#: Settings for :func:`matplotlib.rc_context` that draw text literally, dollar signs included.
 PLAIN: Any = {"text.parse_math": False, "text.usetex": False, "font.family": "DejaVu Sans"}
-#: Longer names are cut.
+#: Longest name in a figure; longer ones are cut.
 MOST = 28
 
 
 def figure_label(name: str, most: int = MOST) -> str:
-    """A name from a recording as it is written in a figure.
+    """Return a name from a recording as text for a figure.
 
-    On one line and of bounded length. A character that the font of the figures has not, or
-    whose glyph means something to the font's makers only, is given by its number, as U+82F9;
-    the report's tables have the name itself.
+    The text has one line and bounded length. A character that the font lacks, or that has only a
+    private meaning in it, becomes a number such as U+82F9. The report's tables hold the name
+    itself.
 
     Parameters
     ----------
     name
         Any text.
     most
-        Characters of it that are kept.
+        Largest number of characters.
     """
     there = _glyphs()
     line = " ".join("".join(_printable(c) for c in name[: 4 * most]).split())
@@ -42,13 +42,13 @@ def _printable(character: str) -> str:
     kind = unicodedata.category(character)
     if kind in ("Zl", "Zp", "Zs") or character.isspace():
         return " "
-    # Controls, halves of surrogate pairs, and what only directs text or joins characters.
+    # Control characters, surrogates, and characters that only direct or join text.
     return "\N{REPLACEMENT CHARACTER}" if kind in ("Cc", "Cs", "Cf") else character
 
 
 @lru_cache(maxsize=1)
 def _glyphs() -> frozenset[int]:
-    """Characters that the figures' font has."""
+    """Return the characters that the figures' font has."""
     from matplotlib.font_manager import findfont, get_font
 
     return frozenset(get_font(findfont(PLAIN["font.family"])).get_charmap())

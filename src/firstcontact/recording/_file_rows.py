@@ -1,4 +1,4 @@
-"""The files of a folder that the rows of a table name."""
+"""Matching of a table's rows to the files of a folder."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from firstcontact.core import InputError, counted, files_below
 
 
 def files_of_rows(folder: Path, names: list[str], table: Path, suffix: str) -> list[Path]:
-    """The file of each row; every file with the suffix has a row and every row a file.
+    """Return the file of each row. Every file with the suffix must have one row, and vice versa.
 
     Raises
     ------
     InputError
-        Names the row, or the file, that has no other.
+        A row or a file has no counterpart; the message names it.
     """
     there = files_below(folder, suffix)
     by_name: dict[str, list[Path]] = {}
@@ -35,6 +35,6 @@ def files_of_rows(folder: Path, names: list[str], table: Path, suffix: str) -> l
         raise InputError(
             f"{table}: {counted(len(left), f'{kind} file')} {'has' if len(left) == 1 else 'have'} "
             f"no row (first: {left[0]!r}): "
-            "add the rows or take the files away"
+            "add the rows or remove the files"
         )
     return files

@@ -1,4 +1,4 @@
-"""What can be imported and exported, by name. A new format is one file and one line here."""
+"""Registry of import and export formats. A new one is one file and one line here."""
 
 from __future__ import annotations
 
@@ -15,35 +15,34 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Importer:
-    """How files of one kind come in.
+    """Importer of one kind of file.
 
     Parameters
     ----------
     name
-        Under which it is registered.
+        Name in the registry.
     title
-        What it takes, as messages say it: "a .csv file".
+        Accepted files, for messages: "a .csv file".
     read
-        From a path and the rate in Hz that a person gave or None, to a dataset; what it asks
-        for besides comes by keyword (``sensor``, ``events``, ``channels``, ``labels``), None
-        where nobody gave it. Raises InputError naming the file, what is wrong in it and the
-        remedy.
+        Function from a path and a rate in Hz (or None) to a dataset. Other options come by keyword
+        (``sensor``, ``events``, ``channels``, ``labels``), None if not given. It raises
+        InputError with the file, the problem and the remedy.
     suffixes
-        Of its files, in lower case; none where it takes a folder.
+        Suffixes of its files, in lower case; empty for folders.
     marker
-        Name of the file that a folder must hold to be taken, where it takes folders.
+        Name of a file that an accepted folder must hold.
     asks_rate
-        Whether its files need not say their own rate.
+        True if its files may lack their rate.
     asks_sensor
-        Whether they do not say what they were recorded with.
+        True if its files do not state their sensor.
     asks_events
-        Whether a table can say where their contacts are. Any folder is then taken with one.
+        True if a table can give the contacts. Any folder is then accepted with a table.
     asks_channels
-        Whether a table can say what their signals are. Any folder is then taken with one.
+        True if a table can describe the signals. Any folder is then accepted with a table.
     asks_labels
-        Whether the labels of a folder's files can be elsewhere than in it.
+        True if the labels of a folder's files can be outside of it.
     extra, modules
-        Of this package that it needs, and the modules that come with it.
+        Extra of this package that it needs, and the modules of that extra.
     """
 
     name: str
@@ -60,7 +59,7 @@ class Importer:
     modules: tuple[str, ...] = ()
 
     def accepts(self, path: Path, given: Collection[str] = ()) -> bool:
-        """Whether this is for it, with these options given, by their names."""
+        """Return True if it accepts the path with these options, given by name."""
         tables = {"events", "channels", "labels"} & set(given)
         if not all(getattr(self, f"asks_{name}") for name in tables):
             return False
@@ -72,19 +71,19 @@ class Importer:
 
 @dataclass(frozen=True, slots=True)
 class Exporter:
-    """How a dataset goes out.
+    """Exporter of datasets to one format.
 
     Parameters
     ----------
     name
-        Under which it is registered.
+        Name in the registry.
     write
-        Writes a dataset of one pinch or more to a path that is free. Raises InputError if the
-        format cannot hold it.
+        Function that writes a dataset of one pinch or more to a new path. It raises InputError if
+        the format cannot hold the dataset.
     extra, modules
-        Of this package that it needs, and the modules that come with it.
+        Extra of this package that it needs, and the modules of that extra.
     groups
-        Whether it holds slower groups, too.
+        True if the format also holds slower groups.
     """
 
     name: str

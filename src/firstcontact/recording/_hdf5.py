@@ -1,4 +1,4 @@
-"""Arrays out of an HDF5 file: what is in it, and nothing that it only points to."""
+"""Reader of arrays in HDF5 files, which follows no link out of the file."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from firstcontact.recording._memory import bounded_memory
 from firstcontact.recording._quoting import reason
 from firstcontact.recording._sizes import check_unpacked, most_unpacked
 
-#: Soft links that may lead to one another.
+#: Largest number of consecutive soft links.
 _LINKS = 8
-#: Most bytes of an attribute.
+#: Largest attribute, bytes.
 _ATTRIBUTE = 1 << 16
-#: Most texts that are read at once, and most bytes that these may be.
+#: Largest number of texts read together, and largest size of them, bytes.
 _TEXTS = 4096
 _TEXT_BYTES = 64 << 20
-#: How long a file may take, s, and bytes a second of it beside.
+#: Time limit for a file, s, and additional time per byte.
 _SECONDS, _SPEED = 10.0, 1e6
-#: What the library itself needs, bytes.
+#: Memory of the library itself, bytes.
 _SPARE = 128 << 20
 _DAMAGE = (
     OSError,
@@ -42,16 +42,15 @@ _DAMAGE = (
 def read_hdf5(
     path: Path, known: Collection[str], settings: Collection[str]
 ) -> tuple[dict[str, NDArray[Any]], list[str]]:
-    """Datasets of these names and settings among the attributes; and names that are not read.
+    """Read datasets and attributes by name. Return them and the names that were not read.
 
-    Attributes are those of the file and of its sensor's dataset (``piezo``).
+    The attributes are those of the file and of its sensor's dataset (``piezo``).
 
     Raises
     ------
     InputError
-        The file cannot be read, or names the dataset at fault: a link that leads out
-        of the file or nowhere, storage outside, a type that cannot be read, or far
-        more than the file holds.
+        The file cannot be read, or a dataset is invalid: a link out of the file or to nothing,
+        external storage, an unreadable type, or far more data than the file holds.
     """
     try:
         open_regular(path).close()
@@ -68,11 +67,11 @@ def read_hdf5(
 def _read(
     path: Path, known: Collection[str], settings: Collection[str]
 ) -> tuple[dict[str, NDArray[Any]], list[str]]:
-    """In a process of its own: the library loops or crashes on some damaged files."""
+    """Read in a separate process, because the library loops or crashes on some damaged files."""
     import h5py
 
     arrays: dict[str, NDArray[Any]] = {}
-    # The library believes what a damaged file says of the size of its parts.
+    # The library trusts the sizes that a damaged file states.
     most = _SPARE + 2 * most_unpacked(path.stat().st_size)
     with bounded_memory(most), h5py.File(path, "r") as file:
         names = list(file.keys())
@@ -94,7 +93,7 @@ def _read(
 
 
 def _walk(path: Path, file: Any, name: str, target: str, left: int = _LINKS) -> None:
-    """Follow a name step by step, before the library does: no step may leave the file."""
+    """Follow a name step by step, before the library does. No step may leave the file."""
     from h5py import Group, h5l
 
     group, gone = file, ""
@@ -105,7 +104,7 @@ def _walk(path: Path, file: Any, name: str, target: str, left: int = _LINKS) -> 
             raise InputError(f"{path}: {name} is a link to {target!r}, which is not there")
         kind = group.id.links.get_info(key).type
         if kind == h5l.TYPE_SOFT and left:
-            # Where it leads is looked at first, and then what is behind it.
+            # Check the target of a link first, then the rest of the name.
             to = group.id.links.get_val(key).decode("utf-8", "surrogateescape")
             rest = "/".join(steps[k + 1 :])
             base = "" if to.startswith("/") else gone
@@ -120,7 +119,7 @@ def _walk(path: Path, file: Any, name: str, target: str, left: int = _LINKS) -> 
 
 
 def _check(path: Path, name: str, dataset: Any) -> None:
-    """Refuse what is stored elsewhere, and what is no array of numbers or texts."""
+    """Raise an error for external storage, and for data that are neither numbers nor texts."""
     from h5py import check_string_dtype
 
     if dataset.external or dataset.is_virtual:
@@ -135,7 +134,7 @@ def _check(path: Path, name: str, dataset: Any) -> None:
 
 
 def _declared(dataset: Any) -> int:
-    """Bytes that reading it takes: all of it, and one chunk unpacked."""
+    """Return the bytes that reading needs: the whole dataset, and one unpacked chunk."""
     chunk = math.prod(dataset.chunks or ())
     return int((math.prod(dataset.shape) + chunk) * max(dataset.dtype.itemsize, 1))
 
@@ -147,7 +146,7 @@ def _values(path: Path, name: str, dataset: Any) -> NDArray[Any]:
                 f"{path}: {name} has the shape {dataset.shape}: give one text for each pinch"
             )
         return np.asarray(dataset[()])
-    # Texts lie elsewhere in the file, and many may be one and the same.
+    # Texts lie elsewhere in the file, and several may share one place.
     size = path.stat().st_size
     step = min(_TEXTS, max(1, _TEXT_BYTES // size))
     values: list[Any] = []

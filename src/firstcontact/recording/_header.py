@@ -1,4 +1,4 @@
-"""What a recording says about itself, and the marks made in it."""
+"""Header of a recording, and marks in it."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from firstcontact.core import (
     read_record,
 )
 
-#: Name and version of the format; a reader refuses any other.
+#: Name and version of the format. Readers refuse others.
 FORMAT = "firstcontact.recording"
 VERSION = 2
-#: Those that a reader knows: 1 says of vibration channels that they are piezos.
+#: Versions that readers accept. In version 1 all vibration channels are piezos.
 _VERSIONS = (1, VERSION)
-#: Where samples can come from.
+#: Sources of samples.
 SOURCES = ("twin", "real", "synthetic", "unknown")
-#: Sample types a recording can hold, little-endian.
+#: Sample types of recordings, little-endian.
 DTYPES = {"int16": "<i2", "int32": "<i4", "float32": "<f4"}
-#: Sample numbers end here: further than any device counts, and exact in floats and JSON.
+#: Largest sample number: beyond any device, and exact in floats and JSON.
 LAST_SAMPLE = 1 << 53
-#: Most characters of a marker's text.
+#: Longest text of a marker, characters.
 LONGEST_TEXT = 20_000
-#: Most bytes of a mark or marker.
+#: Longest mark or marker, bytes.
 LONGEST_MARK = 1 << 17
 
-#: What importers wrote into the notes before ``session_assumed`` was there.
+#: Note of importers from before ``session_assumed`` existed.
 _OLD_ASSUMPTION = "no session column: all pinches were taken as one session"
 
 Sample = Annotated[int, Meta(ge=0, le=LAST_SAMPLE)]
@@ -45,29 +45,29 @@ Epoch = Annotated[int, Meta(ge=0, lt=1 << 32)]
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """What a recording says about itself. "" means not known.
+    """Header of a recording. "" means unknown.
 
     Parameters
     ----------
     layout
-        The columns, their rate and units.
+        Columns, their rate and units.
     source
         "twin", "real", "synthetic" or "unknown".
     dtype
         Type of the samples: "int16", "int32" or "float32".
     sensor, hand, firmware
-        What was recorded with.
+        Sensor, hand and firmware of the recording.
     session
-        The stretch of collecting data that the recording belongs to.
+        Session of data collection that the recording belongs to.
     notes
-        The operator's words.
+        Notes of the operator.
     created
-        ISO 8601 time. A simulated recording leaves it empty, since the same
-        seed must give the same bytes.
+        ISO 8601 time. It is empty for simulated recordings, since the same seed must give the same
+        bytes.
     calibration
-        What was measured of the fingertips, where that was done.
+        Calibration of the fingertips, if measured.
     session_assumed
-        Whether nobody named a session, so that an importer took all pinches as one.
+        True if no session was named, so that the importer treated all pinches as one.
     """
 
     layout: Layout
@@ -91,7 +91,7 @@ class Header:
             raise ValueError(f"dtype is {self.dtype!r}, not one of {', '.join(DTYPES)}")
 
     def to_json(self) -> dict[str, Any]:
-        """A JSON-ready form, with the name and version of the format."""
+        """Return the header as a tree for JSON, with the name and version of the format."""
         tree = {"format": FORMAT, "version": VERSION, **asdict(self)}
         if self.calibration is None:
             del tree["calibration"]
@@ -102,19 +102,19 @@ class Header:
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """What tells our headers from others, and one version from another."""
+    """Fields that identify a header and its version."""
 
     format: str = ""
     version: int | None = None
 
 
 def read_header(data: bytes, where: str) -> Header:
-    """What ``/header`` holds.
+    """Read the contents of ``/header``.
 
     Raises
     ------
     InputError
-        It is not ours, of another version, or a field is missing or out of bounds.
+        The header is foreign, of another version, or has an invalid field.
     """
     remedy = "write the file again from its source"
     data = data.rstrip(b" ")
@@ -137,7 +137,7 @@ def read_header(data: bytes, where: str) -> Header:
 
 @dataclass(frozen=True, slots=True)
 class _Touch:
-    """A contact as a mark holds it."""
+    """Contact in a mark."""
 
     finger: Finger | None
     sample: Sample
@@ -145,7 +145,7 @@ class _Touch:
 
 @dataclass(frozen=True, slots=True)
 class _Mark:
-    """A mark as a recording holds it; other fields than those of :class:`PinchMark`."""
+    """Mark as a recording stores it. Its fields differ from :class:`PinchMark`."""
 
     number: Count
     first_sample: Sample
@@ -175,25 +175,25 @@ class _Mark:
 
 @dataclass(frozen=True, slots=True)
 class PinchMark:
-    """Where a pinch lies in a recording, and what is known about it.
+    """Position of a pinch in a recording, with its labels and contacts.
 
     Parameters
     ----------
     number
-        Counts the pinches of a recording from 0, so that a lost mark shows.
+        Number of the pinch in the recording, from 0. A gap shows a lost mark.
     first_sample, end
-        Device sample numbers: the first, and one past the last.
+        Device sample numbers: the first, and one after the last.
     epoch
-        The epoch that both belong to.
+        Epoch of both sample numbers.
     label
-        What was pinched.
+        Label of the pinched object.
     truth
-        Known contacts, in the order of time.
+        Known contacts, in time order.
     motor_start
-        Device sample number from which the motor closes the hand, None where not known.
+        Device sample number at which the motor starts to close the hand; None if unknown.
     found
-        Contacts that a detector marked while it was recorded: not the truth, but where to look
-        for it.
+        Contacts that a detector marked during the recording. They are no ground truth, but hints
+        for labelling.
     found_by
         Name of that detector.
     """
@@ -209,7 +209,7 @@ class PinchMark:
     found_by: str = ""
 
     def to_json(self) -> dict[str, Any]:
-        """A JSON-ready form."""
+        """Return the mark as a tree for JSON."""
         tree = {
             "number": self.number,
             "first_sample": self.first_sample,
@@ -227,12 +227,12 @@ class PinchMark:
 
 
 def read_mark(data: bytes, where: str) -> PinchMark:
-    """What ``/pinch`` holds.
+    """Read the contents of ``/pinch``.
 
     Raises
     ------
     InputError
-        A field is missing or out of bounds, or its samples contradict each other.
+        A field is missing or out of bounds, or its sample numbers contradict each other.
     """
     m = read_record(data, _Mark, where, "mark the pinch again", LONGEST_MARK)
     truth = tuple(Contact(c.finger, c.sample, c.sample) for c in m.truth)
@@ -244,7 +244,7 @@ def read_mark(data: bytes, where: str) -> PinchMark:
 
 @dataclass(frozen=True, slots=True)
 class Marker:
-    """A word of the operator or of a device, pinned to a sample."""
+    """Text of the operator or of a device, attached to a sample."""
 
     sample: Sample
     text: Annotated[str, Meta(max_length=LONGEST_TEXT)]
@@ -252,7 +252,7 @@ class Marker:
 
 
 def read_marker(data: bytes, where: str) -> Marker:
-    """What ``/marker`` holds.
+    """Read the contents of ``/marker``.
 
     Raises
     ------

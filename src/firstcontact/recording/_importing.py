@@ -1,4 +1,4 @@
-"""Bring in what others have: finds the importer, writes recordings whole or not at all."""
+"""Import of foreign data: chooses the importer and writes recordings atomically."""
 
 from __future__ import annotations
 
@@ -30,43 +30,43 @@ def import_path(
     channels: AnyPath | None = None,
     labels: AnyPath | None = None,
 ) -> Dataset:
-    """Import what one of the importers takes into a new folder.
+    """Import a file or folder into a new folder of recordings.
 
     Parameters
     ----------
     path
-        What to import.
+        Path of the data.
     out
-        Folder for the recordings; must be missing or empty.
+        Folder for the recordings, which must be missing or empty.
     rate
-        Hz, for a file that need not say it and does not.
+        Rate, Hz, for a file that does not state it.
     source
-        One of :data:`firstcontact.recording._header.SOURCES`, for a file that does not
-        say it.
+        Source, one of :data:`firstcontact.recording._header.SOURCES`, for a file that does not
+        state it.
     sensor
-        What was recorded with, for a file that does not say it.
+        Sensor, for a file that does not state it.
     events
-        Table of where the contacts are, for long files.
+        Table of the contacts in long files.
     channels
-        Table of what the signals of a file are, where they have names of its maker's.
+        Table of a file's signals, for names chosen by others.
     labels
-        Table of what was touched in each file of a folder, where it is not in the folder.
+        Table of the labels of a folder's files, if it lies outside the folder.
 
     Returns
     -------
     Dataset
-        What was written; its notes tell what was assumed.
+        The imported data. Its notes list assumptions.
 
     Raises
     ------
     InputError
-        The input cannot be used or says another source, or ``out`` is in use; then
-        nothing is written.
+        The data cannot be used or state another source, or ``out`` is in use. Nothing was
+        written.
     """
     path, out = Path(path), resolve_path(Path(out))
     try:
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
-            raise InputError(f"{out} is there and not an empty folder: choose another --out")
+            raise InputError(f"{out} exists and is not an empty folder: choose another --out")
     except OSError as error:
         raise _unwritable(out, error) from error
     named = {"events": events, "channels": channels, "labels": labels}
@@ -75,7 +75,7 @@ def import_path(
         path, rate, [name for name, table in tables.items() if table is not None]
     )
     if sensor is not None and not importer.asks_sensor:
-        raise InputError(f"{path} says what its sensor is: leave --sensor out")
+        raise InputError(f"{path} states its sensor: leave --sensor out")
     require_extra(importer)
     given: dict[str, object] = {
         name: value
@@ -85,7 +85,7 @@ def import_path(
     with IMPORTERS.calling(importer.name):
         dataset = importer.read(path, rate, **given)
         if not isinstance(dataset, Dataset):
-            raise TypeError(f"{type(dataset).__name__} is no dataset")
+            raise TypeError(f"{type(dataset).__name__} is not a Dataset")
     dataset = _from(dataset, path, source)
     first = dataset.pinches[0]
     name = path.name.encode("utf-8", "replace").decode()
@@ -101,11 +101,11 @@ def import_path(
         with temporary_path(out) as temporary:
             temporary.mkdir()
             write_dataset(dataset, temporary, header)
-            temporary.replace(out)  # refused where it is not empty any more
+            temporary.replace(out)  # fails if the folder is not empty any more
     except OSError as error:
         raise _unwritable(out, error) from error
     except InputError as error:
-        # The writer speaks of its own file and of what stays in it; here nothing stays.
+        # The writer's message names a temporary file that no longer exists.
         if isinstance(error.__cause__, OSError):
             raise _unwritable(out, error.__cause__) from error
         raise
@@ -113,7 +113,7 @@ def import_path(
 
 
 def _from(dataset: Dataset, path: Path, source: str | None) -> Dataset:
-    """The dataset with its source: what the file says, or else what the user does."""
+    """Set the dataset's source: the file's statement, or else the user's."""
     if source is not None and dataset.source not in ("unknown", source):
         raise InputError(
             f"{path} says that its source is {dataset.source} and --source {source}: leave "
@@ -131,7 +131,7 @@ def _unwritable(out: Path, error: OSError) -> InputError:
 
 
 def _accepting(path: Path, given: Sequence[str]) -> Importer | None:
-    """Return the first importer that takes a path; later plug-ins are not imported."""
+    """Return the first importer that accepts a path. Later plug-ins are not imported."""
     for name in IMPORTERS:
         with IMPORTERS.calling(name):
             if IMPORTERS[name].accepts(path, given):
@@ -140,21 +140,21 @@ def _accepting(path: Path, given: Sequence[str]) -> Importer | None:
 
 
 def find_importer(path: Path, rate: float | None = None, given: Sequence[str] = ()) -> Importer:
-    """The first that takes it; what a folder lacks is said by the first that takes folders.
+    """Return the first importer that accepts the path. The first one for folders reports faults.
 
     Parameters
     ----------
     path
-        To be imported.
+        Path of the data.
     rate
-        What a person said of it, Hz.
+        Rate given by the user, Hz.
     given
-        Names of the tables that a person gave beside it.
+        Names of the tables given by the user.
 
     Raises
     ------
     InputError
-        None takes it, or not with these.
+        No importer accepts the path with these options.
     """
     if not path.exists():
         raise InputError(f"{path} does not exist: check the path")

@@ -1,7 +1,8 @@
-r"""Label tracks as Audacity exports them: ``start<TAB>end<TAB>text`` in seconds, a line each.
+r"""Label tracks of Audacity: one line ``start<TAB>end<TAB>text`` per label, in seconds.
 
-The text of a label (and of a marker in an XDF file) says what was touched: the object in
-plain words, or ``name=value`` of any label, with semicolons between: ``eraser; shore_a=40``.
+The text of a label (or of an XDF marker) is the object in plain words, or ``name=value`` of any
+label,
+separated by semicolons: ``eraser; shore_a=40``.
 """
 
 from __future__ import annotations
@@ -14,28 +15,28 @@ from firstcontact.recording._labels import LABEL_COLUMNS
 from firstcontact.recording._quoting import quote, reason
 from firstcontact.recording._table import Table
 
-#: Bytes of the longest track: a hundred thousand labels and more.
+#: Largest track, bytes: more than a hundred thousand labels.
 LONGEST_TRACK = 1 << 24
-#: Lines that begin so belong to the label before: its range of frequencies.
+#: Prefix of lines with the frequency range of the label before.
 _FREQUENCIES = "\\"
-#: The column of a label's start.
+#: Column with the start of a label.
 ONSET = "onset_s"
 
 
 def is_track(path: Path) -> bool:
-    """Whether a table of contacts is a label track, by its name."""
+    """Return True if the name of a table of contacts is that of a label track."""
     return path.suffix.lower() == ".txt"
 
 
 def read_track(path: Path) -> Table:
-    """The labels of a track, as columns of a table of contacts.
+    """Read the labels of a track as columns of a table of contacts.
 
-    Where a label spans a range, its start is the contact.
+    The start of a label's range is the contact.
 
     Raises
     ------
     InputError
-        It cannot be read, or names the line that is no label.
+        The file cannot be read, or a line is invalid; the message names it.
     """
     try:
         text = read_regular(path, LONGEST_TRACK).decode("utf-8-sig")
@@ -53,7 +54,7 @@ def read_track(path: Path) -> Table:
             continue
         fields = line.split("\t")
         try:
-            # Some languages write a comma for the point.
+            # Some languages use a decimal comma.
             start, end = (parse_float(field.replace(",", ".")) for field in fields[:2])
         except ValueError:
             start, end = 1.0, 0.0
@@ -71,12 +72,12 @@ def read_track(path: Path) -> Table:
 
 
 def label_columns(where: str, table: Table, texts: Sequence[str]) -> Table:
-    """A table with what the texts of its rows say; a text of plain words is the object.
+    """Add the columns in the texts of a table's rows. Plain words are the object.
 
     Raises
     ------
     InputError
-        A ``name=value`` of no label, or one that only some of the texts have.
+        A ``name=value`` is not a label, or only some texts have it.
     """
     rows: list[dict[str, str]] = []
     for number, text in enumerate(texts):

@@ -1,4 +1,4 @@
-"""Columns of a stranger's table into labels and contacts, and with its samples into pinches."""
+"""Conversion of table columns to labels and contacts, and with samples to pinches."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from firstcontact.recording._cells import Columns, each, place
 from firstcontact.recording._dataset import pause_between, shifted
 from firstcontact.recording._quoting import quote
 
-#: Columns that say what was pinched.
+#: Columns that describe the object.
 LABEL_COLUMNS = (
     "object",
     "material",
@@ -37,7 +37,7 @@ LABEL_COLUMNS = (
     "session",
     "role",
 )
-#: Columns that say when it was touched, and from when on the hand closed.
+#: Columns with the contacts and the start of the motor.
 CONTACT_COLUMNS = (
     "first_contact",
     "pre_trigger_samples",
@@ -45,7 +45,7 @@ CONTACT_COLUMNS = (
     "first_finger",
     "motor_start",
 )
-#: How long after a contact the fingers are compared where the labels name none, s.
+#: Time after a contact in which the fingers are compared if the labels name none, s.
 _LISTEN = 0.005
 
 
@@ -60,32 +60,32 @@ def labelled(
     starts: Sequence[int] | None = None,
     groups: Sequence[Mapping[str, Block]] | None = None,
 ) -> Dataset:
-    """Pinches out of what an importer read.
+    """Build pinches from the data of an importer.
 
     Parameters
     ----------
     where
-        File that messages name.
+        Name of the file, for messages.
     cuts
         Raw samples of each pinch, shape (samples, columns).
     layout
-        Of them.
+        Layout of the samples.
     columns
-        Any of :data:`LABEL_COLUMNS` and :data:`CONTACT_COLUMNS`; others are passed over.
+        Any of :data:`LABEL_COLUMNS` and :data:`CONTACT_COLUMNS`. Others are ignored.
     source
-        Where they come from.
+        Source of the data.
     notes
-        Of the importer; what is assumed here comes before them.
+        Notes of the importer. Notes on assumptions precede them.
     starts
-        Number of each pinch's first sample, where the file counts them; else they are numbered
-        one after the other.
+        Number of each pinch's first sample, if the file counts them. Otherwise the pinches are
+        numbered one after the other.
     groups
-        Slower groups of each pinch, with ``starts``: on the same clock.
+        Slower groups of each pinch, on the clock of ``starts``.
 
     Raises
     ------
     InputError
-        As of the functions below.
+        See the functions below.
     """
     labels, assumed = make_labels(where, columns, len(cuts))
     contacts, guessed = make_contacts(where, columns, cuts, layout)
@@ -111,21 +111,21 @@ def labelled(
 
 
 def make_labels(where: str, columns: Columns, pinches: int) -> tuple[list[Label], list[str]]:
-    """The label of each pinch, and what had to be assumed.
+    """Return the label of each pinch, and notes on assumptions.
 
     Parameters
     ----------
     where
-        File (and table) that messages name.
+        File (and table), for messages.
     columns
-        Any of :data:`LABEL_COLUMNS`, one value a pinch; others are not looked at.
+        Any of :data:`LABEL_COLUMNS`, one value per pinch. Others are ignored.
     pinches
-        How many pinches there are.
+        Number of pinches.
 
     Raises
     ------
     InputError
-        Names the column and the pinch that cannot be used.
+        A column or value is invalid; the message names the pinch.
     """
     for one, other in (("object", "material"), ("hardness_rank", "hardness_class")):
         if one in columns and other in columns:
@@ -172,29 +172,28 @@ def make_labels(where: str, columns: Columns, pinches: int) -> tuple[list[Label]
 def make_contacts(
     where: str, columns: Columns, samples: Sequence[NDArray[Any]], layout: Layout
 ) -> tuple[list[tuple[Contact, ...]], list[str]]:
-    """Known contacts of each pinch, counted from its own first sample.
+    """Return the known contacts of each pinch, counted from its first sample.
 
     Parameters
     ----------
     where
-        File that messages name.
+        Name of the file, for messages.
     columns
-        Any of :data:`CONTACT_COLUMNS`; -1 is not known.
+        Any of :data:`CONTACT_COLUMNS`; -1 means unknown.
     samples
-        Of each pinch, shape (samples, columns).
+        Samples of each pinch, shape (samples, columns).
     layout
-        Their columns.
+        Layout of the samples.
 
     Returns
     -------
     contacts, notes
-        What had to be assumed is said in the notes, one sentence each.
+        Contacts, and notes on assumptions, one sentence each.
 
     Raises
     ------
     InputError
-        A contact outside its pinch, the second before the first, or an unknown
-        finger.
+        A contact lies outside its pinch, the second precedes the first, or a finger is unknown.
     """
     if "first_contact" in columns and "pre_trigger_samples" in columns:
         raise InputError(f"{where} has first_contact and pre_trigger_samples: keep one of the two")
@@ -246,23 +245,23 @@ def make_contacts(
 def make_motor_starts(
     where: str, columns: Columns, lengths: Sequence[int], contacts: Sequence[tuple[Contact, ...]]
 ) -> list[int | None]:
-    """From which sample on the motor runs in each pinch, counted from its own first sample.
+    """Return the start of the motor in each pinch, counted from its first sample.
 
     Parameters
     ----------
     where
-        File that messages name.
+        Name of the file, for messages.
     columns
-        ``motor_start`` of them is read; -1 is not known.
+        Columns; only ``motor_start`` is read. -1 means unknown.
     lengths
-        Samples of each pinch.
+        Number of samples of each pinch.
     contacts
-        Of each pinch, as :func:`make_contacts` gives them.
+        Contacts of each pinch from :func:`make_contacts`.
 
     Raises
     ------
     InputError
-        A start outside its pinch, or not before its first contact.
+        A start lies outside its pinch, or not before its first contact.
     """
     starts = each(where, columns, "motor_start", cells.whole) or [-1] * len(lengths)
     for i, (start, length, known) in enumerate(zip(starts, lengths, contacts, strict=True)):
@@ -277,7 +276,7 @@ def make_motor_starts(
 
 
 def _livelier(signals: NDArray[Any], first: int, second: int, rate: float) -> Finger:
-    """The finger that moved more right after the contact, each against its own quiet."""
+    """Return the finger that moved more after the contact, relative to its own quiet."""
     volts = signals.astype(np.float64)
     quiet = volts[: max(first, 1)]
     end = max(first + round(_LISTEN * rate), first + 2)

@@ -1,7 +1,8 @@
-"""Import MATLAB files: arrays of pinches under our names, or signals that a table explains.
+"""Import of MATLAB files with arrays of pinches, or with signals that a table describes.
 
 Without a table, a file holds the arrays of :mod:`firstcontact.recording._arrays`. With
-``--channels`` each file is one pinch, of signals under any names and at several rates.
+``--channels``
+each file is one pinch, with signals of any name and rate.
 """
 
 from __future__ import annotations
@@ -40,23 +41,23 @@ def import_mat(
     channels: Path | None = None,
     labels: Path | None = None,
 ) -> Dataset:
-    """Pinches out of a MATLAB file, or one pinch out of each of a folder's.
+    """Import pinches from a MATLAB file, or one pinch from each file of a folder.
 
     Parameters
     ----------
     path
-        The file, or with ``channels`` a folder of them.
+        Path of the file, or with ``channels`` of a folder.
     rate
-        Not asked for: the file or the table says it.
+        Unused: the file or the table states it.
     channels
-        What the signals of a file are; None where they have the names of arrays of ours.
+        Table of the signals; None if the file has arrays with our names.
     labels
-        A row for every file with its labels; of a folder ``labels.csv`` in it unless given.
+        Table of labels with a row per file, by default ``labels.csv`` in the folder.
 
     Raises
     ------
     InputError
-        Names the file and the variable, or the row of a table, that cannot be used.
+        A variable or a row of a table is invalid; the message names the file.
     """
     if channels is None:
         if labels is not None or path.is_dir():
@@ -81,7 +82,7 @@ def import_mat(
 
 
 def _files(path: Path, labels: Path | None) -> tuple[list[Path], Mapping[str, list[str]], Path]:
-    """The files, the columns of their table, and the table: none and the path without one."""
+    """Return the files, the columns of their table, and the table (without one: the path)."""
     table = labels or (path if path.is_dir() else path.parent) / LABELS
     if labels is None and not (path.is_dir() and table.exists()):
         if not path.is_dir():
@@ -103,7 +104,7 @@ def _files(path: Path, labels: Path | None) -> tuple[list[Path], Mapping[str, li
 
 
 def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Assembled:
-    """All signals of the table out of one file."""
+    """Read all signals of the table from one file."""
     arrays, others = read_mat(file, {s.variable for s in signals})
     taken = []
     for signal in signals:
@@ -127,10 +128,11 @@ def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Assembled:
 
 
 def _in_time(file: Path, signal: Signal, values: NDArray[Any]) -> NDArray[Any]:
-    """A variable as (samples, columns).
+    """Return a variable as (samples, columns).
 
-    A vibration without a column is one signal: MATLAB's ``x(:)``, so that packets side by side
-    follow each other. Of anything else the longer side is time.
+    A vibration without a column is one signal, MATLAB's ``x(:)``, so that adjacent packets follow
+    each
+    other. For anything else the longer axis is time.
     """
     if values.ndim != 2:
         raise InputError(
@@ -142,7 +144,7 @@ def _in_time(file: Path, signal: Signal, values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _from_named(path: Path) -> Dataset:
-    """Arrays of pinches, with the dimensions put back that MATLAB does not keep."""
+    """Read arrays of pinches and restore dimensions that MATLAB drops."""
     arrays, others = read_mat(path, _NAMED)
     if not any(name in arrays for name in VibrationSensor):
         raise InputError(

@@ -1,4 +1,4 @@
-"""Arrays out of a MATLAB file, of any version, by the names of its variables."""
+"""Reader of variables in MATLAB files of any version."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from firstcontact.recording._memory import bounded_memory
 from firstcontact.recording._quoting import reason
 from firstcontact.recording._sizes import check_unpacked, most_unpacked
 
-#: How long a file may take, s, and bytes a second of it beside; what the library needs, bytes.
+#: Time limit for a file, s, additional time per byte, and memory of the library, bytes.
 _SECONDS, _SPEED, _SPARE = 10.0, 1e6, 128 << 20
-#: What a file of version 7.3 begins with; it is HDF5 behind 512 bytes.
+#: Start of a file of version 7.3, which is HDF5 after 512 bytes.
 _HDF5 = b"MATLAB 7.3"
-#: Bytes of a file of version 5 before its first variable; the last two tell the byte order.
+#: Header of a version 5 file, bytes. Its last two bytes give the byte order.
 _HEAD = 128
 Arrays = dict[str, NDArray[Any]]
 
 
 def read_mat(path: Path, known: Collection[str]) -> tuple[Arrays, list[str]]:
-    """Variables of these names as MATLAB shows them, and the names of the others.
+    """Read variables by name. Return them and the names of the others.
 
-    Texts are arrays of texts. Rows and columns are MATLAB's, in either version.
+    Texts become arrays of texts. Rows and columns are MATLAB's in either version.
 
     Raises
     ------
@@ -43,26 +43,26 @@ def read_mat(path: Path, known: Collection[str]) -> tuple[Arrays, list[str]]:
             new = stream.read(len(_HDF5)) == _HDF5
         if new:
             arrays, others = read_hdf5(path, known, ())
-            # HDF5 has the dimensions the other way round, and texts as numbers of characters.
+            # HDF5 stores the dimensions in reverse order, and texts as character codes.
             return {name: values.T for name, values in arrays.items()}, others
         seconds = _SECONDS + path.stat().st_size / _SPEED
         return apart(seconds, _read, path, frozenset(known))
     except InputError:
         raise
-    except Exception as error:  # the library lets through whatever damage leads to
+    except Exception as error:  # damage can cause any error in the library
         raise InputError(
             f"{path} cannot be read as a MATLAB file ({reason(error).rstrip('.')}): save it again"
         ) from error
 
 
 def text_of_codes(values: NDArray[Any]) -> str:
-    """A text of version 7.3, which are numbers of characters."""
+    """Return a text of version 7.3 from its character codes."""
     codes = values.reshape(-1).astype(np.int64)
     return "".join(map(chr, codes)) if ((codes > 0) & (codes < 0xD800)).all() else ""
 
 
 def _read(path: Path, known: Collection[str]) -> tuple[Arrays, list[str]]:
-    """In a process of its own: the library loops or crashes on some damaged files."""
+    """Read in a separate process, because the library loops or crashes on some damaged files."""
     from scipy.io import loadmat
 
     with (
@@ -78,7 +78,7 @@ def _read(path: Path, known: Collection[str]) -> tuple[Arrays, list[str]]:
 
 
 def _check_length(path: Path, stream: IO[bytes]) -> None:
-    """Refuse a file of version 5 that is cut off: only what is asked for would miss it."""
+    """Raise an error for a truncated file of version 5. Reading some variables would miss it."""
     head = stream.read(_HEAD)
     order = {b"IM": "<", b"MI": ">"}.get(head[-2:])
     while order and (tag := stream.read(8)):
@@ -102,7 +102,7 @@ def _names(path: Path, stream: IO[bytes], known: Collection[str]) -> list[str]:
 
 
 def _plain(path: Path, name: str, values: Any) -> NDArray[Any]:
-    """Numbers or texts; a cell array of texts is an array of them."""
+    """Return numbers or texts. A cell array of texts becomes an array of texts."""
     array = np.asarray(values) if isinstance(values, np.ndarray) else None
     if array is not None and array.dtype == object and array.dtype.names is None:
         cells = [np.asarray(cell) for cell in array.reshape(-1)]

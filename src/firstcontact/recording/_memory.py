@@ -1,4 +1,4 @@
-"""A bound on the memory that a library may take for a file that lies to it."""
+"""Memory limit for a library that reads a damaged file."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ _STATUS = Path("/proc/self/status")
 
 @contextmanager
 def bounded_memory(more: int) -> Iterator[None]:
-    """Have allocations fail that would take the process this many bytes further than it is.
+    """Limit allocations to the current memory of the process plus this many bytes.
 
-    A library that allocates what a damaged file asks for then says that it cannot. It
-    holds for the whole process. Where the system does not tell how much there is, nothing
-    is bounded.
+    A library that trusts the sizes in a damaged file then reports an error. The limit applies to
+    the
+    whole process. There is none on systems that do not report the memory.
     """
     taken = _taken()
     soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
@@ -32,7 +32,7 @@ def bounded_memory(more: int) -> Iterator[None]:
 
 
 def _taken() -> int | None:
-    """Bytes of data that the process has, as the limit counts them."""
+    """Return the data size of the process, as the limit counts it, bytes."""
     try:
         lines = _STATUS.read_text().splitlines()
     except OSError:

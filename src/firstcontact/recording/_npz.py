@@ -1,4 +1,4 @@
-"""Arrays out of a NumPy archive; what it declares is checked before anything is allocated."""
+"""Reader of NumPy archives, which checks declared sizes before allocation."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from firstcontact.recording._sizes import check_unpacked
 _HEADERS = {b"\1\0": npy.read_array_header_1_0, b"\2\0": npy.read_array_header_2_0}
 _ENCRYPTED = 0x1
 _REMEDY = "save it with numpy.savez and without objects"
-#: What zipfile and NumPy's header parser raise for a damaged archive.
+#: Errors of zipfile and NumPy's header parser for a damaged archive.
 _DAMAGE = (
     OSError,
     ValueError,
@@ -44,14 +44,13 @@ _DAMAGE = (
 
 
 def read_npz(path: Path, known: Collection[str]) -> tuple[dict[str, NDArray[Any]], list[str]]:
-    """Arrays of these names, and the names of the others, which are not read.
+    """Read arrays by name. Return them and the names of the others.
 
     Raises
     ------
     InputError
-        The file cannot be read, or names the array at fault: encrypted, of a
-        compression that NumPy does not write, no array, with objects in it, of a
-        size that it does not hold, or unpacking to far more than the file holds.
+        The file cannot be read, or an array is invalid: encrypted, compressed in a way that NumPy
+        does not write, no array, with objects, of a wrong size, or far larger than the file.
     """
     arrays: dict[str, NDArray[Any]] = {}
     others = []
@@ -86,7 +85,7 @@ def _array(path: Path, name: str, member: IO[bytes], size: int) -> NDArray[Any]:
     read = _HEADERS.get(magic[-2:]) if magic.startswith(npy.MAGIC_PREFIX) else None
     if read is None:
         raise InputError(f"{path}: {name} is no array of NumPy: {_REMEDY}")
-    with warnings.catch_warnings(action="ignore"):  # of headers that Python 2 wrote
+    with warnings.catch_warnings(action="ignore"):  # about headers of Python 2
         shape, fortran, dtype = read(member)
     if dtype.hasobject:
         raise InputError(f"{path}: {name} holds Python objects, which are not read: {_REMEDY}")

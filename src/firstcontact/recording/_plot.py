@@ -1,4 +1,4 @@
-"""A pinch as a picture: vibration, force and strips of both fingers over time."""
+"""Plot of a pinch: vibration, force and strips of both fingers over time."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: One colour a finger, told apart also by those who see no red or green.
+#: Colour of each finger, distinct for colour-blind readers.
 COLOURS = {Finger.INDEX: "#0b6e99", Finger.THUMB: "#d9722e", None: "#0b6e99"}
-#: Most characters of the heading.
+#: Longest title, characters.
 TITLE = 80
 _QUIET = "#8a8f98"
 _HEIGHTS = {ChannelKind.VIBRATION: 3.0, ChannelKind.FORCE: 2.2, ChannelKind.STRIP: 0.9}
@@ -28,15 +28,15 @@ def plot_pinch(pinch: Pinch, title: str, path: Path) -> None:
     Parameters
     ----------
     pinch
-        What to draw. Time counts from its first contact, where known.
+        Pinch to draw. Time counts from its first contact, if known.
     title
-        Heading of the picture.
+        Title of the picture.
     path
-        A .png, .svg or .pdf file; an older one is replaced.
+        Path of a .png, .svg or .pdf file. An existing one is replaced.
     """
     from matplotlib import rc_context
 
-    # Names and units come from the recording: they are text, not formulas.
+    # Names and units come from the recording. They must be drawn as text, not as formulas.
     with rc_context(PLAIN), replacing(path) as temporary:
         figure = _figure(pinch, title)
         figure.savefig(temporary, dpi=150, format=path.suffix.lstrip(".").lower() or "png")
@@ -60,7 +60,7 @@ def _figure(pinch: Pinch, title: str) -> Figure:
         axes.spines[["top", "right"]].set_visible(False)
         axes.margins(x=0)
         axes.grid(axis="y", color=_QUIET, alpha=0.2, lw=0.6)
-    grid[0, 0].margins(y=0.14)  # room for the names above the highest peak
+    grid[0, 0].margins(y=0.14)  # space for the names above the highest peak
     _name_contacts(grid[0, 0], pinch, zero)
     figure.align_ylabels(grid[:, 0])
     grid[0, 0].legend(loc="upper left", frameon=False, ncols=2)

@@ -1,25 +1,25 @@
-"""A stranger's words in our sentences: on one line, without control characters, not too many."""
+"""Quotation of foreign text in messages: one line, no control characters, bounded length."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-#: How much of a value is shown, and of what a library says, characters; and of a list, names.
+#: Longest quoted value and library message, in characters, and longest list, in names.
 _SHOWN = 60
 _REASON = 200
 _LISTED = 10
 
 
 def text_of(value: Any) -> str:
-    """A value as text; bytes are UTF-8, and what is none of it is replaced."""
+    """Return a value as text. Bytes are decoded as UTF-8; invalid ones are replaced."""
     text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
-    # Half a character, as NumPy and HDF5 can hold it, is none in UTF-8.
+    # NumPy and HDF5 can hold surrogates, which UTF-8 cannot encode.
     return text.encode("utf-8", "replace").decode()
 
 
 def quote(value: Any) -> str:
-    """A value as messages show it: quoted where it is text."""
+    """Return a value for a message. Text is quoted."""
     text = text_of(value)
     if isinstance(value, str | bytes):
         text = repr(text) if text.isprintable() else ascii(text)
@@ -27,13 +27,13 @@ def quote(value: Any) -> str:
 
 
 def listed(names: Sequence[str]) -> str:
-    """Some of the names, and how many more there are."""
+    """Return some of the names, and the number of others."""
     more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
     return ", ".join(quote(n).strip("'") for n in names[:_LISTED]) + more
 
 
 def reason(error: BaseException) -> str:
-    """What a library says of a stranger's file."""
+    """Return a library's message about a file, shortened."""
     text = " ".join(str(error).split()) or type(error).__name__
     text = text if text.isprintable() else ascii(text)[1:-1]
     return text if len(text) <= _REASON else f"{text[:_REASON]}..."

@@ -1,4 +1,4 @@
-"""Read a recording, whatever happened to it, and say what is missing."""
+"""Reader of recordings, which tolerates damage and reports losses."""
 
 from __future__ import annotations
 
@@ -27,35 +27,35 @@ from firstcontact.recording._stretches import join
 
 T = TypeVar("T")
 
-#: Channel numbers that the format fixes, for a file whose first chunk is lost.
+#: Channel numbers fixed by the format, for files whose first chunk is lost.
 TOPICS = {1: "/header", 2: "/samples", 3: "/pinch", 4: "/marker"}
-#: Number of the first group's channel; the others follow in the order of the layout.
+#: Channel number of the first group. The others follow in layout order.
 FIRST_GROUP = 5
-#: So many gaps in the count of pinches are told one by one.
+#: Number of gaps in the count of pinches that are reported one by one.
 _TOLD = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
-    """What could be read of a recording.
+    """Contents of a recording that could be read.
 
     Parameters
     ----------
     path
-        The file.
+        Path of the file.
     header
-        What it says about itself.
+        Header of the recording.
     stretches
-        Unbroken samples in the order of epoch and number; between two of one
-        epoch, samples are missing.
+        Unbroken samples, sorted by epoch and number. Samples are missing between two stretches of
+        one epoch.
     pinches
         Marks of the pinches.
     markers
-        Words pinned to samples.
+        Texts attached to samples.
     groups
-        Unbroken samples of each slower group, by their own count.
+        Unbroken samples of each slower group, in its own count.
     skipped
-        What was damaged, lost, doubled or out of order: one sentence each.
+        Damaged, lost, repeated or disordered data, one sentence each.
     """
 
     path: Path
@@ -73,13 +73,13 @@ class Recording:
 
     @property
     def duration(self) -> float:
-        """Time that these samples cover, s."""
+        """Duration of these samples, s."""
         return self.samples / self.header.layout.rate
 
 
 @dataclass(slots=True)
 class _Found:
-    """Messages by topic, in the order of the file; those of groups by topic or number."""
+    """Messages by topic, in file order. Groups are by topic or channel number."""
 
     headers: list[bytes] = field(default_factory=list)
     blocks: list[bytes] = field(default_factory=list)
@@ -91,14 +91,14 @@ class _Found:
 def read_recording(path: AnyPath) -> Recording:
     """Read every complete chunk of a recording.
 
-    Any intact header will do. What is in intact chunks and still cannot be used is
-    left out, and counted in ``skipped``.
+    Any intact header suffices. Unusable messages in intact chunks are left out and counted in
+    ``skipped``.
 
     Raises
     ------
     InputError
-        The file cannot be opened, is not a recording, or is of another
-        version, or nothing in it says what its columns are.
+        The file cannot be opened, is not a recording, has another version, or has no readable
+        header.
     """
     path = Path(path)
     scanned = scan(path)
@@ -149,7 +149,7 @@ def _sorted(records: Iterable[McapRecord]) -> _Found:
 
 
 def _header(path: Path, headers: list[bytes]) -> Header:
-    """The first that can be used; where none can, what is wrong with the first."""
+    """Return the first usable header. If there is none, raise the first one's error."""
     first: InputError | None = None
     for data in headers:
         try:
@@ -165,7 +165,7 @@ def _header(path: Path, headers: list[bytes]) -> Header:
 def _blocks(
     path: Path, topic: str, messages: list[bytes], dtype: str, columns: int
 ) -> tuple[list[Block], list[str]]:
-    """The samples of a file, and how many messages hold none."""
+    """Return the samples of a file, and a note on messages without samples."""
     blocks = []
     bad = 0
     for data in messages:
@@ -187,7 +187,7 @@ def _blocks(
 
 
 def _finite(block: Block) -> bool:
-    """Whether all values can be computed with; integers always can."""
+    """Return True if all values are finite and not too large. Integers always are."""
     if block.data.dtype.kind != "f":
         return True
     with np.errstate(invalid="ignore"):
@@ -197,7 +197,7 @@ def _finite(block: Block) -> bool:
 def _read(
     messages: list[bytes], read: Callable[[bytes, str], T], what: str
 ) -> tuple[tuple[T, ...], list[str]]:
-    """What can be used of these messages, and how many cannot."""
+    """Return the usable messages, and a note on the others."""
     good = []
     bad = 0
     why = ""

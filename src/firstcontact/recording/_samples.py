@@ -1,4 +1,4 @@
-"""The message that carries a block: ROS 2 CDR, so that viewers can plot it.
+"""Message that carries a block, in ROS 2 CDR so that viewers can plot it.
 
 Byte layout, little-endian, after the 4-byte encapsulation header ``00 01 00 00``:
 
@@ -24,19 +24,19 @@ from numpy.typing import NDArray
 from firstcontact.core import Block
 from firstcontact.recording._header import DTYPES
 
-#: Largest float that is a sample: squares and sums of it stay finite in 32 bits.
+#: Largest float sample: its squares and sums stay finite in 32 bits.
 LARGEST = 1e12
 _CDR_LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 _PREFIX = struct.Struct("<4sQIHxxI")
 
 
 def schema(dtype: str) -> bytes:
-    """The ros2msg schema for samples of this type ("int16", "int32", "float32")."""
+    """Return the ros2msg schema for samples of this type ("int16", "int32", "float32")."""
     return f"uint64 first_sample\nuint32 epoch\nuint16 channels\n{dtype}[] data\n".encode()
 
 
 def encode(block: Block, dtype: str) -> bytes:
-    """A block, whose data already have this type, as a CDR message."""
+    """Encode a block, whose data already have this type, as a CDR message."""
     values = np.ascontiguousarray(block.data, dtype=DTYPES[dtype])
     channels = values.shape[1]
     prefix = _PREFIX.pack(
@@ -46,12 +46,12 @@ def encode(block: Block, dtype: str) -> bytes:
 
 
 def decode(message: bytes, dtype: str) -> Block:
-    """The inverse of :func:`encode`; the data are a view of ``message``.
+    """Decode a message of :func:`encode`. The data are a view of ``message``.
 
     Raises
     ------
     ValueError
-        The message is not one of :func:`encode`.
+        The message is invalid.
     """
     if len(message) < _PREFIX.size:
         raise ValueError("a samples message is too short")

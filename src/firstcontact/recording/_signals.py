@@ -1,4 +1,4 @@
-"""Signals of a stranger's file side by side: columns of one rate, slower groups, and pinches."""
+"""Assembly of a file's signals: columns of one rate, slower groups, and pinches."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from firstcontact.recording._channel_table import Signal
 from firstcontact.recording._checks import check_samples, joined
 from firstcontact.recording._labels import labelled
 
-#: Two signals of one file may end this many of the slower one's samples apart.
+#: Largest difference between the ends of two signals, in samples of the slower one.
 _ENDS_APART = 1.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Taken:
-    """Samples of one signal, shape (samples, columns), at a rate, with the names of columns."""
+    """Samples of one signal, shape (samples, columns), with rate and column names."""
 
     signal: Signal
     rate: float
@@ -41,7 +41,7 @@ class Taken:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Assembled:
-    """All signals of a file: the columns of one rate, and slower groups from the same instant."""
+    """Signals of a file: columns of one rate, and slower groups that start at the same time."""
 
     layout: Layout
     data: NDArray[np.generic]
@@ -50,7 +50,7 @@ class Assembled:
     def cut(
         self, start: int, stop: int, dtype: np.dtype[np.generic]
     ) -> tuple[NDArray[np.generic], dict[str, Block]]:
-        """Samples from ``start`` on, and of each group those of the same time, in one type."""
+        """Cut samples from ``start`` on, and the same time from each group, in one type."""
         rates = {group.name: group.layout.rate for group in self.layout.groups}
         blocks = {}
         for name, values in self.groups.items():
@@ -61,12 +61,12 @@ class Assembled:
 
 
 def assemble(where: str, taken: Sequence[Taken]) -> Assembled:
-    """Columns side by side and slower groups, all cut to the end of the shortest.
+    """Join columns and slower groups, all cut to the end of the shortest.
 
     Raises
     ------
     InputError
-        Rates or lengths do not fit together, or two signals are of one finger.
+        Rates or lengths are inconsistent, or two signals belong to one finger.
     """
     rate = next(t.rate for t in taken if t.signal.sensor is not None)
     other = next((t for t in taken if t.signal.sensor is not None and t.rate != rate), None)
@@ -81,16 +81,16 @@ def assemble(where: str, taken: Sequence[Taken]) -> Assembled:
             f"({rate:g} Hz): leave it out of the table"
         )
     end = min(len(t.values) / t.rate for t in taken)
-    for its in taken:
-        if len(its.values) / its.rate > end + _ENDS_APART / min(t.rate for t in taken):
+    for signal in taken:
+        if len(signal.values) / signal.rate > end + _ENDS_APART / min(t.rate for t in taken):
             raise InputError(
-                f"{where}: {its.names[0]} lasts {len(its.values) / its.rate:g} s and another "
+                f"{where}: {signal.names[0]} lasts {len(signal.values) / signal.rate:g} s, another "
                 f"signal {end:g} s: correct rate_hz of one, or leave it out"
             )
     samples = math.floor(end * rate + 1e-9)
     by_rate: dict[float, list[Taken]] = {}
-    for its in taken:
-        by_rate.setdefault(its.rate, []).append(its)
+    for signal in taken:
+        by_rate.setdefault(signal.rate, []).append(signal)
     slower = sorted((r for r in by_rate if r != rate), reverse=True)
     groups = tuple(Group(f"{r:g}_hz", Layout(_channels(by_rate[r]), r)) for r in slower)
     layout = Layout(_channels(by_rate[rate]), rate, groups=groups)
@@ -108,12 +108,12 @@ def assemble(where: str, taken: Sequence[Taken]) -> Assembled:
 
 
 def checked(where: str, signal: Signal, values: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Samples as recordings keep them, of the one column that is wanted.
+    """Check the wanted column and return its samples in a type of recordings.
 
     Raises
     ------
     InputError
-        The column is not there, or samples are not finite.
+        The column does not exist, or samples are not finite.
     """
     if signal.column is not None:
         if signal.column >= values.shape[1]:
@@ -132,41 +132,43 @@ def checked(where: str, signal: Signal, values: NDArray[np.generic]) -> NDArray[
 
 def pinches_of(
     table: Path,
-    wholes: Sequence[Assembled],
+    recordings: Sequence[Assembled],
     places: Sequence[tuple[int, int, int]],
     columns: Columns,
     source: str,
     notes: Sequence[str],
 ) -> Dataset:
-    """Pinches cut out of assembled signals, all samples in one type.
+    """Cut pinches from assembled signals, all in one sample type.
 
     Parameters
     ----------
     table
-        File that messages name.
+        Path of the table, for messages.
     wholes
-        Files, or unbroken parts of one, of one layout.
+        Files, or unbroken parts of one, with the same layout.
     places
-        Of each pinch: number of its file, first sample, one past its last.
+        File number, first sample and end of each pinch.
     columns
-        Labels and contacts, one value a pinch.
+        Labels and contacts, one value per pinch.
     source
-        Where they come from.
+        Source of the data.
     notes
-        What there is to tell.
+        Notes for the dataset.
 
     Raises
     ------
     InputError
-        Names the column and the pinch that cannot be used.
+        A column or value is invalid; the message names the pinch.
     """
-    one_each = [values[:1, :1] for its in wholes for values in (its.data, *its.groups.values())]
+    one_each = [
+        values[:1, :1] for signal in recordings for values in (signal.data, *signal.groups.values())
+    ]
     dtype = joined([np.asarray(v) for v in one_each]).dtype
-    cuts = [wholes[k].cut(start, stop, dtype) for k, start, stop in places]
+    cuts = [recordings[k].cut(start, stop, dtype) for k, start, stop in places]
     return labelled(
         str(table),
         [data for data, _ in cuts],
-        wholes[0].layout,
+        recordings[0].layout,
         columns,
         source,
         notes,
@@ -177,8 +179,8 @@ def pinches_of(
 
 def _channels(taken: Sequence[Taken]) -> tuple[Channel, ...]:
     channels = []
-    for its in taken:
-        signal = its.signal
+    for signal in taken:
+        signal = signal.signal
         vibration = signal.sensor is not None
         channels += [
             Channel(
@@ -189,8 +191,8 @@ def _channels(taken: Sequence[Taken]) -> tuple[Channel, ...]:
                 signal.scale,
                 signal.offset,
                 sensor=signal.sensor,
-                taxel=None if vibration or len(its.names) == 1 else k % MOST_CHANNELS,
+                taxel=None if vibration or len(signal.names) == 1 else k % MOST_CHANNELS,
             )
-            for k, name in enumerate(its.names)
+            for k, name in enumerate(signal.names)
         ]
     return tuple(channels)

@@ -1,4 +1,4 @@
-"""How much a compressed file may unpack to."""
+"""Limits on the unpacked size of compressed files."""
 
 from __future__ import annotations
 
@@ -6,31 +6,32 @@ from pathlib import Path
 
 from firstcontact.core import InputError
 
-#: Bytes that any file may unpack to, and times its own size beyond that. Samples of sensors
-#: shrink to a third at best; a file that is made to fill the memory shrinks a thousandfold.
+#: Unpacked size that any file may have, bytes, and largest ratio to its own size beyond that.
+#: Sensor
+#: samples shrink to a third at best; a malicious file shrinks a thousandfold.
 UNPACKED_BYTES = 64 << 20
 UNPACKED_TIMES = 100
 
 
 def most_unpacked(size: int) -> int:
-    """Bytes that a file of a size may unpack to."""
+    """Return the bytes to which a file of a size may unpack."""
     return UNPACKED_BYTES + UNPACKED_TIMES * size
 
 
 def check_unpacked(path: Path, declared: int) -> None:
-    """Refuse a file that declares more than it can honestly hold, before it is unpacked.
+    """Raise an error for a file that declares an impossible size, before it is unpacked.
 
     Raises
     ------
     InputError
-        It does.
+        The declared size is too large.
     OSError
-        It is not there.
+        The file does not exist.
     """
     size = path.stat().st_size
     if declared > most_unpacked(size):
         raise InputError(
-            f"{path} has {size} bytes and declares {declared} to be unpacked, more than "
+            f"{path} has {size} bytes and declares {declared} unpacked bytes, more than "
             f"{UNPACKED_BYTES >> 20} MiB and {UNPACKED_TIMES} times its size: save it without "
             "compression"
         )

@@ -1,4 +1,4 @@
-"""Samples of one sound file: WAV by SciPy, FLAC by libsndfile."""
+"""Reader of sound files: WAV by SciPy, FLAC by libsndfile."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from firstcontact.recording._wav import read_wav
 
 FLAC = ".flac"
 SUFFIXES = (".wav", FLAC)
-#: How long a file may take, s, and bytes a second of it beside; what the library needs, bytes.
+#: Time limit for a file, s, additional time per byte, and memory of the library, bytes.
 _SECONDS, _SPEED, _SPARE = 10.0, 1e6, 128 << 20
 _DAMAGE = (OSError, RuntimeError, ValueError, TypeError, OverflowError, MemoryError)
 
 
 def read_sound(file: Path) -> tuple[int, NDArray[Any]]:
-    """Return the rate in Hz and the samples as they are in the file, shape (samples, channels).
+    """Return the rate in Hz and the samples as stored in the file, shape (samples, channels).
 
     Raises
     ------
     InputError
-        Names the file and what keeps it from being read.
+        The file cannot be read; the message says why.
     """
     return _read_flac(file) if file.suffix.lower() == FLAC else read_wav(file)
 
@@ -50,13 +50,13 @@ def _read_flac(file: Path) -> tuple[int, NDArray[Any]]:
         raise InputError(f"{file} holds no samples: leave it out")
     if len(values) != declared:
         raise InputError(
-            f"{file} says that it has {declared} samples and holds {len(values)}: copy it again"
+            f"{file} declares {declared} samples but holds {len(values)}: copy it again"
         )
     return rate, values
 
 
 def _decode(file: Path) -> tuple[int, NDArray[Any], int]:
-    """In a process of its own: the library is written in C, and the file is a stranger's."""
+    """Decode in a separate process, because the library may crash on a damaged file."""
     import soundfile
 
     with (

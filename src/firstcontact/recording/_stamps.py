@@ -1,4 +1,4 @@
-"""Time stamps of a regular stream into runs of evenly spaced samples."""
+"""Time stamps of a regular stream, split into runs of evenly spaced samples."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from firstcontact.core import InputError
 
-#: Two stamps further apart than this are a gap, s: chunks and networks jitter less.
+#: Shortest gap between stamps, s. The jitter of chunks and networks is smaller.
 GAP = 0.5
-#: Latest time, s: 300 years, where a stamp still tells microseconds apart.
+#: Latest time, s: 300 years, at which a stamp still resolves microseconds.
 LATEST = 1e10
-#: Stamps may go back by less than this, s: clocks are corrected a little now and then.
+#: Largest backward step of stamps, s, from small corrections of a clock.
 BACK = 0.05
-#: The rate of a run may differ from the stated one by this share: crystals differ less.
+#: Largest relative difference between measured and stated rate. Crystals differ less.
 RATE_SHARE = 0.01
 #: Shortest run whose rate is measured, s.
 _LONG = 1.0
@@ -24,7 +24,7 @@ _LONG = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """Samples ``first`` to ``end`` (one past the last), evenly from ``begin`` to ``last``, s."""
+    """Even run of samples ``first`` to ``end`` (exclusive), at ``begin`` to ``last``, s."""
 
     first: int
     end: int
@@ -33,30 +33,30 @@ class Run:
 
     @property
     def seconds(self) -> float:
-        """How long it lasts, to the end of its last sample."""
+        """Duration, to the end of the last sample, s."""
         return (
             (self.last - self.begin) * (self.end - self.first) / max(self.end - self.first - 1, 1)
         )
 
     @property
     def rate(self) -> float:
-        """As measured, Hz."""
+        """Measured rate, Hz."""
         return (self.end - self.first) / self.seconds
 
     def covers(self, other: Run) -> bool:
-        """Whether it overlaps another and begins before it, give or take one of its samples."""
+        """Return True if it overlaps another run and begins before it, within one sample."""
         return self.begin <= other.begin + 1.5 / self.rate and self.last > other.begin
 
 
 def check_stamps(where: str, stamps: NDArray[np.float64]) -> None:
-    """Refuse time stamps that cannot be seconds.
+    """Raise an error for time stamps that cannot be seconds.
 
     Parameters
     ----------
     where
-        Named in messages.
+        Name of the stream, for messages.
     stamps
-        s, shape (samples,).
+        Time stamps, s, shape (samples,).
 
     Raises
     ------
@@ -72,21 +72,21 @@ def check_stamps(where: str, stamps: NDArray[np.float64]) -> None:
 
 
 def even_runs(where: str, stamps: NDArray[np.float64], rate: float) -> list[Run]:
-    """Runs between gaps; a line through the stamps of each says when its samples were taken.
+    """Split stamps at gaps into runs. A line through each run's stamps gives its sample times.
 
     Parameters
     ----------
     where
-        That messages name.
+        Name of the stream, for messages.
     stamps
-        s, shape (samples,), as :func:`check_stamps` takes them.
+        Time stamps, s, shape (samples,), accepted by :func:`check_stamps`.
     rate
-        That is said of them, Hz.
+        Stated rate, Hz.
 
     Raises
     ------
     InputError
-        Stamps go back, or a run's rate is another than said.
+        Stamps go back, or a run's rate differs from the stated one.
     """
     steps = np.diff(stamps)
     back = np.flatnonzero(steps < -BACK)
@@ -111,12 +111,12 @@ def even_runs(where: str, stamps: NDArray[np.float64], rate: float) -> list[Run]
 
 
 def _fitted(stamps: NDArray[np.float64], first: int, rate: float) -> Run:
-    """Its begin and last by a line, since each stamp by itself jitters."""
+    """Fit begin and end of a run by a line, since single stamps jitter."""
     n = len(stamps)
     count = np.arange(n) - (n - 1) / 2
     middle = float(stamps.mean())
     slope = float(count @ (stamps - middle)) / float(count @ count)
-    # Of few samples the slope is mostly jitter.
+    # With few samples the slope is mostly jitter.
     step = slope if n / rate > _LONG else 1.0 / rate
     half = step * (n - 1) / 2
     return Run(first, first + n, middle - half, middle + half)

@@ -1,4 +1,4 @@
-"""Blocks back into unbroken stretches, with every loss counted."""
+"""Unbroken stretches of samples from blocks, with every loss counted."""
 
 from __future__ import annotations
 
@@ -9,21 +9,22 @@ from firstcontact.core import Block, counted, merge_blocks
 
 
 def join(blocks: Sequence[Block]) -> tuple[tuple[Block, ...], tuple[str, ...]]:
-    """Join blocks that follow each other in sample number, epoch by epoch.
+    """Join consecutive blocks epoch by epoch.
 
-    Blocks out of order are put back; of samples that came twice the first are
-    kept. Nothing is interpolated, and epochs are never joined.
+    Blocks are sorted. The first of repeated samples is used. Nothing is interpolated, and epochs
+    are never
+    joined.
 
     Returns
     -------
     stretches
-        Unbroken blocks in the order of epoch and sample number.
+        Unbroken blocks, sorted by epoch and sample number.
     losses
-        One sentence for each epoch and kind of trouble, with exact counts.
+        One sentence for each epoch and kind of loss, with exact counts.
     """
     stretches: list[Block] = []
     losses: list[str] = []
-    by_epoch = sorted(blocks, key=lambda b: b.epoch)  # stable: the file's order within an epoch
+    by_epoch = sorted(blocks, key=lambda b: b.epoch)  # stable: keeps file order within an epoch
     for epoch, group in groupby(by_epoch, key=lambda b: b.epoch):
         whole, trouble = _join_epoch(list(group))
         stretches += whole

@@ -1,4 +1,4 @@
-"""CSV files with a line of names: tables that programs write, and lists that people write."""
+"""CSV files with a header line: tables of programs, and lists that people write."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from pathlib import Path
 
 from firstcontact.core import InputError, open_regular, read_regular
 
-#: More columns than any table has that people make.
+#: Largest number of columns.
 MOST_COLUMNS = 1000
-#: Lists are written by hand: longer is another kind of file, bytes.
+#: Largest list that people write, bytes.
 LONGEST_LIST = 1 << 20
 
 
-#: What programs write between fields where the point is a decimal comma, or out of habit.
+#: Other separators that programs write between fields.
 _OTHER_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}
 
 
 class Table(dict[str, list[str]]):
-    """Columns by their name, and where each row stands, for messages.
+    """Columns by name, with the line of each row for messages.
 
     Parameters
     ----------
     columns
-        The cells of each.
+        Cells of each column.
     numbers
-        Of each row: its line in the file from 1 on, as an editor shows it.
+        Line of each row in the file, from 1 on.
     word
-        What is numbered.
+        Name of the numbered unit, for messages.
     """
 
     def __init__(
@@ -41,27 +41,27 @@ class Table(dict[str, list[str]]):
         self.numbers, self.word = numbers, word
 
     def place(self, row: int) -> str:
-        """Where that row stands: "line 7"."""
+        """Return the position of a row for messages: "line 7"."""
         return f"{self.word} {self.numbers[row]}"
 
     def of_rows(self, columns: Mapping[str, list[str]], rows: Sequence[int]) -> Table:
-        """Columns made of only these rows."""
+        """Return the columns with only these rows."""
         return Table(columns, [self.numbers[row] for row in rows], self.word)
 
 
 def read_columns(path: Path) -> Table:
-    """A table, column by column.
+    """Read a table, column by column.
 
     Raises
     ------
     InputError
-        The file cannot be read, has no rows, two columns of one name, or a
-        row of another length.
+        The file cannot be read, has no rows, repeats a column name, or has a row of another
+        length.
     """
     lines = _lines(path)
     _, header = next(lines)
     columns: list[list[str]] = [[] for _ in header]
-    same: dict[str, str] = {}  # cells repeat: hold each text once
+    same: dict[str, str] = {}  # cells repeat: store each text once
     numbers = array("q")
     for line, row in lines:
         if len(row) != len(header):
@@ -81,27 +81,27 @@ def read_columns(path: Path) -> Table:
 
 
 def read_rows(path: Path, needed: Sequence[str]) -> list[tuple[int, dict[str, str]]]:
-    """A list that somebody wrote, row by row.
+    """Read a list that people write, row by row.
 
-    Blanks around names and cells do not count; a cell beyond the names is left out,
-    and one that is not there is "".
+    Blanks around names and cells are removed. Extra cells are ignored, and missing cells are "".
+
 
     Parameters
     ----------
     path
-        The file.
+        Path of the file.
     needed
-        Columns that it must have.
+        Required columns.
 
     Returns
     -------
     list
-        Number of each row's line in the file, and its cells by column.
+        Line of each row in the file, and its cells by column.
 
     Raises
     ------
     InputError
-        The file cannot be read, is longer than 1 MiB, or misses a column.
+        The file cannot be read, is longer than 1 MiB, or lacks a column.
     """
     lines = _lines(path, by_hand=True)
     _, header = next(lines)
@@ -113,7 +113,7 @@ def read_rows(path: Path, needed: Sequence[str]) -> list[tuple[int, dict[str, st
 
 
 def _lines(path: Path, *, by_hand: bool = False) -> Iterator[tuple[int, list[str]]]:
-    """Number and cells of each line that is not empty; first of all those of the header."""
+    """Yield the number and cells of each line that is not empty, the header first."""
     try:
         raw = BytesIO(read_regular(path, LONGEST_LIST)) if by_hand else open_regular(path)
         with TextIOWrapper(raw, encoding="utf-8-sig", newline="") as stream:
@@ -136,7 +136,7 @@ def _lines(path: Path, *, by_hand: bool = False) -> Iterator[tuple[int, list[str
 
 
 def _check_separator(path: Path, header: Sequence[str]) -> None:
-    """Refuse a header that is one field only because something else than commas is between."""
+    """Raise an error for a header that uses a separator other than the comma."""
     if len(header) != 1:
         return
     for separator, name in _OTHER_SEPARATORS.items():

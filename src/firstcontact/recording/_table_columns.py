@@ -1,4 +1,4 @@
-"""What columns of a stranger's table say of all its rows."""
+"""Table columns that concern all rows."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from firstcontact.recording._quoting import listed
 
 
 def source_of(table: Path, columns: Mapping[str, list[str]]) -> str:
-    """What the table says the files come from; unknown where it says nothing.
+    """Return the source stated by a table; "unknown" without one.
 
     Raises
     ------
     InputError
-        Rows say different things, or one that recordings have no word for.
+        Rows differ, or the source is not one that recordings know.
     """
     said = sorted(set(columns.get("source", ["unknown"])))
     if len(said) > 1:
@@ -25,6 +25,6 @@ def source_of(table: Path, columns: Mapping[str, list[str]]) -> str:
 
 
 def unknown_columns(table: Path, columns: Collection[str], known: Collection[str]) -> list[str]:
-    """A note of the columns that nothing here knows, where there are some."""
+    """Return a note that lists the unknown columns, if there are any."""
     unknown = sorted(set(columns) - set(known))
     return [f"{table.name}: columns not known and left out: {listed(unknown)}"] if unknown else []

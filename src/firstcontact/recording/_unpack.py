@@ -1,4 +1,4 @@
-"""The records of a chunk, if it is intact; sizes are looked at before anything is allocated."""
+"""Reader of a chunk's records, which checks sizes before allocation."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from mcap.stream_reader import breakup_chunk
 
 from firstcontact.recording._sizes import most_unpacked
 
-#: Of a compressor's window, bytes.
+#: Largest window of a compressor, bytes.
 _WINDOW = 1 << 27
 
 
 class Unpacker:
-    """Takes the chunks of one file apart.
+    """Unpacker for the chunks of one file.
 
     Parameters
     ----------
     size
-        Of the file, bytes.
+        Size of the file, bytes.
     """
 
     def __init__(self, size: int) -> None:
-        self._left = most_unpacked(size)  # for all compressed chunks together
-        self.refused = 0  # chunks that would unpack to more than is allowed
+        self._left = most_unpacked(size)  # bytes left for all compressed chunks together
+        self.refused = 0  # number of chunks that exceed the limit
 
     def records(self, body: bytes) -> list[McapRecord] | None:
-        """The records of a chunk, or None if its checksum, form or size is wrong."""
+        """Return the records of a chunk, or None if its checksum, form or size is wrong."""
         from zstandard import ZstdError
 
         try:
@@ -43,7 +43,7 @@ class Unpacker:
                 chunk.data = _decompressed(chunk)
                 self._left -= len(chunk.data)
                 chunk.compression = ""
-            # The library takes 0 for "not checked".
+            # The library treats 0 as "not checked".
             if zlib.crc32(chunk.data) != chunk.uncompressed_crc:
                 return None
             return list(breakup_chunk(chunk))
@@ -52,7 +52,7 @@ class Unpacker:
 
 
 def _decompressed(chunk: Chunk) -> bytes:
-    """At most one byte more than the chunk says; ValueError where it is not what it says."""
+    """Decompress a chunk up to one byte beyond its stated size. Raise ValueError on a mismatch."""
     size = int(chunk.uncompressed_size)
     data: bytes
     if chunk.compression == "zstd":

@@ -1,4 +1,4 @@
-"""Import a folder of WAV files with a ``labels.csv``."""
+"""Import of a folder of WAV files with a ``labels.csv``."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from firstcontact.recording._table_columns import source_of, unknown_columns
 
 LABELS = "labels.csv"
 _KNOWN = {"file", "sample_rate_hz", "source", "comment", *LABEL_COLUMNS, *CONTACT_COLUMNS}
-#: Most bytes of a file: what the length fields of the format can say.
+#: Largest file, bytes, as limited by the format's length fields.
 LONGEST = (1 << 32) - 1
-#: What scipy raises for a damaged file.
+#: Errors of SciPy for a damaged file.
 _DAMAGE = (
     OSError,
     ValueError,
@@ -37,12 +37,12 @@ _DAMAGE = (
     IndexError,
     MemoryError,
     struct.error,
-    UserWarning,  # of which its own are made
+    UserWarning,  # base class of SciPy's warnings
 )
-#: Head of a chunk "fmt ", in the order of the file; numbers of encodings with whole samples.
+#: Start of a "fmt " chunk in file order, and codes of encodings with whole-byte samples.
 _FORMAT = "HHIIHH"
 _UNPACKED = (1, 3, 0xFFFE)
-#: Type that scipy gives to WAV samples: full scale in raw steps.
+#: SciPy's types of WAV samples, with full scale in raw steps.
 FULL_SCALE = {"uint8": 128.0, "int16": 2.0**15, "int32": 2.0**31, "float32": 1.0, "float64": 1.0}
 
 
@@ -52,16 +52,17 @@ def import_wav(
     sensor: VibrationSensor | None = None,
     labels: Path | None = None,
 ) -> Dataset:
-    """Every WAV file below a folder as one pinch, labelled by ``labels.csv``; each says its rate.
+    """Import every WAV file below a folder as one pinch, labelled by ``labels.csv``.
 
-    One channel is that of a microphone unless ``sensor`` says something else; two are the
-    sensors of index finger and thumb. The table may be elsewhere: ``labels``.
+    Each file states its rate. A single channel is a microphone unless ``sensor`` differs. Two
+    channels
+    are the sensors of index finger and thumb. ``labels`` names a table elsewhere.
 
     Raises
     ------
     InputError
-        A file cannot be read, files and labels do not match, or files differ
-        in rate, type or channels.
+        A file cannot be read, files and labels do not match, or files differ in rate, type or
+        channels.
     """
     table = labels or folder / LABELS
     if labels is None and not table.exists():
@@ -92,18 +93,18 @@ def import_wav(
 def sound_layout(
     sensor: VibrationSensor | None, rate: float, channels: int, dtype: np.dtype[Any]
 ) -> Layout:
-    """Of a sound file's channels; a microphone's unless said otherwise.
+    """Return the layout of a sound file's channels.
 
     Parameters
     ----------
     sensor
-        What it was recorded with, if a person said it.
+        Sensor given by the user; None means a microphone.
     rate
-        Hz.
+        Sampling rate, Hz.
     channels
-        How many.
+        Number of channels.
     dtype
-        Of its samples, which says what full scale is.
+        Type of the samples, which determines full scale.
     """
     what = sensor or VibrationSensor.MICROPHONE
     settings = FileSettings(what, float(rate), "full scale", 1.0, "unknown", None)
@@ -111,7 +112,7 @@ def sound_layout(
 
 
 def check_alike(files: Sequence[Path], sounds: Sequence[tuple[int, NDArray[Any]]]) -> None:
-    """Refuse files that differ in rate, type or channels, and what no sensor has."""
+    """Raise an error for files that differ in rate, type or channels, or fit no sensor."""
     rate, first = sounds[0]
     for file, (other, data) in zip(files, sounds, strict=True):
         if not 1 <= data.shape[1] <= 2:
@@ -131,17 +132,17 @@ def check_alike(files: Sequence[Path], sounds: Sequence[tuple[int, NDArray[Any]]
 
 
 def read_wav(file: Path) -> tuple[int, NDArray[Any]]:
-    """Return the rate in Hz and the samples as they are in the file, shape (samples, channels).
+    """Return the rate in Hz and the samples as stored in the file, shape (samples, channels).
 
     Raises
     ------
     InputError
-        Names the file and what keeps it from being read.
+        The file cannot be read; the message says why.
     """
     from scipy.io import wavfile
 
     try:
-        # From memory: the library allocates what a header declares only when it reads files.
+        # Reading from memory: for files, the library allocates the size that a header declares.
         data = BytesIO(read_regular(file, LONGEST))
         _check_chunks(file, data)
         with warnings.catch_warnings():
@@ -164,9 +165,9 @@ def read_wav(file: Path) -> tuple[int, NDArray[Any]]:
 
 
 def _check_chunks(file: Path, data: BytesIO) -> None:
-    """Refuse a header that contradicts itself, and a file that is cut off.
+    """Raise an error for a header that contradicts itself, and for a truncated file.
 
-    The library believes some of the numbers and takes what is left of the samples.
+    The library trusts some of these numbers and returns the remaining samples.
     """
     order = ">" if data.read(4) == b"RIFX" else "<"
     data.seek(12)
@@ -188,22 +189,22 @@ def _check_chunks(file: Path, data: BytesIO) -> None:
 def _check_format(
     file: Path, form: int, channels: int, rate: int, speed: int, frame: int, bits: int
 ) -> None:
-    """Refuse numbers of a header that cannot all be true.
+    """Raise an error for header numbers that contradict each other.
 
     Parameters
     ----------
     file
-        Named in messages.
+        Path of the file, for messages.
     form
-        Number of the encoding; only those of ``_UNPACKED`` are looked at.
+        Code of the encoding. Only those of ``_UNPACKED`` are checked.
     channels, rate
-        Number of channels and frames a second.
+        Number of channels, and frames per second.
     speed
-        Bytes a second.
+        Bytes per second.
     frame
-        Bytes of one sample of all channels.
+        Bytes per frame of all channels.
     bits
-        Bits of one sample.
+        Bits per sample.
     """
     if form not in _UNPACKED:
         return
@@ -221,11 +222,11 @@ def _check_format(
 
 
 def wav_samples(file: Path, data: NDArray[Any]) -> NDArray[Any]:
-    """Samples as recordings keep them, around 0; InputError where some are not finite."""
+    """Return samples around 0 in a type of recordings. Raise InputError if any is not finite."""
     if data.dtype == np.uint8:
         return data.astype(np.int16) - np.int16(128)
     if data.dtype.kind == "i":
-        return data  # kept in the type of the file: all pinches have one type
+        return data  # keeps the type of the file: all pinches have one type
     return check_samples(f"{file}: the signal", data)
 
 

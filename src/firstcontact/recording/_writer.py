@@ -1,4 +1,4 @@
-"""Write a recording so that a killed writer loses at most its last tenth of a second."""
+"""Writer of recordings. If it is killed, at most the last tenth of a second is lost."""
 
 from __future__ import annotations
 
@@ -25,40 +25,39 @@ from firstcontact.recording._header import (
     read_marker,
 )
 
-#: Samples of at most this time wait for the operating system, s; half of what
-#: is promised, since one message more is needed to push them out.
+#: Longest time that samples wait before they reach the operating system, s. It is half of the
+#: promised
+#: time, since one further message pushes them out.
 HANDED_OVER_EVERY = 0.05
-#: Longest message, s: damage to one chunk loses no more than about this.
+#: Longest message, s. Damage to one chunk loses about this much.
 LONGEST_MESSAGE = 0.1
-#: Samples of this time are followed by the header once more, s: a killed writer leaves two.
+#: Interval between repeated headers, s. A killed writer leaves two of them.
 HEADER_AGAIN = 0.5
 _NANO = 1_000_000_000
-_LATEST = (1 << 64) - 1  # time that MCAP can hold, ns
+_LATEST = (1 << 64) - 1  # latest time in MCAP, ns
 _JSON_SCHEMA = b'{"type": "object"}'
 
 
 class RecordingWriter:
-    """One recording file, written block by block.
+    """Writer of one recording file, block by block.
 
     Parameters
     ----------
     path
-        A new file; its folder must exist.
+        Path of a new file in an existing folder.
     header
-        What the recording says about itself. Every block must have its
-        columns and its ``dtype``.
+        Header of the recording. Every block must have its columns and its ``dtype``.
 
     Raises
     ------
     InputError
-        The file exists or cannot be made, or the header holds what a reader would
-        refuse. Later, from any method: the disk is full, or a block does not fit
-        the header.
+        The file exists or cannot be created, or a reader would refuse the header. Any method also
+        raises it if the disk is full or a block does not fit the header.
 
     Notes
     -----
-    Times in the file are device time, from the sample number and the rate; no
-    clock is read, so the same samples give the same bytes.
+    Times in the file are device times from sample number and rate. No clock is read, so the same
+    samples give the same bytes.
     """
 
     def __init__(self, path: AnyPath, header: Header) -> None:
@@ -79,8 +78,8 @@ class RecordingWriter:
         self._epoch = 0
         self._end: int | None = None
         self._layouts = {"": header.layout, **{g.name: g.layout for g in header.layout.groups}}
-        self._origin = 0  # added to sample numbers so that time never goes back at a new epoch
-        self._latest = 0  # highest sample number so far, with that added
+        self._origin = 0  # added to sample numbers, so that time never goes back at a new epoch
+        self._latest = 0  # highest sample number so far, including the origin
         self._number = 0
         self._sequence = 0
         self._until_header = round(header.layout.rate * HEADER_AGAIN)
@@ -91,17 +90,17 @@ class RecordingWriter:
             self._start()
         except (OSError, InputError) as error:
             failed = self._failed(error) if isinstance(error, OSError) else error
-            # Without a header nothing could be read of it: leave no file behind.
+            # A file without a header is unreadable, so it is removed.
             path.unlink(missing_ok=True)
             raise failed from error
 
     def write(self, block: Block, group: str = "") -> None:
-        """Append a block, of a group where one is named; long ones are cut into several messages.
+        """Append a block, optionally of a group. Long blocks become several messages.
 
         Raises
         ------
         InputError
-            Wrong columns or type, the disk is full, or the writer is closed.
+            The columns or the type are wrong, the disk is full, or the writer is closed.
         """
         layout = self._layouts.get(group)
         if layout is None:
@@ -142,19 +141,19 @@ class RecordingWriter:
         self._latest = max(self._latest, self._origin + round(block.end * pace))
 
     def mark(self, mark: PinchMark) -> None:
-        """Append where a pinch lies and what is known about it.
+        """Append a pinch mark.
 
         Raises
         ------
         InputError
-            It is none that a reader takes, or the file cannot be written.
+            A reader would refuse the mark, or the file cannot be written.
         """
         data = self._packed(mark.to_json(), read_mark, f"the mark of pinch {mark.number}")
         self._add(self._pinches, data, mark.end)
         self._number = mark.number + 1
 
     def marker(self, marker: Marker) -> None:
-        """Append a word pinned to a sample; what nobody can read of its text is replaced."""
+        """Append a text attached to a sample. Unreadable characters are replaced."""
         text = marker.text.encode("utf-8", "replace").decode()
         if len(text) > LONGEST_TEXT:
             text = text[: LONGEST_TEXT - 1] + "…"
@@ -164,8 +163,9 @@ class RecordingWriter:
     def pinch(self, pinch: Pinch) -> None:
         """Append the samples of a pinch and its mark.
 
-        A pinch that does not start where the last samples ended begins a new
-        epoch: nothing was recorded in between, and that is not a loss.
+        A pinch that does not continue the last samples begins a new epoch, since nothing was
+        recorded in
+        between. That is not a loss.
         """
         new = self._end is not None and pinch.first_sample != self._end
         epoch = self._epoch + new
@@ -186,7 +186,7 @@ class RecordingWriter:
         )
 
     def flush(self) -> None:
-        """Write what waits for more, so that a kill from now on does not cost it.
+        """Write all waiting data, so that a later kill cannot lose them.
 
         Raises
         ------
@@ -202,11 +202,11 @@ class RecordingWriter:
             raise self._failed(error) from error
 
     def close(self) -> None:
-        """Write what waits, the index and the footer. Closing twice is fine."""
+        """Write waiting data, the index and the footer. A second call does nothing."""
         if not self._open:
             return
         try:
-            # Once more, so that one damaged chunk never costs the header.
+            # A second header, so that one damaged chunk never loses it.
             self._add(self._headers, self._head, self._end or 0)
             self._file.finish()
             self._stream.flush()
@@ -232,15 +232,15 @@ class RecordingWriter:
         self._markers = json_channel("/marker", "firstcontact.Marker")
         for group in self.header.layout.groups:
             self._samples[group.name] = self._file.register(f"/samples/{group.name}", "cdr", kind)
-        # Filled up with spaces to a whole chunk, so that it does not wait for samples.
+        # Spaces fill a whole chunk, so that the header does not wait for samples.
         self._add(self._headers, self._head.ljust(self._chunk_size), 0)
 
     def _packed(self, tree: dict[str, Any], read: Callable[[bytes, str], object], of: str) -> bytes:
-        """JSON that its reader takes: what is in a recording can be read back."""
+        """Encode JSON and check that its reader accepts it."""
         try:
             text = json.dumps(tree, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
             data = text.encode()
-        except ValueError as error:  # NaN, or characters that UTF-8 does not have
+        except ValueError as error:  # NaN, or characters that UTF-8 cannot encode
             raise InputError(
                 f"{self.path}: {of} cannot be written as JSON in UTF-8 ({error}): correct it"
             ) from error
@@ -260,7 +260,7 @@ class RecordingWriter:
         self._sequence += 1
 
     def _failed(self, error: OSError) -> InputError:
-        """Give the file up as it is: what is complete in it stays readable."""
+        """Close the file after an error. Complete chunks stay readable."""
         self._open = False
         with suppress(OSError):
             self._stream.close()

@@ -1,7 +1,7 @@
-"""Import XDF files, as LabRecorder and others write them of Lab Streaming Layer streams.
+"""Import of XDF files, as LabRecorder and others write them from Lab Streaming Layer streams.
 
-The vibration is the one stream of numbers at 2 kHz or more, or what ``--channels`` says; slower
-streams go along as groups. Contacts are the markers of the one stream of texts, or those of
+The vibration is the only stream of numbers at 2 kHz or more, or the one that ``--channels`` names.
+Slower streams become groups. Contacts are the markers of the only stream of texts, or come from
 ``--events``.
 """
 
@@ -42,26 +42,26 @@ def import_xdf(
     events: Path | None = None,
     channels: Path | None = None,
 ) -> Dataset:
-    """Pinches around the markers of an XDF file.
+    """Import pinches around the markers of an XDF file.
 
     Parameters
     ----------
     path
-        The file.
+        Path of the file.
     rate
-        Not asked for: streams say theirs.
+        Unused: streams state their rate.
     sensor
-        What the vibration was recorded with; a piezo unless said otherwise.
+        Sensor of the vibration, by default a piezo.
     events
-        Table of the contacts, in seconds or samples from the first of the vibration; the
-        markers are then not looked at.
+        Table of the contacts, in seconds or samples from the vibration's first sample. The markers
+        are then ignored.
     channels
-        Which streams are wanted, and what they are.
+        Table of the wanted streams and their meaning.
 
     Raises
     ------
     InputError
-        Names the stream, or the row of a table, that cannot be used.
+        A stream or a row of a table is invalid; the message names it.
     """
     if path.is_dir():
         raise InputError(f"{path} is a folder: give one .xdf file")
@@ -122,7 +122,7 @@ def _contacts(
     events: Path | None,
     notes: list[str],
 ) -> tuple[Columns, Path]:
-    """A table of the contacts in seconds from the vibration's first sample, or nothing."""
+    """Return a table of the contacts in seconds from the vibration's first sample, or nothing."""
     if events is not None:
         return read_event_table(events), events
     says = [s for s in streams if s.says and len(s.stamps)]
@@ -143,9 +143,9 @@ def _contacts(
 def _placed(
     table: Path, columns: Columns, parts: Sequence[Part], whole: Run, notes: list[str]
 ) -> tuple[list[int | None], Columns]:
-    """Which part each row lies in, and the columns counted from the start of that part.
+    """Return the part of each row, and the columns counted from the start of that part.
 
-    None of a row that lies in a stretch of the vibration that is no part of the recording.
+    The part is None for a row in a stretch of the vibration that the import leaves out.
     """
     unbroken = len(parts) == 1 and parts[0].run == whole
     if unbroken or (SECONDS in columns) == (SAMPLE in columns):
@@ -183,7 +183,7 @@ def _placed(
 
 
 def _bounds(name: str, run: Run, whole: Run) -> tuple[float, float]:
-    """Its first and last sample as that column counts them."""
+    """Return the first and the last sample of a run, in the unit of that column."""
     if name == SECONDS:
         return run.begin - whole.begin, run.last - whole.begin
     return run.first, run.end - 1

@@ -1,4 +1,4 @@
-"""Streams out of an XDF file: one clock, and every sample with its time."""
+"""Reader of XDF streams, with one clock and the time of every sample."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ from firstcontact.recording._memory import bounded_memory
 from firstcontact.recording._quoting import reason
 from firstcontact.recording._sizes import most_unpacked
 
-#: How long a file may take, s, and bytes a second of it beside; what the library needs, bytes.
+#: Time limit for a file, s, additional time per byte, and memory of the library, bytes.
 _SECONDS, _SPEED, _SPARE = 20.0, 5e5, 256 << 20
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stream:
-    """What one stream holds.
+    """Contents of one stream.
 
     Parameters
     ----------
     name
-        As its maker calls it.
+        Name of the stream.
     rate
-        That it says it has, Hz; 0 where samples come as they like.
+        Stated rate, Hz; 0 for irregular samples.
     channels
-        Names of its channels, as many as there are columns; "" where it does not say them.
+        Names of its channels, one per column; "" if not stated.
     units
-        Of the channels.
+        Units of the channels.
     stamps
         Time of each sample on the clock of the recording, s, shape (samples,).
     values
-        Shape (samples, channels); texts where the stream has texts.
+        Samples, shape (samples, channels). A stream of texts has texts.
     closed
-        Whether the recording of it was ended properly.
+        True if the recording of the stream ended properly.
     """
 
     name: str
@@ -52,18 +52,17 @@ class Stream:
 
     @property
     def says(self) -> bool:
-        """Whether it holds texts."""
+        """True if the stream holds texts."""
         return self.values.dtype.kind == "U"
 
 
 def read_xdf(path: Path) -> list[Stream]:
-    """All streams of a file, their clocks brought to one.
+    """Read all streams of a file, on one clock.
 
     Raises
     ------
     InputError
-        The file cannot be read, or is damaged: what is behind the damage would be missing
-        without a word.
+        The file cannot be read or is damaged. Data after the damage would be lost without notice.
     """
     try:
         open_regular(path).close()
@@ -71,14 +70,14 @@ def read_xdf(path: Path) -> list[Stream]:
         return apart(seconds, _read, path)
     except InputError:
         raise
-    except Exception as error:  # the library lets through whatever a damaged file leads to
+    except Exception as error:  # damage can cause any error in the library
         raise InputError(
             f"{path} cannot be read as XDF ({reason(error).rstrip('.')}): copy it again"
         ) from error
 
 
 class _Complaints(logging.Handler):
-    """What the library says of damage while it reads on behind it."""
+    """Log handler that collects the library's warnings about damage."""
 
     def __init__(self) -> None:
         super().__init__(logging.ERROR)
@@ -89,7 +88,7 @@ class _Complaints(logging.Handler):
 
 
 def _read(path: Path) -> list[Stream]:
-    """In a process of its own: what a damaged file declares is allocated."""
+    """Read in a separate process, because a damaged file can make the library allocate too much."""
     import pyxdf
 
     complaints = _Complaints()
@@ -97,9 +96,9 @@ def _read(path: Path) -> list[Stream]:
     log.handlers, log.propagate = [complaints], False
     with (
         bounded_memory(_SPARE + 4 * most_unpacked(path.stat().st_size)),
-        np.errstate(all="ignore"),  # it divides by what stamps span, and we do not look at that
+        np.errstate(all="ignore"),  # the library divides by the span of the stamps; unused here
     ):
-        # Stamps are smoothed later, where it is known what a gap is.
+        # Stamps are smoothed later, when gaps are known.
         streams, _ = pyxdf.load_xdf(path, dejitter_timestamps=False, verbose=None)
     if complaints.said:
         raise OSError(complaints.said[0])
@@ -129,7 +128,7 @@ def _stream(stream: dict[str, Any]) -> Stream:
 
 
 def _described(info: dict[str, Any], channel: int, what: str) -> str:
-    """A word of the description of a channel, which may lack anywhere."""
+    """Return a field of a channel's description; it may be missing."""
     try:
         return str(info["desc"][0]["channels"][0]["channel"][channel][what][0] or "")
     except (KeyError, IndexError, TypeError):

@@ -1,4 +1,4 @@
-"""Which streams of an XDF file are signals, and their unbroken parts side by side."""
+"""Selection of the signals among XDF streams, and their unbroken parts."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from firstcontact.recording._xdf_file import Stream
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """Unbroken samples of all signals; ``run`` is that of the vibration."""
+    """Unbroken samples of all signals. ``run`` is that of the vibration."""
 
     its: Assembled
     run: Run
@@ -27,7 +27,7 @@ class Part:
 def guessed_signals(
     path: Path, streams: Sequence[Stream], sensor: VibrationSensor | None
 ) -> list[Signal]:
-    """The fast stream as the vibration, and what goes along with it."""
+    """Return the fast stream as the vibration, and the other signals."""
     numbers = [s for s in streams if not s.says and s.rate and len(s.stamps)]
     fast = [s for s in numbers if s.rate >= LOWEST_RATE]
     if len(fast) != 1 or fast[0].values.shape[1] > 1:
@@ -50,9 +50,9 @@ def guessed_signals(
 def unbroken_parts(
     path: Path, streams: Sequence[Stream], signals: Sequence[Signal], notes: list[str]
 ) -> tuple[list[Part], Run]:
-    """Unbroken stretches of the vibration, and what of the other signals lies beside each.
+    """Return unbroken stretches of the vibration with the other signals, and the whole vibration.
 
-    With them the whole of the vibration, of which stretches may be left out.
+    Stretches of the vibration without other signals are left out.
     """
     by_name = {s.name: s for s in streams}
     for signal in signals:
@@ -99,7 +99,7 @@ def unbroken_parts(
             its = next((r for r in runs[stream.name] if r.covers(run)), None)
             if its is None:
                 break
-            # The sample of it that is nearest to the first of the vibration.
+            # Sample of the signal nearest to the vibration's first sample.
             first = max(0, round((run.begin - its.begin) * its.rate))
             most = math.ceil(run.seconds * stream.rate)
             data = values[signal.variable, signal.column][its.first + first : its.end]
@@ -120,7 +120,7 @@ def unbroken_parts(
 
 
 def _names(signal: Signal, stream: Stream) -> tuple[str, ...]:
-    """Of its columns: as the stream says, with the stream's before it."""
+    """Return the column names: the stream's name, then the channel's."""
     wanted = range(len(stream.channels)) if signal.column is None else [signal.column]
     if len(stream.channels) == 1:
         return (signal.variable,)

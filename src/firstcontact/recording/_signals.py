@@ -179,8 +179,8 @@ def pinches_of(
 
 def _channels(taken: Sequence[Taken]) -> tuple[Channel, ...]:
     channels = []
-    for signal in taken:
-        signal = signal.signal
+    for samples in taken:
+        signal = samples.signal
         vibration = signal.sensor is not None
         channels += [
             Channel(
@@ -191,8 +191,8 @@ def _channels(taken: Sequence[Taken]) -> tuple[Channel, ...]:
                 signal.scale,
                 signal.offset,
                 sensor=signal.sensor,
-                taxel=None if vibration or len(signal.names) == 1 else k % MOST_CHANNELS,
+                taxel=None if vibration or len(samples.names) == 1 else k % MOST_CHANNELS,
             )
-            for k, name in enumerate(signal.names)
+            for k, name in enumerate(samples.names)
         ]
     return tuple(channels)

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from distributed import LocalCluster
 
-from firstcontact.core import Dataset, Runner, use_cluster, parallel
+from firstcontact.core import Dataset, Runner, parallel, use_cluster
 from firstcontact.models import (
     DURATION,
     LabelledWindows,

@@ -13,7 +13,14 @@ from firstcontact import __version__
 from firstcontact.cli.output import Output, outputs
 from firstcontact.cli.stopping import Stop, stopping
 from firstcontact.cli.verbs import configuration, overview
-from firstcontact.core import ForeignCode, InputError, culprit, summarize_error, is_interrupt, one_line
+from firstcontact.core import (
+    ForeignCode,
+    InputError,
+    culprit,
+    is_interrupt,
+    one_line,
+    summarize_error,
+)
 
 #: Exit codes; a signal's is 128 and its number.
 DONE, INPUT, UNFORESEEN = 0, 2, 70

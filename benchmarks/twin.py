@@ -37,7 +37,7 @@ from firstcontact.twin import (
     draw_pinch,
     draw_specimen,
     excerpt,
-    mechanics_of,
+    integrate_pinch,
     simulate,
     simulate_pinch,
 )
@@ -57,8 +57,8 @@ def halving(pinches: int) -> float:
     for condition in (PAPER_RIG, EVERYDAY):
         for kind in (*BLOCKS, *EVERYDAY_OBJECTS):
             for i in range(pinches):
-                coarse = mechanics_of(drawn(kind, i, condition))[1][..., BUFFER]
-                fine = mechanics_of(drawn(kind, i, condition), substeps=2 * SUBSTEPS)[1][
+                coarse = integrate_pinch(drawn(kind, i, condition))[1][..., BUFFER]
+                fine = integrate_pinch(drawn(kind, i, condition), substeps=2 * SUBSTEPS)[1][
                     ..., BUFFER
                 ]
                 change = np.abs(coarse - fine).max(axis=0) / np.abs(fine).max(axis=0)
@@ -67,12 +67,12 @@ def halving(pinches: int) -> float:
 
 
 def captured(draw: PinchDraw) -> tuple[object, ...]:
-    """Return the arguments that :func:`mechanics_of` passes to the kernel."""
+    """Return the arguments that :func:`integrate_pinch` passes to the kernel."""
     taken: list[tuple[object, ...]] = []
     kernel = run_module.integrate
     run_module.integrate = lambda *arguments: taken.append(arguments) or len(arguments[-1])
     try:
-        mechanics_of(draw)
+        integrate_pinch(draw)
     finally:
         run_module.integrate = kernel
     return taken[0]
@@ -165,7 +165,7 @@ def main() -> None:
         for _ in range(5):
             draw = drawn(BLOCKS[4], 0)
             begin = time.perf_counter()
-            ours = mechanics_of(draw)[1][..., BUFFER]
+            ours = integrate_pinch(draw)[1][..., BUFFER]
             best = min(best, time.perf_counter() - begin)
         off = np.abs(ours - reference).max() / np.abs(reference).max()
         print(

@@ -16,7 +16,14 @@ from scipy.io import wavfile
 
 from firstcontact.core import FINGERTIP_RATE, PIEZO_OFFSET_VOLTS
 from firstcontact.signal import resample
-from firstcontact.twin import BUFFER, INDENTATION, condition, draw_pinch, mechanics_of, object_named
+from firstcontact.twin import (
+    BUFFER,
+    INDENTATION,
+    condition,
+    draw_pinch,
+    integrate_pinch,
+    object_named,
+)
 
 RATE = 48_000
 #: Rest before the first tap, and time between taps, s.
@@ -31,7 +38,7 @@ def tap(shore: float, number: int, seed: int) -> tuple[np.ndarray, int]:
     still = {"rotor": 0.0, "mesh": 0.0, "friction": 0.0, "click_rate": 0.0, "mains": 0.0}
     quiet = tuple(replace(n, **still, hum=0.0) for n in draw.noise)
     timing = draw.timing._replace(first=BEFORE, second=BEFORE + 2 * AFTER, first_is_index=True)
-    _, motion = mechanics_of(replace(draw, noise=quiet, timing=timing), duration=BEFORE + AFTER)
+    _, motion = integrate_pinch(replace(draw, noise=quiet, timing=timing), duration=BEFORE + AFTER)
     signal = motion[:, 0, BUFFER] / PIEZO_OFFSET_VOLTS
     ends = np.ones(len(signal))
     fade = round(0.02 * FINGERTIP_RATE)

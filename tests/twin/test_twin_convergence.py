@@ -16,7 +16,7 @@ from firstcontact.twin import (
     PAPER_RIG,
     Condition,
     TwinObject,
-    mechanics_of,
+    integrate_pinch,
 )
 from firstcontact.twin._pinch import SUBSTEPS
 
@@ -27,7 +27,7 @@ AVOCADO = EVERYDAY_OBJECTS[7]
 def output(
     kind: TwinObject, number: int, condition: Condition, substeps: int
 ) -> NDArray[np.float64]:
-    return mechanics_of(drawn(kind, number, condition), substeps=substeps)[1]
+    return integrate_pinch(drawn(kind, number, condition), substeps=substeps)[1]
 
 
 @pytest.mark.parametrize("condition", [PAPER_RIG, EVERYDAY], ids=lambda c: c.name)

@@ -17,7 +17,7 @@ from firstcontact.twin import (
     Condition,
     PinchDraw,
     excerpt,
-    mechanics_of,
+    integrate_pinch,
     simulate_pinch,
 )
 
@@ -39,9 +39,9 @@ def silent(draw: PinchDraw) -> PinchDraw:
 def test_an_excerpt_has_the_waveform_of_the_whole_pinch(condition: Condition) -> None:
     for number, kind in enumerate((BLOCKS[0], BLOCKS[-1], *EVERYDAY_OBJECTS[::3])):
         draw = silent(drawn(kind, number, condition))
-        _, whole = mechanics_of(draw)
+        _, whole = integrate_pinch(draw)
         before = round(BEFORE * FINGERTIP_RATE) / FINGERTIP_RATE
-        _, part = mechanics_of(excerpt(draw, before), duration=DURATION)
+        _, part = integrate_pinch(excerpt(draw, before), duration=DURATION)
         start = round((draw.timing.first - before) * FINGERTIP_RATE)
         wanted = whole[start : start + len(part), :, BUFFER]
         error = np.abs(part[:, :, BUFFER] - wanted).max() / np.abs(wanted).max()

@@ -12,7 +12,7 @@ from plants import closed, plant
 from firstcontact.core import FINGERTIP_RATE, GRAVITY, Command
 from firstcontact.twin import BLOCKS, BRITTLE, Drive, TwinObject, block, generator
 from firstcontact.twin._objects import Fragility
-from firstcontact.twin._outcome import stable_from
+from firstcontact.twin._outcome import stable_since
 
 _, CRISP, BERRY = BRITTLE
 
@@ -55,15 +55,15 @@ def test_it_is_dropped_exactly_when_friction_holds_less_than_its_weight(share: f
 def test_a_grasp_is_stable_when_it_is_strong_and_steady_from_then_on() -> None:
     t = np.arange(3000) / FINGERTIP_RATE
     rising = np.minimum(100 * t, 4.0)
-    at = stable_from(rising, 2.0)
+    at = stable_since(rising, 2.0)
     assert at is not None
     assert at / FINGERTIP_RATE == pytest.approx(0.04, abs=0.021)
-    assert stable_from(rising, 4.0) is None, "not strong enough"
-    assert stable_from(rising[:10], 1.0) is None
-    assert stable_from(4 + np.sin(2 * np.pi * 11 * t), 1.0) is None, "it swings"
+    assert stable_since(rising, 4.0) is None, "not strong enough"
+    assert stable_since(rising[:10], 1.0) is None
+    assert stable_since(4 + np.sin(2 * np.pi * 11 * t), 1.0) is None, "it swings"
     late = rising.copy()
     late[2000:2300] = 1.0
-    again = stable_from(late, 2.0)
+    again = stable_since(late, 2.0)
     assert again is not None
     assert again >= 2300
 

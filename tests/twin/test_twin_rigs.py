@@ -135,7 +135,7 @@ def test_a_family_leaves_what_training_draws(name: str) -> None:
     for seed in range(150):
         rig, held = _drawn(seed)
         other = rng(seed + 1000)
-        others.append(number(family.rig(rig, other), family.held(held, other)))
+        others.append(number(family.rig(rig, other), family.change_object(held, other)))
     low, high = np.quantile(usual, (0.02, 0.98))
     outside = (np.array(others) < low) | (np.array(others) > high)
     assert outside.mean() > 0.8
@@ -147,7 +147,7 @@ def test_what_a_family_touches_is_finite(name: str) -> None:
     for seed in range(10):
         drawn = rng(seed)
         rig, held = _drawn(seed)
-        rig, held = family.rig(rig, drawn), family.held(held, drawn)
+        rig, held = family.rig(rig, drawn), family.change_object(held, drawn)
         signal, _ = touch(rig, draw_day(drawn), held, drawn, BEFORE, AFTER)
         assert np.ptp(signal) > 0
 
@@ -158,7 +158,7 @@ def test_a_resonance_rings_at_its_frequency_and_dies_away() -> None:
 
     step = np.zeros(4096)
     step[10:] = 1.0
-    rung = Resonance(800.0, 0.05, 0.8).added(step) - step
+    rung = Resonance(800.0, 0.05, 0.8).apply(step) - step
     spectrum = np.abs(np.fft.rfft(rung))
     found = np.argmax(spectrum[50:]) + 50
     assert found * FINGERTIP_RATE / 4096 == pytest.approx(800.0, rel=0.05)

@@ -21,7 +21,7 @@ from firstcontact.twin import (
     PAPER_RIG,
     Condition,
     TwinObject,
-    mechanics_of,
+    integrate_pinch,
 )
 from firstcontact.twin._mechanics import CONTACT_FORCE
 from firstcontact.twin._pinch import DURATION
@@ -49,14 +49,14 @@ def test_any_pieces_give_the_same_bytes(
 ) -> None:
     run = PinchRun(drawn(kind, 1, condition), DURATION, BURN_IN)
     out = pieces(run, [0, *sorted(cuts), ALL])
-    times, whole = mechanics_of(drawn(kind, 1, condition))
+    times, whole = integrate_pinch(drawn(kind, 1, condition))
     assert same(out[BURN_IN:], whole)
     assert same(run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE, times)
 
 
 def test_sample_by_sample_too() -> None:
     out = pieces(PinchRun(drawn(BLOCKS[3]), DURATION, BURN_IN), list(range(ALL + 1)))
-    assert same(out[BURN_IN:], mechanics_of(drawn(BLOCKS[3]))[1])
+    assert same(out[BURN_IN:], integrate_pinch(drawn(BLOCKS[3]))[1])
 
 
 @settings(max_examples=20)
@@ -81,7 +81,7 @@ def test_telling_it_what_it_does_anyway_changes_nothing() -> None:
     begin = run.advance(500)
     run.speed = run.nominal_speed
     out = np.concatenate([begin, run.advance(ALL - 500)])
-    assert same(out[BURN_IN:], mechanics_of(drawn(BLOCKS[2]))[1])
+    assert same(out[BURN_IN:], integrate_pinch(drawn(BLOCKS[2]))[1])
 
 
 def test_a_run_at_rest_stays_at_rest_and_is_silent() -> None:
@@ -141,5 +141,5 @@ def test_the_motor_fades_as_loudness_says() -> None:
 
 @pytest.mark.parametrize("samples", [0, -1, ALL + 1])
 def test_more_than_there_is_is_refused(samples: int) -> None:
-    with pytest.raises(ValueError, match=f"{samples} samples asked"):
+    with pytest.raises(ValueError, match=f"{samples} samples"):
         PinchRun(drawn(BLOCKS[0]), DURATION, BURN_IN).advance(samples)

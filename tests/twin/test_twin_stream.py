@@ -292,7 +292,7 @@ def test_a_command_without_a_closing_is_ignored_and_counted() -> None:
     there = len(uncommanded()[1])
     rest = stream.read(there - stream.sample)
     assert (rest == uncommanded()[1][-len(rest) :]).all()
-    with pytest.raises(InputError, match="must be numbers"):
+    with pytest.raises(InputError, match="speed"):
         stream.command(Command(float("nan"), 1.0))
 
 

@@ -1,4 +1,4 @@
-"""The pinch twin: a physical model that makes recordings."""
+"""Pinch twin: a physical model of hand, fingertips and objects that makes recordings."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""The pinch twin: a physical model that makes recordings."""
+"""Pinch twin: a physical model of hand, fingertips and objects that makes recordings."""
 
 from ._conditions import CONDITIONS as CONDITIONS
 from ._conditions import EVERYDAY as EVERYDAY
@@ -16,8 +16,8 @@ from ._filter import DeviceFilter as DeviceFilter
 from ._household import HOUSEHOLD as HOUSEHOLD
 from ._household import HOUSEHOLD_SOURCES as HOUSEHOLD_SOURCES
 from ._household import draw_household_specimen as draw_household_specimen
+from ._household import find_object as find_object
 from ._household import household_named as household_named
-from ._household import thing_named as thing_named
 from ._household_object import QUANTITIES as QUANTITIES
 from ._household_object import HouseholdNumbers as HouseholdNumbers
 from ._household_object import Quantity as Quantity
@@ -38,7 +38,7 @@ from ._objects import object_named as object_named
 from ._outcome import GraspOutcome as GraspOutcome
 from ._pinch import BURN_IN as BURN_IN
 from ._pinch import excerpt as excerpt
-from ._pinch import mechanics_of as mechanics_of
+from ._pinch import integrate_pinch as integrate_pinch
 from ._pinch import simulate_pinch as simulate_pinch
 from ._plant import GraspPlant as GraspPlant
 from ._recorded_noise import read_noise as read_noise

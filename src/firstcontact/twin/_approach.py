@@ -1,4 +1,4 @@
-"""When the fingers touch that are on their way."""
+"""Contact times of fingers that are still closing."""
 
 from __future__ import annotations
 
@@ -11,49 +11,48 @@ from firstcontact.twin._parameters import Timing
 
 
 class Approach:
-    """A finger touches when it has travelled a way that is fixed.
+    """Contact times of two fingers, each of which touches after a fixed distance.
 
-    The way is the one to its drawn instant at the drawn speed; at that speed all along, it
-    touches at that instant.
+    The distance is the one that a finger covers until its drawn contact time at the drawn speed. At
+    that speed it touches at that time.
 
     Parameters
     ----------
     timing
-        The drawn instants.
+        Drawn contact times.
     begin
-        Instant from which these count, s.
+        Instant from which these times count, s.
     nominal
         Drawn speed, the mean of both fingers, m/s.
     speed
-        Speed at first, m/s.
+        Initial speed, m/s.
 
     Attributes
     ----------
     touch
-        Instants at which index and thumb will touch, s, shape (2,); infinite for a hand that
-        does not close.
+        Contact times of index and thumb, s, shape (2,); infinite for a hand that does not close.
     """
 
     def __init__(self, timing: Timing, begin: float, nominal: float, speed: float) -> None:
         first, second, first_is_index = timing
         drawn = np.array([first, second] if first_is_index else [second, first]) + begin
         self.touch: NDArray[np.float64] = drawn if speed == nominal else np.full(2, math.inf)
-        self._to_go = nominal * drawn
+        self._distance_left = nominal * drawn
         self._since = 0.0
 
-    def turn(self, before: float, after: float, now: float, there: NDArray[np.bool_]) -> None:
-        """Go on at another speed.
+    def turn(self, old: float, new: float, now: float, touching: NDArray[np.bool_]) -> None:
+        """Continue at another speed.
 
         Parameters
         ----------
-        before, after
-            The speeds, m/s.
+        old, new
+            Old and new speed, m/s.
         now
-            The instant, s.
-        there
-            Which fingers have touched.
+            Present instant, s.
+        touching
+            Mask of the fingers that have touched.
         """
-        self._to_go -= before * (now - self._since)
+        self._distance_left -= old * (now - self._since)
         self._since = now
-        coming = now + self._to_go / after if after > 0 else math.inf
-        self.touch = np.where(there, self.touch, coming)
+        contact_times = now + self._distance_left / new if new > 0 else math.inf
+        self.touch = np.where(touching, self.touch, contact_times)

@@ -16,14 +16,14 @@ _PACKAGE = __name__.partition(".")[0]
 
 
 class _Notice(Listener):
-    """Log one line when this process compiles its first function, which the cache did not hold."""
+    """Listener that logs one line when this process compiles a function for the first time."""
 
     _given = False
-    #: Whether compiled functions are kept for other processes.
+    #: True if compiled functions are stored for other processes.
     cached = True
 
     def on_start(self, event: Event) -> None:
-        """Log the line, unless the function is one of Numba's or of another package."""
+        """Log the line, unless the function belongs to Numba or another package."""
         module = event.data["dispatcher"].py_func.__module__
         if self._given or module.partition(".")[0] != _PACKAGE:
             return
@@ -36,7 +36,7 @@ class _Notice(Listener):
         _log.warning("compiling the simulated hand (some 15 s, %s)", often)
 
     def on_end(self, event: Event) -> None:
-        """Say nothing."""
+        """Ignore the end of a compilation."""
 
 
 _notice = _Notice()
@@ -49,13 +49,13 @@ def compiled(**options: Any) -> Callable[[F], F]:
     Parameters
     ----------
     **options
-        Of ``numba.njit``.
+        Options of ``numba.njit``.
     """
 
     def decorate(function: F) -> F:
         try:
             dispatcher: F = njit(cache=True, nogil=True, **options)(function)
-        except RuntimeError:  # neither beside the source nor in the home a folder can be written
+        except RuntimeError:  # neither the source's folder nor the home folder is writable
             _notice.cached = False
             dispatcher = njit(nogil=True, **options)(function)
         return dispatcher

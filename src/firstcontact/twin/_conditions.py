@@ -1,4 +1,4 @@
-"""How much pinches differ from one another: two named conditions."""
+"""Variation between pinches: two named conditions."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ class Condition:
     click_rate: float
     """Clicks of the gear train per second."""
     mains_rates: tuple[float, ...]
-    """What the supply may be, Hz; one a session."""
+    """Possible mains frequencies, Hz; one for each session."""
     temperature: Spread
-    """Of the object's modulus with temperature and wear."""
+    """Spread of the object's modulus with temperature and wear."""
     specimen_widen: float
     """Factor on the modulus scatter between specimens."""
     specimens_per_block: int
@@ -83,12 +83,12 @@ CONDITIONS = {c.name: c for c in (PAPER_RIG, EVERYDAY)}
 
 
 def condition(name: str) -> Condition:
-    """The condition of that name.
+    """Return the condition with this name.
 
     Raises
     ------
     InputError
-        There is none.
+        There is no such condition.
     """
     if name not in CONDITIONS:
         raise InputError(f"condition {name!r} is not known: use one of {', '.join(CONDITIONS)}")

@@ -1,7 +1,7 @@
-"""Random numbers: hands, specimens, sessions and pinches, each from its own seed.
+"""Random draws of hands, specimens, sessions and pinches, each from its own seed.
 
-Every thing that varies has a key; its numbers depend on the seed and that key
-alone, so a set is the same whatever the order or the number of workers.
+Each varying object has a key. Its numbers depend only on the seed and that key. A set is therefore
+the same for any order and any number of workers.
 """
 
 from __future__ import annotations
@@ -24,15 +24,16 @@ from firstcontact.twin._sensor import VelostatParameters
 #: Published offset between the contacts, s: mean and standard deviation.
 OFFSET_MEAN = 16.65e-3
 OFFSET_SD = 10.35e-3
-#: A gamma's tail reaches further than a pinch is long; this cuts 4 in 10,000.
+#: Largest offset, s. It removes the tail of the gamma distribution beyond the length of a pinch, 4
+#: in 10,000.
 OFFSET_MAX = 75e-3
-#: The first contact falls between these instants of a pinch, s.
+#: Range of the first contact within a pinch, s.
 FIRST_CONTACT = (0.130, 0.150)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PinchDraw:
-    """All that is random in one pinch; for both fingers, index first."""
+    """Random quantities of one pinch. Pairs are index first, then thumb."""
 
     fingers: tuple[FingerParameters, FingerParameters]
     held: ObjectParameters
@@ -44,23 +45,23 @@ class PinchDraw:
     jitter: float
     rng: np.random.Generator
     recorded: RecordedNoise | None = None
-    """In place of the electronics' noise and hum."""
+    """Recorded noise that replaces the electronics' noise and hum."""
 
 
 def generator(seed: int, *key: object) -> np.random.Generator:
-    """A generator of its own for whatever ``key`` names."""
+    """Return a random generator for the object that ``key`` names."""
     words = [zlib.crc32(repr(part).encode()) for part in key]
     return np.random.default_rng([seed, *words])
 
 
 def draw_specimen(seed: int, condition: Condition, kind: TwinObject, number: int) -> TwinObject:
-    """The ``number``-th specimen of a kind of object."""
+    """Draw the ``number``-th specimen of a kind of object."""
     deviate = generator(seed, condition.name, "specimen", kind.name, number).standard_normal()
     return specimen(kind, float(np.clip(deviate, -2.5, 2.5)), condition.specimen_widen)
 
 
 def draw_offset(rng: np.random.Generator) -> float:
-    """Offset between the contacts, s: the gamma with the published mean and SD."""
+    """Draw the offset between the contacts, s: a gamma with the published mean and SD."""
     shape = (OFFSET_MEAN / OFFSET_SD) ** 2
     while True:
         offset = float(rng.gamma(shape, OFFSET_MEAN / shape))
@@ -71,7 +72,7 @@ def draw_offset(rng: np.random.Generator) -> float:
 def draw_pinch(
     seed: int, condition: Condition, session: str, kind: TwinObject, key: object
 ) -> PinchDraw:
-    """One pinch of a specimen in a session; ``key`` tells it from the others there."""
+    """Draw one pinch of a specimen in a session. ``key`` identifies it in the session."""
     c = condition
     hand = generator(seed, c.name, "hand")
     day = generator(seed, c.name, "session", session)
@@ -90,29 +91,29 @@ def draw_pinch(
     arrays = []
     mains = float(day.choice(c.mains_rates))
     for _ in range(2):
-        own = np.exp(c.asymmetry * hand.standard_normal(6))
+        finger_factors = np.exp(c.asymmetry * hand.standard_normal(6))
         p = FingerParameters()
-        # Where the tip touches decides its curvature, its share of the phalanx
-        # and which taxels are under it; that differs between the two fingers.
+        # The contact point decides the curvature, the share of the phalanx and the loaded taxels.
+        # It differs between the fingers.
         place = math.exp(c.tip_radius.pinch * rng.standard_normal())
         day_place = math.exp(c.tip_radius.session * day.standard_normal())
         fingers.append(
             p._replace(
                 speed=p.speed * speed * math.exp(0.01 * rng.standard_normal()),
                 tip_radius=p.tip_radius * place * day_place,
-                pad_stiffness=p.pad_stiffness * own[0] * factor("pad_stiffness"),
-                phalanx_mass=p.phalanx_mass * own[1] ** 0.5 * factor("phalanx_mass"),
-                link_stiffness=p.link_stiffness * own[2] * factor("link_stiffness"),
-                mount_stiffness=p.mount_stiffness * own[3],
-                gain=p.gain * own[4] * factor("gain"),
+                pad_stiffness=p.pad_stiffness * finger_factors[0] * factor("pad_stiffness"),
+                phalanx_mass=p.phalanx_mass * finger_factors[1] ** 0.5 * factor("phalanx_mass"),
+                link_stiffness=p.link_stiffness * finger_factors[2] * factor("link_stiffness"),
+                mount_stiffness=p.mount_stiffness * finger_factors[3],
+                gain=p.gain * finger_factors[4] * factor("gain"),
             )
         )
-        loud = factor("noise") * own[5] * math.exp(0.05 * rng.standard_normal())
+        loud = factor("noise") * finger_factors[5] * math.exp(0.05 * rng.standard_normal())
         noises.append(
             replace(MotorNoise().scaled(speed, loud), click_rate=c.click_rate, mains_rate=mains)
         )
         v = VelostatParameters()
-        # Velostat repeats poorly: tens of per cent between loadings.
+        # Velostat has poor repeatability: tens of per cent between loadings.
         poor = np.exp(0.15 * rng.standard_normal(3))
         arrays.append(
             v._replace(
@@ -123,7 +124,7 @@ def draw_pinch(
         )
     hold = factor("clamp")
     o = stiffened(kind.nominal, factor("temperature"))
-    held = o._replace(
+    held_object = o._replace(
         clamp_stiffness=o.clamp_stiffness * hold,
         clamp_damping=o.clamp_damping * hold,
     )
@@ -131,8 +132,8 @@ def draw_pinch(
     timing = Timing(first, first + draw_offset(rng), bool(rng.random() < 0.5))
     shares = rng.dirichlet(np.full(TAXELS, 25.0), 2)
     return PinchDraw(
-        (fingers[0], fingers[1]), held, timing, (noises[0], noises[1]), (arrays[0], arrays[1]),
-        shares, c.jitter, rng,
+        (fingers[0], fingers[1]), held_object, timing, (noises[0], noises[1]),
+        (arrays[0], arrays[1]), shares, c.jitter, rng,
     )  # fmt: skip
 
 

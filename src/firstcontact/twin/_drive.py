@@ -1,4 +1,4 @@
-"""The hand's drive: how late, how hard and how fast it does what it is told."""
+"""Drive of the hand: its latency, force and speed when it follows a command."""
 
 from __future__ import annotations
 
@@ -10,37 +10,35 @@ from numpy.typing import NDArray
 
 from firstcontact.core import FINGERTIP_RATE, Command, InputError
 
-#: From a command to its effect unless something else is asked for, s.
+#: Default time from a command to its effect, s.
 LATENCY = 0.020
 
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """Where each number comes from is in ``docs/reference/twin-parameters.md``.
+    """Limits and latency of a drive. Sources are in ``docs/reference/twin-parameters.md``.
 
-    A drive is a speed loop (:class:`firstcontact.twin._parameters.FingerParameters`)
-    that follows a reference. When it is stalled it pushes with ``speed_gain`` times
-    the commanded speed, or with the commanded force where that is less: a slow
-    command is a gentle one, and a stop lets go of what was squeezed.
+    A drive is a speed loop (:class:`firstcontact.twin._parameters.FingerParameters`) that follows a
+    reference. A stalled drive pushes with ``speed_gain`` times the commanded speed, up to the
+    commanded force. So a slow command is a gentle one, and a stop releases the object.
 
     Parameters
     ----------
     latency
-        From a command to its effect, s: the brake latency. Whole samples.
+        Time from a command to its effect, s: the brake latency, in whole samples.
     acceleration
-        Of the reference, m/s^2.
+        Acceleration of the reference, m/s^2.
     force
-        The most that a motor pushes with at its fingertip, N; braking and opening may
-        always use it.
+        Largest force of a motor at its fingertip, N. Braking and opening may always use it.
     speed
-        The fastest reference, m/s, closing or opening.
+        Largest speed of the reference, m/s, closing or opening.
     back_damping
-        Of a drive that the grip pushes back while it should close or stand, N s/m.
+        Damping of a drive that the grip pushes back while it should close or stand, N s/m.
 
     Raises
     ------
     InputError
-        A negative or infinite number.
+        A number is negative or infinite.
     """
 
     latency: float = LATENCY
@@ -58,19 +56,19 @@ class Drive:
 
     @property
     def delay(self) -> int:
-        """Samples from a command to its effect."""
+        """Number of samples from a command to its effect."""
         return round(self.latency * FINGERTIP_RATE)
 
     def clipped(self, command: Command) -> Command:
-        """What it will do of a command.
+        """Return the command within the drive's limits.
 
         Raises
         ------
         InputError
-            A speed or force that is no number.
+            Speed or force is not a number.
         """
         if math.isnan(command.speed) or math.isnan(command.force):
-            raise InputError(f"{command} cannot be done: its speed and force must be numbers")
+            raise InputError(f"{command} is not a command: use numbers for speed and force")
         return Command(
             min(max(command.speed, -self.speed), self.speed),
             min(max(command.force, 0.0), self.force),
@@ -78,19 +76,19 @@ class Drive:
 
 
 class DriveReference:
-    """What the drives follow: a steady speed, or the way from one commanded speed to another.
+    """Reference speed of the drives: steady, or a ramp between commanded speeds.
 
     Parameters
     ----------
     drive
-        What commands go through.
+        Drive that limits the commands.
     speed
-        The steady speed at first, m/s.
+        Initial steady speed, m/s.
 
     Attributes
     ----------
     command
-        The command that holds; None for a steady speed.
+        Present command; None for a steady speed.
     """
 
     def __init__(self, drive: Drive, speed: float) -> None:
@@ -101,30 +99,30 @@ class DriveReference:
 
     @property
     def force(self) -> float:
-        """The most that either motor may press with, N."""
+        """Largest force of either motor, N."""
         return self._drive.force if self.command is None else self.command.force
 
     def at(self, sample: int) -> float:
-        """Speed in the sampling interval that ends with that sample, m/s."""
+        """Return the speed in the sampling interval that ends with this sample, m/s."""
         return float(self.after(sample - 1, 1)[0])
 
     def after(self, sample: int, intervals: int) -> NDArray[np.float64]:
-        """Speed in each of so many sampling intervals from that sample on, m/s."""
+        """Return the speed in each of ``intervals`` sampling intervals after this sample, m/s."""
         change = self._end - self._begin
-        gone = sample - self._since
+        elapsed = sample - self._since
         rate = self._drive.acceleration / FINGERTIP_RATE
-        if change == 0 or rate * (gone + 1) >= abs(change):
+        if change == 0 or rate * (elapsed + 1) >= abs(change):
             return np.full(intervals, self._end)
-        ramp = rate * np.arange(gone + 1, gone + intervals + 1)
-        way = self._begin + math.copysign(1.0, change) * ramp
-        return np.where(ramp < abs(change), way, self._end)
+        ramp = rate * np.arange(elapsed + 1, elapsed + intervals + 1)
+        ramp_speeds = self._begin + math.copysign(1.0, change) * ramp
+        return np.where(ramp < abs(change), ramp_speeds, self._end)
 
     def hold(self, speed: float) -> None:
-        """Be steady at a speed."""
+        """Hold a steady speed."""
         self._begin = self._end = speed
         self.command = None
 
     def obey(self, command: Command, sample: int) -> None:
-        """Be on the way to the commanded speed from that sample on."""
+        """Ramp to the commanded speed from this sample on."""
         self._begin, self._end = self.at(sample), command.speed
         self._since, self.command = sample, command

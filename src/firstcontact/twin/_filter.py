@@ -1,6 +1,6 @@
-"""What the microcontroller makes of raw scans.
+"""Filters of the microcontroller for raw scans.
 
-Integer arithmetic throughout, so that firmware gives the same bits.
+They use integer arithmetic, so that the firmware gives the same bits.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from firstcontact.core import ADC_COUNTS, SUBCOUNTS, TAXELS, fingertip_layout
 from firstcontact.twin._compiled import compiled
 from firstcontact.twin._sensor import SCAN, VelostatParameters, open_reading
 
-#: Readings of a taxel that the sliding mean covers.
+#: Number of readings of a taxel in the sliding mean.
 FORCE_READINGS = 8
-#: Scans after which every reading under the sliding means is a new one.
+#: Number of scans after which every sliding mean holds new readings only.
 ROUND = TAXELS * FORCE_READINGS
 _COLUMNS = fingertip_layout().width
 
 
 @compiled()
 def _clipped(count: int) -> int:
-    """What a converter of 10 bits can have read."""
+    """Return a reading within the range of a 10-bit converter."""
     return min(int(count), ADC_COUNTS - 1)
 
 
@@ -37,7 +37,7 @@ def _filter(
     sums: NDArray[np.int64],
     out: NDArray[np.int16],
 ) -> None:
-    """Take scans in; ``place`` counts the scans of a round, -1 before the first."""
+    """Filter scans. ``place`` counts the scans of a round, -1 before the first one."""
     for i in range(len(scans)):
         if place[0] < 0:
             for f in range(2):
@@ -62,9 +62,9 @@ def _filter(
 
 @compiled()
 def smoothed(counts: NDArray[np.uint16]) -> NDArray[np.int16]:
-    """One piezo's converter counts as the device sends them, in 1/32 counts, shape (samples,).
+    """Return one piezo's converter counts as the device sends them.
 
-    For what wants a piezo alone; :class:`DeviceFilter` gives the same numbers.
+    The result is in 1/32 counts, shape (samples,), the same numbers as from :class:`DeviceFilter`.
     """
     out = np.empty(counts.size, np.int16)
     state = _clipped(counts[0]) * SUBCOUNTS
@@ -75,28 +75,30 @@ def smoothed(counts: NDArray[np.uint16]) -> NDArray[np.int16]:
 
 
 class DeviceFilter:
-    """The microcontroller's filters, from its start on, block by block.
+    """Filters of the microcontroller, from its start, block by block.
 
-    Piezo: y = (y + x) >> 1 in 1/32 counts, exponential smoothing with alpha =
-    0.5, rounded down; the first reading is its own history. Force: a sliding mean
-    over the last 8 readings of each taxel, exact in 1/32 counts; a taxel's first
-    reading stands for the seven before it, and a taxel not read yet is 0. Scan i
-    reads taxel i modulo 6. A strip is 1 where its reading is not 0. Counts
-    above 1023 count as 1023.
+    Piezo: exponential smoothing y = (y + x) >> 1 in 1/32 counts, with alpha = 0.5, rounded down.
+    The first reading is the initial state.
+
+    Force: sliding mean over the last 8 readings of each taxel, exact in 1/32 counts. A taxel's
+    first reading also replaces the seven missing ones, and a taxel without a reading is 0. Scan i
+    reads taxel i modulo 6.
+
+    A strip is 1 if its reading is not 0. Counts above 1023 are treated as 1023.
     """
 
     def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the past, as a restart does."""
+        """Clear the state, as a restart does."""
         self._place = np.full(1, -1, np.int64)
         self._smoothed = np.zeros(2, np.int64)
         self._readings = np.full((2, TAXELS, FORCE_READINGS), -1, np.int64)
         self._sums = np.zeros((2, TAXELS), np.int64)
 
     def fork(self) -> Self:
-        """Filters that go on from here by themselves."""
+        """Return an independent copy in the same state."""
         return copy.deepcopy(self)
 
     def update(self, scans: NDArray[np.uint16]) -> NDArray[np.int16]:
@@ -111,14 +113,14 @@ class DeviceFilter:
         Returns
         -------
         ndarray
-            Samples as the device sends them, 1/32 counts, in the order of
-            :func:`firstcontact.core._layout.fingertip_layout`, shape (n, 16); the
-            same numbers whatever the blocks.
+            Samples as the device sends them, in 1/32 counts, in the order of
+            :func:`firstcontact.core._layout.fingertip_layout`, shape (n, 16). The sizes of the
+            blocks do not change the numbers.
 
         Raises
         ------
         ValueError
-            Scans of another shape.
+            The scans have another shape.
         """
         if scans.ndim != 2 or scans.shape[1] != len(SCAN):
             raise ValueError(f"scans have shape {scans.shape}, not (n, {len(SCAN)})")
@@ -131,9 +133,9 @@ class DeviceFilter:
 def settled_filter(
     scan: NDArray[np.uint16], sheets: tuple[VelostatParameters, VelostatParameters]
 ) -> DeviceFilter:
-    """A device that has been reading the unloaded sheets before its first scan, shape (6,)."""
+    """Return a filter that has read the unloaded sheets before its first scan, shape (6,)."""
     device = DeviceFilter()
-    before = np.tile(scan, (ROUND, 1))
-    before[:, 2:4] = [open_reading(v) for v in sheets]
-    device.update(before)
+    warm_up = np.tile(scan, (ROUND, 1))
+    warm_up[:, 2:4] = [open_reading(v) for v in sheets]
+    device.update(warm_up)
     return device

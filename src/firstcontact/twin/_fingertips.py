@@ -1,4 +1,4 @@
-"""Both fingertips' converters: from motion to raw scans, piece by piece."""
+"""Converters of both fingertips: from motion to raw scans, piece by piece."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ Pickup = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 class Fingertips(ABC):
-    """What the converters read, unloaded at first.
+    """Base class of the converters of both fingertips, unloaded at first.
 
     Parameters
     ----------
     draw
-        The pinch whose sensors these are.
+        Pinch whose sensors these are.
     sheets
-        Force arrays of index and thumb; those of the draw by default.
+        Force arrays of index and thumb; by default those of the draw.
 
     Attributes
     ----------
@@ -41,25 +41,28 @@ class Fingertips(ABC):
         self._draw = draw
         self.sheets = draw.velostat if sheets is None else sheets
         self.sample = 0
-        self._felt = np.zeros((2, 2, TAXELS))
+        self._sheet_state = np.zeros((2, 2, TAXELS))
 
     def fork(self) -> Self:
-        """Converters that go on from here by themselves, with the same noise."""
+        """Return an independent copy in the same state, with the same noise."""
         other = copy.copy(self)
-        other._felt = self._felt.copy()
+        other._sheet_state = self._sheet_state.copy()
         return other
 
     @abstractmethod
     def _pickup(self, samples: int) -> list[Pickup]:
-        """As of :func:`firstcontact.twin._noise.pickup`, of either fingertip's next samples."""
+        """Return the electrical noise of each fingertip's next samples.
+
+        See :func:`firstcontact.twin._noise.pickup`.
+        """
 
     def read(self, motion: NDArray[np.float64]) -> NDArray[np.uint16]:
-        """Scans of the next samples.
+        """Return the scans of the next samples.
 
         Parameters
         ----------
         motion
-            As of :func:`firstcontact.twin._mechanics.integrate`, shape (n, 2, 5).
+            Output of :func:`firstcontact.twin._mechanics.integrate`, shape (n, 2, 5).
 
         Returns
         -------
@@ -69,10 +72,10 @@ class Fingertips(ABC):
         scans = np.empty((len(motion), len(SCAN)), np.uint16)
         for f, (piezo, force) in enumerate(self._pickup(len(motion))):
             scans[:, f] = piezo_readings(motion[:, f, BUFFER] + piezo)
-            # The array lies between pad and board: it feels the contact, not the mount.
+            # The array lies between pad and board, so the contact force loads it, not the mount's.
             scans[:, 2 + f] = force_readings(
                 motion[:, f, CONTACT_FORCE], self._draw.shares[f], self.sheets[f], force,
-                1 / FINGERTIP_RATE, self._felt[f], self.sample,
+                1 / FINGERTIP_RATE, self._sheet_state[f], self.sample,
             )  # fmt: skip
             scans[:, 4 + f] = motion[:, f, INDENTATION] > 0
         self.sample += len(motion)
@@ -80,16 +83,16 @@ class Fingertips(ABC):
 
 
 class PinchFingertips(Fingertips):
-    """The converters through one pinch; their noise is drawn at once.
+    """Converters for one pinch. Their noise is drawn in advance.
 
     Parameters
     ----------
     draw
-        The pinch; uses up some of its random numbers.
+        Pinch. It uses up some of its random numbers.
     times
         Sampling instants of the longest pinch, s, shape (samples,).
     sheets
-        Force arrays of index and thumb; those of the draw by default.
+        Force arrays of index and thumb; by default those of the draw.
     """
 
     def __init__(
@@ -106,21 +109,21 @@ class PinchFingertips(Fingertips):
             self._noise = [(p, force) for p, (_, force) in zip(piezos, self._noise, strict=True)]
 
     def _pickup(self, samples: int) -> list[Pickup]:
-        here = slice(self.sample, self.sample + samples)
-        return [(piezo[here], force[here]) for piezo, force in self._noise]
+        rows = slice(self.sample, self.sample + samples)
+        return [(piezo[rows], force[rows]) for piezo, force in self._noise]
 
 
 class StreamFingertips(Fingertips):
-    """The converters of a running twin.
+    """Converters of a running twin.
 
-    Hum and sheets have a past, so nothing jumps where one pinch follows another.
+    Hum and force arrays keep their state, so that no reading jumps between pinches.
 
     Parameters
     ----------
     draw
-        The pinch whose sensors these are at first.
+        Pinch whose sensors these are at first.
     rng
-        Where hum's phase and the converters' noise come from.
+        Random generator for the phase of the hum and the converters' noise.
     """
 
     def __init__(self, draw: PinchDraw, rng: np.random.Generator) -> None:
@@ -129,18 +132,18 @@ class StreamFingertips(Fingertips):
         self._phases = rng.uniform(0, 2 * math.pi, 2)
 
     def take(self, draw: PinchDraw) -> None:
-        """Go on with the sensors of another pinch of the same hand and session.
+        """Continue with the sensors of another pinch of the same hand and session.
 
-        A sheet repeats poorly from loading to loading. What is left of the last one
-        conducts as it did, so that no reading jumps.
+        A sheet repeats poorly from loading to loading. The remaining load keeps its conductance, so
+        that no reading jumps.
         """
         for f, (old, new) in enumerate(zip(self.sheets, draw.velostat, strict=True)):
-            self._felt[f] *= (old.conductance / new.conductance) ** (1 / new.exponent)
+            self._sheet_state[f] *= (old.conductance / new.conductance) ** (1 / new.exponent)
         self._draw, self.sheets = draw, draw.velostat
 
     def _pickup(self, samples: int) -> list[Pickup]:
         count = np.arange(self.sample, self.sample + samples)
-        # Turns since the start, without its whole ones: exact after days, too.
+        # Fraction of a turn since the start, exact even after days.
         turns = count * self._draw.noise[0].mains_rate % FINGERTIP_RATE
         angle = 2 * math.pi * turns / FINGERTIP_RATE
         return [
@@ -150,9 +153,9 @@ class StreamFingertips(Fingertips):
 
 
 def strip_contacts(
-    scans: NDArray[np.uint16], first_sample: int = 0, known: Sequence[Contact] = ()
+    scans: NDArray[np.uint16], first_sample: int = 0, earlier: Sequence[Contact] = ()
 ) -> list[Contact]:
-    """Contacts that the strips of some scans tell, in the order of time.
+    """Return the contacts that the strips show in some scans, in the order of time.
 
     Parameters
     ----------
@@ -160,19 +163,22 @@ def strip_contacts(
         Shape (n, 6).
     first_sample
         Number of ``scans[0]``.
-    known
-        Contacts before: a finger touches once.
+    earlier
+        Earlier contacts. A finger touches once.
     """
-    return contacts_of(scans[:, 4:6] != 0, first_sample, known)
+    return mask_contacts(scans[:, 4:6] != 0, first_sample, earlier)
 
 
-def contacts_of(
-    closed: NDArray[np.bool_], first_sample: int, known: Sequence[Contact]
+def mask_contacts(
+    closed: NDArray[np.bool_], first_sample: int, earlier: Sequence[Contact]
 ) -> list[Contact]:
-    """As of :func:`strip_contacts`, from whether the strips are closed, shape (n, 2)."""
-    found = []
-    for f in () if len(known) == 2 else Finger:
+    """Return the contacts in a mask of closed strips, shape (n, 2).
+
+    See :func:`strip_contacts`.
+    """
+    contacts = []
+    for f in () if len(earlier) == 2 else Finger:
         sample = first_closed_sample(closed[:, f], first_sample)
-        if sample is not None and all(c.finger != f for c in known):
-            found.append(Contact(f, sample, sample))
-    return sorted(found, key=lambda c: c.sample)
+        if sample is not None and all(c.finger != f for c in earlier):
+            contacts.append(Contact(f, sample, sample))
+    return sorted(contacts, key=lambda c: c.sample)

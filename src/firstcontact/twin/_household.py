@@ -1,6 +1,6 @@
-"""The household: things that people pick up, from raspberry to hammer, and their specimens.
+"""Household objects that people pick up, from raspberry to hammer, and their specimens.
 
-Every number has its source or is called an estimate, in ``household.csv`` and
+Every number has a source or is marked as an estimate, in ``household.csv`` and
 ``docs/reference/household.md``.
 """
 
@@ -20,7 +20,7 @@ from firstcontact.twin._household_file import read_household, read_sources
 from firstcontact.twin._household_object import HouseholdObject
 from firstcontact.twin._objects import OBJECTS, Fragility, TwinObject
 
-#: No specimen is more standard deviations off.
+#: Largest deviation of a specimen, in standard deviations.
 MOST = 2.5
 
 
@@ -28,21 +28,21 @@ def _text(file: str) -> str:
     return files("firstcontact.twin").joinpath(file).read_text(encoding="utf-8")
 
 
-#: Whom numbers are from, by key.
+#: Sources of the numbers, by key.
 HOUSEHOLD_SOURCES = read_sources(_text("household_sources.csv"), "household_sources.csv")
-#: In the order of the file: soft things first.
+#: Household objects in the order of the file: soft ones first.
 HOUSEHOLD: tuple[HouseholdObject, ...] = read_household(
     _text("household.csv"), HOUSEHOLD_SOURCES, "household.csv"
 )
 
 
 def household_named(name: str) -> HouseholdObject:
-    """The kind of that name.
+    """Return the household object with this name.
 
     Raises
     ------
     InputError
-        There is none.
+        There is no such object.
     """
     for one in HOUSEHOLD:
         if one.name == name:
@@ -52,47 +52,47 @@ def household_named(name: str) -> HouseholdObject:
 
 
 def draw_household_specimen(
-    seed: int, condition: Condition, thing: HouseholdObject, number: int
+    seed: int, condition: Condition, item: HouseholdObject, number: int
 ) -> TwinObject:
-    """The ``number``-th specimen of a kind: its own modulus, mass, friction and limit.
+    """Draw the ``number``-th specimen of a kind: modulus, mass, friction and breaking force.
 
-    The modulus is drawn as that of every specimen, its scatter widened by the condition. Mass
-    and friction scatter as :data:`firstcontact.twin._household_object.SCATTER` says. The limit is
-    Weibull's, and the specimen has this one limit in every pinch.
+    The modulus is drawn as for every specimen, with the condition's scatter. Mass and friction
+    scatter as in :data:`firstcontact.twin._household_object.SCATTER`. The breaking force follows a
+    Weibull distribution, and the specimen keeps it in every pinch.
     """
-    kind = thing.kind
+    kind = item.kind
     drawn = draw_specimen(seed, condition, kind, number)
     rng = generator(seed, condition.name, "household specimen", kind.name, number)
     mass, friction = np.clip(rng.standard_normal(2), -MOST, MOST)
     limit = None if kind.fragility is None else kind.fragility.draw(rng)
-    face = kind.nominal.face_mass * math.exp(thing.scatter.mass * float(mass))
+    face = kind.nominal.face_mass * math.exp(item.scatter.mass * float(mass))
     return replace(
         drawn,
         nominal=drawn.nominal._replace(face_mass=face),
-        friction=max(kind.friction + thing.scatter.friction * float(friction), 0.05),
-        # A Weibull without scatter: a specimen bears the same each time.
+        friction=max(kind.friction + item.scatter.friction * float(friction), 0.05),
+        # A Weibull distribution without scatter: a specimen has the same breaking force each time.
         fragility=None if limit is None else Fragility(limit, math.inf),
     )
 
 
-#: What a running hand may pick from, by name.
+#: Sets of objects for a running hand, by name.
 OBJECT_SETS: Mapping[str, tuple[TwinObject | HouseholdObject, ...]] = {
     "paper": tuple(OBJECTS.values()),
     "household": HOUSEHOLD,
 }
 
 
-def thing_named(name: str) -> TwinObject | HouseholdObject:
-    """The object of that name, of any set.
+def find_object(name: str) -> TwinObject | HouseholdObject:
+    """Return the object with this name, from any set.
 
     Raises
     ------
     InputError
-        There is none.
+        There is no such object.
     """
-    for things in OBJECT_SETS.values():
-        for thing in things:
-            if thing.name == name:
-                return thing
-    names = ", ".join(t.name for things in OBJECT_SETS.values() for t in things)
+    for objects in OBJECT_SETS.values():
+        for one in objects:
+            if one.name == name:
+                return one
+    names = ", ".join(t.name for objects in OBJECT_SETS.values() for t in objects)
     raise InputError(f"object {name!r} is not known: use one of {names}")

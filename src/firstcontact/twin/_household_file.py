@@ -1,4 +1,4 @@
-"""Reads and checks the table of the household."""
+"""Reading and validation of the table of household objects."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from firstcontact.twin._household_object import (
     Quantity,
 )
 
-#: Least and most that a value may be: what is outside is in another unit. SI, and Shore A.
+#: Smallest and largest value of each quantity, in SI units and Shore A. A value outside probably
+#: has another unit.
 RANGES = {
     "shore_a": (1.0, 98.0),
     "mass": (1e-4, 2.0),
@@ -31,98 +32,98 @@ RANGES = {
     "bulk": (100.0, 1e7),
     "loss": (0.0, 1.0),
 }
-#: What is as hard or harder is firm, Shore A.
+#: Shore A from which an object counts as firm.
 FIRM = 45.0
-#: In place of a year.
+#: Entry instead of a year.
 UNDATED = "undated"
 
 
 @dataclass(frozen=True, slots=True)
 class HouseholdSource:
-    """Whom a number is from, and where it stands."""
+    """Publication that a number comes from."""
 
     key: str
     authors: str
     year: int | None
-    """None where it says none."""
+    """None if it is undated."""
     title: str
     where: str
 
 
 def read_sources(text: str, file: str) -> dict[str, HouseholdSource]:
-    """The sources by their key.
+    """Return the sources by their key.
 
     Raises
     ------
     InputError
-        A key twice or one called "estimate", an empty field, a year that is none.
+        A key is repeated or is "estimate", a field is empty, or a year is invalid.
     """
-    found: dict[str, HouseholdSource] = {}
+    by_key: dict[str, HouseholdSource] = {}
     columns = [field.name for field in fields(HouseholdSource)]
     for line, row in _rows(text, file, columns):
-        where = f"{file}, line {line}"
+        place = f"{file}, line {line}"
         if any(not row[name] for name in columns):
-            raise InputError(f"{where}: a field is empty: fill in {', '.join(columns)}")
-        if row["key"] in found or row["key"] == ESTIMATE:
-            raise InputError(f"{where}: the key {row['key']!r} is taken: use another")
+            raise InputError(f"{place}: a field is empty: fill in {', '.join(columns)}")
+        if row["key"] in by_key or row["key"] == ESTIMATE:
+            raise InputError(f"{place}: the key {row['key']!r} is taken: use another")
         year = int(row["year"]) if row["year"].isdecimal() else None
         if row["year"] != UNDATED and not (year and 1800 <= year <= 2100):
-            raise InputError(f"{where}: {row['year']!r} is no year: use four digits or {UNDATED!r}")
-        found[row["key"]] = HouseholdSource(
+            raise InputError(f"{place}: {row['year']!r} is no year: use four digits or {UNDATED!r}")
+        by_key[row["key"]] = HouseholdSource(
             row["key"], row["authors"], year, row["title"], row["where"]
         )
-    return found
+    return by_key
 
 
 def read_household(
     text: str, sources: Mapping[str, HouseholdSource], file: str
 ) -> tuple[HouseholdObject, ...]:
-    """The objects in the order of the file.
+    """Return the objects in the order of the file.
 
     Parameters
     ----------
     text
         A CSV with name, group, origin and, for each quantity, its value and its source.
     sources
-        What sources there are.
+        Known sources.
     file
-        What the file is called.
+        Name of the file, for messages.
 
     Raises
     ------
     InputError
-        A column that lacks, a name twice, a value that is none or out of its range, one
-        without a source or with an unknown one, a group that does not fit.
+        A column is missing, a name is repeated, or a group does not fit. Or a value is invalid, out
+        of range, or without a known source.
     """
     columns = ["name", "group", "origin"]
     columns += [name for q in QUANTITIES for name in (q, f"{q}_from")]
-    found: dict[str, HouseholdObject] = {}
+    by_name: dict[str, HouseholdObject] = {}
     for line, row in _rows(text, file, columns):
-        where = f"{file}, line {line}"
+        place = f"{file}, line {line}"
         if not row["name"]:
-            raise InputError(f"{where}: name is empty: give the object one")
-        if row["name"] in found:
-            raise InputError(f"{where}: there is a {row['name']!r} already: use another name")
+            raise InputError(f"{place}: name is empty: give the object one")
+        if row["name"] in by_name:
+            raise InputError(f"{place}: there is a {row['name']!r} already: use another name")
         if row["origin"] not in SCATTER:
-            raise InputError(f"{where}: origin is {row['origin']!r}: use {' or '.join(SCATTER)}")
-        numbers = {q: _quantity(row, q, sources, where) for q in QUANTITIES}
-        _complete(numbers, where)
+            raise InputError(f"{place}: origin is {row['origin']!r}: use {' or '.join(SCATTER)}")
+        numbers = {q: _quantity(row, q, sources, place) for q in QUANTITIES}
+        _complete(numbers, place)
         one = HouseholdObject(
             row["name"],
             row["group"],
             row["origin"],
-            HouseholdNumbers(**numbers),  # type: ignore[arg-type]  # _complete has seen to it
+            HouseholdNumbers(**numbers),  # type: ignore[arg-type]  # checked by _complete
         )
         if one.group != fitting_group(one.numbers):
             raise InputError(
-                f"{where}: group is {one.group!r}: its numbers say {fitting_group(one.numbers)!r}"
+                f"{place}: group is {one.group!r}: its numbers fit {fitting_group(one.numbers)!r}"
             )
-        found[one.name] = one
-    return tuple(found.values())
+        by_name[one.name] = one
+    return tuple(by_name.values())
 
 
 def fitting_group(numbers: HouseholdNumbers) -> str:
-    """The group that the numbers speak for."""
+    """Return the group that fits the numbers."""
     hardness = "soft" if numbers.shore_a.value < FIRM else "firm"
     return f"{hardness} {'robust' if numbers.limit is None else 'fragile'}"
 
@@ -140,14 +141,14 @@ def _rows(text: str, file: str, columns: list[str]) -> list[tuple[int, dict[str,
 
 
 def _quantity(
-    row: Mapping[str, str], name: str, sources: Mapping[str, HouseholdSource], where: str
+    row: Mapping[str, str], name: str, sources: Mapping[str, HouseholdSource], place: str
 ) -> Quantity | None:
     value, source = row[name], row[f"{name}_from"]
     if not value:
         if source:
-            raise InputError(f"{where}: {name} has a source and no value: give it one")
+            raise InputError(f"{place}: {name} has a source and no value: give it one")
         if name not in OPTIONAL:
-            raise InputError(f"{where}: {name} is empty: give it a value")
+            raise InputError(f"{place}: {name} is empty: give it a value")
         return None
     low, high = RANGES[name]
     try:
@@ -155,16 +156,16 @@ def _quantity(
     except ValueError:
         number = float("nan")
     if not (isfinite(number) and low <= number <= high):
-        raise InputError(f"{where}: {name} is {value!r}: use a number from {low:g} to {high:g}")
+        raise InputError(f"{place}: {name} is {value!r}: use a number from {low:g} to {high:g}")
     if source != ESTIMATE and source not in sources:
         raise InputError(
-            f"{where}: {name} is from {source!r}: use {ESTIMATE!r} or the key of a source"
+            f"{place}: {name} is from {source!r}: use {ESTIMATE!r} or the key of a source"
         )
     return Quantity(number, source)
 
 
-def _complete(numbers: Mapping[str, Quantity | None], where: str) -> None:
+def _complete(numbers: Mapping[str, Quantity | None], place: str) -> None:
     if (numbers["limit"] is None) != (numbers["weibull"] is None):
-        raise InputError(f"{where}: limit and weibull belong together: give both or none")
+        raise InputError(f"{place}: limit and weibull belong together: give both or none")
     if numbers["bulk"] is None and numbers["radius"] is None:
-        raise InputError(f"{where}: bulk is empty and radius is, too: give one of them")
+        raise InputError(f"{place}: bulk is empty and radius is, too: give one of them")

@@ -1,4 +1,4 @@
-"""One thing of a household: its numbers, where each is from, and what the twin makes of it."""
+"""Household object: its numbers, their sources, and the object that the twin simulates."""
 
 from __future__ import annotations
 
@@ -9,27 +9,27 @@ from firstcontact.core import Role, gent_modulus
 from firstcontact.twin._objects import Fragility, TwinObject
 from firstcontact.twin._parameters import ObjectParameters
 
-#: Instead of a source, where a number is nobody's measurement.
+#: Entry instead of a source for a number that was not measured.
 ESTIMATE = "estimate"
-#: Curvature radius of what is flat, m.
+#: Radius of curvature of flat objects, m.
 FLAT = ObjectParameters().radius
-#: What is lighter lies loosely: its weight does not hold it, kg.
+#: Mass below which an object lies loosely, kg.
 LIGHT = 0.02
-#: Stiffness and damping of what holds it, N/m and N s/m: light things, and others.
+#: Stiffness and damping of the support, N/m and N s/m: for light objects, and for others.
 LOOSE_HOLD = (20.0, 0.2)
 HOLD = (60.0, 0.8)
 
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """A number and where it is from.
+    """Number with its source.
 
     Parameters
     ----------
     value
-        In SI units or Shore A.
+        Value in SI units or Shore A.
     source
-        Key of a source, or "estimate".
+        Key of the source, or "estimate".
     """
 
     value: float
@@ -37,34 +37,33 @@ class Quantity:
 
     @property
     def estimated(self) -> bool:
-        """Whether it is nobody's measurement."""
+        """Return True if the number was not measured."""
         return self.source == ESTIMATE
 
 
 @dataclass(frozen=True, slots=True)
 class HouseholdNumbers:
-    """What is known or assumed of a kind of thing.
+    """Physical quantities of a kind of object.
 
     Parameters
     ----------
     shore_a
-        Effective Shore A: of the elastomer whose contact modulus is the thing's.
+        Effective Shore A: that of an elastomer with the same contact modulus.
     mass
-        kg.
+        Mass, kg.
     friction
-        Coefficient against the pad's silicone.
+        Coefficient of friction against the pad's silicone.
     limit
-        Contact force at which 63 of 100 specimens are damaged, N; None where this hand
-        damages none.
+        Contact force that damages 63 of 100 specimens, N; None if this hand damages none.
     weibull
-        Weibull's modulus of the limit; None without a limit.
+        Weibull modulus of the limit; None without a limit.
     radius
-        Of the curvature where it is touched, m; None for what is flat.
+        Radius of curvature at the contact, m; None for flat objects.
     thickness
-        Across the pinch, m.
+        Thickness across the pinch, m.
     bulk
-        Stiffness between the fingers behind both contacts, N/m; None for a round
-        thing that is as stiff as a column of its own cross-section.
+        Stiffness between the fingers behind both contacts, N/m. None for a round object that is as
+        stiff as a column of its own cross-section.
     loss
         Loss factor.
     """
@@ -82,20 +81,20 @@ class HouseholdNumbers:
 
 #: Names of the quantities, in the order of the file.
 QUANTITIES = tuple(field.name for field in fields(HouseholdNumbers))
-#: Those that need not be there.
+#: Optional quantities.
 OPTIONAL = ("limit", "weibull", "radius", "bulk")
 
 
 @dataclass(frozen=True, slots=True)
 class SpecimenScatter:
-    """Standard deviations between specimens of one kind: of ln E, ln mass and of the friction."""
+    """Standard deviations between specimens of a kind: of ln E, ln mass and friction."""
 
     modulus: float
     mass: float
     friction: float
 
 
-#: How alike specimens are, by where the kind comes from. All assumed.
+#: Scatter of specimens by origin of the kind. All values are assumed.
 SCATTER = {
     "grown": SpecimenScatter(modulus=0.15, mass=0.15, friction=0.05),
     "made": SpecimenScatter(modulus=0.06, mass=0.03, friction=0.05),
@@ -104,18 +103,18 @@ SCATTER = {
 
 @dataclass(frozen=True, slots=True)
 class HouseholdObject:
-    """A kind of thing as it lies on a table.
+    """Kind of household object.
 
     Parameters
     ----------
     name
-        What it is called.
+        Name of the object.
     group
         "soft fragile", "soft robust", "firm fragile" or "firm robust".
     origin
-        "grown" or "made": how much its specimens differ.
+        "grown" or "made", which decides the scatter of its specimens.
     numbers
-        With their sources.
+        Quantities with their sources.
     """
 
     name: str
@@ -130,12 +129,12 @@ class HouseholdObject:
 
     @property
     def scatter(self) -> SpecimenScatter:
-        """How much its specimens differ."""
+        """Scatter of its specimens."""
         return SCATTER[self.origin]
 
     @property
     def kind(self) -> TwinObject:
-        """As the twin pinches it; specimens scatter around it."""
+        """Object as the twin simulates it. Specimens scatter around it."""
         n = self.numbers
         mass, loss = n.mass.value, n.loss.value
         modulus = gent_modulus(n.shore_a.value)

@@ -1,4 +1,4 @@
-"""How the support under a pinched object goes away."""
+"""Removal of the support under a pinched object."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from numpy.typing import NDArray
 
 from firstcontact.core import FINGERTIP_RATE
 
-#: The support begins to go so long after the first contact unless something else is asked for, s.
+#: Default time from the first contact to the beginning of the lift, s.
 LIFT = 0.45
 
 
 @dataclass(frozen=True, slots=True)
 class Lift:
-    """The support's share of the weight falls evenly from 1 to 0.
+    """Lift of an object: the support's share of the weight falls linearly from 1 to 0.
 
     Parameters
     ----------
     after
-        From the first contact to the instant at which the support begins to go, s.
+        Time from the first contact to the beginning of the lift, s.
     over
-        Time in which it goes, s; 0 for an abrupt lift.
+        Duration of the lift, s; 0 for an abrupt one.
 
     Raises
     ------
     ValueError
-        A time that is negative or no number.
+        A time is negative or not a number.
     """
 
     after: float = LIFT
@@ -40,28 +40,28 @@ class Lift:
 
     @property
     def begin(self) -> int:
-        """Samples from the first contact to the first one at which something hangs."""
+        """Number of samples from the first contact to the beginning of the lift."""
         return round(self.after * FINGERTIP_RATE)
 
     @property
     def samples(self) -> int:
-        """Samples from the first contact to the first one at which all of it hangs."""
+        """Number of samples from the first contact to the end of the lift."""
         return round((self.after + self.over) * FINGERTIP_RATE)
 
     def hanging(self, first: int, samples: int) -> NDArray[np.float64]:
-        """Share of the weight that the support does not carry.
+        """Return the share of the weight that the support does not carry.
 
         Parameters
         ----------
         first
-            Samples from the first contact to the first that is asked for; may be negative.
+            Samples from the first contact to the first result; may be negative.
         samples
-            How many are asked for.
+            Number of results.
 
         Returns
         -------
         ndarray
-            Shape (samples,), 0 to 1.
+            Shares from 0 to 1, shape (samples,).
         """
         since = np.arange(first, first + samples) - self.begin
         ramp = self.samples - self.begin

@@ -1,13 +1,12 @@
-"""The mechanics of a pinch, integrated with a fixed fine step.
+"""Mechanics of a pinch, integrated with a fixed fine step.
 
-Each finger is a chain drive - link - phalanx - mount - board - pad - skin; the
-skin meets a face of the object (Hertz with a Maxwell arm and Hunt-Crossley
-loss); the two faces are joined by the bulk and held by a clamp. The piezo disc
-is driven by the force through the mount. All of it along the closing axis.
+Each finger is a chain drive - link - phalanx - mount - board - pad - skin. The skin meets a face of
+the object (Hertz contact with a Maxwell arm and Hunt-Crossley loss). The two faces are joined by
+the bulk and held by a clamp. The force through the mount drives the piezo disc. All motion is along
+the closing axis.
 
-The offset between the contacts is given, not the gap: a finger that has not
-touched acts on nothing, so the gap that makes it touch at the wanted instant is
-read off its own free motion when that instant comes.
+The offset between the contacts is given, not the gap. A finger acts on nothing before it touches.
+So the gap that makes it touch at the wanted instant is its free position at that instant.
 """
 
 from __future__ import annotations
@@ -22,26 +21,27 @@ from firstcontact.core import contact_modulus, hertz_stiffness
 from firstcontact.twin._compiled import compiled
 from firstcontact.twin._parameters import FingerParameters, ObjectParameters
 
-#: States of a finger: positions and speeds of drive, phalanx, board and skin,
-#: the Maxwell arms of pad and contact, the piezo's leaked voltage, the buffer.
+#: States of a finger: positions and speeds of drive, phalanx, board and skin, the Maxwell arms of
+#: pad and contact, the piezo's leaked voltage, the buffer.
 FINGER_STATES = 12
 #: Two fingers, then position and speed of the object's two faces.
 STATES = 2 * FINGER_STATES + 4
-#: What :func:`integrate` writes per sample and finger.
+#: Number of values that :func:`integrate` writes per sample and finger.
 OUTPUTS = 5
 BUFFER, CONTACT_FORCE, INDENTATION, FACE, DRIVE_SPEED = range(OUTPUTS)
-#: A face so near is about to be touched, m.
+#: Distance below which a finger is about to touch, m.
 NEAR = 2e-4
 
 _Vector = NDArray[np.float64]
-# No "fastmath": the bytes must not depend on what a compiler makes of the formulas. Instead of
-# divisions by parameters there are products with reciprocals, which it takes out of the loop:
-# a third of the time. Inlined, parameters stay in registers and are not copied into each call.
+# No "fastmath": the bytes must not depend on the compiler's choice of formulas. Products with
+# reciprocals replace divisions by parameters. The compiler moves them out of the loop, which saves
+# a third of the time. Inlined functions keep parameters in registers instead of copying them into
+# each call.
 _inlined = njit(error_model="numpy", inline="always")
 
 
 def contact_stiffness(p: FingerParameters, o: ObjectParameters) -> float:
-    """K of the finger against the object, N/m^1.5."""
+    """Return the Hertz stiffness of the finger against the object, N/m^1.5."""
     radius = 1 / (1 / p.tip_radius + 1 / o.radius)
     return hertz_stiffness(contact_modulus(p.pad_modulus, o.modulus), radius)
 
@@ -52,14 +52,14 @@ def _finger(
     touching: bool, depth: float, rate: float, push: float, speed: float, motor_force: float,
     back_damping: float,
 ) -> float:  # fmt: skip
-    """Derivatives of one finger's states from ``b`` on; returns the contact force, N."""
+    """Compute the derivatives of one finger's states from ``b`` on. Return its contact force, N."""
     drive, phalanx, board, skin = x[b], x[b + 2], x[b + 4], x[b + 6]
     drive_v, phalanx_v, board_v, skin_v = x[b + 1], x[b + 3], x[b + 5], x[b + 7]
     pad_arm, arm, leaked, buffer = x[b + 8], x[b + 9], x[b + 10], x[b + 11]
     motor = p.speed_gain * (speed - drive_v)
     motor = min(max(motor, -p.drive_force), motor_force)
     if back_damping > 0.0 and drive_v < 0.0 and speed >= 0.0:
-        motor -= back_damping * drive_v  # pushed back against its will
+        motor -= back_damping * drive_v  # pushed back while it should close or stand
     link = p.link_stiffness * (drive - phalanx) + p.link_damping * (drive_v - phalanx_v)
     mount = p.mount_stiffness * (phalanx - board) + p.mount_damping * (phalanx_v - board_v)
     squeeze = board - skin
@@ -74,7 +74,7 @@ def _finger(
     if touching and depth >= 0.0:
         arm_v += rate
         slow = stiffness * depth * math.sqrt(depth) * (1.0 + 1.5 * o.contact_loss * rate)
-        # A face that recovers more slowly than the finger leaves does not pull.
+        # A contact never pulls, even if the face recovers more slowly than the finger leaves.
         pressed = max(arm, 0.0)
         force = max(slow + o.arm_share * stiffness * pressed * math.sqrt(pressed), 0.0)
     volts = p.piezo_volts_per_newton * mount - leaked
@@ -99,7 +99,7 @@ def _derivative(
     o: ObjectParameters, stiffness: _Vector, gap: _Vector, push_i: float, push_t: float,
     speeds: _Vector, motor_force: float, back_damping: float,
 ) -> tuple[float, float]:  # fmt: skip
-    """All derivatives. ``gap`` is NaN for a finger that has not touched yet."""
+    """Compute all derivatives. ``gap`` is NaN for a finger that has not touched yet."""
     n = 2 * FINGER_STATES
     on_i = not math.isnan(gap[0])
     on_t = not math.isnan(gap[1])
@@ -130,7 +130,7 @@ def _step(
     noise: _Vector, noise_dt: float, loudness: float, speeds: _Vector, motor_force: float,
     back_damping: float,
 ) -> None:  # fmt: skip
-    """One classical Runge-Kutta step of ``x``, in place."""
+    """Advance ``x`` in place by one classical Runge-Kutta step."""
     for stage in range(4):
         h = 0.0 if stage == 0 else (dt if stage == 3 else 0.5 * dt)
         if stage == 0:
@@ -174,62 +174,60 @@ def integrate(
     touched: _Vector,
     out: _Vector,
 ) -> int:
-    """Run a pinch, or a piece of one.
+    """Integrate a pinch, or a piece of one.
 
-    With ``x``, ``gap`` and ``touched`` a next piece, which starts at ``times[-1]``, has all that
-    it needs.
+    ``x``, ``gap`` and ``touched`` hold the complete state for the next piece, which starts at
+    ``times[-1]``.
 
     Parameters
     ----------
     index, thumb, o
         The two fingers and the object.
     stiffness
-        :func:`contact_stiffness` of either finger, shape (2,).
+        :func:`contact_stiffness` of each finger, shape (2,).
     touch
-        Instants at which index and thumb touch, s; beyond the end for never.
+        Contact times of index and thumb, s; beyond the end for never.
     times
-        Sampling instants, s, increasing; ``times[0]`` is where the state starts.
+        Sampling instants, s, increasing. The state starts at ``times[0]``.
     noise
         Force on each phalanx, N, shape (2, points), from t = 0.
     noise_dt
-        Between two points of it, s.
+        Time between two points of the noise, s.
     substeps
         Steps per sampling interval once a finger has touched; half as many before.
     speeds
-        What the drives of index and thumb are to follow in each sampling interval, m/s,
-        shape (samples - 1, 2); one row where there is one sample.
+        Reference speeds of both drives in each sampling interval, m/s, shape (samples - 1, 2). One
+        row if there is one sample.
     motor_force
-        The most that either motor presses with, N.
+        Largest force of either motor, N.
     back_damping
         Damping of a drive that is pushed back while it should close or stand, N s/m.
     full_speed
-        Speed of the drives at which their noise has its full strength, m/s; below it
-        has that share of it. 0 for full strength at any speed.
+        Drive speed at which motor noise has its full strength, m/s. Below it the noise is
+        proportional to the speed. 0 for full strength at any speed.
     limit
-        Contact force at which the object breaks, N: the run stops at the sample
-        that shows it.
+        Contact force at which the object breaks, N. The run stops at the sample that shows it.
     calm
-        So long after both contacts fewer steps will do, s.
+        Time after both contacts from which fewer steps are enough, s.
     calm_steps
         Steps per sampling interval from then on.
     x
         State at ``times[0]``, shape (28,), changed in place to that at ``times[-1]``.
     gap
-        Where the faces were put when index and thumb touched, m, shape (2,), NaN
-        before that; changed in place. A number before its finger has touched is where
-        the face is: the finger touches when it gets there.
+        Positions of the faces when index and thumb touched, m, shape (2,); NaN before. Changed in
+        place. A number before the contact fixes the face: the finger touches when it reaches it.
     touched
-        First sampling instants at which index and thumb were seen to touch, s, NaN
-        before that, shape (2,); changed in place.
+        First sampling instants at which index and thumb touched, s, shape (2,); NaN before. Changed
+        in place.
     out
-        Shape (samples, 2, 5): buffer (V), contact force (N), indentation (m; negative
-        while apart, NaN where it is not known where the face is), how far the face is
-        pushed in (m), speed of the drive (m/s).
+        Shape (samples, 2, 5): buffer (V), contact force (N), indentation (m), displacement of the
+        face (m), drive speed (m/s). The indentation is negative without contact, NaN while the
+        position of the face is unknown.
 
     Returns
     -------
     int
-        Samples that were taken, ``times.size`` if nothing broke.
+        Number of samples taken; ``times.size`` if nothing broke.
     """
     k = np.empty((5, STATES))
     n = 2 * FINGER_STATES
@@ -266,7 +264,7 @@ def integrate(
         for s in range(steps):
             t = times[sample] + interval * s * (1.0 / steps)
             end = times[sample] + interval * (s + 1) * (1.0 / steps)
-            # A step in which a finger touches is cut in two at that instant.
+            # Split a step at the instant of a contact.
             for _ in range(3):
                 stop, touching = end, -1
                 for f in (1 - first, first):

@@ -1,7 +1,6 @@
-"""What motor, gears and mains do to the phalanx: not white, not Gaussian.
+"""Noise of motor, gears and mains on the phalanx, neither white nor Gaussian.
 
-The forces act on the phalanx and reach the piezo through the same mechanics as
-a contact does.
+The forces act on the phalanx and reach the piezo through the same mechanics as a contact.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from firstcontact.twin._compiled import compiled
 #: Points per sampling interval of the force series.
 OVERSAMPLING = 4
 _RATE = OVERSAMPLING * FINGERTIP_RATE
-#: Where friction is heard, Hz.
+#: Frequency band of friction, Hz.
 RUBBING_BAND = (30.0, 1500.0)
 
 
@@ -38,7 +37,7 @@ class MotorNoise:
     mesh: float = 0.05
     """Amplitude of the mesh line, modulated by the output shaft."""
     friction: float = 0.035
-    """RMS of the rubbing between 30 Hz and 1.5 kHz, under a wandering envelope."""
+    """RMS of friction between 30 Hz and 1.5 kHz, under a slowly varying envelope."""
     wander: float = 0.35
     """Standard deviation of ln(envelope)."""
     click_rate: float = 0.5
@@ -46,7 +45,7 @@ class MotorNoise:
     click: float = 0.35
     """Median peak force of a click."""
     mains_rate: float = 50.0
-    """Of the supply: 50 or 60."""
+    """Mains frequency: 50 or 60."""
     mains: float = 0.015
     """Torque ripple of the supply at twice its frequency, as a force."""
     hum: float = 0.0015
@@ -55,7 +54,7 @@ class MotorNoise:
     """RMS of the buffer and converter, V."""
 
     def scaled(self, speed: float, loudness: float) -> MotorNoise:
-        """The noise of the same motor turning ``speed`` times as fast, so many times as loud."""
+        """Return the noise at ``speed`` times the motor speed, scaled by ``loudness``."""
         return replace(
             self,
             rotor_rate=self.rotor_rate * speed,
@@ -75,8 +74,8 @@ def _tones(
     dt: float,
     out: NDArray[np.float64],
 ) -> None:
-    """Add lines to ``out``; ``depth`` is how far the slow shaft modulates each."""
-    # Each line is a rotating phasor: one multiplication a point, no sine.
+    """Add spectral lines to ``out``. ``depth`` is the modulation of each by the slow shaft."""
+    # Each line is a rotating phasor: one multiplication per point instead of a sine.
     lines = np.exp(1j * phases)
     turns = np.exp(2j * math.pi * rates * dt)
     beat = np.exp(1j * phases[0])
@@ -96,18 +95,18 @@ def _rubbing_band(rate: float) -> NDArray[np.float64]:
 def phalanx_force(
     noise: MotorNoise, duration: float, rate: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Force series on one phalanx.
+    """Return a random force series on one phalanx.
 
     Parameters
     ----------
     noise
-        The strengths.
+        Strengths of the disturbances.
     duration
         Length, s.
     rate
         Points per second.
     rng
-        Where the random numbers come from.
+        Random generator.
 
     Returns
     -------
@@ -121,7 +120,7 @@ def phalanx_force(
     envelope = np.exp(
         noise.wander * np.interp(np.arange(n) * dt / 0.02, np.arange(len(knots)), knots)
     )
-    # The band holds this share of white noise's power.
+    # Share of white noise's amplitude in the band.
     share = math.sqrt(2 * (RUBBING_BAND[1] - RUBBING_BAND[0]) / rate)
     out = noise.friction * envelope * rubbing / share
     r = noise.rotor_rate * (1 + 0.004 * rng.standard_normal())
@@ -142,23 +141,23 @@ def phalanx_force(
 
 
 class PhalanxNoise:
-    """Forces on both phalanges, as loud as the motor is.
+    """Forces on both phalanges, scaled with the loudness of the motor.
 
     Parameters
     ----------
     noises
-        The strengths, index first.
+        Strengths for index and thumb.
     duration
         Length, s.
     rng
-        Where the random numbers come from.
+        Random generator.
     loudness
-        At the beginning, as a share of the full strength.
+        Initial loudness, as a share of the full strength.
 
     Attributes
     ----------
     points
-        N, shape (2, points), ``dt`` apart.
+        Forces, N, shape (2, points), ``dt`` apart.
     dt
         Between two points, s.
     loudness
@@ -173,10 +172,10 @@ class PhalanxNoise:
     ) -> None:  # fmt: skip
         self.points = np.stack([phalanx_force(n, duration, _RATE, rng) for n in noises])
         self.loudness = self._reached = loudness
-        self._shaped = 0  # points that have got their loudness
+        self._shaped = 0  # number of points with their loudness applied
 
     def shape(self, until: float) -> None:
-        """Give a piece that ends at an instant (s) its loudness, the kernel's next point too."""
+        """Apply the loudness up to an instant, s, including the kernel's next point."""
         stop = min(int(until / self.dt) + 2, self.points.shape[1])
         if stop > self._shaped and not self._reached == self.loudness == 1.0:
             slope = np.linspace(self._reached, self.loudness, stop - self._shaped + 1)[1:]
@@ -188,23 +187,23 @@ class PhalanxNoise:
 def pickup(
     noise: MotorNoise, sheet: float, angle: NDArray[np.float64], rng: np.random.Generator
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Electrical disturbance at a fingertip's two converters.
+    """Return the electrical noise at a fingertip's two converters.
 
     Parameters
     ----------
     noise
-        The strengths at the piezo's.
+        Strengths at the piezo's converter.
     sheet
-        RMS at the force array's, V.
+        RMS at the force array's converter, V.
     angle
-        Of the mains, rad, shape (samples,).
+        Phase of the mains, rad, shape (samples,).
     rng
-        Where the random numbers come from.
+        Random generator.
 
     Returns
     -------
     tuple
-        At the piezo's and at the force array's converter, V, shape (samples,).
+        Noise at the piezo's and at the force array's converter, V, shape (samples,).
     """
     white = rng.standard_normal((2, angle.size))
     return noise.hum * np.sin(angle) + noise.electronics * white[0], sheet * white[1]

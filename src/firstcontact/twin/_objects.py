@@ -1,4 +1,4 @@
-"""What is pinched: the paper's blocks and everyday objects, and what breaks in a hand."""
+"""Objects to pinch: the paper's blocks and everyday objects, and brittle ones."""
 
 from __future__ import annotations
 
@@ -10,39 +10,39 @@ import numpy as np
 from firstcontact.core import InputError, Role, gent_modulus
 from firstcontact.twin._parameters import ObjectParameters
 
-#: Of silicone on silicone, and of silicone on the skin of fruit.
+#: Coefficients of friction: silicone on silicone, and silicone on the skin of fruit.
 FRICTION = 0.7
 SKIN_FRICTION = 0.5
-#: What is left of the stiffness of what is broken.
+#: Share of its stiffness that a broken object keeps.
 CRUSHED = 0.02
 
 
 @dataclass(frozen=True, slots=True)
 class Fragility:
-    """The force at which one finger breaks the object, a Weibull's.
+    """Weibull distribution of the force at which one finger breaks the object.
 
     Parameters
     ----------
     scale
-        63 of 100 break at less, N.
+        Force that breaks 63 of 100 objects, N.
     modulus
-        Weibull's: the higher, the less scatter.
+        Weibull modulus: the higher, the less scatter.
     """
 
     scale: float
     modulus: float
 
     def draw(self, rng: np.random.Generator) -> float:
-        """The limit of one object, N."""
+        """Draw the breaking force of one object, N."""
         return self.scale * float(rng.weibull(self.modulus))
 
 
 @dataclass(frozen=True, slots=True)
 class TwinObject:
-    """An object as labelled, and as the mechanics sees its kind.
+    """Kind of object with its label and its mechanics.
 
-    ``nominal`` has the modulus that the durometer reading stands for; a
-    specimen's own modulus scatters around it.
+    ``nominal`` has the modulus that belongs to the durometer reading. The modulus of each specimen
+    scatters around it.
     """
 
     name: str
@@ -54,16 +54,16 @@ class TwinObject:
     friction: float = FRICTION
     """Coefficient of friction against the pad's silicone."""
     fragility: Fragility | None = None
-    """None for what no fingertip of this hand breaks."""
+    """None for an object that this hand cannot break."""
 
     @property
     def mass(self) -> float:
-        """Of the whole object, kg."""
+        """Mass of the whole object, kg."""
         return 2 * self.nominal.face_mass
 
 
 def block(shore_a: float) -> TwinObject:
-    """A block as the paper's, of any Shore A."""
+    """Return a block like the paper's, with any Shore A."""
     # 7 x 7 x 3.5 cm, pinched across the 3.5 cm; silicone of 1.1 g/cm3.
     mass = 0.07 * 0.07 * 0.035 * 1100
     bulk = gent_modulus(shore_a) * 0.07 * 0.07 / 0.035
@@ -72,7 +72,7 @@ def block(shore_a: float) -> TwinObject:
 
 
 def solid(shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParameters:
-    """What has this reading, mass in kg and static stiffness in N/m; the loss is its bulk's."""
+    """Return a solid from Shore A, mass in kg, static stiffness in N/m and bulk loss."""
     return ObjectParameters(
         modulus=gent_modulus(shore_a),
         face_mass=mass / 2,
@@ -82,14 +82,14 @@ def solid(shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParame
 
 
 def lossy_solid(shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParameters:
-    """The same with a loss factor that shows in its relaxation and its contact, too."""
+    """Return such a solid whose loss also affects its relaxation and its contact."""
     return solid(shore_a, mass, bulk, loss)._replace(arm_share=2 * loss, contact_loss=loss)
 
 
 def _round(
     shore_a: float, radius: float, mass: float, loss: float, bulk: float | None = None
 ) -> ObjectParameters:
-    # A ball squeezed across its diameter, as a column of its own cross-section.
+    # A ball pressed across its diameter is as stiff as a column of its own cross-section.
     column = gent_modulus(shore_a) * math.pi * radius / 2
     return lossy_solid(shore_a, mass, column if bulk is None else bulk, loss)._replace(
         radius=radius, clamp_stiffness=60.0, clamp_damping=0.8
@@ -104,9 +104,9 @@ def _fruit(
 
 
 def _tennis_ball(name: str, shore_a: float) -> TwinObject:
-    # Hollow. The wall is compressed where it is touched, which is the contact; then
-    # it bends, which is the bulk here: twice the static stiffness that the rules
-    # of tennis ask for at 6 mm. The mass of the bending cap alone is left out.
+    # Hollow. The contact compresses the wall, and then the wall bends, which is the bulk here. Its
+    # stiffness is twice the static one that the rules of tennis require at 6 mm. The mass of the
+    # bending cap alone is ignored.
     shell = _round(shore_a, 0.033, 0.0577, 0.15)._replace(bulk_stiffness=2.4e4, bulk_damping=6.0)
     return TwinObject(name, shore_a, Role.TEST, shell, 0.06)
 
@@ -115,7 +115,7 @@ def _brittle(
     name: str, shore_a: float, mass: float, radius: float, bulk: float, loss: float,
     fragility: Fragility,
 ) -> TwinObject:  # fmt: skip
-    # Lying loosely: too light to be held by its weight.
+    # Loose: too light for its weight to hold it.
     nominal = _round(shore_a, radius, mass, loss, bulk)._replace(
         clamp_stiffness=20.0, clamp_damping=0.2
     )
@@ -133,24 +133,24 @@ EVERYDAY_OBJECTS = (
     _fruit("avocado 1", 59, 0.034, 0.19, 0.25, 0.18),
     _fruit("avocado 2", 67, 0.034, 0.19, 0.25, 0.18),
 )
-#: What breaks: a quail's egg, pinched across; a crisp through its middle, where it
-#: bends; a berry like a ripe raspberry. How stiff a thing is says little about what it bears.
+#: Brittle objects: a quail's egg, pinched across; a crisp, which bends in the middle; a berry like
+#: a ripe raspberry. Stiffness says little about the breaking force.
 BRITTLE = (
     _brittle("egg shell", 95, 0.0127, 0.013, 7.0e3, 0.05, Fragility(10.8, 6.0)),
     _brittle("crisp", 95, 0.002, 0.03, 2.5e3, 0.05, Fragility(2.2, 4.0)),
     _brittle("berry", 5, 0.005, 0.010, 4.4e3, 0.4, Fragility(3.0, 5.0)),
 )
-#: The paper's, by name.
+#: Objects of the paper, by name.
 OBJECTS = {kind.name: kind for kind in (*BLOCKS, *EVERYDAY_OBJECTS)}
 
 
 def object_named(name: str) -> TwinObject:
-    """The object of that name.
+    """Return the paper's object with this name.
 
     Raises
     ------
     InputError
-        There is none.
+        There is no such object.
     """
     if name not in OBJECTS:
         raise InputError(f"object {name!r} is not known: use one of {', '.join(OBJECTS)}")
@@ -158,7 +158,7 @@ def object_named(name: str) -> TwinObject:
 
 
 def stiffened(parameters: ObjectParameters, factor: float) -> ObjectParameters:
-    """The same object of a material whose modulus is ``factor`` times as large."""
+    """Return the object with its modulus multiplied by ``factor``."""
     return parameters._replace(
         modulus=parameters.modulus * factor,
         bulk_stiffness=parameters.bulk_stiffness * factor,
@@ -166,6 +166,6 @@ def stiffened(parameters: ObjectParameters, factor: float) -> ObjectParameters:
 
 
 def specimen(kind: TwinObject, deviate: float, widen: float = 1.0) -> TwinObject:
-    """One specimen: its modulus ``deviate`` standard deviations off, times ``widen``."""
+    """Return a specimen whose modulus is ``deviate`` standard deviations off, times ``widen``."""
     factor = math.exp(kind.modulus_scatter * widen * deviate)
     return replace(kind, nominal=stiffened(kind.nominal, factor))

@@ -1,4 +1,4 @@
-"""What became of a pinch, read off its forces."""
+"""Outcome of a pinch, computed from its forces."""
 
 from __future__ import annotations
 
@@ -10,38 +10,37 @@ from numpy.typing import NDArray
 from firstcontact.core import FINGERTIP_RATE, GRAVITY
 from firstcontact.twin._compiled import compiled
 
-#: A stable grasp presses with so many times the force that just holds the object.
+#: A grasp is stable if its force exceeds the holding force by this factor
 SAFETY = 1.25
-#: And its force, smoothed over this time, s,
+#: and if the force, smoothed over this time, s,
 SMOOTHED = 0.010
 #: changes by no more than this, N/s.
 STEADY = 15.0
-#: An object that has slipped so far is dropped, m.
+#: Distance of slip from which an object counts as dropped, m.
 DROPPED = 0.010
 
 
 @dataclass(frozen=True, slots=True)
 class GraspOutcome:
-    """How a pinch went; of an object that broke, up to then.
+    """Outcome of a pinch. For an object that broke, the outcome until then.
 
     Parameters
     ----------
     peak_force
-        Largest grip force, N; the grip force is the smaller one of both contacts'.
+        Largest grip force, N. The grip force is the smaller contact force.
     squeeze
-        Most that the object was pressed together: its bulk and its share of both
-        indentations, m.
+        Largest compression of the object, m: its bulk and its share of both indentations.
     time_to_grasp
-        From the first contact to the instant from which on the grip is strong enough
-        and steady, s; None if there is none, or if the object broke.
+        Time from the first contact until the grip is strong enough and steady for good, s. None if
+        that never happens or the object broke.
     slipped
-        How far the object slid down, m.
+        Distance that the object slid down, m.
     dropped
-        It slipped out, or is about to.
+        True if the object slipped out or is about to.
     broken
-        A contact force was more than it bears.
+        True if a contact force exceeded the breaking force.
     first_contact, second_contact
-        When fingers touched, s from the first sample; None if they did not.
+        Contact times, s from the first sample; None without contact.
     """
 
     peak_force: float
@@ -55,7 +54,7 @@ class GraspOutcome:
 
     @property
     def held(self) -> bool:
-        """Both fingers have it, and it is neither dropped nor broken."""
+        """Return True if both fingers hold an object that is neither dropped nor broken."""
         return self.second_contact is not None and not (self.dropped or self.broken)
 
 
@@ -69,37 +68,37 @@ def slide(
     slid: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
-    """Let the support go and let friction do what it can, for the next samples.
+    """Simulate the slip of the object under friction for the next samples.
 
     Parameters
     ----------
     forces
         Both contact forces, N, shape (samples, 2).
     hanging
-        Share of the weight that no support carries, shape (samples,).
+        Share of the weight without support, shape (samples,).
     mass, friction
-        The object's, kg, and against either finger.
+        Mass of the object, kg, and its friction against either finger.
     dt
         Sampling interval, s.
     slid
-        How far it slid before (m) and how fast (m/s), shape (2,).
+        Distance (m) and speed (m/s) of the slip before, shape (2,).
     out
-        The same after each sample, shape (samples, 2).
+        Distance and speed after each sample, shape (samples, 2).
     """
-    way, speed = slid[0], slid[1]
+    distance, speed = slid[0], slid[1]
     for i in range(len(forces)):
-        held = friction * (forces[i, 0] + forces[i, 1]) / mass
-        pull = GRAVITY * hanging[i]
-        if speed > 0.0 or held < pull:
-            change = (pull - held) * dt
+        friction_acceleration = friction * (forces[i, 0] + forces[i, 1]) / mass
+        gravity = GRAVITY * hanging[i]
+        if speed > 0.0 or friction_acceleration < gravity:
+            change = (gravity - friction_acceleration) * dt
             new = max(speed + change, 0.0)
-            way += 0.5 * (speed + new) * dt
+            distance += 0.5 * (speed + new) * dt
             speed = new
-        out[i, 0], out[i, 1] = way, speed
+        out[i, 0], out[i, 1] = distance, speed
 
 
-def stable_from(grip: NDArray[np.float64], needed: float) -> int | None:
-    """Sample from which on a grip force (N, shape (samples,)) is strong enough and steady."""
+def stable_since(grip: NDArray[np.float64], needed: float) -> int | None:
+    """Return the sample from which a grip force (N, shape (samples,)) is stable for good."""
     width = round(SMOOTHED * FINGERTIP_RATE)
     if len(grip) < 3 * width:
         return None
@@ -107,6 +106,6 @@ def stable_from(grip: NDArray[np.float64], needed: float) -> int | None:
     rate = np.abs(smooth[width:] - smooth[:-width]) / (width / FINGERTIP_RATE)
     weak = smooth[width:] < SAFETY * needed
     bad = np.flatnonzero(weak | (rate > STEADY))
-    # Row i knows the samples from i to i + 2 width.
+    # Row i uses the samples from i to i + 2 width.
     first = int(bad[-1]) + 1 if bad.size else 0
     return None if first >= len(rate) else first + 2 * width - 1

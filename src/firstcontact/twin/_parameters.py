@@ -1,6 +1,6 @@
 """Parameters of the mechanics, with their nominal values.
 
-Where each number comes from is a table in ``docs/reference/twin-parameters.md``.
+``docs/reference/twin-parameters.md`` states the source of each number.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 
 class FingerParameters(NamedTuple):
-    """One finger, from its drive to its skin. SI units."""
+    """Parameters of one finger, from its drive to its skin. SI units."""
 
     speed: float = 0.13
     """Closing speed, m/s."""
@@ -58,12 +58,12 @@ class FingerParameters(NamedTuple):
 
 
 class ObjectParameters(NamedTuple):
-    """What is pinched: two faces, a bulk between them, and how it is held. SI units."""
+    """Parameters of the object: two faces, the bulk between them, and its support. SI units."""
 
     modulus: float = 1.0e6
     """Young's modulus that a slow indentation sees, Pa."""
     radius: float = 1.0e3
-    """Radius of curvature where it is touched, m (blocks: flat)."""
+    """Radius of curvature at the contact, m (blocks: flat)."""
     face_mass: float = 0.095
     """Mass that moves with each face, kg."""
     bulk_stiffness: float = 1.4e5
@@ -71,7 +71,7 @@ class ObjectParameters(NamedTuple):
     bulk_damping: float = 30.0
     """N s/m."""
     clamp_stiffness: float = 150.0
-    """Of what holds the object, N/m."""
+    """Stiffness of the support, N/m."""
     clamp_damping: float = 1.5
     """N s/m."""
     arm_share: float = 0.25
@@ -83,7 +83,7 @@ class ObjectParameters(NamedTuple):
 
 
 class Timing(NamedTuple):
-    """When the fingers touch, from the first sample, s."""
+    """Contact times, s from the first sample."""
 
     first: float
     second: float

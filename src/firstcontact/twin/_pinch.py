@@ -1,4 +1,4 @@
-"""One pinch of the twin: mechanics, then what the fingertip makes of it."""
+"""One pinch of the twin: the mechanics, then the fingertips."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from firstcontact.twin._run import SUBSTEPS, PinchRun
 
 #: Length of a pinch, s.
 DURATION = 0.3
-#: Samples before the first that let the vibration build up.
+#: Number of samples before the first one in which vibration builds up.
 BURN_IN = 100
 _LAYOUT = fingertip_layout()
 
 
 def excerpt(draw: PinchDraw, before: float) -> PinchDraw:
-    """The same pinch, beginning so long before its first contact, s.
+    """Return the pinch with its beginning moved to ``before`` s before the first contact.
 
-    With a short duration, this is for sets that want the moments around the contact only:
-    60 ms take a quarter of the time of a whole pinch. What is left out is the hand closing
-    freely, after a settling time that both have.
+    With a short duration it suits sets that need only the time around the contact: 60 ms take a
+    quarter of the time of a whole pinch. The part left out is the hand closing freely, after a
+    settling time that both have.
     """
     timing = draw.timing
     offset = timing.second - timing.first
     return replace(draw, timing=timing._replace(first=before, second=before + offset))
 
 
-def mechanics_of(
+def integrate_pinch(
     draw: PinchDraw, substeps: int = SUBSTEPS, duration: float = DURATION
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Integrate a drawn pinch.
@@ -50,22 +50,22 @@ def mechanics_of(
 
 
 def pinch_scans(draw: PinchDraw, duration: float = DURATION) -> NDArray[np.uint16]:
-    """What the converters read during one pinch, shape (samples, 6), in the order of ``SCAN``."""
-    times, out = mechanics_of(draw, duration=duration)
+    """Return the converters' readings of one pinch, shape (samples, 6), ordered like ``SCAN``."""
+    times, out = integrate_pinch(draw, duration=duration)
     return PinchFingertips(draw, times).read(out)
 
 
 def simulate_pinch(
     draw: PinchDraw, label: Label, first_sample: int = 0, duration: float = DURATION
 ) -> Pinch:
-    """What the device sends for one pinch.
+    """Simulate the samples that the device sends for one pinch.
 
     Parameters
     ----------
     draw
-        The pinch; uses up some of its random numbers.
+        Pinch. It uses up some of its random numbers.
     label
-        What is pinched.
+        Label of the object.
     first_sample
         Sample number of the first sample.
     duration
@@ -74,8 +74,8 @@ def simulate_pinch(
     Returns
     -------
     Pinch
-        int16, :func:`firstcontact.core._layout.fingertip_layout`; its truth is
-        read off the strips.
+        int16 samples in :func:`firstcontact.core._layout.fingertip_layout`. Its true contacts come
+        from the strips.
     """
     scans = pinch_scans(draw, duration)
     data = settled_filter(scans[0], draw.velostat).update(scans)

@@ -1,4 +1,4 @@
-"""Which pinches a simulated set has: sessions, objects and their order."""
+"""Plan of a simulated set: its sessions, objects and their order."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from firstcontact.twin._conditions import Condition
 from firstcontact.twin._draw import draw_specimen, generator
 from firstcontact.twin._objects import BLOCKS, EVERYDAY_OBJECTS, TwinObject
 
-#: Sessions that the block pinches, and those of the unseen objects, are spread over.
+#: Number of sessions of the blocks, and of the unseen objects.
 BLOCK_SESSIONS = 10
 OBJECT_SESSIONS = 2
 
 
 @dataclass(frozen=True, slots=True)
 class PlannedPinch:
-    """One pinch to come: a specimen, its label, and which pinch of it in the session."""
+    """Planned pinch: a specimen, its label, and its number in the session."""
 
     specimen: TwinObject
     label: Label
@@ -25,7 +25,7 @@ class PlannedPinch:
 
 @dataclass(frozen=True, slots=True)
 class PlannedSession:
-    """One stretch of collecting data."""
+    """Planned session of data collection."""
 
     name: str
     pinches: tuple[PlannedPinch, ...]
@@ -34,16 +34,16 @@ class PlannedSession:
 def plan_sessions(
     condition: Condition, pinches_per_block: int, pinches_per_object: int, seed: int
 ) -> tuple[PlannedSession, ...]:
-    """Spread the pinches over sessions, each session with every object, shuffled.
+    """Distribute the pinches over sessions, each with every object, in random order.
 
     Parameters
     ----------
     condition
         Decides how many specimens of a block there are.
     pinches_per_block, pinches_per_object
-        Of each of the five blocks and of each of the eight objects.
+        Number of pinches of each of the five blocks, and of each of the eight objects.
     seed
-        Of the whole set.
+        Random seed of the set.
     """
     blocks = _sessions(condition, "blocks", BLOCKS, pinches_per_block, BLOCK_SESSIONS, seed)
     objects = _sessions(
@@ -75,7 +75,7 @@ def _sessions(
 def planned_pinch(
     seed: int, condition: Condition, kind: TwinObject, session: str, copy: int, number: int
 ) -> PlannedPinch:
-    """One pinch of a kind of object; ``copy`` goes round its specimens."""
+    """Return one planned pinch of a kind of object. ``copy`` counts through its specimens."""
     copies = condition.specimens_per_block if kind.role is Role.TRAIN else 1
     copy %= copies
     one = draw_specimen(seed, condition, kind, copy)

@@ -1,4 +1,4 @@
-"""A hand that closes on one object and takes commands while it does."""
+"""Plant for grasp control: a hand that closes on one object and takes commands."""
 
 from __future__ import annotations
 
@@ -19,60 +19,60 @@ from firstcontact.core import (
 )
 from firstcontact.twin._draw import PinchDraw
 from firstcontact.twin._drive import Drive
-from firstcontact.twin._fingertips import PinchFingertips, contacts_of
+from firstcontact.twin._fingertips import PinchFingertips, mask_contacts
 from firstcontact.twin._lift import Lift
 from firstcontact.twin._mechanics import BUFFER, CONTACT_FORCE, FACE, INDENTATION, OUTPUTS
 from firstcontact.twin._objects import TwinObject
-from firstcontact.twin._outcome import DROPPED, GraspOutcome, slide, stable_from
+from firstcontact.twin._outcome import DROPPED, GraspOutcome, slide, stable_since
 from firstcontact.twin._pinch import BURN_IN
 from firstcontact.twin._readings import PinchReadings
 from firstcontact.twin._run import PinchRun
 from firstcontact.twin._sensor import VelostatParameters
 from firstcontact.twin._slip_sound import SlipParameters, SlipSound
 
-#: The lifted object is watched for this long, s.
+#: Time for which the lifted object is observed, s.
 WATCHED = 0.20
-#: No pinch is longer, s: without a contact it ends here.
+#: Longest pinch, s. A pinch without contact ends then.
 LONGEST = 1.5
-#: Samples that are made at a time: the fewest after a command, the most long after it.
+#: Number of samples computed at a time: smallest just after a command, largest long after it.
 PIECE = (64, 256)
 
 
 class GraspPlant:
-    """One pinch from the closing hand to the lifted object.
+    """Simulated pinch from the closing hand to the lifted object.
 
-    It begins as a simulated pinch does: both fingers closing at their drawn speed, the
-    motor heard, 130 ms or more before the first contact. Never commanded it is that pinch.
-    The same draw and commands give the same bytes, however it is advanced.
+    It begins like a simulated pinch: both fingers close at their drawn speed with the motor
+    running, 130 ms or more before the first contact. Without commands it equals that pinch. The
+    same draw and commands give the same bytes, however it is advanced.
 
-    Samples are made ahead, in long pieces; a command that takes effect among them has them made
-    again. Readings are made of those that are asked for by :meth:`advance` only.
+    Samples are computed ahead in long pieces. A command that takes effect among them makes the
+    plant compute them again. Only :meth:`advance` computes readings.
 
     Parameters
     ----------
     draw
-        The pinch; a plant uses up some of its random numbers.
+        Pinch. The plant uses up some of its random numbers.
     drive
-        What the commands go through.
-    held
-        What is pinched: its mass, friction and how much it bears.
+        Drive that limits the commands.
+    held_object
+        Object in the hand: its mass, friction and breaking force.
     velostat
-        Force array of both fingers in place of the draw's own.
+        Force array of both fingers that replaces the draw's own.
     lift
-        When the support goes after the first contact, and how.
+        Lift after the first contact.
     longest
-        The longest that it can take, s.
+        Longest duration, s.
     calm_steps
-        Steps per sampling interval once the hand is calm, as few as
-        :data:`firstcontact.twin._run.QUICK`; as many as before the contacts by default.
+        Steps per sampling interval once the hand is calm, at least
+        :data:`firstcontact.twin._run.QUICK`. By default as many as before the contacts.
     slip, slip_seed
-        What the piezos hear of a slip, modelled; nothing unless it is given. What is drawn for
-        it changes nothing else.
+        Model of the slip sound in the piezos, and its random seed; none by default. Its random
+        numbers change nothing else.
 
     Attributes
     ----------
     nominal
-        The command that it begins with: the drawn speed, the drive's force.
+        Initial command: the drawn speed and the drive's force.
     sample
         Number of the next sample.
     limit
@@ -83,7 +83,7 @@ class GraspPlant:
         self,
         draw: PinchDraw,
         drive: Drive,
-        held: TwinObject,
+        held_object: TwinObject,
         velostat: VelostatParameters | None = None,
         *,
         lift: Lift | None = None,
@@ -98,11 +98,13 @@ class GraspPlant:
             raise ValueError(f"{longest} s is over before the second contact of the pinch")
         sheets = None if velostat is None else (velostat, velostat)
         self._readings = PinchReadings(PinchFingertips(draw, times, sheets))
-        self._run.limit = math.inf if held.fragility is None else held.fragility.draw(draw.rng)
+        self._run.limit = (
+            math.inf if held_object.fragility is None else held_object.fragility.draw(draw.rng)
+        )
         self._run.advance(BURN_IN)
         self._delay = drive.delay
-        self._friction = held.friction
-        # As the mechanics has it, the share of what the object gives of an indentation.
+        self._friction = held_object.friction
+        # Share of an indentation that the object takes, as in the mechanics.
         moduli = np.array([p.pad_modulus for p in draw.fingers])
         self._give = moduli / (moduli + draw.held.modulus)
         self._mass = 2 * draw.held.face_mass
@@ -110,12 +112,12 @@ class GraspPlant:
         self._watched = round(WATCHED * FINGERTIP_RATE)
         self._motion = np.zeros((times.size, 2, OUTPUTS))
         self._contacts: list[Contact] = []
-        # How far the object has slid down, m, and how fast it slides, m/s, at each sample.
+        # Distance (m) and speed (m/s) of the slip at each sample.
         self._slid = np.zeros((times.size, 2))
         self._data = np.zeros((times.size, fingertip_layout().width), np.int16)
         self._made, self._piece = 0, PIECE[0]
         self._end = times.size
-        # As it was before the newest piece was made, and before the newest samples were read.
+        # State before the newest piece, and before the newest readings.
         self._mark = (self._run.fork(), 0)
         self._unread = self._readings.fork()
         self._sound = self._unheard = None
@@ -133,16 +135,16 @@ class GraspPlant:
 
     @property
     def now(self) -> float:
-        """Instant of the newest sample, s from the first; 0 before it."""
+        """Time of the newest sample, s from the first; 0 before it."""
         return max(self.sample - 1, 0) / FINGERTIP_RATE
 
     @property
     def ended(self) -> bool:
-        """Whether the object has been lifted and watched, or never was touched."""
+        """Return True if the object was lifted and observed, or was never touched."""
         return self.sample >= self._end
 
     def command(self, command: Command) -> None:
-        """Order; takes effect the drive's latency after the newest sample."""
+        """Give a command. It takes effect the drive's latency after the newest sample."""
         effect = self.sample - 1 + self._delay
         if effect < self._made - 1:
             self._unmake()
@@ -151,51 +153,51 @@ class GraspPlant:
         self._make(self.sample)
 
     def advance(self, samples: int) -> NDArray[np.int16]:
-        """Take the next samples as the device sends them.
+        """Return the next samples as the device sends them.
 
         Returns
         -------
         ndarray
-            Shape (samples, 16), in the order of
-            :func:`firstcontact.core._layout.fingertip_layout`; less at the longest's end.
+            Shape (samples, 16), in the order of :func:`firstcontact.core._layout.fingertip_layout`.
+            Fewer samples at the end of the longest duration.
         """
         first = self.sample
         self.move(samples)
         read = self._readings.sample
         if read < self.sample:
             self._unread = self._readings.fork()
-            self._data[read : self._made] = self._readings.read(self._heard(read))
+            self._data[read : self._made] = self._readings.read(self._motion_with_slip(read))
         return self._data[first : self.sample].copy()
 
     def move(self, samples: int) -> None:
-        """Go on as :meth:`advance` does, without readings, which cost as much as the motion."""
+        """Advance without readings, which cost as much as the motion."""
         stop = min(self.sample + samples, len(self._motion))
         if stop > self._made:
             self._make(stop)
         self.sample = stop
 
     def copy(self, lift: Lift | None = None) -> Self:
-        """Another as it is now, to go on by itself; lifted otherwise if asked for.
+        """Return an independent copy in the present state, with another lift if given.
 
-        What was drawn and has happened is shared: a copy costs a hundredth of a closing.
+        It shares the random draws and past samples, so a copy costs a hundredth of a closing.
         """
         other = copy.copy(self)
         other._run = self._run.fork()
         other._readings = self._readings.fork()
         other._sound = None if self._sound is None else self._sound.fork()
         for name in ("_motion", "_slid", "_data"):
-            mine = getattr(self, name)
-            its = np.zeros_like(mine)
-            its[: self._made] = mine[: self._made]
-            setattr(other, name, its)
+            original = getattr(self, name)
+            copied = np.zeros_like(original)
+            copied[: self._made] = original[: self._made]
+            setattr(other, name, copied)
         if lift is not None:
             other._lift = lift
-            other._note([])
+            other._add_contacts([])
             other._slide(self.sample, other._motion[self.sample : self._made])
         return other
 
-    def _heard(self, first: int) -> NDArray[np.float64]:
-        """The motion from that sample on, with what the piezos hear of a slip."""
+    def _motion_with_slip(self, first: int) -> NDArray[np.float64]:
+        """Return the motion from this sample on, including the slip sound."""
         motion = self._motion[first : self._made]
         if self._sound is None:
             return motion
@@ -209,31 +211,31 @@ class GraspPlant:
         return motion
 
     def _make(self, stop: int) -> None:
-        """Make all samples before that one, and some more."""
+        """Compute all samples before this one, and some more."""
         while self._made < stop:
             first = self._made
             self._mark = (self._run.fork(), first)
-            # What is asked for beyond the end is made, but nothing ahead.
+            # Samples beyond the end are computed on request, but not ahead.
             samples = max(stop - first, min(self._piece, self._end - first))
             motion = self._run.advance(samples)
             self._motion[first : first + samples] = motion
             self._made += samples
-            self._note(contacts_of(motion[..., INDENTATION] > 0, first, self._contacts))
+            self._add_contacts(mask_contacts(motion[..., INDENTATION] > 0, first, self._contacts))
             self._slide(first, motion)
             self._piece = min(2 * self._piece, PIECE[1])
 
     def _unmake(self) -> None:
-        """Go back to before the newest piece, the newest sample may be among it."""
+        """Return to the state before the newest piece, which can hold the newest sample."""
         run, self._made = self._mark
         self._run = run.fork()
-        known, self._contacts = self._contacts, []
+        contacts, self._contacts = self._contacts, []
         self._end = len(self._motion)
-        self._note([c for c in known if c.sample < self._made])
+        self._add_contacts([c for c in contacts if c.sample < self._made])
         if self._readings.sample > self._made:
             self._readings = self._unread.fork()
             self._sound = None if self._unheard is None else self._unheard.fork()
 
-    def _note(self, contacts: list[Contact]) -> None:
+    def _add_contacts(self, contacts: list[Contact]) -> None:
         self._contacts = self._contacts + contacts
         if self._contacts:
             end = self._contacts[0].sample + self._lift.samples + self._watched
@@ -250,22 +252,22 @@ class GraspPlant:
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
-        """Contacts so far, as the strips tell them, in the order of time."""
+        """Contacts so far that the strips show, in the order of time."""
         return tuple(c for c in self._contacts if c.sample < self.sample)
 
     @property
     def slipped(self) -> float:
-        """How far the object has slid down until the newest sample, m."""
+        """Distance that the object has slid down until the newest sample, m."""
         return float(self._slid[self.sample - 1, 0]) if self.sample else 0.0
 
     @property
     def lost(self) -> bool:
-        """Whether it has slid down so far that it is dropped."""
+        """Return True if the object has slid far enough to count as dropped."""
         return self.slipped > DROPPED
 
     @property
     def slipping_since(self) -> float | None:
-        """When the slip began that the newest sample is in, s; None where nothing slips."""
+        """Begin of the present slip, s; None if the object does not slip."""
         speeds = self._slid[: self.sample, 1]
         if not (speeds.size and speeds[-1] > 0):
             return None
@@ -274,7 +276,7 @@ class GraspPlant:
 
     @property
     def grip(self) -> float:
-        """Grip force at the newest sample, the smaller one of both contacts', N."""
+        """Grip force at the newest sample, the smaller contact force, N."""
         return float(self._motion[self.sample - 1, :, CONTACT_FORCE].min()) if self.sample else 0.0
 
     @property
@@ -284,36 +286,36 @@ class GraspPlant:
 
     @property
     def gaps(self) -> NDArray[np.float64]:
-        """Of each finger to its face so far, m, negative where it presses; NaN where not known."""
+        """Distance of each finger to its face, m, negative in contact; NaN if unknown."""
         return -self._motion[: self.sample, :, INDENTATION]
 
     @property
     def outcome(self) -> GraspOutcome:
-        """How it went, as far as it has gone."""
+        """Outcome of the pinch so far."""
         broken = self._run.broken_at
         crack = None if broken is None or broken - BURN_IN >= self.sample else broken - BURN_IN
-        # What is left of a broken object is not what was to be held.
+        # Ignore the remains of a broken object.
         end = self.sample if crack is None else crack + 1
         motion = self._motion[:end]
         forces = motion[..., CONTACT_FORCE]
         grip = forces.min(axis=1)
         seen = [c.sample for c in self.contacts]
-        way, speed = map(float, self._slid[end - 1]) if end else (0.0, 0.0)
-        pull = 0.0
+        distance, speed = map(float, self._slid[end - 1]) if end else (0.0, 0.0)
+        gravity = 0.0
         if seen:
-            pull = GRAVITY * float(self._lift.hanging(end - 1 - seen[0], 1)[0])
-        lost = speed > 0 and self._friction * float(forces[-1].sum()) < self._mass * pull
-        since = None
+            gravity = GRAVITY * float(self._lift.hanging(end - 1 - seen[0], 1)[0])
+        is_slipping = speed > 0 and self._friction * float(forces[-1].sum()) < self._mass * gravity
+        stable = None
         if seen and crack is None:
-            since = stable_from(grip, holding_force(self._mass, self._friction))
+            stable = stable_since(grip, holding_force(self._mass, self._friction))
         depths = np.nan_to_num(motion[..., INDENTATION]).clip(0.0)
         squeeze = motion[..., FACE].sum(axis=1) + depths @ self._give
         return GraspOutcome(
             peak_force=float(grip.max(initial=0.0)),
             squeeze=float(squeeze.max(initial=0.0)),
-            time_to_grasp=None if since is None else (since - seen[0]) / FINGERTIP_RATE,
-            slipped=way,
-            dropped=way > DROPPED or lost or (not seen and self.ended),
+            time_to_grasp=None if stable is None else (stable - seen[0]) / FINGERTIP_RATE,
+            slipped=distance,
+            dropped=distance > DROPPED or is_slipping or (not seen and self.ended),
             broken=crack is not None,
             first_contact=seen[0] / FINGERTIP_RATE if seen else None,
             second_contact=seen[1] / FINGERTIP_RATE if len(seen) > 1 else None,

@@ -1,4 +1,4 @@
-"""From the motion of a pinch to what the device sends of it."""
+"""Samples of the device, computed from the motion of a pinch."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from firstcontact.twin._fingertips import PinchFingertips
 
 
 class PinchReadings:
-    """The converters through one pinch and the microcontroller behind them.
+    """Converters for one pinch, with the microcontroller behind them.
 
     Parameters
     ----------
     tips
-        New.
+        New converters.
     """
 
     def __init__(self, tips: PinchFingertips) -> None:
@@ -31,14 +31,14 @@ class PinchReadings:
         return self._tips.sample
 
     def read(self, motion: NDArray[np.float64]) -> NDArray[np.int16]:
-        """The next samples, shape (n, 16), of a motion of shape (n, 2, 5)."""
+        """Return the next samples, shape (n, 16), of a motion of shape (n, 2, 5)."""
         scans = self._tips.read(motion)
         if self._device is None:
             self._device = settled_filter(scans[0], self._tips.sheets)
         return self._device.update(scans)
 
     def fork(self) -> Self:
-        """Readings that go on from here by themselves, with the same noise."""
+        """Return an independent copy in the same state, with the same noise."""
         other = copy.copy(self)
         other._tips = self._tips.fork()
         other._device = None if self._device is None else self._device.fork()

@@ -1,4 +1,4 @@
-"""Noise of a real sensor at rest, to be put under simulated pinches."""
+"""Recorded noise of a real sensor at rest, for simulated pinches."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from firstcontact.core import FINGERTIP_RATE, PIEZO_OFFSET_VOLTS, ChannelKind, I
 from firstcontact.recording import read_recording
 from firstcontact.signal import resample
 
-#: Less than this is too little to draw from, s.
+#: Shortest usable recording, s.
 LEAST = 2.0
-#: What is louder than so many times the usual tenth of a second is no rest.
+#: A part louder than the median part by this factor is not at rest.
 LOUD = 4.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecordedNoise:
-    """What vibration sensors said at rest, at the fingertip's rate, before any smoothing.
+    """Noise of vibration sensors at rest, at the fingertip's rate, without smoothing.
 
     Parameters
     ----------
     volts
-        Around 0, shape (samples, 1 or 2): of both fingers the same sensor, or one each.
+        Noise around 0, shape (samples, 1 or 2): one sensor for both fingers, or one each.
     name
-        Of the file.
+        Name of the file.
     digest
         SHA-256 of the file, hexadecimal.
     """
@@ -39,8 +39,8 @@ class RecordedNoise:
     digest: str
 
     @property
-    def said(self) -> str:
-        """What a header says of it."""
+    def description(self) -> str:
+        """Description for the header of a recording."""
         return (
             f"noise of {self.name} (sha256 {self.digest}) in place of the modelled electronics "
             "and hum, from places that the seed draws"
@@ -49,9 +49,9 @@ class RecordedNoise:
     def draw(
         self, samples: int, rng: np.random.Generator
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Noise of index and thumb for a stretch: of two sensors at the same time, V.
+        """Draw a stretch of noise for index and thumb, V.
 
-        Where the recording is too short for it, it goes round.
+        Two sensors are read at the same time. A recording that is too short repeats.
         """
         starts = rng.integers(0, max(1, len(self.volts) - samples + 1), 2)
         if self.volts.shape[1] > 1:
@@ -64,16 +64,16 @@ class RecordedNoise:
 
 
 def read_noise(path: Path) -> RecordedNoise:
-    """A recording of sensors at rest.
+    """Read the noise from a recording of sensors at rest.
 
-    The longest stretch without a gap is taken. A smoothing that the device did is undone, since
-    the twin's does it again; another rate is brought to the fingertip's by the causal resampler.
+    It uses the longest stretch without a gap. The device's smoothing is undone, because the twin
+    smooths again. The causal resampler converts other rates to the fingertip's.
 
     Raises
     ------
     InputError
-        It is no recording, in another unit than V or full scale (which stands for 1.65 V), too
-        short, or not at rest.
+        The file is no recording, is too short or not at rest. Or its unit is neither V nor full
+        scale (which stands for 1.65 V).
     """
     recording = read_recording(path)
     layout = recording.header.layout
@@ -102,12 +102,12 @@ def read_noise(path: Path) -> RecordedNoise:
 
 
 def _unsmoothed(layout: Layout, data: NDArray[Any]) -> NDArray[np.float64]:
-    """Vibration in V as it was before the device's exponential smoothing, shape (samples, n)."""
+    """Return the vibration, V, before the device's exponential smoothing, shape (samples, n)."""
     columns = layout.columns(ChannelKind.VIBRATION)[:2]
     channels = layout.vibration[: len(columns)]
     volts = layout.physical(data, columns)
     volts *= [PIEZO_OFFSET_VOLTS if c.unit == "full scale" else 1.0 for c in channels]
     alphas = np.array([c.smoothing_alpha for c in channels])
-    before = np.concatenate([volts[:1], volts[:-1]])
-    out: NDArray[np.float64] = (volts - (1 - alphas) * before) / alphas
+    previous = np.concatenate([volts[:1], volts[:-1]])
+    out: NDArray[np.float64] = (volts - (1 - alphas) * previous) / alphas
     return out

@@ -1,6 +1,6 @@
-"""Families of rigs and things that no network of ours is trained on: what it is judged by.
+"""Families of rigs and objects for tests: no network of this project is trained on them.
 
-Each changes the structure of what training draws, not its seed.
+Each changes the structure of the training distribution, not its seed.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from firstcontact.twin._rigs import RandomObject, RandomRig, Resonance, Rng, adj
 
 @dataclass(frozen=True, slots=True)
 class Family:
-    """What is changed, and how.
+    """Change of a random rig, of a random object, or of both.
 
     Parameters
     ----------
     title
-        As people read it.
-    rig, held
-        Make a rig, or a thing, of the family out of a random one.
+        Title for people.
+    rig, change_object
+        Functions that turn a random rig, or a random object, into one of the family.
     """
 
     title: str
     rig: Callable[[RandomRig, Rng], RandomRig] = lambda rig, rng: rig
-    held: Callable[[RandomObject, Rng], RandomObject] = lambda held, rng: held
+    change_object: Callable[[RandomObject, Rng], RandomObject] = lambda target, rng: target
 
 
 def _linear_pad(rig: RandomRig, rng: Rng) -> RandomRig:
@@ -36,7 +36,7 @@ def _linear_pad(rig: RandomRig, rng: Rng) -> RandomRig:
 
 
 def _duller_sensor(rig: RandomRig, rng: Rng) -> RandomRig:
-    # A second board mode, high and hardly damped, behind a buffer that is slow.
+    # A second board mode, high and lightly damped, behind a slow buffer.
     resonance = Resonance(float(rng.uniform(1500, 2300)), 0.02, float(rng.uniform(0.8, 1.5)))
     finger = rig.finger._replace(buffer_cutoff=float(rng.uniform(400, 700)))
     return adjusted(replace(rig, finger=finger, resonance=resonance), rng)
@@ -53,31 +53,31 @@ def _slow_closing(rig: RandomRig, rng: Rng) -> RandomRig:
     )
 
 
-def _edge(held: RandomObject, rng: Rng) -> RandomObject:
+def _edge(target: RandomObject, rng: Rng) -> RandomObject:
     radius = float(np.exp(rng.uniform(np.log(1.5e-3), np.log(4e-3))))
-    return replace(held, parameters=held.parameters._replace(radius=radius))
+    return replace(target, parameters=target.parameters._replace(radius=radius))
 
 
-def _thin_shell(held: RandomObject, rng: Rng) -> RandomObject:
+def _thin_shell(target: RandomObject, rng: Rng) -> RandomObject:
     bulk = float(rng.uniform(600, 1800))
-    parameters = held.parameters._replace(
+    parameters = target.parameters._replace(
         bulk_stiffness=bulk, bulk_damping=2.0, radius=float(rng.uniform(0.02, 0.05))
     )
-    return replace(held, parameters=parameters)
+    return replace(target, parameters=parameters)
 
 
-def _slow_material(held: RandomObject, rng: Rng) -> RandomObject:
+def _slow_material(target: RandomObject, rng: Rng) -> RandomObject:
     relaxation = float(rng.uniform(0.012, 0.04))
-    return replace(held, parameters=held.parameters._replace(arm_relaxation=relaxation))
+    return replace(target, parameters=target.parameters._replace(arm_relaxation=relaxation))
 
 
-#: Held out of all training, by name.
+#: Families held out of all training, by name.
 FAMILIES: Mapping[str, Family] = {
     "linear_pad": Family("a pad that does not stiffen", rig=_linear_pad),
     "duller_sensor": Family("a slow buffer and a second board mode", rig=_duller_sensor),
     "silent_motor": Family("a motor without lines", rig=_silent_motor),
     "slow_closing": Family("closing at 20 to 40 mm/s", rig=_slow_closing),
-    "edge": Family("edges of 1.5 to 4 mm", held=_edge),
-    "thin_shell": Family("shells that bend at a touch", held=_thin_shell),
-    "slow_material": Family("relaxation in 12 to 40 ms", held=_slow_material),
+    "edge": Family("edges of 1.5 to 4 mm", change_object=_edge),
+    "thin_shell": Family("shells that bend at the contact", change_object=_thin_shell),
+    "slow_material": Family("relaxation in 12 to 40 ms", change_object=_slow_material),
 }

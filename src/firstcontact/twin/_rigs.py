@@ -1,8 +1,8 @@
-"""Random rigs and random things to touch: what a network learns from that is to know any rig.
+"""Random rigs and objects, the training distribution of a network for any rig.
 
-Drawn wide, around a hand that is not the twin's; limits are those of mechanics and
-electronics, none was chosen by a score. :mod:`firstcontact.twin._rig_families` leaves what is
-drawn here: another law of the pad or of the material, another sensor, other noise, edges.
+The distribution is wide, around a hand that is not the twin's. Its limits come from mechanics and
+electronics; no limit was tuned on a score. :mod:`firstcontact.twin._rig_families` is outside: other
+laws of pad or material, other sensors, other noise, edges.
 """
 
 from __future__ import annotations
@@ -26,9 +26,10 @@ from firstcontact.twin._pinch import BURN_IN
 from firstcontact.twin._run import PinchRun
 from firstcontact.twin._sensor import VelostatParameters, piezo_readings
 
-#: Softest and hardest thing, Shore A.
+#: Softest and hardest object, Shore A.
 SOFTEST, HARDEST = 5.0, 80.0
-#: The hand in the middle of all: about one standard deviation off the twin's own, each way.
+#: Hand at the centre of the distribution. Each parameter is about one standard deviation from the
+#: twin's.
 MIDDLE = FingerParameters()._replace(
     speed=0.105,
     drive_mass=0.35,
@@ -72,8 +73,8 @@ RIG_SPREAD: Mapping[str, float] = {
     "piezo_time_constant": 0.30,
     "buffer_cutoff": 0.20,
 }
-#: The same between the sessions of a rig, and between the pinches of a session, for a rig that
-#: repeats as badly as everyday ones; each rig has a share of it.
+#: Standard deviations of ln(parameter) between the sessions of a rig, and between the pinches of a
+#: session. They describe a rig with everyday repeatability; each rig has a share of them.
 SESSION_SPREAD: Mapping[str, float] = {
     "speed": 0.10, "tip_radius": 0.05, "pad_stiffness": 0.10, "phalanx_mass": 0.05,
     "link_stiffness": 0.05, "gain": 0.10, "clamp": 0.30, "noise": 0.30, "modulus": 0.08,
@@ -82,11 +83,11 @@ PINCH_SPREAD: Mapping[str, float] = {
     "speed": 0.15, "tip_radius": 0.17, "pad_stiffness": 0.05, "phalanx_mass": 0.08,
     "link_stiffness": 0.10, "gain": 0.02, "clamp": 0.40, "noise": 0.30, "modulus": 0.03,
 }  # fmt: skip
-#: Least and most of these spreads that a rig has.
+#: Smallest and largest share of these spreads.
 REPEATS = (0.15, 1.5)
-#: Peak of a hard block at the converter, V: a rig is adjusted so that it is seen.
+#: Range of a hard block's peak at the converter, V. The gain of each rig is set to reach it.
 PEAK = (0.12, 2.2)
-#: Scatter of ln(modulus) between specimens of one reading: blocks, and things of a kind.
+#: Scatter of ln(modulus) between specimens: of a block, and of an object (range).
 BLOCK_SCATTER = 0.06
 SCATTER = (0.03, 0.25)
 
@@ -97,14 +98,14 @@ Rng = np.random.Generator
 
 @dataclass(frozen=True, slots=True)
 class Resonance:
-    """Of whatever holds the disc, beside the board on its mount: Hz, damping ratio, strength."""
+    """Resonance of the disc's holder: frequency in Hz, damping ratio and strength."""
 
     frequency: float
     damping: float
     strength: float
 
-    def added(self, volts: NDArray[np.float64]) -> NDArray[np.float64]:
-        """A voltage, shape (samples,), with its ringing."""
+    def apply(self, volts: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return a voltage, shape (samples,), with the ringing added."""
         turn = 2 * math.pi * self.frequency / FINGERTIP_RATE
         radius = math.exp(-self.damping * turn)
         swing = 2 * radius * math.cos(turn * math.sqrt(1 - self.damping**2))
@@ -116,20 +117,20 @@ class Resonance:
 
 @dataclass(frozen=True, slots=True)
 class RandomRig:
-    """One fingertip on one hand.
+    """Random rig: one fingertip on one hand.
 
     Parameters
     ----------
     finger, noise
-        Nominal.
+        Nominal parameters of finger and motor noise.
     session, pinch
         Standard deviations of ln(parameter) between sessions and between pinches.
     block_scatter
-        Of ln(modulus) between the specimens of a block.
+        Standard deviation of ln(modulus) between the specimens of a block.
     resonance
-        None for a disc that its mount holds alone.
+        Resonance of the disc's holder; None without one.
     jitter
-        Of the sampling instants, s.
+        Standard deviation of the sampling instants, s.
     """
 
     finger: FingerParameters
@@ -143,7 +144,7 @@ class RandomRig:
 
 @dataclass(frozen=True, slots=True)
 class RandomObject:
-    """Something to touch: its reading, and one specimen of it."""
+    """Random object: its Shore A, and the parameters of one specimen."""
 
     shore_a: float
     parameters: ObjectParameters
@@ -153,7 +154,7 @@ Day = Mapping[str, float]
 
 
 def draw_rig(rng: Rng) -> RandomRig:
-    """A rig, its gain set so that a hard block is seen."""
+    """Draw a rig. Its gain makes a hard block visible."""
     finger = MIDDLE._replace(
         **{name: getattr(MIDDLE, name) * _about(rng, sd) for name, sd in RIG_SPREAD.items()}
     )
@@ -188,7 +189,7 @@ def draw_rig(rng: Rng) -> RandomRig:
 
 
 def adjusted(rig: RandomRig, rng: Rng) -> RandomRig:
-    """The rig with a gain at which a hard block is seen."""
+    """Return the rig with a gain that makes a hard block visible."""
     quiet = replace(
         rig,
         finger=rig.finger._replace(gain=1.0),
@@ -201,12 +202,12 @@ def adjusted(rig: RandomRig, rng: Rng) -> RandomRig:
 
 
 def draw_day(rng: Rng) -> Day:
-    """How a session differs from others, in standard deviations."""
+    """Draw the deviations of a session, in standard deviations."""
     return {name: float(rng.standard_normal()) for name in SESSION_SPREAD}
 
 
 def draw_block(rng: Rng, shore_a: float, scatter: float) -> RandomObject:
-    """A specimen of a block of a reading."""
+    """Draw a specimen of a block with this Shore A."""
     side, height = _between(rng, 0.04, 0.10), _between(rng, 0.02, 0.06)
     block = _block(
         shore_a, side, height, float(rng.uniform(1000, 1300)), float(rng.uniform(0.05, 0.2))
@@ -216,14 +217,14 @@ def draw_block(rng: Rng, shore_a: float, scatter: float) -> RandomObject:
 
 
 def draw_object(rng: Rng) -> RandomObject:
-    """A specimen of something: flat or round, solid or hollow, light or heavy, lossy or not."""
+    """Draw a specimen: flat or round, solid or hollow, light or heavy, lossy or not."""
     shore_a = float(rng.uniform(SOFTEST, HARDEST))
     modulus = gent_modulus(shore_a)
     loss = _between(rng, 0.05, 0.6)
     kind = rng.choice(4, p=[0.25, 0.45, 0.15, 0.15])
     if kind == 0:  # flat
         side, height = _between(rng, 0.02, 0.12), _between(rng, 0.01, 0.08)
-        held = _block(shore_a, side, height, float(rng.uniform(500, 1500)), loss)
+        target = _block(shore_a, side, height, float(rng.uniform(500, 1500)), loss)
     else:
         if kind == 1:  # solid and round
             radius = _between(rng, 0.008, 0.06)
@@ -235,41 +236,41 @@ def draw_object(rng: Rng) -> RandomObject:
         else:  # anything
             radius, mass = _between(rng, 0.005, 0.2), _between(rng, 0.01, 0.6)
             bulk = _between(rng, 3e3, 1e6)
-        held = lossy_solid(shore_a, float(mass), float(bulk), loss)._replace(radius=radius)
-    held = held._replace(
+        target = lossy_solid(shore_a, float(mass), float(bulk), loss)._replace(radius=radius)
+    target = target._replace(
         clamp_stiffness=_between(rng, 15, 400), clamp_damping=_between(rng, 0.2, 4.0),
-        face_mass=max(held.face_mass, 0.004),
+        face_mass=max(target.face_mass, 0.004),
     )  # fmt: skip
     scatter = float(rng.uniform(*SCATTER))
-    return RandomObject(shore_a, stiffened(_material(rng, held), _scattered(rng, scatter)))
+    return RandomObject(shore_a, stiffened(_material(rng, target), _scattered(rng, scatter)))
 
 
 def touch(
-    rig: RandomRig, day: Day, held: RandomObject, rng: Rng, before: float, after: float
+    rig: RandomRig, day: Day, target: RandomObject, rng: Rng, before: float, after: float
 ) -> tuple[NDArray[np.int16], float]:
-    """One finger touches something.
+    """Simulate one finger touching an object.
 
     Parameters
     ----------
-    rig, day, held
-        Who touches, when, and what.
+    rig, day, target
+        Rig, session and object.
     rng
-        Of everything that differs between pinches.
+        Random generator for the variation between pinches.
     before, after
-        What is wanted around the contact, s.
+        Time before and after the contact, s.
 
     Returns
     -------
     ndarray, float
-        What the device sends of the piezo, in 1/32 counts, shape (samples,): the contact is
-        ``before`` after the first, or up to a sample later; and the closing speed, m/s.
+        Piezo signal as the device sends it, in 1/32 counts, shape (samples,), and closing speed,
+        m/s. The contact is ``before`` s after the first sample, or up to one sample later.
     """
-    volts, speed = _touch_volts(rig, day, held, rng, before, after)
+    volts, speed = _touch_volts(rig, day, target, rng, before, after)
     return smoothed(piezo_readings(volts))[BURN_IN:], speed
 
 
 def _touch_volts(
-    rig: RandomRig, day: Day, held: RandomObject, rng: Rng, before: float, after: float
+    rig: RandomRig, day: Day, target: RandomObject, rng: Rng, before: float, after: float
 ) -> tuple[NDArray[np.float64], float]:
     def factor(name: str) -> float:
         return math.exp(rig.session[name] * day[name] + rig.pinch[name] * rng.standard_normal())
@@ -285,10 +286,10 @@ def _touch_volts(
     )
     m = rig.noise
     noise = m.scaled(speed, factor("noise"))
-    o = stiffened(held.parameters, factor("modulus"))
+    o = stiffened(target.parameters, factor("modulus"))
     hold = factor("clamp")
     o = o._replace(clamp_stiffness=o.clamp_stiffness * hold, clamp_damping=o.clamp_damping * hold)
-    # The other finger never touches: until it does, it acts on nothing.
+    # The other finger never touches and so has no effect.
     timing = Timing(before + rng.uniform(0, 1 / FINGERTIP_RATE), math.inf, True)
     draw = PinchDraw((finger, finger), o, timing, (noise, noise), _SHEETS, _SHARES, rig.jitter, rng)
     run = PinchRun(draw, before + after, BURN_IN)
@@ -296,7 +297,7 @@ def _touch_volts(
     hum = 2 * math.pi * (m.mains_rate * run.times + rng.random())
     volts = volts + m.hum * np.sin(hum) + m.electronics * rng.standard_normal(volts.size)
     if rig.resonance is not None:
-        volts = rig.resonance.added(volts)
+        volts = rig.resonance.apply(volts)
     return volts, float(finger.speed)
 
 
@@ -319,10 +320,10 @@ def _block(
     return lossy_solid(shore_a, side * side * height * density, bulk, loss)
 
 
-def _material(rng: Rng, held: ObjectParameters) -> ObjectParameters:
-    """The same loss shows more or less in relaxation and in the contact."""
-    return held._replace(
-        arm_share=min(held.arm_share * _between(rng, 0.75, 1.33), 1.3),
+def _material(rng: Rng, target: ObjectParameters) -> ObjectParameters:
+    """Return the object with random effects of its loss on relaxation and contact."""
+    return target._replace(
+        arm_share=min(target.arm_share * _between(rng, 0.75, 1.33), 1.3),
         arm_relaxation=_between(rng, 2.5e-3, 6.4e-3),
-        contact_loss=min(held.contact_loss * _between(rng, 0.75, 1.33), 1.0),
+        contact_loss=min(target.contact_loss * _between(rng, 0.75, 1.33), 1.0),
     )

@@ -1,4 +1,4 @@
-"""One drawn pinch on its way: advanced piece by piece, and commanded while it runs."""
+"""Simulation of one drawn pinch, in pieces, with commands."""
 
 from __future__ import annotations
 
@@ -26,45 +26,45 @@ from firstcontact.twin._noise import PhalanxNoise
 from firstcontact.twin._objects import CRUSHED, stiffened
 from firstcontact.twin._parameters import ObjectParameters
 
-#: Steps per sampling interval after the first contact, half as many before: 20 us
-#: each, where halving them moves the piezo's waveform by less than 0.1 %.
+#: Steps per sampling interval after the first contact, half as many before. A step is 20 us;
+#: halving it moves the piezo's waveform by less than 0.1 %.
 SUBSTEPS = 10
-#: So long after both contacts a commanded hand is stepped more coarsely, s: what is left is slow.
+#: Time after both contacts from which a commanded hand takes coarser steps, s: the remaining motion
+#: is slow.
 CALM = 0.03
-#: Steps per sampling interval from then on where quick is good enough, 100 us each: grip forces
-#: differ by less than 0.1 %. One step would not be stable.
+#: Coarser steps per sampling interval for quick results, 100 us each. Grip forces differ by less
+#: than 0.1 %. One step would be unstable.
 QUICK = 2
-#: Sampling instants are off by no more than this, s: a tenth of the interval or
-#: more would be another fault than jitter.
+#: Largest deviation of a sampling instant, s.
 LARGEST_WOBBLE = 2e-5
 
 
 class PinchRun:
-    """One drawn pinch on its way.
+    """Simulation of one drawn pinch in progress.
 
-    It closes as drawn until the first order takes effect, and each finger touches as
-    :class:`firstcontact.twin._approach.Approach` has it. The first order fixes where the object
-    is: where a finger still on its way would have met it at the drawn speed. From then on a
-    finger touches when its skin gets there, and the motor is as loud as it is fast.
+    It closes as drawn until the first order takes effect. Until then each finger touches as
+    :class:`firstcontact.twin._approach.Approach` describes. The first order fixes the position of
+    the object: where a closing finger would have met it at the drawn speed.
 
-    How a run is cut into pieces changes nothing, as long as its loudness stays.
+    After that a finger touches when its skin reaches the object, and the motor noise follows the
+    speed. Cutting a run into pieces changes nothing while its loudness stays constant.
 
     Parameters
     ----------
     draw
-        The pinch; a run uses up some of its random numbers.
+        Pinch. The run uses up some of its random numbers.
     duration
-        The longest that the run can take, s, without ``lead``.
+        Longest duration of the run, s, without ``lead``.
     lead
-        Samples before the instant that the draw's timing counts from.
+        Number of samples before the instant from which the draw's timing counts.
     drive
-        What the orders go through.
+        Drive that limits the orders.
     at_rest
-        Whether the run begins with fingers and motor at rest, and not at the
-        drawn speed with the motor's noise at its full strength.
+        True to begin with fingers and motor at rest. Otherwise the run begins at the drawn speed
+        with full motor noise.
     damped
-        Whether the gears damp a drive that is pushed back from the start on, and not from the
-        first order on.
+        True if the gears damp a drive that is pushed back from the start; otherwise from the first
+        order on.
     substeps
         Steps per sampling interval once a finger has touched.
     calm_steps
@@ -75,15 +75,15 @@ class PinchRun:
     times
         Sampling instants of the longest run, s from its start, shape (samples,).
     done
-        Samples that have been taken.
+        Number of samples computed.
     nominal_speed
         Closing speed of the hand as drawn, the mean of both fingers, m/s.
     released
-        Whether it was ordered to open.
+        True if an order opened the hand.
     limit
-        Force at which the object breaks, N; may be set.
+        Force at which the object breaks, N. Can be set.
     broken_at
-        Number of the sample that showed it broken; None while it is whole.
+        Sample that showed the object broken; None while it is intact.
     """
 
     def __init__(
@@ -116,13 +116,13 @@ class PinchRun:
                 self._state[f * FINGER_STATES + 1 : f * FINGER_STATES + 8 : 2] = self._speeds[f]
         self._touched = np.full(2, np.nan)
         speed = 0.0 if at_rest else self.nominal_speed
-        # Instants count until the object is placed, then where its faces are.
+        # Contact times apply until the object is placed, then the positions of its faces.
         self._approach = Approach(draw.timing, begin, self.nominal_speed, speed)
         self._placed = False
-        # Where the object is if the first order takes effect after that sample; forks share it.
+        # Position of the object if the first order takes effect after this sample. Copies share it.
         self._places: dict[int, NDArray[np.float64]] = {}
         self._gap = np.full(2, np.nan)
-        self._hold(draw.held)
+        self._set_object(draw.held)
         self._drive = Drive() if drive is None else drive
         self._damped = damped
         self._orders: deque[tuple[int, Command | None]] = deque()
@@ -133,9 +133,9 @@ class PinchRun:
         self.broken_at: int | None = None
 
     def fork(self) -> Self:
-        """A run that goes on from here by itself, with the same noise.
+        """Return an independent copy in the same state, with the same noise.
 
-        For runs whose loudness stays.
+        It is valid for runs with constant loudness.
         """
         other = copy.copy(self)
         other._state = self._state.copy()
@@ -148,31 +148,31 @@ class PinchRun:
 
     @property
     def now(self) -> float:
-        """Instant of the newest sample, s from the run's start; 0 before the first."""
+        """Time of the newest sample, s from the run's start; 0 before the first one."""
         return float(self.times[self.done - 1]) if self.done else 0.0
 
     @property
     def speed(self) -> float:
-        """Speed that the drives follow from now on, mean of both, m/s; negative opens.
+        """Reference speed of the drives, mean of both, m/s; negative opens.
 
-        May be set while no command holds, and takes effect after the newest sample.
+        It can be set while no command is active, and takes effect after the newest sample.
         """
         return self._reference.at(self.done - 1)
 
     @speed.setter
     def speed(self, speed: float) -> None:
-        before = self.speed
-        if speed == before:
+        old = self.speed
+        if speed == old:
             return
         self._reference.hold(speed)
         if not self._placed:
-            self._approach.turn(before, speed, self.now, ~np.isnan(self._gap))
+            self._approach.turn(old, speed, self.now, ~np.isnan(self._gap))
 
     @property
     def loudness(self) -> float:
-        """Of the motor before the first order, as a share of its full strength.
+        """Loudness of the motor before the first order, as a share of the full strength.
 
-        May be set, and is reached evenly by the end of the next piece.
+        It can be set. The noise reaches it linearly by the end of the next piece.
         """
         return self._noise.loudness
 
@@ -182,60 +182,60 @@ class PinchRun:
 
     @property
     def commanded(self) -> bool:
-        """Whether a command holds."""
+        """Return True if a command is active."""
         return self._reference.command is not None
 
     @property
     def drive_speed(self) -> float:
-        """How fast the drives move now, mean of both, m/s."""
+        """Present speed of the drives, mean of both, m/s."""
         return float(self._state[1] + self._state[FINGER_STATES + 1]) / 2
 
     @property
     def touched(self) -> tuple[bool, bool]:
-        """Whether index and thumb have touched yet."""
+        """Contact state of index and thumb: True after the first contact."""
         index, thumb = self._touched if self._placed else self._gap
         return not math.isnan(index), not math.isnan(thumb)
 
     def order(self, command: Command | None, effect: int) -> None:
-        """Command, or have the hand released by None.
+        """Queue a command; None releases the hand.
 
         Parameters
         ----------
         command
-            Is clipped by the drive. After a release the speed stays until it is set.
+            Command, which the drive limits. After a release the speed stays until it is set.
         effect
-            It takes effect after the sample of this number, lead included; after the newest
-            one where that has been. Orders come in the order of their effects.
+            Sample after which it takes effect, lead included. An effect in the past moves to the
+            newest sample. Orders come in the order of their effects.
         """
         clipped = None if command is None else self._drive.clipped(command)
         self._orders.append((max(effect, self.done - 1), clipped))
 
     def withdraw(self) -> int:
-        """No order holds from here on, none that waits either: how many commands waited."""
+        """Cancel the active and the queued orders. Return the number of queued commands."""
         waiting = sum(command is not None for _, command in self._orders)
         self._orders.clear()
         self._reference.hold(self.speed)
         return waiting
 
     def advance(self, samples: int) -> NDArray[np.float64]:
-        """Take the next samples.
+        """Return the output of the next samples.
 
         Returns
         -------
         ndarray
-            As of :func:`firstcontact.twin._mechanics.integrate`, shape (samples, 2, 5).
+            See :func:`firstcontact.twin._mechanics.integrate`, shape (samples, 2, 5).
 
         Raises
         ------
         ValueError
-            More samples than are left of the longest run, or less than 1.
+            The number of samples is below 1 or above the rest of the longest run.
         """
         end = self.done + samples
         if samples < 1 or end > self.times.size:
-            raise ValueError(f"{samples} samples asked of a run that has {self.times.size} in all")
+            raise ValueError(f"{samples} samples requested, of a run of {self.times.size}")
         pieces = []
         while self.done < end:
-            # A piece starts at the newest sample, whose row is known already.
+            # A piece starts at the newest sample, whose output exists already.
             begin = max(self.done - 1, 0)
             while self._orders and self._orders[0][0] <= begin:
                 self._obey(self._orders.popleft()[1], begin)
@@ -257,7 +257,7 @@ class PinchRun:
         )  # fmt: skip
         if max(out[-1, 0, CONTACT_FORCE], out[-1, 1, CONTACT_FORCE]) > limit:
             self.broken_at = begin + len(out) - 1
-            self._hold(stiffened(self._held, CRUSHED))
+            self._set_object(stiffened(self._held, CRUSHED))
         fresh = out[self.done - begin :]
         self.done = begin + len(out)
         return fresh
@@ -277,9 +277,9 @@ class PinchRun:
         )  # fmt: skip
         return out[:taken]
 
-    def _hold(self, held: ObjectParameters) -> None:
-        self._held = held
-        self._stiffness = np.array([contact_stiffness(p, held) for p in self._fingers])
+    def _set_object(self, target: ObjectParameters) -> None:
+        self._held = target
+        self._stiffness = np.array([contact_stiffness(p, target) for p in self._fingers])
 
     def _obey(self, command: Command | None, sample: int) -> None:
         if not self._placed:
@@ -291,9 +291,9 @@ class PinchRun:
             self._reference.obey(command, sample)
 
     def _place(self, begin: int) -> None:
-        """Fix where the object is by letting the hand close at the drawn speed, aside."""
+        """Fix the object's position by simulating the hand at the drawn speed, on copies."""
         if not self._damped:
-            # What was not damped swings: the calm is counted from here.
+            # An undamped drive still swings, so count the calm time from here.
             self._touched[~np.isnan(self._gap)] = self.now
         if begin in self._places:
             self._gap = self._places[begin].copy()

@@ -1,7 +1,7 @@
-"""Raw scans as bytes: what a fingertip without a fingertip is fed with.
+"""Files of raw ADC scans that feed the emulated firmware.
 
-A record is one scan, six little-endian uint16 (12 bytes) in the order of
-:data:`firstcontact.twin._sensor.SCAN`, and nothing between two records.
+A record is one scan: six little-endian uint16 (12 bytes) in the order of
+:data:`firstcontact.twin._sensor.SCAN`. Records follow each other without separators.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from firstcontact.core import replacing
 
 
 def scan_bytes(scans: NDArray[np.uint16]) -> bytes:
-    """Scans, shape (n, 6), as n records."""
+    """Return scans, shape (n, 6), as n records."""
     return np.ascontiguousarray(scans, dtype="<u2").tobytes()
 
 
 def write_scans(path: Path, blocks: Iterable[NDArray[np.uint16]]) -> None:
-    """Write blocks of scans, each of shape (n, 6), one after the other."""
+    """Write blocks of scans, each of shape (n, 6), one after another."""
     with replacing(path) as temporary, temporary.open("wb") as stream:
         for block in blocks:
             stream.write(scan_bytes(block))

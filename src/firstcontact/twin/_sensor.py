@@ -1,7 +1,7 @@
-"""What the fingertips' converters read: raw counts, before the microcontroller touches them.
+"""Raw counts of the fingertips' converters, before the microcontroller's filters.
 
-One scan is six readings of one instant: both piezos, one taxel of either force
-array, both strips. What is made of them is in :mod:`firstcontact.twin._filter`.
+One scan is six readings of one instant: both piezos, one taxel of each force array, both strips.
+:mod:`firstcontact.twin._filter` processes them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ SCAN = ("piezo_index", "piezo_thumb", "force_index", "force_thumb", "strip_index
 
 
 class VelostatParameters(NamedTuple):
-    """One fingertip's force array. SI units."""
+    """Parameters of one fingertip's force array. SI units."""
 
     threshold: float = 0.30
     """Force on a taxel below which the sheet does not conduct better, N."""
@@ -28,7 +28,7 @@ class VelostatParameters(NamedTuple):
     fall: float = 0.060
     """Time constant when unloaded: the hysteresis, s."""
     creep_share: float = 0.15
-    """Share of the response that comes late."""
+    """Share of the slow response."""
     creep: float = 0.4
     """Time constant of that share, s."""
     conductance: float = 2.2e-4
@@ -37,25 +37,25 @@ class VelostatParameters(NamedTuple):
     leak: float = 2.0e-5
     """Conductance unloaded, S."""
     resistor: float = 4700.0
-    """Of the divider, ohm."""
+    """Resistor of the divider, ohm."""
     crosstalk: float = 0.04
-    """Share of its row neighbour's conductance that a reading sees."""
+    """Share of the row neighbour's conductance in a reading."""
     noise: float = 0.004
     """RMS at the converter, V."""
 
 
-#: A sheet better than any: it feels the lightest touch, quickly, and does not creep.
+#: Ideal sheet, better than any real one: sensitive, fast and without creep.
 OPTIMISTIC = VelostatParameters(threshold=0.0, rise=0.005, fall=0.010, creep_share=0.0)
 
 
 @compiled()
 def piezo_readings(volts: NDArray[np.float64]) -> NDArray[np.uint16]:
-    """Convert the piezo's voltage.
+    """Convert the piezo's voltage into ADC counts.
 
     Parameters
     ----------
     volts
-        At the converter's input, without the 1.65 V offset, shape (samples,).
+        Voltage at the converter's input, without the 1.65 V offset, shape (samples,).
 
     Returns
     -------
@@ -76,26 +76,26 @@ def force_readings(
     p: VelostatParameters,
     noise: NDArray[np.float64],
     dt: float,
-    felt: NDArray[np.float64],
+    state: NDArray[np.float64],
     first: int,
 ) -> NDArray[np.uint16]:
-    """Read one force array: one taxel a sample, row by row.
+    """Return readings of one force array: one taxel a sample, row by row.
 
     Parameters
     ----------
     force
         Total force on the array, N, shape (samples,).
     shares
-        Share of it on each taxel, shape (6,).
+        Share of the force on each taxel, shape (6,).
     p
-        The sheet and its divider.
+        Parameters of the sheet and its divider.
     noise
-        At the converter, V, shape (samples,).
+        Noise at the converter, V, shape (samples,).
     dt
         Sampling interval, s.
-    felt
-        What the sheet still feels of the past, N, changed in place: its quick
-        and its late part, shape (2, 6); zeros for an unloaded sheet.
+    state
+        Fast and slow response of each taxel, N, shape (2, 6), changed in place. Zeros for an
+        unloaded sheet.
     first
         Number of the first sample: sample i reads taxel i modulo 6.
 
@@ -105,7 +105,7 @@ def force_readings(
         ADC counts, 0 to 1023, shape (samples,).
     """
     out = np.empty(force.size, np.uint16)
-    quick, late = felt[0], felt[1]
+    quick, late = state[0], state[1]
     for i in range(force.size):
         for k in range(TAXELS):
             load = max(force[i] * shares[k] - p.threshold, 0.0)
@@ -126,20 +126,22 @@ def force_readings(
 
 @compiled()
 def open_reading(p: VelostatParameters) -> int:
-    """ADC count of every taxel of an unloaded sheet, without noise."""
+    """Return the ADC count of every taxel of an unloaded sheet, without noise."""
     return _divider_count(p, p.leak, p.leak, 0.0)
 
 
 @compiled()
 def _conductance(p: VelostatParameters, quick: float, late: float) -> float:
-    """Of a taxel, S, from the two parts of its response (N)."""
-    felt = (1.0 - p.creep_share) * quick + p.creep_share * late
-    return p.leak + p.conductance * float(felt**p.exponent)
+    """Return the conductance of a taxel, S, from the two parts of its response (N)."""
+    response = (1.0 - p.creep_share) * quick + p.creep_share * late
+    return p.leak + p.conductance * float(response**p.exponent)
 
 
 @compiled()
-def _divider_count(p: VelostatParameters, own: float, neighbour: float, noise: float) -> int:
-    """ADC count of a taxel read through the divider, for conductances in S and noise in V."""
-    g = own + p.crosstalk * neighbour
+def _divider_count(
+    p: VelostatParameters, conductance: float, neighbour: float, noise: float
+) -> int:
+    """Return the ADC count of a taxel from conductances in S and noise in V."""
+    g = conductance + p.crosstalk * neighbour
     volts = ADC_VOLTS * p.resistor * g / (1.0 + p.resistor * g) + noise
     return min(max(int(np.floor(volts * (ADC_COUNTS / ADC_VOLTS))), 0), ADC_COUNTS - 1)

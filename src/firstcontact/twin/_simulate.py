@@ -1,4 +1,4 @@
-"""A whole set of pinches as recordings, one file a session."""
+"""Simulation of a whole set of pinches as recordings, one file a session."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from firstcontact.twin._pinch import DURATION, simulate_pinch
 from firstcontact.twin._plan import PlannedPinch, PlannedSession, plan_sessions
 from firstcontact.twin._recorded_noise import RecordedNoise
 
-#: Sample numbers that pass between two pinches while the hand opens: 1 s.
+#: Number of sample numbers between two pinches while the hand opens: 1 s.
 BETWEEN = round(FINGERTIP_RATE)
-#: Most pinches of one specimen: as many as may be recorded of one.
+#: Largest number of pinches of one specimen, as for recordings.
 MOST_PINCHES = 1_000_000
-#: Pinches of a job.
+#: Number of pinches of a job.
 _BATCH = 8
 
 
@@ -41,7 +41,7 @@ def simulate(
     pinches_per_object: int = 50,
     seed: int = 0,
     workers: int | None = None,
-    progress: Callable[[int], object] = lambda done: None,
+    progress: Callable[[int], object] = lambda count: None,
     noise: RecordedNoise | None = None,
 ) -> list[Path]:
     """Simulate a set of pinches.
@@ -49,31 +49,31 @@ def simulate(
     Parameters
     ----------
     directory
-        Folder for the recordings; must be empty or not exist. It appears when all are written.
+        Folder for the recordings, empty or new. It appears when all files are complete.
     condition_name
         "paper-rig" or "everyday".
     pinches_per_block, pinches_per_object
-        Of each of the five blocks and of each of the eight objects.
+        Number of pinches of each of the five blocks, and of each of the eight objects.
     seed
-        Same seed, same bytes, whatever the workers.
+        Random seed. The same seed gives the same bytes with any number of workers.
     workers
-        Threads of this machine; all cores by default. The mechanics runs outside the GIL. Inside a
-        ``joblib.parallel_config`` that names a backend, pinches are made there.
+        Number of threads; by default all cores. The mechanics runs outside the GIL. Inside a
+        ``joblib.parallel_config`` with a backend, that backend runs the jobs.
     progress
         Called with the number of pinches just finished.
     noise
-        Of a real sensor at rest, in place of the modelled electronics.
+        Noise of a real sensor at rest that replaces the modelled electronics.
 
     Returns
     -------
     list
-        The recordings, one a session.
+        Paths of the recordings, one a session.
 
     Raises
     ------
     InputError
-        Unknown condition, a negative size, nothing to simulate, no workers, or
-        ``directory`` holds something already or cannot be made or written.
+        The condition is unknown, a size is negative, there is nothing to simulate, or there are no
+        workers. Or ``directory`` is not empty or cannot be written.
     """
     check_set(directory, condition_name, pinches_per_block, pinches_per_object, seed, workers)
     c = condition(condition_name)
@@ -87,18 +87,18 @@ def simulate(
         with (
             temporary_path(resolve_path(directory)) as folder,
             parallel(workers or cores(), prefer="threads") as runner,
-            closing(runner.stream(_made, batches, c, seed, noise)) as made,
+            closing(runner.stream(_simulate_batch, batches, c, seed, noise)) as made,
         ):
             folder.mkdir()
             pinches = chain.from_iterable(made)
             for session in sessions:
-                its = islice(pinches, len(session.pinches))
-                _write(folder / _file(session), session, c, seed, its, progress, noise)
-            folder.replace(resolve_path(directory))  # refused where it is not empty any more
+                session_pinches = islice(pinches, len(session.pinches))
+                _write(folder / _file(session), session, c, seed, session_pinches, progress, noise)
+            folder.replace(resolve_path(directory))  # fails if the folder is no longer empty
     except (OSError, InputError) as error:
-        # The writer speaks of its own file and of what stays in it; here nothing stays.
+        # The writer's message names a temporary file. Name the folder instead.
         cause = error if isinstance(error, OSError) else error.__cause__
-        if not isinstance(cause, OSError) or cause.errno is None:  # a cluster's has none
+        if not isinstance(cause, OSError) or cause.errno is None:  # errors of a cluster have none
             raise
         raise InputError(
             f"{directory} cannot be written ({cause.strerror}): make room on its disk, or choose "
@@ -115,17 +115,17 @@ def check_set(
     seed: int = 0,
     workers: int | None = None,
 ) -> None:
-    """Refuse what :func:`simulate` would refuse before it begins.
+    """Refuse the arguments that :func:`simulate` would refuse, before it starts.
 
     Parameters
     ----------
     directory, condition_name, pinches_per_block, pinches_per_object, seed, workers
-        As there.
+        See :func:`simulate`.
 
     Raises
     ------
     InputError
-        Names what cannot be used.
+        An argument cannot be used. The message names it.
     """
     condition(condition_name)
     if min(pinches_per_block, pinches_per_object) < 0 or pinches_per_block + pinches_per_object < 1:
@@ -137,7 +137,7 @@ def check_set(
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
         raise InputError(f"workers is {workers}: use 1 to {MOST_WORKERS}")
     if directory.exists() and not (directory.is_dir() and not any(directory.iterdir())):
-        raise InputError(f"{directory} is not an empty folder: choose another --out")
+        raise InputError(f"{directory} is not an empty folder: choose another one")
 
 
 def _file(session: PlannedSession) -> str:
@@ -146,16 +146,16 @@ def _file(session: PlannedSession) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _Batch:
-    """Pinches of one session that lie side by side: a job.
+    """Consecutive pinches of one session, simulated as one job.
 
     Parameters
     ----------
     session
-        Its name.
+        Name of the session.
     first
-        Place of the first pinch in it.
+        Position of the first pinch in the session.
     pinches
-        What is pinched.
+        Planned pinches.
     """
 
     session: str
@@ -163,10 +163,10 @@ class _Batch:
     pinches: Sequence[PlannedPinch]
 
 
-def _made(
+def _simulate_batch(
     batch: _Batch, condition: Condition, seed: int, noise: RecordedNoise | None
 ) -> list[Pinch]:
-    """The pinches of a batch: each depends on the seed and its names alone."""
+    """Simulate the pinches of a batch. Each depends on the seed and its names only."""
     step = round(DURATION * FINGERTIP_RATE) + BETWEEN
     out = []
     for place, planned in enumerate(batch.pinches, start=batch.first):
@@ -194,7 +194,7 @@ def _write(
         firmware="",
         session=session.name,
         notes=f"pinch twin, condition {condition.name}, seed {seed}"
-        + ("" if noise is None else f"\n{noise.said}"),
+        + ("" if noise is None else f"\n{noise.description}"),
     )
     with RecordingWriter(path, header) as writer:
         for pinch in pinches:

@@ -1,14 +1,16 @@
-"""What a slip sounds like: patches of the pad that stick to the object and let go, one by one.
+"""Model of the sound of a slip: patches of the pad stick to the object and release.
 
-**Modelled, and not measured on any fingertip**: what of it has a source, and what is assumed, is in
-``docs/reference/twin-parameters.md``. How loud a slip is depends above all on ``coupling``, which
-nobody has measured.
+**Modelled, not measured on any fingertip.** ``docs/reference/twin-parameters.md`` separates sourced
+numbers from assumptions. The loudness of a slip depends mainly on ``coupling``, which has no
+measured value.
 
-The pad's front is so many patches side by side, each a mass on the pad's shear stiffness, pressed
+The front of the pad is a row of patches. Each is a mass on the pad's shear stiffness, pressed
 against the object with its share of the contact force. A patch sticks until the object has pulled
-it as far as static friction bears; it lets go, swings back, and sticks again. The object moves as
-:func:`firstcontact.twin._outcome.slide` has it, and before that as far as its weight shears the
-pads. The force along the pad reaches the piezo with a stated share of what a normal force would.
+it to the limit of static friction. It then releases, swings back and sticks again.
+
+The object moves as in :func:`firstcontact.twin._outcome.slide`. Before the slip, its weight shears
+the pads. The force along the pad reaches the piezo with a given share of the effect of a normal
+force.
 """
 
 from __future__ import annotations
@@ -26,22 +28,22 @@ from firstcontact.twin._parameters import FingerParameters
 
 #: Steps per sampling interval.
 STEPS = 20
-#: Friction at so many places of the way of each patch is drawn; then they come again.
+#: Number of drawn friction values along the path of each patch. They repeat after that.
 PLACES = 64
 _Vector = NDArray[np.float64]
 
 
 class SlipParameters(NamedTuple):
-    """A pad that slides. SI units."""
+    """Parameters of a sliding pad. SI units."""
 
     patches: int = 12
-    """That stick and let go by themselves."""
+    """Number of independent patches."""
     stiffness: float = 15e3
-    """Of the pad in shear, N/m."""
+    """Shear stiffness of the pad, N/m."""
     mass: float = 0.00055
     """Front of the pad that moves along with the skin, kg."""
     damping: float = 0.15
-    """Of that mass on that stiffness, share of critical."""
+    """Damping of that mass on that stiffness, share of critical."""
     ratio: float = 1.5
     """Static over kinetic friction."""
     weakening: float = 0.018
@@ -49,7 +51,7 @@ class SlipParameters(NamedTuple):
     scatter: float = 0.15
     """Standard deviation of ln(friction) from place to place, of each patch."""
     grain: float = 1e-4
-    """From place to place along the object, m."""
+    """Distance between drawn friction values along the object, m."""
     coupling: float = 0.1
     """Volts of the piezo per newton along the pad, as a share of those per newton through it."""
 
@@ -60,18 +62,19 @@ def _slide_patches(
     p: SlipParameters, finger: FingerParameters, factors: _Vector, patches: _Vector,
     state: _Vector, out: _Vector,
 ) -> None:  # fmt: skip
-    """Go on by one finger's next samples.
+    """Advance the patches of one finger by the next samples.
 
-    ``patches`` has offset, speed, whether it sticks, and the place of each, shape (patches, 4);
-    ``state`` the last normal force, sliding speed and pull, the object's shear offset and its
-    speed, the piezo's leaked voltage and the buffer, shape (7,). Both are changed in place.
+    ``patches`` has offset, speed, sticking flag and path position of each patch, shape (patches,
+    4). ``state`` has the last normal force, sliding speed and pull, then the object's shear offset
+    and its speed. The piezo's leaked voltage and the buffer follow, shape (7,). Both arrays are
+    changed in place.
     """
     dt = 1.0 / (FINGERTIP_RATE * STEPS)
     k, m = p.stiffness / p.patches, p.mass / p.patches
     c = 2.0 * p.damping * math.sqrt(k * m)
     shear = 2.0 * p.stiffness / mass  # both pads hold the object
     loss = 2.0 * p.damping * math.sqrt(shear)
-    # A light object swings faster than a step can follow: it is where it is pulled to.
+    # A light object swings faster than a step can follow, so use its equilibrium position.
     stiff = shear * dt * dt > 0.04
     volts_per_newton = p.coupling * finger.piezo_volts_per_newton
     leak = 1.0 - math.exp(-dt / finger.piezo_time_constant)
@@ -94,8 +97,8 @@ def _slide_patches(
             for j in range(p.patches):
                 place = int(patches[j, 3])
                 between = patches[j, 3] - place
-                here, there = factors[j, place % PLACES], factors[j, (place + 1) % PLACES]
-                static = friction * (here + between * (there - here)) * press
+                left, right = factors[j, place % PLACES], factors[j, (place + 1) % PLACES]
+                static = friction * (left + between * (right - left)) * press
                 back = k * patches[j, 0] + c * patches[j, 1]
                 if patches[j, 2] > 0.0:
                     patches[j, 1] = surface
@@ -107,12 +110,12 @@ def _slide_patches(
                     off = surface - patches[j, 1]
                     kinetic = static / p.ratio
                     drag = kinetic + (static - kinetic) * math.exp(-abs(off) / p.weakening)
-                    before = off
+                    previous = off
                     patches[j, 1] += ((drag if off > 0.0 else -drag) - back) / m * dt
                     patches[j, 0] += patches[j, 1] * dt
                     patches[j, 3] += abs(off) * dt / p.grain
                     off = surface - patches[j, 1]
-                    if off * before <= 0.0 and abs(k * patches[j, 0]) <= static:
+                    if off * previous <= 0.0 and abs(k * patches[j, 0]) <= static:
                         patches[j, 2] = 1.0
                         patches[j, 1] = surface
                 along += back
@@ -127,19 +130,19 @@ def _slide_patches(
 
 
 class SlipSound:
-    """What either piezo hears of a slip, piece by piece.
+    """Slip sound in both piezos, piece by piece.
 
     Parameters
     ----------
     fingers
         Index and thumb.
     mass, friction
-        The object's, kg, and against either finger.
+        Mass of the object, kg, and its friction against either finger.
     parameters
-        Of the pads.
+        Parameters of the pads.
     rng
-        Where the static friction of each place comes from; one of its own, so that nothing that
-        is drawn elsewhere changes.
+        Random generator for the static friction. It must be a separate one, so that no other draw
+        changes.
     """
 
     def __init__(
@@ -159,21 +162,21 @@ class SlipSound:
         self._state = np.zeros((2, 7))
 
     def hear(self, forces: _Vector, speeds: _Vector, hanging: _Vector) -> _Vector:
-        """Voltage at the buffers, to be added to that of everything else.
+        """Return the slip's voltage at the buffers, to be added to the other signals.
 
         Parameters
         ----------
         forces
             Contact forces, N, shape (samples, 2).
         speeds
-            How fast the object slides, m/s, shape (samples,).
+            Sliding speed of the object, m/s, shape (samples,).
         hanging
-            Share of its weight that no support carries, shape (samples,).
+            Share of the weight without support, shape (samples,).
 
         Returns
         -------
         ndarray
-            V, shape (samples, 2).
+            Voltage, V, shape (samples, 2).
         """
         out = np.empty((2, len(forces)))
         pull = 0.5 * self._mass * GRAVITY * hanging
@@ -185,7 +188,7 @@ class SlipSound:
         return out.T
 
     def fork(self) -> Self:
-        """Another as it is now, to go on by itself."""
+        """Return an independent copy in the same state."""
         other = copy.copy(self)
         other._patches, other._state = self._patches.copy(), self._state.copy()
         return other

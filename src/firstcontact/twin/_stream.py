@@ -1,4 +1,4 @@
-"""A hand that picks one thing up after the other, as raw scans without an end."""
+"""Endless raw scans of a hand that picks up one object after another."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from firstcontact.twin._conditions import condition
 from firstcontact.twin._draw import draw_pinch, generator
 from firstcontact.twin._drive import LATENCY, Drive
 from firstcontact.twin._fingertips import StreamFingertips, strip_contacts
-from firstcontact.twin._household import OBJECT_SETS, draw_household_specimen, thing_named
+from firstcontact.twin._household import OBJECT_SETS, draw_household_specimen, find_object
 from firstcontact.twin._household_object import HouseholdObject
 from firstcontact.twin._lift import Lift
 from firstcontact.twin._mechanics import CONTACT_FORCE, OUTPUTS
@@ -25,18 +25,18 @@ from firstcontact.twin._run import PinchRun
 from firstcontact.twin._sensor import SCAN
 from firstcontact.twin._stream_moves import PIECE, close_hand, open_hand, pieces
 
-#: The open hand rests this long with its motor off, s.
+#: Range of the rest of the open hand with its motor off, s.
 REST = (0.6, 1.0)
-#: Added to the drawn instant of the first contact, which so comes 200 to 220 ms after
-#: the motor's start, 140 ms or more of it at full speed.
+#: Time added to the drawn first contact, s. The contact then comes 200 to 220 ms after the motor's
+#: start, 140 ms or more of it at full speed.
 LEAD = 0.04
-#: The hand that has squeezed holds for this long, s.
+#: Range of the hold after squeezing, s.
 HOLD = (0.40, 0.50)
-#: No pinch is longer, s.
+#: Longest pinch, s.
 LONGEST = 4.0
-#: The session that all pinches of a stream belong to.
+#: Session name of all pinches of a stream.
 SESSION = "stream"
-#: Pinches that are remembered.
+#: Number of past pinches in memory.
 REMEMBERED = 1000
 
 Thing = TwinObject | HouseholdObject
@@ -44,24 +44,23 @@ Thing = TwinObject | HouseholdObject
 
 @dataclass(frozen=True, slots=True)
 class StreamPinch:
-    """One pinch of the stream.
+    """Pinch of the stream.
 
     Parameters
     ----------
     start
         Sample at which the motor starts to close the hand.
     label
-        What is pinched.
+        Label of the object.
     truth
-        Contacts as the strips tell them, in the order of time; those that have
-        come so far.
+        Contacts so far that the strips show, in the order of time.
     end
-        First sample after the hold, where the hand begins to open; None before that.
+        First sample after the hold, when the hand begins to open; None before that.
     peak
-        Largest grip force until then, N: the smaller one of both contacts'.
+        Largest grip force until then, N: the smaller contact force.
     lost
-        "dropped" or "broken" where the hand has not held it until then: it is lifted as in the
-        hand plant. The fingers feel a dropped object as if it were still there.
+        "dropped" or "broken" if the hand lost the object until then; it is lifted as in the hand
+        plant. The fingers still feel a dropped object.
     """
 
     start: int
@@ -73,7 +72,7 @@ class StreamPinch:
 
 
 class TwinStream:
-    """Rest, close, squeeze and hold, open, rest again: one object after the other.
+    """Hand that repeats rest, close, squeeze and hold, open, one object after another.
 
     The same arguments give the same scans, however they are read. The hand is that of
     :func:`firstcontact.twin._simulate.simulate` with the same condition and seed.
@@ -83,24 +82,24 @@ class TwinStream:
     condition_name
         "paper-rig" or "everyday".
     objects
-        What is picked up, by name or as it is; each once a round, in another order
-        each round. A name may be that of a set in
-        :data:`firstcontact.twin._household.OBJECT_SETS`. All of the paper's by default.
+        Objects to pick up, by name or as objects. Each comes once a round, in a new order each
+        round. A name can be that of a set in :data:`firstcontact.twin._household.OBJECT_SETS`. By
+        default all of the paper's.
     seed
-        Of all random numbers.
+        Random seed.
     latency
-        From a command to its effect, s. All else of the :class:`Drive` is its own.
+        Time from a command to its effect, s. The other values of :class:`Drive` are its defaults.
 
     Attributes
     ----------
     ignored
-        Commands that no closing was there for.
+        Number of commands that came outside a closing.
 
     Raises
     ------
     InputError
-        Unknown condition or object, none at all, a negative seed, or a latency
-        that cannot be.
+        The condition or an object is unknown, there are no objects, or the seed or the latency is
+        negative.
     """
 
     def __init__(
@@ -121,11 +120,11 @@ class TwinStream:
             elif given in OBJECT_SETS:
                 self._objects += OBJECT_SETS[given]
             else:
-                self._objects.append(thing_named(given))
+                self._objects.append(find_object(given))
         if not self._objects:
             raise InputError("the twin has no objects: give at least one")
         self.ignored = 0
-        self._run: PinchRun | None = None  # while the hand takes commands
+        self._run: PinchRun | None = None  # set while the hand takes commands
         self._seed = seed
         self._rng = generator(seed, condition_name, "stream")
         self._chosen: Thing | None = None
@@ -137,38 +136,38 @@ class TwinStream:
         self._tips = StreamFingertips(draw, generator(seed, condition_name, "stream", "converters"))
         self._moves = self._move()
         self._left = np.empty((0, len(SCAN)), np.uint16)
-        #: The last pinches, oldest first. The newest may start at a sample not read yet.
+        #: Last pinches, oldest first. The newest can start at a sample not read yet.
         self.pinches: deque[StreamPinch] = deque(maxlen=REMEMBERED)
 
     @property
     def sample(self) -> int:
-        """Number of the scan that is read next."""
+        """Number of the next scan."""
         return self._tips.sample - len(self._left)
 
     def choose(self, name: str | None) -> None:
-        """Pick up only this object from the next closing on; None goes back to the plan.
+        """Pick up only this object from the next closing on. None returns to the plan.
 
         Raises
         ------
         InputError
             There is no such object.
         """
-        self._chosen = None if name is None else thing_named(name)
+        self._chosen = None if name is None else find_object(name)
 
     def command(self, command: Command) -> bool:
-        """Order something of the closing that is going on; holds until the hand opens.
+        """Command the present closing until the hand opens.
 
-        It takes effect the drive's latency after the scan that was read last.
+        The command takes effect the drive's latency after the last scan read.
 
         Returns
         -------
         bool
-            Whether there is a closing; otherwise the command is ignored and counted.
+            False without a closing; the command is then ignored and counted.
 
         Raises
         ------
         InputError
-            A speed or force that is no number.
+            Speed or force is not a number.
         """
         clipped = self._drive.clipped(command)
         if self._run is None:
@@ -178,10 +177,10 @@ class TwinStream:
         return True
 
     def release(self) -> None:
-        """Have the hand open now, and not when it has held; an open one stays as it is.
+        """Open the hand now instead of after the hold. An open hand stays open.
 
-        It begins to open the drive's latency after the scan that was read last, to
-        the next piece. What is commanded after it comes too late for this closing.
+        It begins to open the drive's latency after the last scan read, rounded to the next piece.
+        Later commands are too late for this closing.
         """
         if self._run is not None:
             self._run.order(None, self._effect(self._run))
@@ -191,7 +190,7 @@ class TwinStream:
         return run.done - 1 - len(self._left) + self._drive.delay
 
     def read(self, samples: int) -> NDArray[np.uint16]:
-        """The next scans.
+        """Return the next scans.
 
         Returns
         -------
@@ -199,19 +198,19 @@ class TwinStream:
             Shape (samples, 6), in the order of :data:`firstcontact.twin._sensor.SCAN`.
         """
         parts = [self._left]
-        there = len(self._left)
-        while there < samples:
+        count = len(self._left)
+        while count < samples:
             first = self._tips.sample
             scans = self._tips.read(next(self._moves))
-            self._note(first, scans)
+            self._add_contacts(first, scans)
             parts.append(scans)
-            there += len(scans)
+            count += len(scans)
         joined = np.concatenate(parts)
         self._left = joined[samples:]
         return joined[:samples]
 
     def _move(self) -> Iterator[NDArray[np.float64]]:
-        """Pieces of what :meth:`PinchRun.advance` gives, for ever."""
+        """Yield pieces of the output of :meth:`PinchRun.advance`, without end."""
         while True:
             for _ in range(pieces(self._rng.uniform(*REST))):
                 yield np.zeros((PIECE, 2, OUTPUTS))
@@ -226,8 +225,8 @@ class TwinStream:
                 run.limit = coming.specimen.fragility.draw(generator(self._seed, "limit", key))
             yield from self._pinch(run, coming.specimen)
 
-    def _pinch(self, run: PinchRun, held: TwinObject) -> Iterator[NDArray[np.float64]]:
-        """From rest to rest."""
+    def _pinch(self, run: PinchRun, held_object: TwinObject) -> Iterator[NDArray[np.float64]]:
+        """Yield one pinch, from rest to rest."""
         self._run = run
         peak = 0.0
         parts = []
@@ -236,7 +235,9 @@ class TwinStream:
             peak = max(peak, float(parts[-1].min(axis=1).max()))
             yield motion
         self._run = None
-        lost = "broken" if run.broken_at is not None else _dropped(np.concatenate(parts), held)
+        lost = (
+            "broken" if run.broken_at is not None else _dropped(np.concatenate(parts), held_object)
+        )
         self.ignored += run.withdraw()
         self.pinches[-1] = replace(self.pinches[-1], end=self._tips.sample, peak=peak, lost=lost)
         yield from open_hand(run)
@@ -261,8 +262,8 @@ class TwinStream:
         label = Label(one.name, one.shore_a, None, one.name, SESSION, one.role)
         return PlannedPinch(one, label, number)
 
-    def _note(self, first: int, scans: NDArray[np.uint16]) -> None:
-        """Add the contacts that came with these scans to the pinch they belong to."""
+    def _add_contacts(self, first: int, scans: NDArray[np.uint16]) -> None:
+        """Add the contacts in these scans to their pinch."""
         if self.pinches:
             pinch = self.pinches[-1]
             new = strip_contacts(scans, first, pinch.truth)
@@ -270,20 +271,22 @@ class TwinStream:
                 self.pinches[-1] = replace(pinch, truth=(*pinch.truth, *new))
 
 
-def _dropped(forces: NDArray[np.float64], held: TwinObject) -> str | None:
-    """Whether an object falls when it is lifted after its first contact.
+def _dropped(forces: NDArray[np.float64], held_object: TwinObject) -> str | None:
+    """Return "dropped" if the object falls when it is lifted after its first contact.
 
     Parameters
     ----------
     forces
-        Of a closing, N, shape (samples, 2).
-    held
-        Its mass and friction.
+        Forces of a closing, N, shape (samples, 2).
+    held_object
+        Object, with its mass and friction.
     """
     touched = np.flatnonzero((forces > 0).any(axis=1))
     if not touched.size:
         return None
     lift = Lift().hanging(-int(touched[0]), len(forces))
     slid = np.zeros_like(forces)
-    slide(forces, lift, held.mass, held.friction, 1 / FINGERTIP_RATE, np.zeros(2), slid)
+    slide(
+        forces, lift, held_object.mass, held_object.friction, 1 / FINGERTIP_RATE, np.zeros(2), slid
+    )
     return "dropped" if slid[-1, 0] > DROPPED else None

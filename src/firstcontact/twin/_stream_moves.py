@@ -1,4 +1,4 @@
-"""What the hand of the stream does in one closing: speeds, and when it turns."""
+"""Moves of the streaming hand in one closing: speeds and turning points."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from firstcontact.twin._mechanics import INDENTATION
 from firstcontact.twin._parameters import FingerParameters
 from firstcontact.twin._run import PinchRun
 
-#: The motor gets to another speed in this time, s.
+#: Time for a change of the motor's speed, s.
 RAMP = 0.06
-#: Squeezing is over when the drives have slowed down to this share of their speed.
+#: Squeezing ends when the drives have slowed down to this share of their speed.
 STALLED = 0.1
-#: Of a hand that was commanded it is over at the latest so long after the motor's start, s.
+#: Longest squeeze of a commanded hand, s after the motor's start.
 PATIENCE = 2.0
-#: Then the hand holds with this force of each drive, N: below its stall force, so that
-#: the speed loop damps what swings.
+#: Holding force of each drive, N. It is below the stall force, so that the speed loop damps
+#: oscillations.
 GRIP = 10.0
-#: How far apart skin and object are before the opening hand is stopped, m.
+#: Distance between skin and object at which the opening hand stops, m.
 APART = 5e-3
-#: What still swings when the hand has stopped has died down after this time, s.
+#: Time for oscillations to decay after the hand has stopped, s.
 SETTLE = 0.15
-#: Samples that are made at a time, 5 ms.
+#: Number of samples computed at a time, 5 ms.
 PIECE = 25
 
 
 def pieces(duration: float) -> int:
-    """Whole pieces nearest to a time, s."""
+    """Return the number of whole pieces nearest to a duration, s."""
     return round(duration * FINGERTIP_RATE / PIECE)
 
 
 def close_hand(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
-    """Close, squeeze, and hold for ``hold`` s; less where the hand is released.
+    """Close, squeeze, and hold for ``hold`` s, or until the hand is released.
 
-    A command takes the place of the drawn speed and of the hold's force.
+    A command replaces the drawn speed and the holding force.
     """
     for motion in _squeeze(run, hold):
         yield motion
@@ -47,7 +47,7 @@ def close_hand(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
 
 
 def open_hand(run: PinchRun) -> Iterator[NDArray[np.float64]]:
-    """Open until the object is let go, and come to rest."""
+    """Open until the object is released, then come to rest."""
     yield from _ramp(run, -run.nominal_speed)
     while True:
         motion = _piece(run)
@@ -63,7 +63,7 @@ def _squeeze(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
     yield from _ramp(run, run.nominal_speed)
     while not _squeezed(run):
         yield _piece(run)
-    # A drive that stands pushes with its gain times the speed that it is to follow.
+    # A stalled drive pushes with its gain times the reference speed.
     yield from _ramp(run, GRIP / FingerParameters().speed_gain)
     for _ in range(pieces(hold)):
         yield _piece(run)
@@ -71,14 +71,14 @@ def _squeeze(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
 
 def _squeezed(run: PinchRun) -> bool:
     if run.broken_at is not None:
-        return True  # what is left never stalls the hand
+        return True  # the remains never stall the hand
     if run.commanded and run.done > PATIENCE * FINGERTIP_RATE:
         return True
     return all(run.touched) and run.drive_speed <= STALLED * run.nominal_speed
 
 
 def _ramp(run: PinchRun, speed: float) -> Iterator[NDArray[np.float64]]:
-    """Bring the hand to another speed without a jerk, unless it is commanded."""
+    """Change the speed of the hand smoothly, unless it is commanded."""
     begin = run.speed
     steps = pieces(RAMP)
     for k in range(steps):
@@ -90,6 +90,6 @@ def _ramp(run: PinchRun, speed: float) -> Iterator[NDArray[np.float64]]:
 
 
 def _piece(run: PinchRun) -> NDArray[np.float64]:
-    """The next piece; a motor that stalls or stands is not heard."""
+    """Return the next piece. The motor noise follows the drive's speed."""
     run.loudness = min(abs(run.drive_speed) / run.nominal_speed, 1.0)
     return run.advance(PIECE)

@@ -141,7 +141,7 @@ def rig_examples(number: int, seed: int, family: Family | None = None, again: in
     wanted: list[tuple[int, RandomObject]] = []
     for thing in range(THINGS):
         held = draw_object(rng)
-        wanted.append((thing, held if family is None else family.held(held, rng)))
+        wanted.append((thing, held if family is None else family.change_object(held, rng)))
     wanted += [(-1, draw_block(rng, s, rig.block_scatter)) for s in known]
     for thing, held in wanted:
         same = asked_days[rng.integers(3)] if again else None

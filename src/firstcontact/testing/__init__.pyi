@@ -1,4 +1,4 @@
-"""What every registered thing must do, as functions for whoever writes one: plain asserts."""
+"""Conformance checks for registered classes of all kinds, as functions with plain asserts."""
 
 from ._closings import closings as closings
 from ._detector import check_detector as check_detector

@@ -1,4 +1,4 @@
-"""What the checks share."""
+"""Assertions that several checks share."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from firstcontact.core import InputError
 
 
 def refused(words: str, call: Callable[[], object]) -> None:
-    """Assert that a call is refused with an InputError that holds these words."""
-    said = None
+    """Assert that a call raises an InputError that contains these words."""
+    message = None
     try:
         call()
     except InputError as error:
-        said = str(error)
-    assert said is not None, f"not refused; expected an InputError with {words!r}"
-    assert words in said, f"refused, but without {words!r}: {said}"
+        message = str(error)
+    assert message is not None, f"not refused; expected an InputError with {words!r}"
+    assert words in message, f"refused, but without {words!r}: {message}"

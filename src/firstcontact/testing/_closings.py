@@ -1,4 +1,4 @@
-"""Closings with known contacts, made of noise, hum, clicks and damped oscillations."""
+"""Synthetic closings with known contacts: noise, hum, clicks and damped oscillations."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ SAMPLES = 1200
 
 
 def closing(seed: int, *, touches: bool = True, session: str = "") -> Pinch:
-    """One closing: both fingers shake, one touches, then the other.
+    """Return one closing: both fingers vibrate, one touches, then the other.
 
-    In 1/32 counts at the device's resolution, smoothed as the device does it.
+    The samples are in 1/32 counts at the device's resolution, smoothed as on the device.
     """
     rng = np.random.default_rng(seed)
     counts = np.zeros((SAMPLES, 16))
@@ -38,7 +38,7 @@ def closing(seed: int, *, touches: bool = True, session: str = "") -> Pinch:
 
 
 def closings(n: int, seed: int = 0, sessions: int = 4) -> Dataset:
-    """Several of them."""
+    """Return a dataset of ``n`` closings."""
     return Dataset(
         tuple(closing(1000 * seed + i, session=f"s{i % sessions}") for i in range(n)), "synthetic"
     )

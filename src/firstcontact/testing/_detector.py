@@ -1,4 +1,4 @@
-"""What every contact detector must do."""
+"""Conformance checks of contact detectors."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ from firstcontact.testing._closings import LAYOUT, SAMPLES, closing, closings
 
 
 def check_detector(kind: type[Detector], seed: int = 0) -> None:
-    """Assert that a detector keeps its promises, on closings of a simple kind.
+    """Assert that a detector meets its interface, on synthetic closings.
 
     Parameters
     ----------
     kind
-        The class. To check that it is saved and loaded it must be registered.
+        Class of the detector. To check saving and loading it must be registered.
     seed
-        Of the blocks that streams are cut into.
+        Random seed for the block sizes of streams.
 
     Raises
     ------
     AssertionError
-        Says which promise is not kept, or that there is nothing to check.
+        A check failed, or there was nothing to check. The message states which.
     """
     assert kind.name, "it has no name"
     assert kind.title, "it has no title"
-    assert 0 < kind.step <= kind.duration, "a step is a part of a window"
-    made = kind()
+    assert 0 < kind.step <= kind.duration, "its step is not a part of its window"
+    untrained = kind()
     if kind.learns:
         refused("", lambda: kind().fit(closings(0)))
-    detector = made.fit(closings(40, seed=1))
-    found = [detect(detector, pinch) for pinch in closings(20, seed=3).pinches]
-    assert any(found), "it finds no contact at all: there is nothing to check"
+    detector = untrained.fit(closings(40, seed=1))
+    contacts = [detect(detector, pinch) for pinch in closings(20, seed=3).pinches]
+    assert any(contacts), "it detects no contact: there is nothing to check"
     _check_contacts(detector)
     _check_streams(detector, seed)
     _check_gaps(detector)
@@ -68,71 +68,80 @@ def _check_contacts(detector: Detector) -> None:
         again = Block(pinch.data, pinch.first_sample + SAMPLES)
         later = [c.finger for c in detector.update(again)]
         assert not set(later) & set(fingers), "a finger is not latched until the next start"
-        assert detect(detector, pinch) == contacts, "start does not forget what was before"
+        assert detect(detector, pinch) == contacts, "start does not clear the state"
         for contact in contacts:
             age = (contact.decided - contact.sample) / LAYOUT.rate
             assert 0 <= age <= detector.duration, "the onset is not in the deciding window"
             cut = contact.decided + 1 - pinch.first_sample
-            known = detect(detector, replace(pinch, data=pinch.data[:cut]))
-            assert contact in known, "a later sample matters to a decision"
-            known = detect(detector, replace(pinch, data=pinch.data[: cut - 1]))
-            assert contact not in known, "it says to have decided later than it has"
-    assert right >= len(pinches) // 5, "hardly a contact is found where it is"
+            detected = detect(detector, replace(pinch, data=pinch.data[:cut]))
+            assert contact in detected, "a decision depends on a later sample"
+            detected = detect(detector, replace(pinch, data=pinch.data[: cut - 1]))
+            assert contact not in detected, "its decision sample is too late"
+    assert right >= len(pinches) // 5, "too few contacts are detected at the right sample"
 
 
 def _check_streams(detector: Detector, seed: int) -> None:
     rng = np.random.default_rng(seed)
     for number in range(8):
         pinch = closing(100 * seed + number)
-        whole = detect(detector, pinch)
+        expected = detect(detector, pinch)
         for cuts in (rng.integers(0, SAMPLES, 20), np.arange(SAMPLES)):
             detector.start(LAYOUT)
-            fed = _feed(detector, pinch, [0, *np.sort(cuts).tolist(), SAMPLES])
-            assert fed == whole, "the blocks that a stream comes in change its contacts"
+            contacts_ = _feed(detector, pinch, [0, *np.sort(cuts).tolist(), SAMPLES])
+            assert contacts_ == expected, "the block sizes change the contacts"
     pinch, far = closing(6), 2**40
     moved = detect(detector, replace(pinch, first_sample=far))
     shift = far - pinch.first_sample
     for a, b in zip(detect(detector, pinch), moved, strict=True):
-        assert (b.sample - a.sample, b.decided - a.decided) == (shift, shift), "numbers matter"
+        assert (b.sample - a.sample, b.decided - a.decided) == (shift, shift), (
+            "the contacts depend on the sample numbers"
+        )
     detector.start(LAYOUT)
     verdicts = detector.judge(Block(closing(8).data, 500))
-    assert verdicts.fired.shape == verdicts.onsets.shape == (len(verdicts.ends), 2), "shapes"
-    assert ((verdicts.onsets >= 0) == verdicts.fired).all(), "an onset for each window that fired"
+    assert verdicts.fired.shape == verdicts.onsets.shape == (len(verdicts.ends), 2), (
+        "the verdicts have wrong shapes"
+    )
+    assert ((verdicts.onsets >= 0) == verdicts.fired).all(), (
+        "onsets do not match the windows that fired"
+    )
     step = samples_in(detector.step, LAYOUT.rate)
-    assert set(np.diff(verdicts.ends)) == {step}, "a window each step"
+    assert set(np.diff(verdicts.ends)) == {step}, "there is not one window per step"
     for n in (0, 1, step):
         short = replace(pinch, data=pinch.data[:n])
-        assert detect(detector, short) == [], "a contact in next to nothing"
+        assert detect(detector, short) == [], "a contact in almost no samples"
 
 
 def _check_gaps(detector: Detector) -> None:
-    # Loud after the gap, quiet before: a window across it would show a contact.
+    # The signal is loud after the gap and quiet before it. A window across the gap would show a
+    # contact.
     quiet = closing(7, touches=False).data
     loud = ((quiet.astype(np.int32) - 16384) * 30 + 16384).clip(0, 32736).astype(np.int16)
-    for after in (Block(loud, SAMPLES, epoch=1), Block(loud, 10**6)):
+    for later_block in (Block(loud, SAMPLES, epoch=1), Block(loud, 10**6)):
         detector.start(LAYOUT)
-        before = detector.judge(Block(quiet, 0))
-        verdicts = detector.judge(after)
-        assert before.ends.max(initial=0) < SAMPLES, "a window beyond the samples"
+        quiet_verdicts = detector.judge(Block(quiet, 0))
+        verdicts = detector.judge(later_block)
+        assert quiet_verdicts.ends.max(initial=0) < SAMPLES, "a window extends beyond the samples"
         first = verdicts.ends.min() - samples_in(detector.duration, LAYOUT.rate) + 1
-        assert first >= after.first_sample, "a window across a gap"
+        assert first >= later_block.first_sample, "a window spans a gap"
     data = closing(11).data.astype(np.float32)
     data[300, 0], data[301, 1] = np.nan, np.inf
     detector.start(LAYOUT)
     verdicts = detector.judge(Block(data, 0))
     window = samples_in(detector.duration, LAYOUT.rate)
     across = (verdicts.ends >= 300) & (verdicts.ends < 302 + window - 1)
-    assert not across.any(), "a window holds a sample that is not finite"
+    assert not across.any(), "a window contains a sample that is not finite"
     detector.start(LAYOUT)
     after_it = detector.judge(Block(data[302:], 302))
     resumed = verdicts.ends >= 302
-    assert np.array_equal(verdicts.fired[resumed], after_it.fired), "not a new start after a gap"
+    assert np.array_equal(verdicts.fired[resumed], after_it.fired), (
+        "it does not start again after a gap"
+    )
 
 
 def _check_channels(detector: Detector) -> None:
     for value in (0, 16384, 32736):
         flat = Pinch(np.full((SAMPLES, 16), value, dtype=np.int16), LAYOUT)
-        assert detect(detector, flat) == [], "a contact in a stream that does not move"
+        assert detect(detector, flat) == [], "a contact in a constant stream"
     pinch = closing(9)
     assert pinch.first is not None
     assert pinch.first.finger is not None
@@ -140,7 +149,9 @@ def _check_channels(detector: Detector) -> None:
     data = pinch.data.copy()
     data[:, dead] = 32736
     alone = detect(detector, replace(pinch, data=data))
-    assert [c for c in both if c.finger is not dead] == alone, "a dead channel disturbs the other"
+    assert [c for c in both if c.finger is not dead] == alone, (
+        "a dead channel changes the other channel's contacts"
+    )
     pinch = closing(13)
     assert pinch.first is not None
     assert pinch.first.finger is not None
@@ -148,13 +159,13 @@ def _check_channels(detector: Detector) -> None:
     single = replace(LAYOUT, channels=(LAYOUT.channels[finger],))
     one = detect(detector, Pinch(pinch.data[:, [finger]], single, first_sample=10))
     both = detect(detector, replace(pinch, first_sample=10))
-    assert one == [c for c in both if c.finger is finger], "one channel is not enough"
+    assert one == [c for c in both if c.finger is finger], "it does not work with one channel"
     strips = Layout(LAYOUT.channels[14:], LAYOUT.rate)
     refused("no vibration channel", lambda: detector.start(strips))
     if detector.rate is not None:
         other = replace(LAYOUT, rate=2 * detector.rate)
         refused("", lambda: detector.start(other))
-    # Undoing the recursion y += (x - y) / 2 gives what the device had smoothed.
+    # Inverting the recursion y += (x - y) / 2 gives the device's signal before smoothing.
     pinch = closing(14)
     y = pinch.data.astype(np.float64)
     x = y.copy()
@@ -167,7 +178,9 @@ def _check_channels(detector: Detector) -> None:
     data[:, Finger.INDEX] = np.roll(data[:, pinch.first.finger], 2)
     contacts = detect(detector, replace(pinch, data=data))
     if len({c.decided for c in contacts}) == 1 and len(contacts) == 2:
-        assert contacts[0].sample <= contacts[1].sample, "not in the order of their onsets"
+        assert contacts[0].sample <= contacts[1].sample, (
+            "contacts are not in the order of their onsets"
+        )
 
 
 def _check_saved(kind: type[Detector], detector: Detector) -> None:
@@ -180,10 +193,12 @@ def _check_saved(kind: type[Detector], detector: Detector) -> None:
             except InputError:
                 pass
             else:
-                raise AssertionError("it is saved before it has learned anything")
+                raise AssertionError("it can be saved before training")
     with tempfile.TemporaryDirectory() as folder:
         loaded = load_detector(save_detector(detector, Path(folder), {"pinches": 40}))
-    assert type(loaded) is kind, "another kind after loading"
-    assert loaded.rate == detector.rate, "another rate after loading"
+    assert type(loaded) is kind, "its class changes by saving and loading"
+    assert loaded.rate == detector.rate, "its rate changes by saving and loading"
     for pinch in closings(8, seed=7).pinches:
-        assert detect(loaded, pinch) == detect(detector, pinch), "other contacts after loading"
+        assert detect(loaded, pinch) == detect(detector, pinch), (
+            "its contacts change by saving and loading"
+        )

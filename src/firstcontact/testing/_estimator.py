@@ -1,4 +1,4 @@
-"""What every estimator must do."""
+"""Conformance checks of estimators."""
 
 from __future__ import annotations
 
@@ -25,29 +25,29 @@ from firstcontact.models import (
 from firstcontact.testing._checks import refused
 from firstcontact.testing._windows import RATE, toy_windows
 
-#: Answers about one window, and about it among others, may differ by so much: sums in another
-#: order in float32.
+#: Largest difference between predictions for a window alone and among others. Sums in float32
+#: depend on their order.
 SLACK = 0.02
 
 
 def check_estimator(kind: type[Estimator], task: Task | None = None) -> None:
-    """Assert that an estimator keeps its promises, on windows of a simple kind.
+    """Assert that an estimator meets its interface, on synthetic windows.
 
     Parameters
     ----------
     kind
-        The class. To check that its models are saved and loaded it must be registered.
+        Class of the estimator. To check saving and loading it must be registered.
     task
-        One of its tasks; all of them if None.
+        One of its tasks; by default all of them.
 
     Raises
     ------
     AssertionError
-        Says which promise is not kept, or that there is nothing to check.
+        A check failed, or there was nothing to check. The message states which.
     """
     tasks = kind.tasks if task is None else (task,)
     assert tasks, f"{kind.__name__} has no tasks: there is nothing to check"
-    assert set(tasks) <= set(kind.tasks), f"{kind.__name__} does not learn {task}"
+    assert set(tasks) <= set(kind.tasks), f"{kind.__name__} does not support {task}"
     assert kind.name, "it has no name"
     assert kind.title, "it has no title"
     missing = missing_modules(kind.modules)
@@ -57,7 +57,7 @@ def check_estimator(kind: type[Estimator], task: Task | None = None) -> None:
         _check_training(make, each)
         model = make().fit(*toy_windows(), seed=3)
         assert isinstance(model, kind.model), f"its models are {type(model).__name__}"
-        _check_answers(model, each)
+        _check_predictions(model, each)
         _check_refusals(model, make)
         _check_shapes(make)
         _check_saved(kind, model)
@@ -66,48 +66,50 @@ def check_estimator(kind: type[Estimator], task: Task | None = None) -> None:
 def _check_training(make: Callable[[], Estimator], task: Task) -> None:
     X, y, groups = toy_windows(60)
     estimator = make()
-    assert (estimator.task, estimator.rate) == (task, RATE), "task and rate are not kept"
+    assert (estimator.task, estimator.rate) == (task, RATE), "task and rate are not stored"
     given: list[NDArray[Any]] = [X, y, groups]
-    before = [array.copy() for array in given]
+    copies = [array.copy() for array in given]
     model = estimator.fit(X, y, groups, seed=3)
-    for array, copy in zip(given, before, strict=True):
-        assert np.array_equal(array, copy), "training changes what it learns from"
+    for array, copy in zip(given, copies, strict=True):
+        assert np.array_equal(array, copy), "training changes the training data"
     again = make().fit(X, y, groups, seed=3).to_arrays()
     for name, array in model.to_arrays().items():
         assert np.array_equal(array, again[name]), f"same seed, another model: array {name}"
-    few = np.array([np.flatnonzero(y == level)[0] for level in np.unique(y)])
-    answers = make().fit(X[few], y[few]).predict(X)
-    assert np.isfinite(answers).all(), "it does not learn from one window a level"
+    subset = np.array([np.flatnonzero(y == level)[0] for level in np.unique(y)])
+    predictions = make().fit(X[subset], y[subset]).predict(X)
+    assert np.isfinite(predictions).all(), "it cannot be trained on one window per level"
     refused("as many", lambda: make().fit(X, y[:-1]))
     refused("as many", lambda: make().fit(X, y, groups[:-1]))
     refused("no target", lambda: make().fit(X, np.where(np.arange(60) == 4, np.nan, y)))
     refused("at least two windows", lambda: make().fit(X[:1], y[:1]))
 
 
-def _check_answers(model: WindowModel, task: Task) -> None:
+def _check_predictions(model: WindowModel, task: Task) -> None:
     X, y, _ = toy_windows(90, seed=9)
-    answers = model.predict(X)
-    assert answers.shape == (90,), "one answer a window"
-    assert answers.dtype == np.float64, "answers are float64"
-    assert model.predict(X[:0]).shape == (0,), "no windows, no answers"
+    predictions = model.predict(X)
+    assert predictions.shape == (90,), "there is not one prediction per window"
+    assert predictions.dtype == np.float64, "predictions are not float64"
+    assert model.predict(X[:0]).shape == (0,), "predictions for no windows"
     one = [model.predict_one(window) for window in X]
-    assert all(type(answer) is float for answer in one), "predict_one answers a float"
-    assert np.allclose(answers, one, rtol=0, atol=SLACK), "one window is answered otherwise"
-    turned = model.predict(X[::-1])[::-1]
-    assert np.allclose(answers, turned, rtol=0, atol=SLACK), "a window changes another's answer"
+    assert all(type(answer) is float for answer in one), "predict_one does not return a float"
+    assert np.allclose(predictions, one, rtol=0, atol=SLACK), "predict_one and predict differ"
+    reordered = model.predict(X[::-1])[::-1]
+    assert np.allclose(predictions, reordered, rtol=0, atol=SLACK), (
+        "a window changes another window's prediction"
+    )
     if task is Task.CLASSIFICATION:
-        assert set(answers) <= set(model.spec.classes) == set(y), "answers that are no class"
-        assert (answers == y).mean() >= 1 / 3, "worse than chance on what is easily told apart"
+        assert set(predictions) <= set(model.spec.classes) == set(y), "a prediction is not a class"
+        assert (predictions == y).mean() >= 1 / 3, "worse than chance on an easy task"
     else:
-        error, spread = np.sqrt(np.mean((answers - y) ** 2)), y.std()
-        assert error <= 1.05 * spread, "worse than the mean on what is easily told apart"
-    told = model.spread(X)
-    if told is not None:
-        assert told.shape == (90,), "one spread a window"
-        assert (told > 0).all(), "a spread is above 0"
-        assert np.isfinite(told).all(), "a spread is finite"
+        error, spread = np.sqrt(np.mean((predictions - y) ** 2)), y.std()
+        assert error <= 1.05 * spread, "worse than the mean on an easy task"
+    spreads = model.spread(X)
+    if spreads is not None:
+        assert spreads.shape == (90,), "there is not one spread per window"
+        assert (spreads > 0).all(), "a spread is not above 0"
+        assert np.isfinite(spreads).all(), "a spread is not finite"
         alone = [model.spread(window[None])[0] for window in X[:5]]  # type: ignore[index]
-        assert np.allclose(told[:5], alone), "one window has another spread"
+        assert np.allclose(spreads[:5], alone), "the spread of a window depends on other windows"
 
 
 def _check_refusals(model: WindowModel, make: Callable[[], Estimator]) -> None:
@@ -135,7 +137,9 @@ def _check_shapes(make: Callable[[], Estimator]) -> None:
     for samples, channels in ((10, 1), (240, 1), (74, 2)):
         X, y, groups = toy_windows(48, samples, channels)
         model = make().fit(X, y, groups)
-        assert (model.spec.samples, model.spec.channels) == (samples, channels), "another shape"
+        assert (model.spec.samples, model.spec.channels) == (samples, channels), (
+            "the model has another window shape"
+        )
         one = [model.predict_one(x) for x in X[:3]]
         assert np.allclose(model.predict(X[:3]), one, rtol=0, atol=SLACK)
 
@@ -147,7 +151,11 @@ def _check_saved(kind: type[Estimator], model: WindowModel) -> None:
     card = Provenance(data=LearnedFrom(source="synthetic", pinches=180, sessions=("0",)))
     with tempfile.TemporaryDirectory() as folder:
         loaded = load_window_model(save_model(model, Path(folder) / "mödel", card))
-    assert loaded.spec == model.spec, "another spec after loading"
-    assert dict(loaded.notes) == dict(model.notes), "other notes after loading"
-    assert np.array_equal(loaded.predict(X), model.predict(X)), "other answers after loading"
-    assert loaded.predict_one(X[0]) == model.predict_one(X[0]), "another answer after loading"
+    assert loaded.spec == model.spec, "its spec changes by saving and loading"
+    assert dict(loaded.notes) == dict(model.notes), "its notes change by saving and loading"
+    assert np.array_equal(loaded.predict(X), model.predict(X)), (
+        "its predictions change by saving and loading"
+    )
+    assert loaded.predict_one(X[0]) == model.predict_one(X[0]), (
+        "a prediction changes by saving and loading"
+    )

@@ -1,4 +1,4 @@
-"""What every hand keeps to."""
+"""Conformance checks of hands."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ _STILL = Command(0.0, 1.0)
 
 
 def check_hand(kind: type[Hand], port: str | None = None, source: Source | None = None) -> None:
-    """Hold a hand against what its registry promises. It moves: with hardware, empty it first.
+    """Assert that a hand meets its interface. The hand moves: remove objects from a real one.
 
-    Its limits are limits, and it takes what they allow. It takes commands only while it is open,
-    can be released and closed at any time and twice, lets exceptions pass and closes then, and can
-    be made safe.
+    The checks cover its limits and the commands within them. Commands work only while it is open.
+    Release and close work at any time and twice. Exceptions pass through and close the hand, and it
+    works inside a SafeHand.
 
     Parameters
     ----------
     kind
-        The class.
+        Class of the hand.
     port
-        Where it is connected; its ``simulated_port`` if none is given.
+        Port of the hand; by default its ``simulated_port``.
     source
-        Open, for a hand that is driven over one.
+        Open source, for a hand that is driven over one.
 
     Raises
     ------
     AssertionError
-        Says what it does otherwise.
+        A check failed. The message states which.
     InputError
-        It cannot be reached.
+        The hand cannot be reached.
 
     Examples
     --------
@@ -43,21 +43,27 @@ def check_hand(kind: type[Hand], port: str | None = None, source: Source | None 
 
     def make() -> Hand:
         hand = make_hand(kind, kind.simulated_port if port is None else port, source)
-        assert hand.name == kind.name, f"it calls itself {hand.name!r}, its class {kind.name!r}"
+        assert hand.name == kind.name, (
+            f"its name is {hand.name!r}, and its class's name {kind.name!r}"
+        )
         return hand
 
-    assert kind.begins, "nobody begins its closings"
-    assert kind.name.isidentifier(), f"the name {kind.name!r} is not of letters, digits and _"
+    assert kind.begins, "it does not state how its closings begin"
+    assert kind.name.isidentifier(), (
+        f"the name {kind.name!r} may contain only letters, digits and _"
+    )
     for rule in (_limits, _takes, _releases, _closes, _passes_exceptions, _needs_opening, _safe):
         rule(make)
 
 
 def _limits(make: Callable[[], Hand]) -> None:
     limits = make().limits
-    assert 0 < limits.speed < 2, f"{limits.speed} m/s is no speed of a fingertip"
-    assert 0 < limits.force < 100, f"{limits.force} N is no force of a fingertip"
-    assert 0 < limits.rate < 10_000, f"{limits.rate} Hz is no rate of commands"
-    assert limits.watchdog > 1 / limits.rate, "its watchdog is faster than it takes commands"
+    assert 0 < limits.speed < 2, f"{limits.speed} m/s is not plausible for a fingertip"
+    assert 0 < limits.force < 100, f"{limits.force} N is not plausible for a fingertip"
+    assert 0 < limits.rate < 10_000, f"{limits.rate} Hz is not plausible for commands"
+    assert limits.watchdog > 1 / limits.rate, (
+        "its watchdog is shorter than the time between commands"
+    )
 
 
 def _takes(make: Callable[[], Hand]) -> None:
@@ -107,13 +113,13 @@ def _needs_opening(make: Callable[[], Hand]) -> None:
 
 
 def _refuses(hand: Hand, when: str) -> None:
-    said = None
+    message = None
     try:
         hand.send(_STILL)
     except HandError as error:
-        said = str(error)
-    assert said is not None, f"it takes a command {when}"
-    assert "not open" in said, f"{when} it says {said!r}, not that it is not open"
+        message = str(error)
+    assert message is not None, f"it accepts a command {when}"
+    assert "not open" in message, f"{when} the error {message!r} does not contain 'not open'"
 
 
 def _safe(make: Callable[[], Hand]) -> None:
@@ -121,6 +127,6 @@ def _safe(make: Callable[[], Hand]) -> None:
         hand.send(Command(1e6, 1e6))
         hand.alive()
         assert hand.counts.clipped == 1, "a command beyond its limits is not clipped"
-    assert hand.counts.sent == 1, f"one command was given, {hand.counts.sent} were sent"
+    assert hand.counts.sent == 1, f"{hand.counts.sent} commands were sent instead of one"
     assert hand.counts.released >= 1, "it was not released"
     assert hand.failure is None, f"it failed: {hand.failure}"

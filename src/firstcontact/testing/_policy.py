@@ -1,4 +1,4 @@
-"""What every grasp policy keeps to."""
+"""Conformance checks of grasp policies."""
 
 from __future__ import annotations
 
@@ -10,29 +10,29 @@ from random import Random
 from firstcontact.core import Command, Contact, Finger
 from firstcontact.grasp import Grip, Policy, Stiffness, Truth, make_policy
 
-#: Closings that each rule is held against.
+#: Number of closings for each check.
 CLOSINGS = 300
 _CONTACT = Contact(Finger.THUMB, 1000, 1012)
 _METHODS = ("begin", "touched", "estimated", "felt", "slipped", "late")
 
 
 def check_policy(kind: type[Policy]) -> None:
-    """Hold a policy against what its registry promises.
+    """Assert that a policy meets its interface.
 
-    Its commands are finite and within the hand. It closes on nothing softer harder or faster than
-    on what is firmer, nor where it is less sure. A deadline that passes has an answer no
-    harder or faster than what the softest thing bears. A closing leaves nothing to the next.
-    What it says of itself for tables and figures is whole.
+    Its commands are finite and within the hand's limits. It is never harder or faster on a softer
+    object, nor with a wider interval. After a missed deadline it is no harder or faster than the
+    softest object allows. A closing does not affect the next one. Its title, colour and settings
+    for tables and figures are complete.
 
     Parameters
     ----------
     kind
-        The class.
+        Class of the policy.
 
     Raises
     ------
     AssertionError
-        Says what it does otherwise; or it does nothing that could be checked.
+        A check failed, or there was nothing to check. The message states which.
 
     Examples
     --------
@@ -40,7 +40,7 @@ def check_policy(kind: type[Policy]) -> None:
     >>> check_policy(Touch)
     """
     assert any(getattr(kind, m) is not getattr(Policy, m) for m in _METHODS), (
-        f"{kind.__name__} does what Policy does and nothing else: there is nothing to check"
+        f"{kind.__name__} overrides no method of Policy: there is nothing to check"
     )
     _declared(kind)
     chance = Random(0)  # noqa: S311
@@ -53,7 +53,7 @@ def check_policy(kind: type[Policy]) -> None:
 
 
 def _settings(kind: type[Policy], chance: Random) -> Iterator[dict[str, float]]:
-    """None, and what a study may tune it to."""
+    """Yield no settings, and random ones that a study can choose."""
     yield {}
     if kind.tunables:
         yield {name: chance.choice((*t.tried, *t.few)) for name, t in kind.tunables.items()}
@@ -63,11 +63,15 @@ def _declared(kind: type[Policy]) -> None:
     named = [(kind.name, kind.title, kind.colour)]
     named += [(v.key, v.title, v.colour) for v in kind.variants]
     for name, title, colour in named:
-        assert re.fullmatch(r"\w+", name), f"the name {name!r} is not of letters, digits and _"
+        assert re.fullmatch(r"\w+", name), (
+            f"the name {name!r} may contain only letters, digits and _"
+        )
         assert title.strip(), f"{name} has no title"
-        assert re.fullmatch("#[0-9A-Fa-f]{6}", colour), f"{name}: {colour!r} is no colour: #56B4E9"
+        assert re.fullmatch("#[0-9A-Fa-f]{6}", colour), (
+            f"{name}: {colour!r} is not a colour like #56B4E9"
+        )
     keys = [v.key for v in kind.variants]
-    assert len(set(keys)) == len(keys), f"two variants have one name: {keys}"
+    assert len(set(keys)) == len(keys), f"two variants share a name: {keys}"
     for name, tunable in kind.tunables.items():
         assert tunable.tried, f"the setting {name} has no values to try"
         assert tunable.few, f"the setting {name} has no few values for a quick study"
@@ -90,15 +94,15 @@ def _leaves_nothing(kind: type[Policy], settings: dict[str, float], chance: Rand
     first = _closing(policy, chance)
     chance.setstate(state)
     again = _closing(policy, chance)
-    assert again == first, f"the same closing again is answered otherwise: {first}, then {again}"
+    assert again == first, f"a repeated closing gives other commands: {first}, then {again}"
 
 
 def _gentler(kind: type[Policy], chance: Random) -> None:
-    """On what is softer, and where it is less sure."""
+    """Assert that it is gentler on softer objects, and with wider intervals."""
     low, high = sorted((_shore(chance), _shore(chance)))
     tight, wide = sorted((chance.uniform(0, 60), chance.uniform(0, 60)))
     value, half = _shore(chance), chance.uniform(0, 30)
-    for gentle, firm, what in (
+    for gentle, firm, case in (
         (_last(kind, low, low, half), _last(kind, high, high, half), f"{low:g} and {high:g} Shore"),
         (
             _last(kind, 30, value, wide),
@@ -106,8 +110,8 @@ def _gentler(kind: type[Policy], chance: Random) -> None:
             f"+-{wide:g} and +-{tight:g}",
         ),
     ):
-        assert gentle.force <= firm.force, f"{what}: {gentle.force} N, then {firm.force} N"
-        assert gentle.speed <= firm.speed, f"{what}: {gentle.speed} m/s, then {firm.speed} m/s"
+        assert gentle.force <= firm.force, f"{case}: {gentle.force} N, then {firm.force} N"
+        assert gentle.speed <= firm.speed, f"{case}: {gentle.speed} m/s, then {firm.speed} m/s"
 
 
 def _late(kind: type[Policy]) -> None:
@@ -116,14 +120,20 @@ def _late(kind: type[Policy]) -> None:
     policy.touched(_CONTACT, True)
     fallback = policy.late()
     if policy.deadline is None:
-        assert fallback is None, "without a deadline nothing is late"
+        assert fallback is None, "late() returns a command without a deadline"
         return
-    assert 0 < policy.deadline < 1, f"the deadline of {policy.deadline} s is not within a second"
-    assert kind.estimated is not Policy.estimated, "it has a deadline for estimates and uses none"
-    assert fallback is not None, "the deadline passes, and it has no answer"
+    assert 0 < policy.deadline < 1, f"the deadline of {policy.deadline} s is not between 0 and 1 s"
+    assert kind.estimated is not Policy.estimated, (
+        "it has a deadline for estimates but does not use them"
+    )
+    assert fallback is not None, "late() returns no command after the deadline"
     gentle = Grip().gentle
-    assert fallback.force <= gentle.force, f"late, it may press with {fallback.force} N"
-    assert fallback.speed <= gentle.speed, f"late, it may close at {fallback.speed} m/s"
+    assert fallback.force <= gentle.force, (
+        f"after the deadline its force limit is {fallback.force} N"
+    )
+    assert fallback.speed <= gentle.speed, (
+        f"after the deadline its speed limit is {fallback.speed} m/s"
+    )
 
 
 def _last(kind: type[Policy], truth: float, value: float, half: float) -> Command:
@@ -138,7 +148,7 @@ def _closing(policy: Policy, chance: Random, late: bool = False) -> list[Command
 
 
 def _answers(policy: Policy, estimate: Stiffness | None, volts: float) -> list[Command]:
-    said = [
+    commands = [
         policy.begin(),
         policy.felt(volts, None),
         policy.touched(_CONTACT, True),
@@ -148,7 +158,7 @@ def _answers(policy: Policy, estimate: Stiffness | None, volts: float) -> list[C
         policy.felt(volts, 0.05),
         policy.slipped(),
     ]
-    return [command for command in said if command is not None]
+    return [command for command in commands if command is not None]
 
 
 def _around(value: float, half: float, duration: float) -> Stiffness:
@@ -156,5 +166,5 @@ def _around(value: float, half: float, duration: float) -> Stiffness:
 
 
 def _shore(chance: Random) -> float:
-    """The ends of the scale come often."""
+    """Return a random Shore A. The ends of the scale are frequent."""
     return chance.choice((0.0, 100.0, *(chance.uniform(0, 100) for _ in range(8))))

@@ -1,4 +1,4 @@
-"""What every source of samples keeps to."""
+"""Conformance checks of sources."""
 
 from __future__ import annotations
 
@@ -12,33 +12,33 @@ from firstcontact.core import InputError
 from firstcontact.device import Arrival, Source, SourceKind, SourceOptions
 
 _OPTIONS = SourceOptions()
-_WORD = "a word of check_source"
+_WORD = "a marker of check_source"
 
 
 def check_source(
     kind: SourceKind, device: str, options: SourceOptions = _OPTIONS, patience: float = 60.0
 ) -> None:
-    """Hold a kind of sources against what its registry promises, on one of its devices.
+    """Assert that a kind of source meets its interface, on one of its devices.
 
-    Samples come in order, each once, as the descriptor says, and what is missing is counted. A
-    word is pinned to a sample, or refused where all has happened. It can be closed at any time and
-    twice, and then ends.
+    Samples come in order, each once, as the descriptor states, and losses are counted. Markers are
+    attached to a sample, or refused by a recording. The source can be closed at any time and twice,
+    and then ends.
 
     Parameters
     ----------
     kind
-        What is registered.
+        Kind of source.
     device
-        As a person would name it. It is opened twice.
+        Device name as a user types it. It is opened twice.
     options
-        What else a person may say.
+        User options.
     patience
         Longest wait for samples, s.
 
     Raises
     ------
     AssertionError
-        Says what it does otherwise; or it gave no sample to check.
+        A check failed, or there was no sample to check. The message states which.
     InputError
         The device cannot be opened.
     """
@@ -48,18 +48,18 @@ def check_source(
     _passes_exceptions(kind.make(device, options))
     source = kind.make(device, options)
     with source:
-        arrivals = _given(source, patience)
+        arrivals = _first_arrivals(source, patience)
         count = sum(len(a.block.data) for a in arrivals)
         assert count, f"{source.name} gave no sample within {patience:g} s: nothing was checked"
-        arrivals += _marked(kind, source, patience)
+        arrivals += _arrivals_with_marker(kind, source, patience)
         source.close()
     source.close()
-    arrivals += _rest(source, patience)
-    _hold(source, arrivals)
+    arrivals += _remaining_arrivals(source, patience)
+    _check_arrivals(source, arrivals)
 
 
-def _given(source: Source, patience: float) -> list[Arrival]:
-    """At least a tenth of a second of samples, or all that there are."""
+def _first_arrivals(source: Source, patience: float) -> list[Arrival]:
+    """Return at least a tenth of a second of samples, or all."""
     layout = source.descriptor.layout
     assert not layout.fault, f"its layout has {layout.fault}"
     arrivals: list[Arrival] = []
@@ -71,13 +71,13 @@ def _given(source: Source, patience: float) -> list[Arrival]:
     return arrivals
 
 
-def _marked(kind: SourceKind, source: Source, patience: float) -> list[Arrival]:
-    """What came until a word was pinned to a sample."""
+def _arrivals_with_marker(kind: SourceKind, source: Source, patience: float) -> list[Arrival]:
+    """Set a marker. Return the arrivals until it comes."""
     if kind.recorded:
         for tell in (source.mark, source.order):
             with suppress(InputError):
                 tell(_WORD)
-                raise AssertionError("what has happened already takes a word")
+                raise AssertionError("a recording accepts a marker or an order")
         return []
     source.mark(_WORD)
     arrivals: list[Arrival] = []
@@ -86,21 +86,21 @@ def _marked(kind: SourceKind, source: Source, patience: float) -> list[Arrival]:
         arrivals += source.read(0.1)
         if any(m.text == _WORD for a in arrivals for m in a.markers):
             return arrivals
-    raise AssertionError(f"the word that was marked did not come within {patience:g} s")
+    raise AssertionError(f"the marker did not come within {patience:g} s")
 
 
-def _rest(source: Source, patience: float) -> list[Arrival]:
-    """What can still be read of a source that was closed."""
+def _remaining_arrivals(source: Source, patience: float) -> list[Arrival]:
+    """Return what can still be read from a closed source."""
     arrivals: list[Arrival] = []
     until = time.monotonic() + patience
     while not source.ended and time.monotonic() < until:
         arrivals += source.read(0.1)
-    assert source.ended, f"it was closed, and has not ended {patience:g} s later"
-    assert not source.read(0.0), "it has ended, and gives more"
+    assert source.ended, f"it has not ended {patience:g} s after closing"
+    assert not source.read(0.0), "it gives samples after its end"
     return arrivals
 
 
-def _hold(source: Source, arrivals: list[Arrival]) -> None:
+def _check_arrivals(source: Source, arrivals: list[Arrival]) -> None:
     descriptor, health = source.descriptor, source.health
     columns = descriptor.layout.width
     missing = 0
@@ -110,18 +110,22 @@ def _hold(source: Source, arrivals: list[Arrival]) -> None:
         assert data.shape[1] == columns, f"a block has {data.shape[1]} of {columns} channels"
         assert data.dtype == descriptor.dtype, f"samples are {data.dtype}, not {descriptor.dtype}"
         assert np.isfinite(data).all(), "a sample is not finite"
-        assert all(m.epoch == arrival.block.epoch for m in arrival.markers), "a word's epoch is off"
-    for before, after in pairwise(arrivals):
-        one, other = before.block, after.block
-        assert after.host >= before.host, "a block arrived before the one before it"
-        assert other.epoch >= one.epoch, "an epoch comes again"
-        if other.epoch == one.epoch:
-            assert other.first_sample >= one.end, f"sample {other.first_sample} comes twice"
-            missing += other.first_sample - one.end
+        assert all(m.epoch == arrival.block.epoch for m in arrival.markers), (
+            "a marker has the wrong epoch"
+        )
+    for previous, following in pairwise(arrivals):
+        previous_block, block = previous.block, following.block
+        assert following.host >= previous.host, "a block arrived before its predecessor"
+        assert block.epoch >= previous_block.epoch, "the epoch decreases"
+        if block.epoch == previous_block.epoch:
+            assert block.first_sample >= previous_block.end, (
+                f"sample {block.first_sample} comes twice"
+            )
+            missing += block.first_sample - previous_block.end
     count = sum(len(a.block.data) for a in arrivals)
     assert health.samples == count, f"it counts {health.samples} samples and gave {count}"
     assert health.lost_samples >= missing, f"{missing} are missing, {health.lost_samples} counted"
-    assert not health.connected, "it was closed, and says that it is connected"
+    assert not health.connected, "it is closed but reports a connection"
 
 
 def _passes_exceptions(source: Source) -> None:

@@ -1,4 +1,4 @@
-"""Windows that could be a touch: a damped oscillation, faster and louder when harder."""
+"""Synthetic windows of a contact: damped oscillations, faster and louder on harder objects."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ LEVELS = (10.0, 29.0, 60.0)
 def toy_windows(
     n: int = 180, samples: int = 74, channels: int = 1, seed: int = 0
 ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.str_]]:
-    """Windows, Shore A and sessions; each session has its own gain."""
+    """Return windows, Shore A and sessions. Each session has its own gain."""
     rng = np.random.default_rng(seed)
     shore = rng.choice(LEVELS, n)
     session = rng.integers(0, 6, n)

@@ -59,5 +59,5 @@ def test_a_recording_is_a_device_too(capsys: pytest.CaptureFixture[str], tmp_pat
 def test_a_port_that_is_not_there(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["info", "--device", str(tmp_path / "none")]) == 2
     said = capsys.readouterr()
-    assert "not there" in fields(said.out)["port"]
+    assert "missing" in fields(said.out)["port"]
     assert "there is no such port: see `firstcontact ports`" in said.err

@@ -75,5 +75,5 @@ def test_access_says_who_may(tmp_path: Path) -> None:
     path.write_text("")
     path.chmod(0o640)
     assert " 640, this user may open it" in ports.access(path)
-    assert ports.access(tmp_path / "gone").startswith("not there")
+    assert ports.access(tmp_path / "gone").startswith("missing")
     assert all(ports.groups())

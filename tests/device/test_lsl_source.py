@@ -101,16 +101,16 @@ def test_the_vibration_channel_is_found_by_its_type_and_resampled(name: str) -> 
 def test_streams_that_cannot_be_used_are_refused(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with pytest.raises(InputError, match="lsl: names no stream"):
+    with pytest.raises(InputError, match="lsl:NAME"):
         from_name("lsl:", SourceOptions())
-    with sending(name), pytest.raises(InputError, match="there are count, disc"):
+    with sending(name), pytest.raises(InputError, match="count, disc"):
         LslSource(name, ("violin",)).__enter__()
-    with sending(name, rate=100.0), pytest.raises(InputError, match="needs 494 or more"):
+    with sending(name, rate=100.0), pytest.raises(InputError, match=r"\b494\b"):
         LslSource(name).__enter__()
-    with sending(name, rate=2e6), pytest.raises(InputError, match=r"1e\+06 are the most"):
+    with sending(name, rate=2e6), pytest.raises(InputError, match=r"1e\+06"):
         LslSource(name).__enter__()
     monkeypatch.setattr("firstcontact.device._lsl_source.PATIENCE", 0.2)
-    with pytest.raises(InputError, match="no LSL stream is called"):
+    with pytest.raises(InputError, match="nobody"):
         LslSource("nobody sends this").__enter__()
 
 

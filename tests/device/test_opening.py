@@ -22,13 +22,13 @@ def test_a_port_is_a_port() -> None:
 
 
 def test_a_real_device_has_its_own_speed() -> None:
-    with pytest.raises(InputError, match=r"--speed is 2, but a device on /dev/ttyACM0 has its own"):
+    with pytest.raises(InputError, match=r"--speed .*/dev/ttyACM0"):
         open_source("/dev/ttyACM0", speed=2.0)
 
 
 @pytest.mark.parametrize("speed", [1.0, math.inf])
 def test_a_folder_is_told_what_to_name_at_any_speed(tmp_path: Path, speed: float) -> None:
-    with pytest.raises(InputError, match=r"is a folder: name one recording in it \(\*\.mcap\)"):
+    with pytest.raises(InputError, match=r"\*\.mcap"):
         open_source(str(tmp_path), speed=speed)
 
 
@@ -40,7 +40,7 @@ def test_the_twin_by_its_name() -> None:
 
 
 def test_what_the_twin_does_not_know_is_refused_when_it_is_opened() -> None:
-    with pytest.raises(InputError, match="condition 'lab' is not known"):
+    with pytest.raises(InputError, match="condition 'lab'"):
         open_source("twin", condition="lab").__enter__()
 
 

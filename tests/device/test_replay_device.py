@@ -99,7 +99,7 @@ def test_what_does_not_go_over_a_wire_is_refused(tmp_path: Path) -> None:
         writer.write(Block(np.zeros((10, 16), np.float32)))
     terminal = PseudoTerminal(tmp_path / "port")
     try:
-        with pytest.raises(InputError, match="its samples are float32 and a device sends int16"):
+        with pytest.raises(InputError, match="float32"):
             ReplayDevice(path, terminal)
     finally:
         terminal.unplug()

@@ -82,7 +82,7 @@ def test_everything_comes_where_it_was(recording: Path, block: int) -> None:
     assert (health.samples, health.lost_samples, health.epoch) == (2307, 200, 1)
     assert not health.connected
     before = replace(health, connected=True, ended=False)
-    assert link_news(before, health) == ["link: that was all of the recording"]
+    assert link_news(before, health) == ["link: end of the recording"]
     assert link_news(before, replace(health, ended=False)) == [
         "link: the device is gone; waiting for it"
     ]
@@ -126,22 +126,22 @@ def test_closing_ends_it(recording: Path) -> None:
 
 
 def test_what_has_happened_cannot_be_marked(recording: Path) -> None:
-    with ReplaySource(recording) as source, pytest.raises(InputError, match="no marker can be set"):
+    with ReplaySource(recording) as source, pytest.raises(InputError, match=recording.name):
         source.mark("now")
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, math.nan, -math.inf])
 def test_a_speed_that_is_none_is_refused(recording: Path, speed: float) -> None:
-    with pytest.raises(InputError, match="--speed is"):
+    with pytest.raises(InputError, match="--speed"):
         open_source(str(recording), speed=speed)
 
 
 def test_what_cannot_be_replayed_is_refused(recording: Path, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="use 1 or more"):
+    with pytest.raises(InputError, match="block"):
         ReplaySource(recording, 1.0, -5)
     with pytest.raises(InputError, match=r"no\.mcap"):
         open_source(str(tmp_path / "no.mcap"))
     empty = tmp_path / "empty.mcap"
     RecordingWriter(empty, Header(DESCRIPTOR.layout)).close()
-    with pytest.raises(InputError, match="holds no samples"):
+    with pytest.raises(InputError, match="samples"):
         open_source(str(empty))

@@ -151,7 +151,7 @@ def test_marks_come_back_with_the_sample_they_are_pinned_to(device: ScriptedDevi
         assert arrival.block.first_sample <= marker.sample < arrival.block.end
         device.unplug()
         wait_for(source, lambda: not source.health.connected)
-        with pytest.raises(InputError, match="the marker was not set: plug it in"):
+        with pytest.raises(InputError, match="marker"):
             source.mark("lost")
 
 

@@ -107,7 +107,7 @@ def test_samples_come_back(first: int, overflow: int, n: int, channels: int) -> 
 
 
 def test_no_sample_is_no_samples_frame() -> None:
-    with pytest.raises(FrameError, match="does not hold 0 samples"):
+    with pytest.raises(FrameError, match=r"\b0 samples"):
         protocol.read_samples(protocol.samples_payload(0, 0, np.zeros((0, 16), np.int16)), 16)
 
 

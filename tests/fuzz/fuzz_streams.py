@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Channel, ChannelKind, Layout
 from firstcontact.device import Descriptor
-from firstcontact.device._audio_source import AudioSource, _Heard
+from firstcontact.device._audio_source import AudioSource, _InputBlock
 from firstcontact.device._csv_source import CsvSource
 from firstcontact.device._lsl_source import LslSource
-from firstcontact.device._number_lines import LineReader, columns_of
+from firstcontact.device._number_lines import LineReader, identify_columns
 from firstcontact.device._stream_checks import LARGEST_SAMPLE
 from firstcontact.device._threaded import ThreadedSource
 
@@ -96,7 +96,7 @@ def board(rng: Random, _: Path) -> None:
     lines = [line for line in source._lines.feed(data[: len(data) // 4]) if line]
     if not lines:
         return
-    source._columns = columns_of(lines, source._lines.header, source._named, "port")
+    source._columns = identify_columns(lines, source._lines.header, source._named, "port")
     source._lines = LineReader()
     source._resample(5000.0, 4936.0)
     disc = tuple(
@@ -185,10 +185,10 @@ def lsl(rng: Random, _: Path) -> None:
 class _Blocks:
     """Blocks of a sound input, as its queue gives them."""
 
-    def __init__(self, source: AudioSource, blocks: list[_Heard]) -> None:
+    def __init__(self, source: AudioSource, blocks: list[_InputBlock]) -> None:
         self._source, self._blocks = source, deque(blocks)
 
-    def get(self, timeout: float) -> _Heard:
+    def get(self, timeout: float) -> _InputBlock:
         if not self._blocks:
             self._source._closing.set()
             raise Empty
@@ -208,7 +208,7 @@ def sound(rng: Random, _: Path) -> None:
         with np.errstate(over="ignore"):
             data = values.astype(np.float32)[:, None]
         taken = now if rng.random() < 0.8 else rng.choice((*ODD, now - 5.0, now + 5.0))
-        blocks.append(_Heard(data, taken, now, rng.random() < 0.1))
+        blocks.append(_InputBlock(data, taken, now, rng.random() < 0.1))
         now += n / 48_000.0
-    source._heard = _Blocks(source, blocks)  # type: ignore[assignment]
+    source._blocks = _Blocks(source, blocks)  # type: ignore[assignment]
     _worked(source)

@@ -86,7 +86,7 @@ def frames(rng: Random, _: Path) -> None:
     if honest or rng.random() < 0.2:
         stream = mutate.raw(rng, stream)
     decoder, assembler = Decoder(), Assembler()
-    assembler.asked()
+    assembler.expect_descriptor()
     at = 0
     while at < len(stream):
         step = rng.choice((1, 7, 64, 1000, 10**6))
@@ -153,7 +153,7 @@ def answers(rng: Random, _: Path) -> None:
         sink.open(ANSWERING)
     gathered = HandAnswers(MODEL, ANSWERING.layout.rate, checked=True)
     decoder, assembler = Decoder(), Assembler()
-    assembler.asked()
+    assembler.expect_descriptor()
     sent = [(FrameType.DESCRIPTOR, protocol.descriptor_payload(7, ANSWERING.to_text()))]
     at = rng.choice((0, 5000, 2**31, 2**32 - 3000))
     for _ in range(rng.randrange(1, 40)):

@@ -1,4 +1,4 @@
-"""Devices: the wire protocol, and sources of samples behind one interface."""
+"""Sources of samples behind one interface, and the wire protocol of devices."""
 
 import lazy_loader
 

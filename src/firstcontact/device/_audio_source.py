@@ -1,4 +1,4 @@
-"""A sound input as a source: one or two channels, brought to the rate that models take."""
+"""Source for a sound input: one or two channels, resampled to the rate of the models."""
 
 from __future__ import annotations
 
@@ -23,20 +23,21 @@ from firstcontact.device._stream_checks import RateCheck
 from firstcontact.device._threaded import ThreadedSource
 from firstcontact.recording import FileSettings, make_layout
 
-#: What the system may hold back, s, more is an overflow; blocks come in a quarter of it ...
+#: Longest buffering by the system, s; more is an overflow. Blocks last a quarter of it ...
 LATENCY = 0.016
-#: ... but where the number of blocks can be chosen (ALSA): as long ones, and more of them.
+#: ... except where the number of blocks can be set (ALSA): blocks of the same length, but more of
+#: them.
 BLOCKS = 32
-#: Where the next block is due is the median over so many.
+#: Number of blocks whose median gives the due time of the next block.
 STEADY = 31
-#: A gap is no longer than the time since the block before, and the blocks that waited: s.
+#: Slack for a gap, s: it cannot exceed the time since the previous block plus this.
 SLACK = 1.0
-#: Letting go of an input that hangs is waited for so long, s.
-FAREWELL = 2.0
+#: Longest wait for an input that does not close, s.
+CLOSING_TIME = 2.0
 
 
-class _Heard(NamedTuple):
-    """A block as PortAudio has given it; times of its own clock and of the monotonic one, s."""
+class _InputBlock(NamedTuple):
+    """Block from PortAudio, with its time on PortAudio's and on the monotonic clock, s."""
 
     data: NDArray[np.float32]
     taken: float
@@ -45,32 +46,34 @@ class _Heard(NamedTuple):
 
 
 class AudioSource(ThreadedSource):
-    """A sound input through PortAudio.
+    """Sound input through PortAudio.
 
-    What the input lost before this program could take it (an overflow) is counted with its
-    length, which PortAudio's times of sampling tell to about a sample. An input that is
-    unplugged ends the source: what comes back may be another one.
+    Samples lost in an overflow are counted. Their number comes from PortAudio's sampling times,
+    exact to about one sample. Unplugging the input ends the source, because the next input may be
+    another one.
 
     Parameters
     ----------
-    wanted
-        Its name, a part of it that only it has, or its number; "" for the system's own.
+    input_name
+        Name of the input, a unique part of the name, or its number; "" for the default input.
     channels
-        1 or 2; two are those of index finger and thumb.
+        Number of channels, 1 or 2; two are index finger and thumb.
     rate
-        Of the samples that come out, Hz.
+        Output rate, Hz.
 
     Raises
     ------
     InputError
-        On entering: PortAudio is missing, there is no such input or several, or it is in use.
+        On entering: PortAudio is missing, no input or several have this name, or it is in use.
     """
 
-    def __init__(self, wanted: str = "", channels: int = 1, rate: float = FINGERTIP_RATE) -> None:
-        super().__init__("audio" + (f":{wanted}" if wanted else ""))
-        self._wanted_input, self._channels, self._rate = wanted, channels, rate
-        self._heard: SimpleQueue[_Heard] = SimpleQueue()
-        # What follows belongs to PortAudio's thread.
+    def __init__(
+        self, input_name: str = "", channels: int = 1, rate: float = FINGERTIP_RATE
+    ) -> None:
+        super().__init__("audio" + (f":{input_name}" if input_name else ""))
+        self._input_name, self._channels, self._rate = input_name, channels, rate
+        self._blocks: SimpleQueue[_InputBlock] = SimpleQueue()
+        # The fields below belong to PortAudio's thread.
         self._pace = RateCheck(rate)
         self._frames = 0
         self._is_too_fast = False
@@ -78,7 +81,7 @@ class AudioSource(ThreadedSource):
 
     def _open(self) -> Descriptor:
         sound = portaudio()
-        device = _device(sound, self._wanted_input)
+        device = _device(sound, self._input_name)
         if device["max_input_channels"] < self._channels:
             raise InputError(
                 f"{self.name} has {device['max_input_channels']} channel: leave /2 out"
@@ -92,7 +95,7 @@ class AudioSource(ThreadedSource):
                 samplerate=self._input_rate,
                 dtype="float32",
                 latency=_latency(),
-                callback=self._called,
+                callback=self._callback,
             )
             self._stream.start()
         except (sound.PortAudioError, ValueError) as error:
@@ -103,7 +106,7 @@ class AudioSource(ThreadedSource):
             ) from error
         settings = FileSettings(VibrationSensor.PIEZO, self._rate, "full scale", 1.0, "real", None)
         layout = make_layout(settings, self._channels, scale=1.0)
-        if self._channels == 1:  # a disc by itself: of no finger
+        if self._channels == 1:  # a single disc belongs to no finger
             (channel,) = layout.channels
             channel = replace(channel, name=VibrationSensor.PIEZO.value, finger=None)
             layout = replace(layout, channels=(channel,))
@@ -116,69 +119,69 @@ class AudioSource(ThreadedSource):
             delay=delay,
         )
 
-    def _called(self, data: NDArray[np.float32], frames: int, times: Any, status: Any) -> None:
-        """PortAudio's own thread: only hand over, unless the input keeps no pace."""
+    def _callback(self, data: NDArray[np.float32], frames: int, times: Any, status: Any) -> None:
+        """Queue a block, in PortAudio's thread. Abort an input that is too fast."""
         host = time.monotonic()
         self._frames += frames
-        # An input without a pace gives more than any other thread can take. One that is too slow
-        # has lost samples, which are counted there.
+        # A much too fast input would fill the queue faster than the other thread empties it. An
+        # input that is too slow has lost samples, which are counted there.
         differs = self._pace.add(self._frames, host)
         if differs and self._pace.rate > self._input_rate:
             self._is_too_fast = True
             raise portaudio().CallbackAbort
         taken, overflow = times.inputBufferAdcTime, bool(status.input_overflow)
-        self._heard.put(_Heard(data.copy(), taken, host, overflow))
+        self._blocks.put(_InputBlock(data.copy(), taken, host, overflow))
 
     def _work(self) -> None:
         end, overflows, last = 0, 0, time.monotonic()
-        starts: deque[float] = deque(maxlen=STEADY)  # when sample 0 was taken, by each block
+        starts: deque[float] = deque(maxlen=STEADY)  # time of sample 0, computed from each block
         while not self._closing.is_set():
             if self._is_too_fast:
                 self._refuse_rate(self._pace.rate / self._input_rate, "this machine's")
             try:
-                heard = self._heard.get(timeout=0.05)
+                block = self._blocks.get(timeout=0.05)
             except Empty:
-                if self._wait():  # PortAudio does not tell
+                if self._wait():  # PortAudio does not report it
                     raise InputError(
-                        f"{self.name} gives no samples any more: plug it in and begin again"
+                        f"{self.name} sends no samples any more: plug it in and start again"
                     ) from None
                 continue
-            if heard.overflow and starts:
+            if block.overflow and starts:
                 due = float(np.median(starts)) + end / self._input_rate
-                gap = heard.taken - due
-                # An input that does not tell its time tells nothing about the gap.
-                passed = 0.0 <= gap <= heard.host - last + SLACK
-                lost = max(1, round(gap * self._input_rate)) if passed else 1
+                gap = block.taken - due
+                # Without sampling times the length of the gap is unknown.
+                is_plausible = 0.0 <= gap <= block.host - last + SLACK
+                lost = max(1, round(gap * self._input_rate)) if is_plausible else 1
                 end += lost
                 overflows += lost
                 share = self._rate / self._input_rate
                 self._note(overflow_samples=round(overflows * share))
-            last = heard.host
-            if np.isfinite(heard.taken):
-                starts.append(heard.taken - end / self._input_rate)
-            numbers = np.arange(end, end + len(heard.data))
-            self._give(heard.data, numbers, 0, heard.host)
-            end += len(heard.data)
+            last = block.host
+            if np.isfinite(block.taken):
+                starts.append(block.taken - end / self._input_rate)
+            numbers = np.arange(end, end + len(block.data))
+            self._give(block.data, numbers, 0, block.host)
+            end += len(block.data)
 
     def _shut(self) -> None:
         stream, self._stream = self._stream, None
         if stream is None:
             return
-        # An input that is gone can keep PortAudio from ever coming back.
-        letting_go = threading.Thread(target=stream.abort, name=f"end {self.name}", daemon=True)
-        letting_go.start()
-        letting_go.join(FAREWELL)
-        if not letting_go.is_alive():
+        # PortAudio can hang when an input was unplugged.
+        closer = threading.Thread(target=stream.abort, name=f"end {self.name}", daemon=True)
+        closer.start()
+        closer.join(CLOSING_TIME)
+        if not closer.is_alive():
             stream.close()
 
 
 def portaudio() -> Any:
-    """The package that speaks to PortAudio.
+    """Return the package sounddevice, the interface to PortAudio.
 
     Raises
     ------
     InputError
-        It is missing, or the library is.
+        The package or the PortAudio library is missing.
     """
     require_modules("audio", "sounddevice")
     try:
@@ -192,7 +195,7 @@ def portaudio() -> Any:
 
 
 def _latency() -> float:
-    """What to ask for: for ALSA, PortAudio is first told of how many blocks it is to be, s."""
+    """Return the latency to request, s. On ALSA, set the number of blocks first."""
     with suppress(OSError, AttributeError, TypeError):
         library = ctypes.CDLL(ctypes.util.find_library("portaudio") or "")
         library.PaAlsa_SetNumPeriods(BLOCKS)
@@ -201,34 +204,34 @@ def _latency() -> float:
 
 
 def inputs(sound: Any) -> list[dict[str, Any]]:
-    """The sound inputs there are."""
+    """Return the available sound inputs."""
     return [d for d in sound.query_devices() if d["max_input_channels"] > 0]
 
 
-def _device(sound: Any, wanted: str) -> dict[str, Any]:
-    """The input that is meant."""
-    there = inputs(sound)
-    if not there:
+def _device(sound: Any, name: str) -> dict[str, Any]:
+    """Return the sound input with this name, or the default one."""
+    available = inputs(sound)
+    if not available:
         raise InputError(
-            "no sound input is here: plug one in, and see that this user may open it (on Debian: "
-            "the group audio)"
+            "there is no sound input: plug one in, and check that this user may open it (on "
+            "Debian: the group audio)"
         )
-    if not wanted:
-        usual = sound.default.device[0]
-        return next((d for d in there if d["index"] == usual), there[0])
-    found = [d for d in there if wanted in (d["name"], str(d["index"]))]
-    found = found or [d for d in there if wanted.lower() in d["name"].lower()]
-    if len(found) != 1:
-        names = ", ".join(repr(d["name"]) for d in found or there)
+    if not name:
+        default = sound.default.device[0]
+        return next((d for d in available if d["index"] == default), available[0])
+    matches = [d for d in available if name in (d["name"], str(d["index"]))]
+    matches = matches or [d for d in available if name.lower() in d["name"].lower()]
+    if len(matches) != 1:
+        names = ", ".join(repr(d["name"]) for d in matches or available)
         raise InputError(
-            f"audio:{wanted} is {'no input' if not found else 'several inputs'}: choose one of "
+            f"audio:{name} is {'no input' if not matches else 'several inputs'}: choose one of "
             f"{names}"
         )
-    return found[0]
+    return matches[0]
 
 
 def discover() -> Iterator[tuple[str, str]]:
-    """The inputs as ``ports`` lists them; none where PortAudio is missing."""
+    """Yield name and description of each sound input; nothing without PortAudio."""
     try:
         sound = portaudio()
     except InputError:
@@ -243,7 +246,9 @@ def discover() -> Iterator[tuple[str, str]]:
 
 
 def from_name(name: str, options: SourceOptions) -> AudioSource:
-    """The input that a person names: audio, audio:NAME, with /2 behind it two channels."""
+    """Return the input for a device name: audio, audio:NAME, or with /2 for two channels."""
     options.check_own_speed(name)
-    wanted, _, channels = name.rpartition("/") if name.endswith(("/1", "/2")) else (name, "", "1")
-    return AudioSource(wanted.partition(":")[2], int(channels))
+    prefix_and_name, _, channels = (
+        name.rpartition("/") if name.endswith(("/1", "/2")) else (name, "", "1")
+    )
+    return AudioSource(prefix_and_name.partition(":")[2], int(channels))

@@ -1,7 +1,7 @@
-"""The device's clock against the host's: how fast it runs, and when its samples were taken.
+"""Rate of a device's clock and times of its samples, from arrival times.
 
-Both are read off the blocks that were least delayed on their way: what waits in buffers is late,
-never early.
+Both are fitted to the least delayed blocks: waiting in buffers delays a block, nothing makes it
+early.
 """
 
 from __future__ import annotations
@@ -14,46 +14,47 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Block
 
-#: The rate is fitted to so much time past, s.
+#: Time over which the rate is fitted, s.
 LONGEST = 600
-#: And told from no less than this, s.
+#: Shortest time to fit the rate to, s.
 LEAST = 5.0
-#: The least delay of so much time past counts as no delay, s.
+#: The least delay within this time counts as no delay, s.
 MEMORY = 10
-#: How much faster or slower than the device's clock stamps may go to catch up ...
+#: Largest relative difference between the rate of stamps and that of the device's clock while
+#: stamps catch up ...
 SLEW = 0.05
-#: ... unless they are further off than this, s: then forward at once, backward
-#: as far as stamps can still rise.
+#: ... unless the difference is larger than this, s. Then stamps jump forward, or go back as far as
+#: they can while still rising.
 FAR = 0.25
 STILL_RISING = 0.999
 
 
-class _Arrived(NamedTuple):
-    """When a sample had arrived at the host, s, and how long after its turn in the count."""
+class _ArrivalTime(NamedTuple):
+    """Arrival of a sample at the host, s, and its delay against its number."""
 
     delay: float
     sample: float
     host: float
 
 
-class _LeastDelayed:
-    """The arrival that was delayed least, of each of the last seconds.
+class _FastestArrivals:
+    """Least delayed arrival of each of the last seconds.
 
     Parameters
     ----------
     rate
         Nominal rate of the samples, Hz.
     seconds
-        How many are kept besides the one that is going on.
+        Number of complete seconds in memory.
     """
 
     def __init__(self, rate: float, seconds: int) -> None:
         self._rate = rate
-        self.arrivals: deque[_Arrived] = deque(maxlen=seconds + 1)
+        self.arrivals: deque[_ArrivalTime] = deque(maxlen=seconds + 1)
 
     def add(self, sample: int, host: float) -> bool:
-        """Take the next arrival; whether it is the first of another second."""
-        new = _Arrived(host - sample / self._rate, float(sample), host)
+        """Add an arrival. Return True if it is the first one in a new second."""
+        new = _ArrivalTime(host - sample / self._rate, float(sample), host)
         first = not self.arrivals or int(host) != int(self.arrivals[-1].host)
         if first:
             self.arrivals.append(new)
@@ -62,17 +63,17 @@ class _LeastDelayed:
         return first
 
     def delay(self, since: float) -> float:
-        """The least delay of what arrived since then, s."""
+        """Return the least delay of the arrivals since a time, s."""
         return min(a.delay for a in self.arrivals if a.host >= since)
 
 
 class ClockFit:
-    """How many samples come per second of the host's clock: a line through the arrivals.
+    """Rate of the samples by the host's clock: a line through the arrivals.
 
     Parameters
     ----------
     rate
-        Nominal, Hz.
+        Nominal rate, Hz.
 
     Attributes
     ----------
@@ -81,25 +82,24 @@ class ClockFit:
     """
 
     def __init__(self, rate: float) -> None:
-        self._arrived = _LeastDelayed(rate, LONGEST)
+        self._fastest = _FastestArrivals(rate, LONGEST)
         self.rate = 0.0
 
     def add(self, sample: int, host: float) -> None:
-        """A sample had arrived at a time of the host's clock, s."""
-        if not self._arrived.add(sample, host):
+        """Add the arrival of a sample at a time of the host's clock, s."""
+        if not self._fastest.add(sample, host):
             return
-        over = np.array(self._arrived.arrivals)[:-1]  # seconds
-        if len(over) >= 3 and over[-1, 2] - over[0, 2] >= LEAST:
-            _, samples, times = (over - over[0]).T
+        fastest = np.array(self._fastest.arrivals)[:-1]  # complete seconds
+        if len(fastest) >= 3 and fastest[-1, 2] - fastest[0, 2] >= LEAST:
+            _, samples, times = (fastest - fastest[0]).T
             self.rate = max(float(np.polyfit(times, samples, 1)[0]), 0.0)
 
 
 class TransportDelay:
-    """Delay of samples on their way to the host, beyond that of the least delayed blocks.
+    """Delay of samples on their way to the host, relative to the least delayed blocks.
 
     A block cannot arrive before its last sample was taken. So the least delayed block of the last
-    ten seconds counts as not delayed. The shortest way through the cable is not known and is not
-    in the delay.
+    ten seconds counts as not delayed. The shortest transport time is unknown and not included.
 
     Parameters
     ----------
@@ -110,30 +110,30 @@ class TransportDelay:
     def __init__(self, rate: float) -> None:
         self._rate = rate
         self._epoch: int | None = None
-        self._arrived = _LeastDelayed(rate, MEMORY)
+        self._fastest = _FastestArrivals(rate, MEMORY)
         self._least = 0.0
 
     def add(self, block: Block, host: float) -> None:
-        """Take the next block, which arrived at a time of the host's clock, s."""
+        """Add the next block, with its arrival time by the host's clock, s."""
         if block.epoch != self._epoch:
             self._epoch = block.epoch
-            self._arrived = _LeastDelayed(self._rate, MEMORY)
-        self._arrived.add(block.end - 1, host)
-        self._least = self._arrived.delay(host - MEMORY)
+            self._fastest = _FastestArrivals(self._rate, MEMORY)
+        self._fastest.add(block.end - 1, host)
+        self._least = self._fastest.delay(host - MEMORY)
 
     def of(self, sample: int, host: float) -> float:
-        """Return the delay, s, of a sample that was there at a time of the host's clock."""
+        """Return the delay of a sample, s, that was available at a host time."""
         return max(host - sample / self._rate - self._least, 0.0)
 
 
 class DeviceClock:
-    """Times of samples, from their numbers and from when blocks arrived.
+    """Times of samples, from their numbers and the arrival times of blocks.
 
-    A block cannot arrive before its last sample was taken. So the blocks that
-    were least delayed in the last ten seconds tell when sample 0 would have
-    been; all others are stamped by their sample numbers. A device whose clock is
-    wrong by 100 parts per million is followed to within a millisecond. The
-    shortest way through the cable is not known and stays in the stamps.
+    A block cannot arrive before its last sample was taken. So the least delayed blocks of the last
+    ten seconds define the time of sample 0. All other blocks get times from their sample numbers.
+
+    A clock error of 100 parts per million is tracked to within a millisecond. The shortest
+    transport time is unknown and stays in the times.
 
     Parameters
     ----------
@@ -144,53 +144,56 @@ class DeviceClock:
     def __init__(self, rate: float) -> None:
         self._rate = rate
         self._epoch: int | None = None
-        self._arrived = _LeastDelayed(rate, MEMORY)
+        self._fastest = _FastestArrivals(rate, MEMORY)
         self._applied = 0.0
         self._end = 0
         self._last = -np.inf
 
     def stamps(self, block: Block, host: float) -> NDArray[np.float64]:
-        """Host time of each sample of the next block.
+        """Return the host time of each sample of the next block.
 
         Parameters
         ----------
         block
-            Of at least one sample; follows those before it in its epoch.
+            Block of at least one sample. It follows the earlier blocks of its epoch.
         host
-            When it arrived, s.
+            Arrival time, s.
 
         Returns
         -------
         ndarray
-            Shape (samples,), s; rising, from call to call, too.
+            Times, s, shape (samples,). They rise from call to call too.
         """
         target = self._target(block, host)
-        before = self._applied
+        offset = self._applied
         if block.epoch != self._epoch:
             self._epoch = block.epoch
             self._end = block.first_sample
-            before = max(target, self._last + (1 - block.first_sample) / self._rate)
-            self._applied = before
+            offset = max(target, self._last + (1 - block.first_sample) / self._rate)
+            self._applied = offset
         elapsed = (block.end - self._end) / self._rate
-        wanted = target - before
+        wanted = target - offset
         up = np.inf if wanted > FAR else SLEW * elapsed
         down = (STILL_RISING if wanted < -FAR else SLEW) * elapsed
-        self._applied = before + min(max(wanted, -down), up)
-        places = np.arange(block.first_sample, block.end)
-        share = (places + 1 - self._end) / max(1, block.end - self._end)
+        self._applied = offset + min(max(wanted, -down), up)
+        numbers = np.arange(block.first_sample, block.end)
+        share = (numbers + 1 - self._end) / max(1, block.end - self._end)
         self._end = block.end
-        times: NDArray[np.float64] = places / self._rate + (
-            before + share * (self._applied - before)
+        times: NDArray[np.float64] = numbers / self._rate + (
+            offset + share * (self._applied - offset)
         )
         self._last = float(times[-1])
         return times
 
     def at(self, sample: int, epoch: int) -> float:
-        """Host time of a sample, s; of another epoch than the newest, that of the newest sample."""
+        """Return the host time of a sample, s.
+
+        For an epoch other than the newest one, return the time of the newest sample.
+        """
         return sample / self._rate + self._applied if epoch == self._epoch else self._last
 
     def _target(self, block: Block, host: float) -> float:
         if block.epoch != self._epoch:
-            self._arrived = _LeastDelayed(self._rate, MEMORY)
-        self._arrived.add(block.end - 1, host)
-        return self._arrived.delay(host - MEMORY)
+            self._fastest = _FastestArrivals(self._rate, MEMORY)
+        self._fastest.add(block.end - 1, host)
+        return self._fastest.delay(host - MEMORY)

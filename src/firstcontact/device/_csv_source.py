@@ -1,4 +1,4 @@
-"""Boards that print numbers in lines as a source: columns found, rate measured, losses counted."""
+"""Source for boards that print numbers in lines: finds columns, measures the rate."""
 
 from __future__ import annotations
 
@@ -10,23 +10,29 @@ from typing import Any
 import numpy as np
 
 from firstcontact.core import FINGERTIP_RATE, Channel, ChannelKind, Finger, InputError, Layout
-from firstcontact.device._number_lines import BELIEVED, LEAP, Columns, LineReader, columns_of
+from firstcontact.device._number_lines import (
+    LEAP,
+    LINES_NEEDED,
+    Columns,
+    LineReader,
+    identify_columns,
+)
 from firstcontact.device._opening import SourceOptions
 from firstcontact.device._source import Descriptor
 from firstcontact.device._threaded import ThreadedSource
 from firstcontact.device._transport import FAULTS, LinkError, why_not
 
-#: Of boards with a UART, unless another is named; one with USB of its own takes any.
+#: Default baud rate, for boards with a UART. A board with native USB accepts any.
 BAUD = 115_200
-#: The first lines are waited for so long, s: many boards restart when they are opened.
+#: Longest wait for the first lines, s: many boards restart when their port is opened.
 PATIENCE = 5.0
-#: The rate is measured over so long before samples are given, s ...
+#: Time over which the rate is measured before samples are delivered, s ...
 MEASURED = 2.0
-#: ... and a rate so near to the models' is taken for theirs: a share of it.
+#: ... and relative difference below which the models' rate is assumed.
 ALIKE = 0.01
-#: Below this no contact can be told, Hz.
+#: Lowest rate at which contacts can be detected, Hz.
 LEAST_RATE = 500.0
-#: A counter that has wrapped has at least so many bits.
+#: Possible widths of a counter that wraps, bits.
 WRAPS = (8, 16, 32)
 #: Waits between attempts to open a port that is gone, s.
 RETRY = 0.2
@@ -34,7 +40,7 @@ RETRY = 0.2
 
 @dataclass(slots=True)
 class _Counter:
-    """Numbers of samples, from a column that counts them, or from how many lines there were."""
+    """Sample numbers from a column that counts samples, or from the number of lines."""
 
     place: int | None
     last: float | None = None
@@ -43,59 +49,59 @@ class _Counter:
     _doubted: float | None = None
 
     def next(self, line: tuple[float, ...], damaged: int) -> int | None:
-        """Number of this sample; ``damaged`` lines came since the last one.
+        """Return the number of this sample, after ``damaged`` damaged lines.
 
-        Without a counter each damaged line stands for a sample. With one, a line that counts back
-        or leaps is taken for damaged (None), unless the next goes on from it.
+        Without a counter each damaged line stands for one sample. With a counter, a line that
+        counts back or leaps is treated as damaged (None), unless the next line continues from it.
         """
         self.restarted = False
         if self.place is None:
             self.number += 1 + damaged
             return self.number
-        told = line[self.place]
+        count = line[self.place]
         if self.last is None:
-            self.last = told - 1.0
-        step = told - self.last
+            self.last = count - 1.0
+        step = count - self.last
         if step <= 0:
-            # It wrapped where it was near the end of a width, and began anew otherwise.
+            # A counter near the end of a width has wrapped. Otherwise it has restarted.
             wrap = next((2.0**b for b in WRAPS if 0.9 * 2.0**b < self.last < 2.0**b), None)
-            if wrap is not None and told <= 0.1 * wrap:
+            if wrap is not None and count <= 0.1 * wrap:
                 step += wrap
         if not 0 < step <= LEAP:
-            if self._doubted is None or not 0 < told - self._doubted <= LEAP:
-                self._doubted = told
+            if self._doubted is None or not 0 < count - self._doubted <= LEAP:
+                self._doubted = count
                 return None
             self.restarted = True
             step = 1.0
-        self.last, self._doubted = told, None
+        self.last, self._doubted = count, None
         self.number += max(1, round(step))
         return self.number
 
 
 class CsvSource(ThreadedSource):
-    """A board on a serial port that prints its samples as lines of numbers.
+    """Board on a serial port that prints its samples as lines of numbers.
 
-    The rate is measured by the host's clock over the first 2 s, and samples are brought to the
-    models' rate. What a board lost it can only tell by a column that counts; without one what is
-    lost on the way is not known, but for lines that come damaged.
+    The rate is measured with the host's clock over the first 2 s, and samples are resampled to the
+    models' rate. A column that counts samples makes losses visible. Without one only damaged lines
+    are counted.
 
     Parameters
     ----------
     port
-        Its path or name.
+        Path or name of the port.
     columns
-        Signals, by header or position; none for all that are neither time nor count.
+        Signal columns, by header or position; by default all except time and counter columns.
     baud
-        Of the port.
+        Baud rate of the port.
     rate
-        Of the samples that come out, Hz.
+        Output rate, Hz.
     measured
-        How long the rate is measured, s.
+        Time over which the rate is measured, s.
 
     Raises
     ------
     InputError
-        On entering: no such port, no lines of numbers, or too slow.
+        On entering: there is no such port, it sends no lines of numbers, or it is too slow.
     """
 
     def __init__(
@@ -117,16 +123,18 @@ class CsvSource(ThreadedSource):
         self._serial = self._opened()
         try:
             self._columns, rate = self._look()
-        except LinkError as gone:
+        except LinkError as error:
             self._shut()
-            raise InputError(f"{self.port} went away while it was opened: plug it in") from gone
+            raise InputError(f"{self.port} went away while it was opened: plug it in") from error
         except BaseException:
             self._shut()
             raise
         delay = self._resample(rate, self._rate)
         count = self._columns.counter
-        told = (
-            "losses not known: no column counts" if count is None else f"column {count + 1} counts"
+        loss_note = (
+            "losses unknown: no counter column"
+            if count is None
+            else f"counter in column {count + 1}"
         )
         fingers = [None] if len(self._columns.signals) == 1 else list(Finger)
         signals = tuple(
@@ -136,7 +144,7 @@ class CsvSource(ThreadedSource):
         self._note(losses_known=count is not None)
         return Descriptor(
             Layout(signals, self._rate),
-            firmware=f"lines of numbers, {rate:.1f} Hz measured, {told}",
+            firmware=f"lines of numbers, {rate:.1f} Hz measured, {loss_note}",
             sensor=f"columns {', '.join(self._columns.names)} of {self.port}",
             source="real",
             dtype="float32",
@@ -159,12 +167,12 @@ class CsvSource(ThreadedSource):
             raise LinkError(f"{self.port}: {error}") from error
 
     def _look(self) -> tuple[Columns, float]:
-        """Columns and rate, from the first lines."""
+        """Return columns and rate, from the first lines."""
         opened = began = time.monotonic()
         lines: list[tuple[float, ...]] = []
-        arrived: list[tuple[float, int]] = []
-        while (now := time.monotonic()) - began < self._measured or len(lines) < BELIEVED:
-            if len(lines) < BELIEVED and now - opened > PATIENCE:
+        arrivals: list[tuple[float, int]] = []
+        while (now := time.monotonic()) - began < self._measured or len(lines) < LINES_NEEDED:
+            if len(lines) < LINES_NEEDED and now - opened > PATIENCE:
                 raise InputError(
                     f"{self.port}: no lines of numbers came in {PATIENCE:g} s (and "
                     f"{self._lines.bad} of something else): check its baud rate (csv:PORT@BAUD) "
@@ -172,21 +180,22 @@ class CsvSource(ThreadedSource):
                 )
             new = [line for line in self._lines.feed(self._read()) if line]
             if new and not lines:
-                began = time.monotonic()  # what waited in buffers came at once
+                began = time.monotonic()  # buffered lines arrive together
             lines += new
             if new:
-                arrived.append((time.monotonic(), len(lines)))
-        columns = columns_of(lines, self._lines.header, self._named, self.port)
-        # The first arrivals may be what had waited; of the rest a line by least squares.
-        later = np.array([a for a in arrived if a[0] - began > 0.25 * self._measured])
+                arrivals.append((time.monotonic(), len(lines)))
+        columns = identify_columns(lines, self._lines.header, self._named, self.port)
+        # The first lines may have waited in buffers. The rate is the slope of a line through the
+        # later ones.
+        later = np.array([a for a in arrivals if a[0] - began > 0.25 * self._measured])
         rate = float(np.polyfit(later[:, 0] - began, later[:, 1], 1)[0]) if len(later) > 2 else 0.0
         if columns.counter is not None:
-            whole = [n for n in lines if len(n) == columns.width]
-            steps = np.diff([n[columns.counter] for n in whole])
+            complete_lines = [n for n in lines if len(n) == columns.width]
+            steps = np.diff([n[columns.counter] for n in complete_lines])
             steps = steps[(steps > 0) & (steps <= LEAP)]
             rate *= max(1.0, float(steps.mean())) if len(steps) else 1.0
         if abs(rate - self._rate) <= ALIKE * self._rate:
-            rate = self._rate  # as its timer is set; how far it is off is its clock's drift
+            rate = self._rate  # assume the exact rate: the difference is clock drift
         if rate < LEAST_RATE:
             raise InputError(
                 f"{self.port} gives {rate:.0f} lines a second, and a contact needs {LEAST_RATE:g} "
@@ -200,15 +209,15 @@ class CsvSource(ThreadedSource):
         self._lines.bad = 0
         while not self._closing.is_set():
             try:
-                found = self._lines.feed(self._read())
+                lines = self._lines.feed(self._read())
             except LinkError:
-                found = self._back()
+                lines = self._reconnect()
                 epoch, damaged = epoch + 1, 0
                 counter = _Counter(self._columns.counter)
             now = time.monotonic()
             run: list[tuple[float, ...]] = []
             numbers: list[int] = []
-            for line in found:
+            for line in lines:
                 if line is None or len(line) != self._columns.width:
                     damaged += 1
                     self._lines.bad += line is not None
@@ -227,11 +236,11 @@ class CsvSource(ThreadedSource):
                 run.append(line)
                 numbers.append(number)
             self._give_lines(run, numbers, epoch, now)
-            if found:
+            if lines:
                 self._note(bad_frames=self._lines.bad)
             if damaged:
                 self._drop(counter.number + 1 + damaged, epoch)
-            elif not found:
+            elif not lines:
                 self._wait()
 
     def _give_lines(
@@ -241,8 +250,8 @@ class CsvSource(ThreadedSource):
         signals = np.array(lines).reshape(-1, self._columns.width)[:, list(self._columns.signals)]
         self._give(signals, np.array(numbers, np.int64), epoch, now)
 
-    def _back(self) -> list[tuple[float, ...] | None]:
-        """Wait until the port is there again; nothing when closed before that."""
+    def _reconnect(self) -> list[tuple[float, ...] | None]:
+        """Wait for the port to come back. Return no lines."""
         self._note(connected=False)
         self._shut()
         self._lines = LineReader(self._lines.bad, self._lines.header)
@@ -259,14 +268,14 @@ class CsvSource(ThreadedSource):
 
 
 def from_name(name: str, options: SourceOptions) -> CsvSource:
-    """The board that a person names: csv:PORT, csv:PORT@BAUD, csv:PORT#COLUMN,COLUMN."""
+    """Return the board for a device name: csv:PORT, csv:PORT@BAUD, csv:PORT#COLUMN,COLUMN."""
     options.check_own_speed(name)
-    rest, _, columns = name.removeprefix("csv:").partition("#")
-    port, _, baud = rest.partition("@")
+    address, _, columns = name.removeprefix("csv:").partition("#")
+    port, _, baud = address.partition("@")
     if not port:
         raise InputError(f"{name} names no port: as in csv:/dev/ttyACM0@115200#piezo")
-    # So many digits at most: the system has no room for more.
+    # At most 8 digits: the system cannot store more.
     if baud and not (baud.isdecimal() and len(baud) <= 8 and int(baud) > 0):
         raise InputError(f"{name} has no baud rate behind the @: as in csv:{port}@{BAUD}")
-    wanted = tuple(word for word in columns.split(",") if word)
-    return CsvSource(port, wanted, int(baud) if baud else BAUD)
+    names = tuple(word for word in columns.split(",") if word)
+    return CsvSource(port, names, int(baud) if baud else BAUD)

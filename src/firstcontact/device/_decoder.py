@@ -1,4 +1,4 @@
-"""Frames out of bytes that come in any pieces, whatever was lost in between."""
+"""Decoder of frames from a stream of bytes with losses."""
 
 from __future__ import annotations
 
@@ -6,20 +6,19 @@ from firstcontact.device._protocol import LONGEST, Frame, FrameError, decode
 
 
 class Decoder:
-    """Cuts a stream of bytes at its zeros and decodes what lies between.
+    """Decoder that splits a stream of bytes at its zeros.
 
-    What lies between two zeros and is no frame counts as one damaged piece, a burst
-    of errors as much as a single flipped bit. Pieces are not frames: a flip that
-    makes a zero cuts one frame into two damaged pieces, and one that takes a zero
-    away joins two frames into one. How many frames are lost is told by
-    their counters, exactly. The first piece after the beginning may be the end of
-    a frame that was under way: it is not counted. A piece longer than any frame
-    is thrown away as it comes, so that a line without zeros costs no memory.
+    A piece between two zeros that is not a frame counts as one damaged piece, whether one bit is
+    wrong or many. Damaged pieces are not lost frames: a wrong bit can split one frame into two
+    pieces or join two frames. The frame counters give the exact number of lost frames.
+
+    The first piece after the beginning is not counted, because it may be the end of an earlier
+    frame. A piece longer than any frame is discarded, so a line without zeros needs no memory.
 
     Attributes
     ----------
     bad
-        Damaged pieces so far.
+        Number of damaged pieces so far.
     """
 
     def __init__(self) -> None:
@@ -27,13 +26,13 @@ class Decoder:
         self.restart()
 
     def restart(self) -> None:
-        """Begin anew in the middle of anything, as after a lost port; the count stays."""
+        """Restart at any byte, as after a lost port. The count stays."""
         self._rest = b""
         self._first = True
         self._too_long = False
 
     def feed(self, data: bytes) -> list[Frame]:
-        """Take the next bytes: the frames that they complete, in order."""
+        """Process the next bytes. Return the frames that they complete, in order."""
         *pieces, self._rest = (self._rest + data).split(b"\0")
         frames = []
         for piece in pieces:

@@ -1,4 +1,4 @@
-"""What a device that answers by itself tells: contacts and estimates, as frames hold them."""
+"""Contacts and estimates that a device predicts itself, in the form of its frames."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from firstcontact.device._protocol import FrameError
 _CONTACT = struct.Struct("<IIBB")
 _ESTIMATE = struct.Struct("<IIHBBfffI")
 #: Flags of an estimate.
-REFUSES, STRANGE = 1, 2
+REFUSED, OUT_OF_RANGE = 1, 2
 
 
 @dataclass(frozen=True, slots=True)
 class DevicePredictor:
-    """What answers on a device, as its descriptor says.
+    """Model that runs on a device, as its descriptor states it.
 
     Parameters
     ----------
     model
         Digest of the model, 16 hexadecimal digits.
     detector, anytime
-        Names of what it is made of.
+        Names of its detector and of its any-time model.
     floors
-        Noise of each finger above which it hears a motor, V; 0 where it was not told.
+        Noise level of each finger above which the motor counts as audible, V; 0 if not set.
     """
 
     model: Annotated[str, Meta(pattern="^[0-9a-f]{16}$")]
@@ -39,16 +39,16 @@ class DevicePredictor:
 
 @dataclass(frozen=True, slots=True)
 class ModelSlot:
-    """What models a device takes, as its descriptor says.
+    """Models that a device accepts, as its descriptor states it.
 
     Parameters
     ----------
     format, sizes
-        Of the images that it reads, and CRC of the sizes that its kernels have.
+        Format of the model images, and CRC of the sizes that its kernels have.
     room
-        Longest image, bytes.
+        Length of the longest image that fits, bytes.
     fault
-        Why the newest model that it keeps does not answer; "" where it does, or none is kept.
+        Reason why the newest stored model is not used; "" if it is used or none is stored.
     """
 
     format: Annotated[int, Meta(ge=0, lt=2**32)]
@@ -57,29 +57,29 @@ class ModelSlot:
     fault: Name = ""
 
 
-def skipped_model(models: ModelSlot, answers: bool) -> str:
-    """What a device says of a newest model that does not answer."""
-    older = "the one before it answers" if answers else "none answers"
+def skipped_model(models: ModelSlot, has_predictor: bool) -> str:
+    """Return the message for a device that skips its newest stored model."""
+    fallback = "the one before it answers" if has_predictor else "none answers"
     return (
-        f"the device passes over the newest model that it keeps ({models.fault}), and {older}: "
+        f"the device passes over the newest model that it keeps ({models.fault}), and {fallback}: "
         "bring one onto it with `firstcontact flash-model`"
     )
 
 
 @dataclass(frozen=True, slots=True)
 class DeviceContact:
-    """A contact that the device found.
+    """Contact that the device detected.
 
     Parameters
     ----------
     finger
-        Whose.
+        Finger that touched.
     sample, decided
-        At which it began, and after which the device knew it; 64 bits.
+        Sample at which the contact began, and sample after which the device detected it; 64 bits.
     first
-        Whether it is the closing's first.
+        True for the first contact of a closing.
     epoch
-        Of the samples.
+        Epoch of the samples.
     """
 
     finger: Finger
@@ -91,26 +91,26 @@ class DeviceContact:
 
 @dataclass(frozen=True, slots=True)
 class DeviceEstimate:
-    """An answer of the device.
+    """Stiffness that the device predicted.
 
     Parameters
     ----------
     finger, contact
-        Of the contact that it is about, and the sample at which that began.
+        Finger of the contact, and the sample at which the contact began.
     samples
-        After the contact that it was made from.
+        Number of samples after the contact that the model used.
     decided
-        Sample after which the device made it.
+        Sample after which the device predicted.
     value, low, high
-        Shore A and the interval's ends.
+        Shore A, and the ends of the interval.
     refused
-        Whether it is none: the signal cannot be used.
+        True if there is no estimate because the signal cannot be used.
     out_of_range
-        Whether the contact is like nothing that was learned from.
+        True if the contact is out of range: unlike the training data.
     compute_time
-        What making it took on the device, s; 0 where the device does not measure that.
+        Computing time on the device, s; 0 if the device does not measure it.
     epoch
-        Of the samples.
+        Epoch of the samples.
     """
 
     finger: Finger
@@ -126,82 +126,89 @@ class DeviceEstimate:
     epoch: int
 
     def after(self, rate: float) -> float:
-        """From the contact to the answer, s; rate in Hz."""
+        """Return the time from the contact to the estimate, s. ``rate`` is in Hz."""
         return (self.decided - self.contact) / rate + self.compute_time
 
 
 DevicePrediction = DeviceContact | DeviceEstimate
 
 
-def contact_payload(finger: Finger, sample: int, known: int, first: bool) -> bytes:
-    """Payload of a contact frame."""
-    return _CONTACT.pack(sample & 0xFFFFFFFF, known & 0xFFFFFFFF, list(Finger).index(finger), first)
+def contact_payload(finger: Finger, sample: int, decided: int, first: bool) -> bytes:
+    """Return the payload of a contact frame."""
+    return _CONTACT.pack(
+        sample & 0xFFFFFFFF, decided & 0xFFFFFFFF, list(Finger).index(finger), first
+    )
 
 
 def read_contact(payload: bytes, epoch: int) -> DeviceContact:
-    """A contact frame's payload, sample numbers as sent (32 bits); FrameError when damaged."""
+    """Parse a contact frame. Sample numbers keep 32 bits; FrameError if damaged."""
     if len(payload) != _CONTACT.size:
         raise FrameError("a contact frame has the wrong length")
-    sample, known, finger, first = _CONTACT.unpack(payload)
-    return DeviceContact(_finger(finger), sample, known, bool(first), epoch)
+    sample, decided, finger, first = _CONTACT.unpack(payload)
+    return DeviceContact(_finger(finger), sample, decided, bool(first), epoch)
 
 
-def estimate_payload(told: DeviceEstimate) -> bytes:
-    """Payload of an estimate frame."""
+def estimate_payload(estimate: DeviceEstimate) -> bytes:
+    """Return the payload of an estimate frame."""
     return _ESTIMATE.pack(
-        told.contact & 0xFFFFFFFF,
-        told.decided & 0xFFFFFFFF,
-        told.samples,
-        list(Finger).index(told.finger),
-        told.refused * REFUSES | told.out_of_range * STRANGE,
-        told.value,
-        told.low,
-        told.high,
-        round(told.compute_time * 1e9),
+        estimate.contact & 0xFFFFFFFF,
+        estimate.decided & 0xFFFFFFFF,
+        estimate.samples,
+        list(Finger).index(estimate.finger),
+        estimate.refused * REFUSED | estimate.out_of_range * OUT_OF_RANGE,
+        estimate.value,
+        estimate.low,
+        estimate.high,
+        round(estimate.compute_time * 1e9),
     )
 
 
 def read_estimate(payload: bytes, epoch: int) -> DeviceEstimate:
-    """An estimate frame's payload, sample numbers as sent (32 bits); FrameError when damaged."""
+    """Parse an estimate frame. Sample numbers keep 32 bits; FrameError if damaged."""
     if len(payload) != _ESTIMATE.size:
         raise FrameError("an estimate frame has the wrong length")
-    contact, known, samples, finger, flags, value, low, high, took = _ESTIMATE.unpack(payload)
-    if not 0.0 <= low <= value <= high <= 100.0:  # nor where one is no number
-        raise FrameError("an estimate is no Shore A inside its interval")
+    contact, decided, samples, finger, flags, value, low, high, nanoseconds = _ESTIMATE.unpack(
+        payload
+    )
+    if not 0.0 <= low <= value <= high <= 100.0:  # False for NaN too
+        raise FrameError("an estimate is not a Shore A value inside its interval")
     return DeviceEstimate(
         _finger(finger),
         contact,
         samples,
-        known,
+        decided,
         value,
         low,
         high,
-        bool(flags & REFUSES),
-        bool(flags & STRANGE),
-        took * 1e-9,
+        bool(flags & REFUSED),
+        bool(flags & OUT_OF_RANGE),
+        nanoseconds * 1e-9,
         epoch,
     )
 
 
-def check_place(answer: DevicePrediction, newest: int, farthest: int) -> None:
-    """Raise FrameError where a contact or an estimate cannot be of a device's samples.
+def check_place(prediction: DevicePrediction, newest: int, farthest: int) -> None:
+    """Raise FrameError if a contact or estimate cannot belong to the device's samples.
 
     Parameters
     ----------
-    answer
-        Contact or estimate with sample numbers of 64 bits.
+    prediction
+        Contact or estimate, with sample numbers of 64 bits.
     newest
-        Number of the sample that comes next.
+        Number of the next sample.
     farthest
-        Largest distance from it, samples.
+        Largest distance from that sample, samples.
     """
-    contact = answer.sample if isinstance(answer, DeviceContact) else answer.contact
-    if not max(0, answer.decided - farthest) <= contact <= answer.decided:
-        raise FrameError("a contact is not in the samples before it was known")
-    if abs(answer.decided - newest) > farthest:
-        raise FrameError("a contact is known far from the samples that come")
-    if isinstance(answer, DeviceEstimate) and answer.samples > answer.decided - contact + 1:
-        raise FrameError("an estimate is from samples after it was made")
+    contact = prediction.sample if isinstance(prediction, DeviceContact) else prediction.contact
+    if not max(0, prediction.decided - farthest) <= contact <= prediction.decided:
+        raise FrameError("a contact is not in the samples before its detection")
+    if abs(prediction.decided - newest) > farthest:
+        raise FrameError("a contact was detected far from the present samples")
+    if (
+        isinstance(prediction, DeviceEstimate)
+        and prediction.samples > prediction.decided - contact + 1
+    ):
+        raise FrameError("an estimate uses samples that came after it")
 
 
 def _finger(number: int) -> Finger:

@@ -1,4 +1,4 @@
-"""A model over the wire onto a device that answers by itself: whole and checked, or not at all."""
+"""Transfer of a model to a device that predicts itself: complete and checked, or not at all."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ from firstcontact.device._handshake import Greeting, read_greeting, refusal
 from firstcontact.device._protocol import VERSION, Frame, FrameError, FrameType
 from firstcontact.device._transport import LinkError, SerialTransport
 
-#: Most bytes of a model in a frame.
+#: Largest number of model bytes in a frame.
 CHUNK = 200
-#: What is not answered for so long is said again, s, and after so long nothing answers.
-AGAIN = 1.0
+#: Time without an answer after which a frame is repeated, s, and time after which the host gives
+#: up.
+REPEAT_AFTER = 1.0
 PATIENCE = 5.0
 _BEGIN = struct.Struct("<IIII")
 _OFFSET = struct.Struct("<I")
 _STATE = struct.Struct("<BBI")
 KEPT, REFUSED = 1, 2
-_SILENT = "what is on this port does not answer: check that it is the fingertip"
+_SILENT = "no device answers on this port: check that it is the fingertip"
 _TAKES_NONE = (
-    "the device takes no models: flash a firmware that answers by itself, of this version of "
-    "firstcontact"
+    "the device takes no models: flash a firmware that runs models, of this version of firstcontact"
 )
-#: So often in a row a piece may be asked for again.
-MOST_AGAIN = 10
+#: Largest number of consecutive requests for the same piece.
+MOST_REPEATS = 10
 
 
-def _is_of(answer: Frame, kind: FrameType) -> bool:
-    """Whether it is an answer to such a frame, and not a late one to the one before."""
+def _answers_kind(answer: Frame, kind: FrameType) -> bool:
+    """Return True if this is an answer to a frame of this kind, not to an earlier one."""
     return answer.type != FrameType.MODEL_STATE or answer.payload[1:2] == bytes([kind])
 
 
 class _Link:
-    """Frames to a device, and its answers."""
+    """Connection to a device: sends frames and waits for the answers."""
 
     def __init__(self, port: str) -> None:
         self.port = port
@@ -48,22 +48,22 @@ class _Link:
         self._transport.close()
 
     def ask(self, kind: FrameType, payload: bytes, answer: FrameType) -> Frame | None:
-        """Say something until it is answered; None where it is not."""
-        until = time.monotonic() + PATIENCE
+        """Send a frame until it is answered. Return None without an answer."""
+        deadline = time.monotonic() + PATIENCE
         try:
-            while time.monotonic() < until:
+            while time.monotonic() < deadline:
                 self._transport.send(kind, payload)
-                again = time.monotonic() + AGAIN
-                while time.monotonic() < again:
+                repeat_at = time.monotonic() + REPEAT_AFTER
+                while time.monotonic() < repeat_at:
                     for frame in self._decoder.feed(self._transport.read()):
                         if frame.type == FrameType.REFUSED:
                             raise refusal(frame.payload)
-                        if frame.type == answer and _is_of(frame, kind):
+                        if frame.type == answer and _answers_kind(frame, kind):
                             return frame
         except LinkError as error:
             raise InputError(
-                f"{self.port}: the device went away ({error}): plug it in and start again; it has "
-                "its old model"
+                f"{self.port}: the device went away ({error}): plug it in and start again; it "
+                "keeps its old model"
             ) from error
         return None
 
@@ -73,7 +73,7 @@ class _Link:
             raise InputError(f"{self.port}: the device does not stop")
 
     def hello(self) -> bytes:
-        """What the device says of itself, as it says it."""
+        """Request the device's descriptor. Return its payload."""
         answer = self.ask(FrameType.HELLO, bytes([VERSION]), FrameType.DESCRIPTOR)
         if answer is None:
             raise InputError(f"{self.port}: {_SILENT}")
@@ -89,19 +89,19 @@ class _Link:
         """Send a model in pieces. Return the state of the device."""
         head = _BEGIN.pack(form, sizes, len(data), zlib.crc32(data))
         _, received = self._model(FrameType.MODEL_BEGIN, head, 0, len(data))
-        most = received  # a device that goes back makes no progress
-        pieces, again = 2 * (len(data) // CHUNK + MOST_AGAIN), 0
+        best = received  # requests for earlier pieces are no progress
+        pieces, repeats = 2 * (len(data) // CHUNK + MOST_REPEATS), 0
         while received < len(data):
             chunk = _OFFSET.pack(received) + data[received : received + CHUNK]
             _, received = self._model(FrameType.MODEL_CHUNK, chunk, received, len(data))
             pieces -= 1
-            again = 0 if received > most else again + 1
-            most = max(most, received)
-            if again == MOST_AGAIN or not pieces:
+            repeats = 0 if received > best else repeats + 1
+            best = max(best, received)
+            if repeats == MOST_REPEATS or not pieces:
                 raise InputError(
                     f"{self.port}: the device asks for the same pieces of the model again and "
-                    f"again (it has {most} of {len(data)} bytes): check its cable and start "
-                    "again; it has its old model"
+                    f"again (it has {best} of {len(data)} bytes): check its cable and start "
+                    "again; it keeps its old model"
                 )
         state, _ = self._model(FrameType.MODEL_END, b"", received, len(data))
         return state
@@ -112,7 +112,7 @@ class _Link:
         """Send a frame. Return the state of the device and the bytes of the model that it has."""
         frame = self.ask(kind, payload, FrameType.MODEL_STATE)
         if frame is None:
-            # One that answers to other frames does not know this one.
+            # A device that answers other frames does not know this one.
             if kind == FrameType.MODEL_BEGIN and self.hello():
                 raise InputError(f"{self.port}: {_TAKES_NONE}")
             raise InputError(
@@ -122,15 +122,15 @@ class _Link:
         answer = frame.payload
         if len(answer) < _STATE.size:
             raise InputError(f"{self.port}: the device's answer is too short: start again")
-        state, _, now = _STATE.unpack_from(answer)
+        state, _, stored = _STATE.unpack_from(answer)
         if state == REFUSED:
             raise _refused(self.port, answer[_STATE.size :].decode(errors="replace"))
-        if now > length:
+        if stored > length:
             raise InputError(
-                f"{self.port}: the device says that it has {now} of {length} bytes of the model: "
+                f"{self.port}: the device reports {stored} of {length} bytes of the model: "
                 "reset it and start again"
             )
-        return int(state), int(now)
+        return int(state), int(stored)
 
 
 def _refused(port: str, why: str) -> InputError:
@@ -141,64 +141,63 @@ def _refused(port: str, why: str) -> InputError:
 
 
 def check_model_fits(port: str, form: int, sizes: int, length: int) -> None:
-    """Ask a device whether it takes such a model, before anything else is done for it.
+    """Refuse a model that the device cannot take, before any other step.
 
     Parameters
     ----------
     port, form, sizes
-        As of :func:`flash_model`.
+        See :func:`flash_model`.
     length
-        Of the image, bytes.
+        Length of the image, bytes.
 
     Raises
     ------
     InputError
-        It takes no models, or not this one, or does not answer.
+        The device takes no models, cannot take this one, or does not answer.
     """
     with closing(_Link(port)) as link:
         hello = link.hello()
     try:
-        models = read_greeting(hello).descriptor.model_slot
+        slot = read_greeting(hello).descriptor.model_slot
     except (FrameError, InputError):
-        return  # a model that spoilt what it says of itself can still be replaced
-    if models is None:
+        return  # a stored model that damages the descriptor can still be replaced
+    if slot is None:
         raise InputError(f"{port}: {_TAKES_NONE}")
-    if models.format != form:
-        raise _refused(port, f"it takes format {models.format}, and this is {form}")
-    if models.sizes != sizes:
+    if slot.format != form:
+        raise _refused(port, f"it takes format {slot.format}, and this is {form}")
+    if slot.sizes != sizes:
         raise _refused(port, "it is for kernels of other sizes than the firmware has")
-    if models.room < length:
-        raise _refused(port, f"{length} bytes, and there is room for {models.room}")
+    if slot.room < length:
+        raise _refused(port, f"{length} bytes, and there is room for {slot.room}")
 
 
 def flash_model(port: str, data: bytes, form: int, sizes: int) -> str:
-    """Send a model and have it answer.
+    """Send a model to a device and make it the active one.
 
     Parameters
     ----------
     port
-        Of the device.
+        Port of the device.
     data
-        The image.
+        Model image.
     form, sizes
-        Its format, and the CRC of the sizes that it needs: refused before anything is sent where
-        the device has others.
+        Format of the image, and CRC of the kernel sizes that it needs.
 
     Returns
     -------
     str
-        Digest of the model that answers now, as the device says.
+        Digest of the active model, as the device states it.
 
     Raises
     ------
     InputError
-        The device refuses it, does not answer or goes away: then it has its old model.
+        The device refuses the model, does not answer or is unplugged. It then keeps its old model.
     """
     with closing(_Link(port)) as link:
-        link.hello()  # whatever it says of itself: a model that spoilt that can still be replaced
+        link.hello()  # ignore its content: a stored model that damages it can still be replaced
         link.stop()
         state = link.send(data, form, sizes)
-        answers = link.greeting().descriptor.predictor
-    if state != KEPT or answers is None:
+        predictor = link.greeting().descriptor.predictor
+    if state != KEPT or predictor is None:
         raise InputError(f"{port}: the device did not keep the model: start again")
-    return answers.model
+    return predictor.model

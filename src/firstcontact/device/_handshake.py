@@ -1,4 +1,4 @@
-"""What a device answers when it is asked who it is."""
+"""Parsing of a device's answer to the handshake."""
 
 from __future__ import annotations
 
@@ -11,40 +11,40 @@ from firstcontact.device._source import Descriptor
 
 @dataclass(frozen=True, slots=True)
 class Greeting:
-    """A device that can be used: which start of it, and what it says about itself."""
+    """Boot number and descriptor of a usable device."""
 
     boot: int
     descriptor: Descriptor
 
 
 def read_greeting(payload: bytes) -> Greeting:
-    """Take a descriptor frame's payload apart.
+    """Parse the payload of a descriptor frame.
 
     Raises
     ------
     FrameError
-        It is damaged.
+        The frame is damaged.
     InputError
-        The device speaks another version, or its descriptor cannot be used.
+        The device has another protocol version, or its descriptor cannot be used.
     """
     version, boot, text = read_descriptor(payload)
     if version != VERSION:
-        raise InputError(_other(version))
+        raise InputError(_version_mismatch(version))
     return Greeting(boot, Descriptor.from_text(text))
 
 
 def refusal(payload: bytes) -> InputError:
-    """What a ``refused`` frame comes to."""
+    """Return the error for a ``refused`` frame."""
     if payload and payload[0] != VERSION:
-        return InputError(_other(payload[0]))
-    why = payload[1:].decode(errors="replace")
+        return InputError(_version_mismatch(payload[0]))
+    reason = payload[1:].decode(errors="replace")
     return InputError(
-        f"the device refuses ({why}): flash the firmware that belongs to this version of "
+        f"the device refuses ({reason}): flash the firmware that belongs to this version of "
         "firstcontact"
     )
 
 
-def _other(version: int) -> str:
+def _version_mismatch(version: int) -> str:
     return (
         f"the device speaks version {version} of the protocol and this program version {VERSION}: "
         "flash the firmware that belongs to this version of firstcontact"

@@ -1,4 +1,4 @@
-"""Samples that a source's thread has taken off its line, until somebody reads them."""
+"""Queue of received samples between a source's thread and its reader."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from firstcontact.recording import Marker
 
 
 class Inbox:
-    """One thread puts, another takes; what else both look at may be kept under its lock.
+    """Queue with one writing and one reading thread.
 
-    All but :meth:`read`, :attr:`ended`, :attr:`missing` and :attr:`waiting` is called with
-    :attr:`changed` held.
+    Its lock can also protect other fields that both threads use. Hold :attr:`changed` for all calls
+    except :meth:`read`, :attr:`ended`, :attr:`missing` and :attr:`waiting`.
     """
 
     def __init__(self) -> None:
@@ -25,48 +25,48 @@ class Inbox:
         self.finished = False
         self.error: InputError | None = None
         self._arrivals: deque[Arrival] = deque()
-        self._waiting = 0  # samples in these
-        self._wanted = 0  # samples that a reader waits for; 0 where none does
-        self._raised = False  # the error, to a reader
+        self._waiting = 0  # number of samples in the queue
+        self._wanted = 0  # number of samples that a reader waits for, or 0
+        self._raised = False  # True once a reader got the error
 
     @property
     def enough(self) -> bool:
-        """Whether a reader need not wait any longer."""
+        """True if a waiting reader can continue."""
         return self.finished or (bool(self._arrivals) and self._waiting >= self._wanted)
 
     @property
     def waiting(self) -> int:
-        """Samples that wait for a reader; may be looked at without the lock."""
+        """Number of samples in the queue. Can be read without the lock."""
         return self._waiting
 
     @property
     def missing(self) -> int:
-        """Samples that a reader still waits for; may be looked at without the lock."""
+        """Number of samples that a reader still waits for. Can be read without the lock."""
         return self._wanted - self._waiting
 
     def put(self, arrival: Arrival) -> None:
-        """Keep it; whoever waits is woken by :meth:`wake`."""
+        """Append an arrival. :meth:`wake` then wakes the reader."""
         self._arrivals.append(arrival)
         self._waiting += len(arrival.block.data)
 
     def wake(self) -> None:
-        """Have a reader look, if there is enough."""
+        """Wake the reader if it can continue."""
         if self.enough:
             self.changed.notify_all()
 
     def attach(
-        self, markers: tuple[Marker, ...], predictions: tuple[DevicePrediction, ...], none: Block
+        self, markers: tuple[Marker, ...], predictions: tuple[DevicePrediction, ...], empty: Block
     ) -> None:
-        """Give away what no sample comes with any more: with the last samples there were.
+        """Attach markers and predictions whose sample will not come to the last samples.
 
         Parameters
         ----------
-        markers, told
-            These.
-        none
-            A block without samples, for where the last were read already.
+        markers, predictions
+            Markers and predictions to attach.
+        empty
+            Block without samples. It carries them if the last samples were read already.
         """
-        last = self._arrivals.pop() if self._arrivals else Arrival(none, time.monotonic())
+        last = self._arrivals.pop() if self._arrivals else Arrival(empty, time.monotonic())
         self._arrivals.append(
             replace(
                 last, markers=last.markers + markers, predictions=last.predictions + predictions
@@ -74,25 +74,25 @@ class Inbox:
         )
 
     def end(self, error: InputError | None) -> None:
-        """Nothing more comes; an error is raised behind the last samples."""
+        """Mark the end of the stream. The reader gets ``error`` after the last samples."""
         self.error, self.finished = error, True
         self.changed.notify_all()
 
     @property
     def ended(self) -> bool:
-        """Whether nothing more will come, all was read and an error raised; takes the lock."""
+        """True if the stream ended and all samples and errors were delivered. Takes the lock."""
         with self.changed:
             return self.finished and not self._arrivals and (self.error is None or self._raised)
 
     def read(self, timeout: float, least: int) -> list[Arrival]:
-        """All that has come since the last call; takes the lock.
+        """Return all samples received since the last call. Takes the lock.
 
         Parameters
         ----------
         timeout
             Longest wait, s.
         least
-            Samples that are waited for.
+            Number of samples to wait for.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""What has become of a link since it was last looked at, in words."""
+"""Messages about changes of a link: disconnection, reconnection, lost samples."""
 
 from __future__ import annotations
 
@@ -8,68 +8,70 @@ from dataclasses import replace
 
 from firstcontact.device._source import Health
 
-#: Losses of so long are told in one line, s.
-GATHER = 1.0
+#: Losses within this time are reported in one line, s.
+MERGE_TIME = 1.0
 
 
-def link_news(before: Health, now: Health) -> list[str]:
-    """A line each for a device that went, one that came back, and samples lost."""
+def link_news(previous: Health, now: Health) -> list[str]:
+    """Return one line for each disconnection, reconnection and loss between two states."""
     news = []
-    if before.connected and not now.connected:
-        comes = now.unusable_samples + now.bad_frames > before.unusable_samples + before.bad_frames
-        gone = f"{'what comes is not usable' if comes else 'the device is gone'}; waiting for it"
-        news.append(f"link: {'that was all of the recording' if now.ended else gone}")
-    if now.reconnects > before.reconnects:
+    if previous.connected and not now.connected:
+        unusable = now.unusable_samples + now.bad_frames
+        sends_unusable = unusable > previous.unusable_samples + previous.bad_frames
+        fault = "the samples are not usable" if sends_unusable else "the device is gone"
+        reason = f"{fault}; waiting for it"
+        news.append(f"link: {'end of the recording' if now.ended else reason}")
+    if now.reconnects > previous.reconnects:
         news.append(f"link: the device is back, epoch {now.epoch}")
-    elif now.connected and not before.connected:
+    elif now.connected and not previous.connected:
         news.append("link: the device is back")
-    lost = now.lost_samples - before.lost_samples
+    lost = now.lost_samples - previous.lost_samples
     if lost > 0:
         news.append(f"link: {lost} samples lost, {now.lost_samples} in all")
     return news
 
 
 class LinkNews:
-    """What becomes of a link while it is looked at again and again.
+    """Reporter of link changes over repeated calls.
 
-    Losses that follow one another are gathered: a line a second at most.
+    It merges consecutive losses into one line per second at most.
 
     Parameters
     ----------
     health
-        Of the source, now.
+        Present health of the source.
     clock
-        Gives the host's time, s.
+        Function that returns the host's time, s.
     """
 
     def __init__(self, health: Health, clock: Callable[[], float] = time.monotonic) -> None:
-        self._before = health
+        self._previous = health
         self._clock = clock
-        self._not_before = clock()
+        self._next_loss_line = clock()
 
     def lines(self, now: Health, *, last: bool = False) -> list[str]:
-        """What is new, in words; with ``last`` also the losses that were to be gathered."""
-        told = self._before.lost_samples
-        gather = not last and self._clock() < self._not_before
-        shown = replace(now, lost_samples=told) if gather else now
-        if last and not now.ended:  # nobody waits for the device any more
-            shown = replace(shown, connected=self._before.connected)
-        news = link_news(self._before, shown)
-        if shown.lost_samples > told:
-            self._not_before = self._clock() + GATHER
-        self._before = shown
+        """Return lines about changes. ``last`` includes losses that are still being merged."""
+        reported_losses = self._previous.lost_samples
+        is_merging = not last and self._clock() < self._next_loss_line
+        reported = replace(now, lost_samples=reported_losses) if is_merging else now
+        if last and not now.ended:  # the end of the session is no disconnection
+            reported = replace(reported, connected=self._previous.connected)
+        news = link_news(self._previous, reported)
+        if reported.lost_samples > reported_losses:
+            self._next_loss_line = self._clock() + MERGE_TIME
+        self._previous = reported
         return news
 
 
 def clock_line(health: Health, rate: float) -> str:
-    """How far the device's clock is off the host's, "" before it can be told.
+    """Return the clock difference of device and host as text, "" if not measured yet.
 
     Parameters
     ----------
     health
-        Of the source.
+        Health of the source.
     rate
-        That it says it has, Hz.
+        Stated sample rate, Hz.
     """
     if not health.host_rate > 0:
         return ""

@@ -9,7 +9,7 @@ from typing import Any
 
 from firstcontact.core import InputError, install_command, require_modules
 
-#: Files that liblsl reads its settings from. A user who has one chose the level of its log.
+#: Settings files of liblsl. A user who has one has chosen the log level there.
 _SETTINGS = (
     "lsl_api.cfg",
     "~/lsl_api/lsl_api.cfg",
@@ -18,23 +18,23 @@ _SETTINGS = (
 
 
 def lsl_library() -> Any:
-    """Load pylsl, with a log of warnings and errors only.
+    """Return the module pylsl. Its log has warnings and errors only.
 
     Raises
     ------
     InputError
-        pylsl is missing, or its C library is.
+        The package pylsl or its C library is missing.
     """
     require_modules("live", "pylsl")
     try:
         import pylsl
-    except RuntimeError as error:  # the library of C is not there
+    except RuntimeError as error:  # the C library is missing
         raise InputError(f"LSL needs liblsl ({error}): {install_command('live')}") from error
     has_settings = "LSLAPICFG" in os.environ or any(
         Path(name).expanduser().exists() for name in _SETTINGS
     )
     if not has_settings:
-        # Without settings liblsl prints on standard error which ones it takes.
-        with suppress(AttributeError, NotImplementedError):  # older than 1.17.7
+        # Without settings liblsl prints its default settings on standard error.
+        with suppress(AttributeError, NotImplementedError):  # liblsl before 1.17.7
             pylsl.set_config_content("[log]\nlevel = -1\n")
     return pylsl

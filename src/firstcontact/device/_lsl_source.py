@@ -1,4 +1,4 @@
-"""A stream of the Lab Streaming Layer as a source."""
+"""Source for a stream of the Lab Streaming Layer (LSL)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from firstcontact.core import (
     finger_name,
 )
 from firstcontact.device._lsl_library import lsl_library
-from firstcontact.device._number_lines import distinct_names, place_of
+from firstcontact.device._number_lines import distinct_names, find_column
 from firstcontact.device._opening import SourceOptions
 from firstcontact.device._source import Descriptor
 from firstcontact.device._stamped_samples import StampedSamples, usable_stamps
@@ -30,41 +30,40 @@ from firstcontact.device._stream_checks import RateCheck
 from firstcontact.device._threaded import ThreadedSource
 from firstcontact.recording import HIGHEST_RATE, SOURCES
 
-#: A stream is looked for so long, s.
+#: Longest search for a stream, s.
 PATIENCE = 5.0
-#: Longest wait for a chunk, s: how soon a stop is noticed.
+#: Longest wait for a chunk, s. It limits the time until a stop is noticed.
 WAIT = 0.02
-#: A second stream of the same name is looked for so long, s.
+#: Longest search for a second stream of the same name, s.
 ANOTHER = 0.5
-#: A stamp that says that its sample comes from so far in the future, or in the past, s, tells of a
-#: clock that was set.
+#: A stamp further in the future or past than this, s, means that the sender's clock was set.
 FUTURE, PAST = 1.0, 100.0
-#: Fields that tell one sender from another, the plainest first.
+#: Fields that distinguish senders, the most readable one first.
 _SENDERS = ("hostname", "source_id", "uid")
 #: Longest label of a channel, characters.
 LONGEST_LABEL = 100
-#: What a stream may have sent before this program takes it, s.
+#: Length of the inlet's buffer, s.
 BUFFERED = 60
 
 
 class _Epoch:
-    """Numbers of the samples of one epoch, by stamps of one clock."""
+    """Numbering of the samples of one epoch, by time stamps of one clock."""
 
     def __init__(self, number: int, rate: float) -> None:
         self.number, self._rate = number, rate
         self.rate = RateCheck(rate)
         self._numbering = StampedSamples(rate)
-        self._least = math.inf  # age of a sample that came soonest after it was taken, s
-        self._unstamped = 0  # samples before the first usable stamp
+        self._least = math.inf  # smallest age of a sample at arrival, s
+        self._unstamped = 0  # number of samples before the first usable stamp
         self.count = 0
 
     @property
     def next(self) -> _Epoch:
-        """The epoch that follows."""
+        """Next epoch."""
         return _Epoch(self.number + 1, self._rate)
 
     def in_time(self, ago: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return True for each sample whose age, s, fits to those before it."""
+        """Return True for each sample whose age, s, fits the ages of earlier samples."""
         good = usable_stamps(ago)
         if math.isinf(self._least) and good.any():
             self._least = float(np.sort(ago[good])[good.sum() // 2])
@@ -73,7 +72,7 @@ class _Epoch:
         return good
 
     def numbers(self, stamps: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return the numbers of the next samples; the stamp of one out of time is NaN."""
+        """Return the numbers of the next samples. NaN replaces stamps that do not fit."""
         self.count += len(stamps)
         if math.isinf(self._least):
             self._unstamped += len(stamps)
@@ -82,26 +81,27 @@ class _Epoch:
 
 
 class LslSource(ThreadedSource):
-    """An inlet for a stream with vibration channels.
+    """Inlet for an LSL stream with vibration channels.
 
-    Stamps become sample numbers by the sender's clock; what is missing between them is counted as
-    lost. LSL's own time correction tells how the sender's clock runs against the host's. A stream
-    that is gone is looked for until it is back, with another epoch.
+    Stamps of the sender's clock give sample numbers, and missing numbers count as lost samples.
+    LSL's time correction gives the difference between the clocks of sender and host. If the stream
+    stops, the source searches until it is back and begins a new epoch.
 
     Parameters
     ----------
     stream
-        Its name; where several streams have it, NAME@HOST or NAME@SOURCE_ID.
+        Name of the stream; NAME@HOST or NAME@SOURCE_ID if several streams share the name.
     channels
-        Signals, by label or position from 1 on; none for those whose type is a vibration sensor,
-        or for all where there are one or two.
+        Vibration channels, by label or by position from 1. By default, channels whose type is a
+        vibration sensor, or all channels if there are one or two.
     rate
-        Of the samples that come out, Hz.
+        Output rate, Hz.
 
     Raises
     ------
     InputError
-        On entering: LSL is missing, no such stream, several of them, or one that cannot be used.
+        On entering: LSL is missing, there is no such stream or several, or the stream cannot be
+        used.
     """
 
     def __init__(
@@ -118,22 +118,22 @@ class LslSource(ThreadedSource):
         self._lsl = lsl_library()
         from pylsl import util
 
-        # InternalError: the port of a sender that just died refuses the connection.
+        # InternalError: the port of a stopped sender refuses the connection.
         self._lost = (util.LostError, util.TimeoutError, util.InternalError, TimeoutError)
-        found = self._found(PATIENCE)
-        if found is None:
+        info = self._find(PATIENCE)
+        if info is None:
             raise InputError(
-                f"no LSL stream is called {self._stream!r}: start what sends it, or see "
+                f"no LSL stream is called {self._stream!r}: start its sender, or see "
                 "`firstcontact ports --ask`"
             )
         try:
-            return self._listen(found)
+            return self._listen(info)
         except BaseException:
             self._shut()
             raise
 
-    def _found(self, patience: float) -> Any:
-        """Look for the stream. Return None without one, InputError with several."""
+    def _find(self, patience: float) -> Any:
+        """Search for the stream. Return None without one; InputError if there are several."""
         predicate = _predicate(self._stream)
         streams = self._lsl.resolve_bypred(predicate, 1, patience)
         if streams:
@@ -145,46 +145,46 @@ class LslSource(ThreadedSource):
             )
         return streams[0] if streams else None
 
-    def _listen(self, found: Any) -> Descriptor:
-        """Open the inlet; what the stream says about itself."""
-        self._check_rate(found)
-        self._inlet = self._lsl.StreamInlet(found, max_buflen=BUFFERED, recover=False)
+    def _listen(self, stream: Any) -> Descriptor:
+        """Open the inlet. Return the stream's descriptor."""
+        self._check_rate(stream)
+        self._inlet = self._lsl.StreamInlet(stream, max_buflen=BUFFERED, recover=False)
         try:
             info = self._inlet.info(PATIENCE)
             self._inlet.open_stream(PATIENCE)
             self._inlet.time_correction(PATIENCE)
         except self._lost as error:
             raise InputError(f"{self.name} does not answer ({error}): start it again") from error
-        channels, self._places = vibration_of(info, self._named, self.name)
+        channels, self._places = vibration_channels(info, self._named, self.name)
         delay = self._resample(float(info.nominal_srate()), self._rate)
-        said = info.desc().child("acquisition")
-        source = said.child_value("source")
+        acquisition = info.desc().child("acquisition")
+        source = acquisition.child_value("source")
         return Descriptor(
             Layout(channels, self._rate),
             firmware=f"LSL, from {self._input_rate:g} Hz",
             sensor=f"{info.name()} ({info.type()})",
-            hand=said.child_value("hand"),
+            hand=acquisition.child_value("hand"),
             source=source if source in SOURCES else "unknown",
             dtype="float32",
             delay=delay,
         )
 
     def _check_rate(self, info: Any) -> None:
-        """Refuse a stated rate that cannot be used, before anything is sent."""
+        """Refuse an unusable stated rate before samples are requested."""
         rate = float(info.nominal_srate())
         if not rate > 0 or info.channel_format() == self._lsl.cf_string:
             raise InputError(
-                f"{self.name} has no regular rate, or text for samples: have it sent with the rate "
-                "of its samples"
+                f"{self.name} has no regular rate, or text instead of numbers: send it with the "
+                "rate of its samples"
             )
         if rate > HIGHEST_RATE:
             raise InputError(
-                f"{self.name} says {rate:g} samples a second, and {HIGHEST_RATE:g} are "
-                "the most: correct the rate that it states"
+                f"{self.name} states {rate:g} samples a second, more than {HIGHEST_RATE:g}: "
+                "correct the rate that it states"
             )
         if self._rate > 10 * rate:
             raise InputError(
-                f"{self.name} has {rate:g} samples a second: a contact needs "
+                f"{self.name} has {rate:g} samples a second: contact detection needs "
                 f"{self._rate / 10:.0f} or more"
             )
 
@@ -197,11 +197,11 @@ class LslSource(ThreadedSource):
                     self._wait()
                     continue
                 host = time.monotonic()
-                # LSL knows how far the sender's clock is apart from that of the host.
+                # The time correction is the difference of the clocks of sender and host.
                 ago = self._lsl.local_clock() - self._inlet.time_correction(PATIENCE)
             except self._lost:
                 self._note(connected=False)
-                if not self._back():
+                if not self._reconnect():
                     return
                 epoch = epoch.next
                 continue
@@ -216,46 +216,46 @@ class LslSource(ThreadedSource):
         host: float,
         clock: float,
     ) -> _Epoch:
-        """Give a chunk. Return its epoch, another one where the sender's clock was set.
+        """Deliver a chunk. Return its epoch, a new one if the sender's clock was set.
 
         Parameters
         ----------
         epoch
-            That is going on.
+            Present epoch.
         values, stamps
             Samples, shape (samples, channels), and their stamps, s, shape (samples,).
         host, clock
-            Time now by the host's clock, and by the sender's, s.
+            Present time by the host's clock and by the sender's, s.
         """
-        ago = clock - stamps
-        good = epoch.in_time(ago)
-        if not good.any() and usable_stamps(stamps).any():
+        ages = clock - stamps
+        fits = epoch.in_time(ages)
+        if not fits.any() and usable_stamps(stamps).any():
             epoch = epoch.next
-            good = epoch.in_time(ago)
-        values[~good] = np.nan
-        numbers = epoch.numbers(np.where(good, stamps, np.nan))
-        taken = host - float(ago[good][-1]) if good.any() else None
+            fits = epoch.in_time(ages)
+        values[~fits] = np.nan
+        numbers = epoch.numbers(np.where(fits, stamps, np.nan))
+        taken = host - float(ages[fits][-1]) if fits.any() else None
         self._give(values, numbers, epoch.number, host, taken)
-        if good[-1] and epoch.rate.add(epoch.count, float(stamps[-1])):
+        if fits[-1] and epoch.rate.add(epoch.count, float(stamps[-1])):
             self._refuse_rate(epoch.rate.rate / self._input_rate, "its own")
         return epoch
 
-    def _back(self) -> bool:
-        """Look for the stream until it is there again; False when closed before that."""
+    def _reconnect(self) -> bool:
+        """Search for the stream until it is back. Return False if closed before."""
         self._shut()
-        before = self.descriptor.layout
+        layout = self.descriptor.layout
         while not self._closing.is_set():
             with suppress(InputError):
-                found = self._found(0.5)
-                if found is None:
+                info = self._find(0.5)
+                if info is None:
                     continue
-                descriptor = self._listen(found)
-                if descriptor.layout == before:
+                descriptor = self._listen(info)
+                if descriptor.layout == layout:
                     return True
                 break
         if self._closing.is_set():
             return False
-        raise InputError(f"{self.name} came back with other channels: begin again")
+        raise InputError(f"{self.name} came back with other channels: start again")
 
     def _shut(self) -> None:
         inlet, self._inlet = self._inlet, None
@@ -263,48 +263,48 @@ class LslSource(ThreadedSource):
             inlet.close_stream()
 
 
-def vibration_of(
-    info: Any, wanted: tuple[str, ...], name: str
+def vibration_channels(
+    info: Any, names: tuple[str, ...], name: str
 ) -> tuple[tuple[Channel, ...], list[int]]:
-    """The channels that are given as samples, and where they are in the stream.
+    """Return the vibration channels and their positions in the stream.
 
     Raises
     ------
     InputError
-        One that is wanted is not there, or it cannot be told which are meant.
+        A named channel is missing, or the vibration channels cannot be identified.
     """
-    told = []
+    metadata = []
     node = info.desc().child("channels").child("channel")
     for k in range(info.channel_count()):
         words = {w: node.child_value(w) for w in ("label", "type", "unit", "finger")}
-        told.append({**words, "label": words["label"][:LONGEST_LABEL] or str(k + 1)})
+        metadata.append({**words, "label": words["label"][:LONGEST_LABEL] or str(k + 1)})
         node = node.next_sibling()
-    labels = distinct_names([t["label"] for t in told])
+    labels = distinct_names([t["label"] for t in metadata])
     kinds = {str(v) for v in VibrationSensor}
-    if wanted:
-        found = [place_of(w, labels) for w in wanted]
-        places = [] if None in found else [k for k in found if k is not None]
+    if names:
+        matches = [find_column(w, labels) for w in names]
+        places = [] if None in matches else [k for k in matches if k is not None]
     else:
-        places = [k for k, t in enumerate(told) if t["type"].lower() in kinds]
-        places = places or (list(range(len(told))) if len(told) <= 2 else [])
+        places = [k for k, t in enumerate(metadata) if t["type"].lower() in kinds]
+        places = places or (list(range(len(metadata))) if len(metadata) <= 2 else [])
     if not 1 <= len(set(places)) == len(places) <= 2:
         raise InputError(
-            f"{name}: which one or two of its channels are the vibration is not known: name them, "
-            f"as in {name}#{(*labels, '1')[0]} (there are {', '.join(labels[:16])})"
+            f"{name}: its one or two vibration channels cannot be identified: name them, "
+            f"as in {name}#{(*labels, '1')[0]} (its channels: {', '.join(labels[:16])})"
         )
     fingers = {finger_name(f): f for f in Finger}
-    of_hand: list[Finger | None] = [fingers.get(told[k]["finger"]) for k in places]
-    if len(set(of_hand)) < len(places):
-        of_hand = list(Finger)
+    fingers_of: list[Finger | None] = [fingers.get(metadata[k]["finger"]) for k in places]
+    if len(set(fingers_of)) < len(places):
+        fingers_of = list(Finger)
     channels = tuple(
         Channel(
             labels[k],
             ChannelKind.VIBRATION,
             finger,
-            told[k]["unit"][:LONGEST_LABEL],
-            sensor=VibrationSensor(t) if (t := told[k]["type"].lower()) in kinds else None,
+            metadata[k]["unit"][:LONGEST_LABEL],
+            sensor=VibrationSensor(t) if (t := metadata[k]["type"].lower()) in kinds else None,
         )
-        for k, finger in zip(places, of_hand, strict=True)
+        for k, finger in zip(places, fingers_of, strict=True)
     )
     return channels, places
 
@@ -314,8 +314,8 @@ def _predicate(stream: str) -> str:
     words = stream.split("@")
     queries = [f"name={_literal(stream)}"]
     for k in range(1, len(words)):
-        where = _literal("@".join(words[k:]))
-        of_sender = " or ".join(f"{field}={where}" for field in _SENDERS)
+        sender = _literal("@".join(words[k:]))
+        of_sender = " or ".join(f"{field}={sender}" for field in _SENDERS)
         queries.append(f"(name={_literal('@'.join(words[:k]))} and ({of_sender}))")
     return " or ".join(queries)
 
@@ -329,23 +329,23 @@ def _literal(text: str) -> str:
 
 
 def _distinct_names(streams: Sequence[Any]) -> list[str]:
-    """Return a name for each stream that no other one of them has, in order."""
+    """Return a unique name for each stream, in alphabetical order."""
     names = []
     for stream in streams:
         for field in _SENDERS:
-            where = getattr(stream, field)()
-            if where and [getattr(s, field)() for s in streams].count(where) == 1:
-                names.append(f"lsl:{stream.name()}@{where}")
+            sender = getattr(stream, field)()
+            if sender and [getattr(s, field)() for s in streams].count(sender) == 1:
+                names.append(f"lsl:{stream.name()}@{sender}")
                 break
     return sorted(names)
 
 
 def from_name(name: str, options: SourceOptions) -> LslSource:
-    """The stream that a person names: lsl:NAME, or lsl:NAME#LABEL,LABEL."""
+    """Return the source for a device name: lsl:NAME, or lsl:NAME#LABEL,LABEL."""
     options.check_own_speed(name)
     stream, _, channels = name.removeprefix("lsl:").partition("#")
     if not stream:
         raise InputError("lsl: names no stream: as in lsl:NAME")
-    if not stream.isprintable():  # the query goes over the network as a line of text
-        raise InputError(f"{name!r} has characters that no stream's name has: name it as it is")
+    if not stream.isprintable():  # the query is sent as one line of text
+        raise InputError(f"{name!r} has unprintable characters: use the stream's exact name")
     return LslSource(stream, tuple(word for word in channels.split(",") if word))

@@ -1,4 +1,4 @@
-"""What the vibration sensors say with nothing touching and the motor at rest."""
+"""Noise floor of the vibration sensors: no contact, motor at rest."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ from firstcontact.core import (
 )
 from firstcontact.device._source import Arrival, Source
 
-#: Rest is judged in parts of this length, s: whole periods of 50 and of 60 Hz.
+#: Length of the parts in which rest is judged, s: whole periods of 50 and 60 Hz.
 PART = 0.1
-#: A part is at rest if no sensor is louder than its quietest part by this factor. The
-#: RMS of a part scatters by about 5 %; a running motor is twice as loud or more.
+#: A part is at rest if no sensor's RMS exceeds its smallest RMS by this factor. The RMS of parts at
+#: rest scatters by about 5 %. A running motor doubles it or more.
 STEADY = 1.4
-#: A taxel this far above its lowest level is loaded, V; so is one above ``LOADED``.
-#: Velostat that was let go creeps back through the last of it within a second.
+#: A taxel is loaded if it is above its lowest level by this, V, or above ``LOADED``. Unloaded
+#: Velostat creeps back below it within a second.
 RISEN = 0.4
 LOADED = 1.0
 #: Rest that is measured before a session without a calibration, and the longest wait for it, s.
 REST = 1.0
 PATIENCE = 30.0
-#: Longest wait for the next samples, s, as so many waits: a process that was stopped for longer
-#: did not listen.
+#: Longest wait for samples, s, and the number of waits that it is divided into. Time in which this
+#: process was stopped is not counted as waiting.
 SILENCE, WAITS = 2.0, 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Part:
-    """One part of the stream; all shapes (fingers,)."""
+    """Statistics of one part of the stream. All shapes are (fingers,)."""
 
     mean: NDArray[np.float64]
     rms: NDArray[np.float64]
     strip: NDArray[np.bool_]
-    force: tuple[NDArray[np.float64], ...]  # of each finger: taxels, V
+    force: tuple[NDArray[np.float64], ...]  # level of each finger's taxels, V
 
     @property
     def flat(self) -> NDArray[np.bool_]:
@@ -52,14 +52,14 @@ class _Part:
 
 
 class RestMeter:
-    """Collects parts of a stream in which nothing touches and nothing moves.
+    """Noise meter for the parts of a stream without contact and movement.
 
     Parameters
     ----------
     layout
-        The columns of the blocks.
+        Layout of the blocks.
     seconds
-        How much rest is wanted, s; it need not be in one piece.
+        Required rest in total, s.
 
     Raises
     ------
@@ -79,37 +79,37 @@ class RestMeter:
         self._parts: list[_Part] = []
         self._waiting: NDArray[np.float64] | None = None
         self._next = (0, 0)
-        self.samples = 0  #: seen so far
+        self.samples = 0  #: number of samples so far
 
     def update(self, block: Block) -> None:
-        """Take the next block; a part never reaches across a gap."""
+        """Process the next block. A part never spans a gap."""
         self.samples += len(block.data)
         x = self._layout.physical(block.data, self._every)
         if self._waiting is not None and (block.first_sample, block.epoch) == self._next:
             x = np.concatenate([self._waiting, x])
         self._next = (block.end, block.epoch)
-        whole = len(x) // self._length * self._length
-        for start in range(0, whole, self._length):
+        end = len(x) // self._length * self._length
+        for start in range(0, end, self._length):
             self._parts.append(self._part(x[start : start + self._length]))
-        self._waiting = x[whole:]
+        self._waiting = x[end:]
 
     @property
-    def done(self) -> bool:
-        """Whether enough rest was seen."""
-        return int(self._at_rest().sum()) >= self._wanted
+    def is_done(self) -> bool:
+        """Return True once there is enough rest."""
+        return int(self._rest_mask().sum()) >= self._wanted
 
     def calibration(self) -> Calibration:
-        """Noise floor and offset of each vibration sensor over all rest seen.
+        """Return noise floor and offset of each vibration sensor over all rest so far.
 
         Raises
         ------
         InputError
-            There is not enough of it; says what is in the way.
+            There is not enough rest. The message states the reason.
         """
-        rest = self._at_rest()
-        if int(rest.sum()) < self._wanted:
-            raise InputError(f"the noise floor cannot be measured: {'; '.join(self.in_the_way())}")
-        parts = [p for p, at_rest in zip(self._parts, rest, strict=True) if at_rest]
+        at_rest = self._rest_mask()
+        if int(at_rest.sum()) < self._wanted:
+            raise InputError(f"the noise floor cannot be measured: {'; '.join(self.obstacles())}")
+        parts = [p for p, is_rest in zip(self._parts, at_rest, strict=True) if is_rest]
         noise = np.sqrt(np.mean([p.rms**2 for p in parts], axis=0))
         offset = np.mean([p.mean for p in parts], axis=0)
         piezo = tuple(
@@ -118,29 +118,29 @@ class RestMeter:
         )
         return Calibration(piezo, created=datetime.now(UTC).isoformat(timespec="seconds"))
 
-    def in_the_way(self) -> list[str]:
-        """What has kept the fingers from resting, and what to do, finger by finger."""
-        said = []
+    def obstacles(self) -> list[str]:
+        """Return, for each finger, what prevents rest and the remedy."""
+        messages = []
         faults = self._faults(self._parts)
         for column, finger in enumerate(self._fingers):
             flat, strip, force, loud = (fault[:, column].mean() for fault in faults)
             sensor = self._layout.vibration[column].sensor
             name = finger_name(finger)
-            what = f"the {sensor}" if finger is None else f"the {name}'s {sensor}"
-            # The plainest fault first: one closed strip explains a loud piezo, too.
+            sensor_name = f"the {sensor}" if finger is None else f"the {name}'s {sensor}"
+            # Report the most basic fault first: a closed strip also explains a loud piezo.
             if flat > 0.5:
-                said.append(f"{what} does not move at all: check its plug and buffer")
+                messages.append(f"{sensor_name} is constant: check its plug and buffer")
             elif max(strip, force) > 0 and max(strip, force) >= loud:
                 fault = "strip is closed" if strip >= force else "force is above its unloaded level"
-                said.append(f"the {name}'s {fault}: take away what it touches")
+                messages.append(f"the {name}'s {fault}: remove what it touches")
             elif loud > 0:
                 remedy = (
-                    "touch nothing, and quieten the surroundings"
+                    "touch nothing, and reduce noise nearby"
                     if finger is None
                     else "stop the motor and keep the hand still"
                 )
-                said.append(f"{what} does not rest: {remedy}")
-        return said or ["too few samples came: check the connection"]
+                messages.append(f"{sensor_name} is not at rest: {remedy}")
+        return messages or ["too few samples: check the connection"]
 
     def _part(self, x: NDArray[np.float64]) -> _Part:
         piezo = x[:, list(self._vibration)]
@@ -153,7 +153,7 @@ class RestMeter:
         return _Part(piezo.mean(axis=0), rms, np.array(strip), tuple(force))
 
     def _faults(self, parts: Sequence[_Part]) -> tuple[NDArray[np.bool_], ...]:
-        """Flat, strip closed, force, loud; each of shape (parts, fingers)."""
+        """Return the masks flat, strip closed, loaded, loud, each of shape (parts, fingers)."""
         none = np.zeros((0, len(self._fingers)), np.bool_)
         if not parts:
             return none, none, none, none
@@ -170,19 +170,19 @@ class RestMeter:
         quietest = rms[free].min(axis=0) if free.any() else rms.min(axis=0)
         return flat, strip, force, rms > STEADY * quietest
 
-    def _at_rest(self) -> NDArray[np.bool_]:
-        """Which parts are at rest, shape (parts,)."""
+    def _rest_mask(self) -> NDArray[np.bool_]:
+        """Return True for each part at rest, shape (parts,)."""
         flat, strip, force, loud = self._faults(self._parts)
         return np.asarray(~(flat | strip | force | loud).any(axis=1))
 
 
 def wait_for_arrivals(source: Source) -> list[Arrival]:
-    """Read what comes next, at least one sample.
+    """Return the next samples, at least one.
 
     Raises
     ------
     InputError
-        No samples come for 2 s.
+        No samples arrive within 2 s.
     """
     for _ in range(WAITS):
         if arrivals := source.read(SILENCE / WAITS):
@@ -200,26 +200,26 @@ def measure_noise(
 ) -> Calibration:
     """Measure the noise floor and offset of each vibration sensor of an open source.
 
-    A hand that closes again and again is measured between its closings.
+    A hand that closes repeatedly is measured between its closings.
 
     Parameters
     ----------
     source
-        Open.
+        Open source.
     seconds
-        How much rest is wanted, s of the device's time.
+        Required rest, s of the device's time.
     patience
-        How much longer to wait for it, s of the device's time.
+        Additional time to wait for it, s of the device's time.
 
     Raises
     ------
     InputError
-        Something touches, a piezo does not rest or is dead, or no samples come:
-        which finger, and what to do.
+        There is a contact, a piezo is loud or dead, or no samples arrive. The message names the
+        finger and the remedy.
     """
     meter = RestMeter(source.descriptor.layout, seconds)
     most = (seconds + patience) * source.descriptor.layout.rate
-    while not meter.done and meter.samples < most:
+    while not meter.is_done and meter.samples < most:
         for arrival in wait_for_arrivals(source):
             meter.update(arrival.block)
     return meter.calibration()

@@ -1,4 +1,4 @@
-"""Lines of numbers, as most sketches print them, as samples: no port in it."""
+"""Parsing of text lines with numbers, as boards print them, into samples."""
 
 from __future__ import annotations
 
@@ -9,34 +9,34 @@ from dataclasses import dataclass, field
 
 from firstcontact.core import InputError, parse_float
 
-#: Names of a column that counts the samples.
+#: Names of a column that counts samples.
 COUNTERS = ("counter", "count", "sample", "n", "i", "index", "nr", "#")
-#: Names of columns that tell the time, and are neither signal nor count.
+#: Names of columns with the time, which are neither signal nor counter.
 TIMES = ("t", "time", "ms", "us", "millis", "micros", "timestamp")
-#: Longest line, bytes: what is longer is none.
+#: Longest line, bytes. Longer ones are discarded.
 LONGEST = 1000
-#: Lines that must agree on how many columns there are before one is believed.
-BELIEVED = 20
-#: Counts that go on by more than this from line to line are damaged, or another count.
+#: Number of lines with the same number of columns before the format is accepted.
+LINES_NEEDED = 20
+#: Largest step of a counter between lines. A larger one means damage or a restart.
 LEAP = 100_000.0
-#: Most columns.
+#: Largest number of columns.
 MOST = 64
 
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """Which column is what.
+    """Roles of the columns of a line.
 
     Parameters
     ----------
     names
-        Of the signals, as the header has them, else their positions.
+        Names of the signals: from the header, or else their positions.
     signals
-        Positions of the columns that are given as samples, at most two.
+        Positions of the signal columns, at most two.
     counter
         Position of the column that counts samples; None without one.
     width
-        Columns of a line.
+        Number of columns in a line.
     """
 
     names: tuple[str, ...]
@@ -47,14 +47,14 @@ class Columns:
 
 @dataclass(slots=True)
 class LineReader:
-    """Takes bytes as they come; gives the numbers of each whole line.
+    """Reader that turns bytes into the numbers of each complete line.
 
     Attributes
     ----------
     bad
-        Lines that were no numbers, or had another number of columns.
+        Number of lines without numbers or with a wrong number of columns.
     header
-        Names of columns, where the board printed them.
+        Names of columns, if the board printed them.
     """
 
     bad: int = 0
@@ -64,23 +64,23 @@ class LineReader:
     _headers: int = field(default=0)
 
     def feed(self, data: bytes) -> list[tuple[float, ...] | None]:
-        """Numbers of the lines that these bytes complete; None for one that is none.
+        """Return the numbers of the lines that these bytes complete.
 
-        The first line is left out: it may have begun before it was listened to.
+        An invalid line gives None. The first line is ignored, because its beginning may be missing.
         """
         pieces = (self._rest + data).replace(b"\r", b"\n").split(b"\n")
         self._rest = pieces.pop()
-        if len(self._rest) > LONGEST:  # another baud rate, or no text at all
+        if len(self._rest) > LONGEST:  # wrong baud rate, or no text
             self._rest, self._begun = b"", False
             self.bad += 1
-        found: list[tuple[float, ...] | None] = []
+        lines: list[tuple[float, ...] | None] = []
         for piece in pieces:
             if not self._begun:
                 self._begun = True
                 self._name(piece)
             elif piece.strip():
-                found.append(self._numbers(piece))
-        return found
+                lines.append(self._numbers(piece))
+        return lines
 
     def _numbers(self, line: bytes) -> tuple[float, ...] | None:
         words = _words(line)
@@ -107,7 +107,7 @@ class LineReader:
 
     @staticmethod
     def _is_header(words: tuple[str, ...]) -> bool:
-        """Whether these are names: short, printable, and each begins with a letter."""
+        """Return True if these words can be column names: short ASCII words."""
         return 0 < len(words) <= MOST and all(
             w.isprintable() and w.isascii() and len(w) <= 40 and (w[0].isalpha() or w == "#")
             for w in words
@@ -122,8 +122,8 @@ def _words(line: bytes) -> tuple[str, ...]:
     return tuple(text.split())
 
 
-def place_of(word: str, names: Sequence[str]) -> int | None:
-    """Return the place of a column by its name, or by its position from 1 on; None without one."""
+def find_column(word: str, names: Sequence[str]) -> int | None:
+    """Return the index of a column from its name or its position from 1; None if missing."""
     if word in names:
         return names.index(word)
     positions = [str(k + 1) for k in range(len(names))]
@@ -131,60 +131,60 @@ def place_of(word: str, names: Sequence[str]) -> int | None:
 
 
 def distinct_names(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names, each that is there twice with its position behind it."""
+    """Return the names. Repeated ones get their position as a suffix."""
     distinct = [f"{n} {k + 1}" if names.count(n) > 1 else n for k, n in enumerate(names)]
     if len(set(distinct)) < len(distinct):
         distinct = [str(k + 1) for k in range(len(names))]
     return tuple(distinct)
 
 
-def columns_of(
+def identify_columns(
     lines: list[tuple[float, ...]], header: tuple[str, ...], wanted: tuple[str, ...], port: str
 ) -> Columns:
-    """Which column is what, from the first lines of a board.
+    """Return the roles of the columns, from the first lines of a board.
 
     Parameters
     ----------
     lines
-        Their numbers.
+        Numbers of the lines.
     header
-        Names, where the board printed them.
+        Column names, if the board printed them.
     wanted
-        Signals that a person named, by header or position from 1 on; none for all.
+        Signal columns that the user named, by header or by position from 1; empty for all.
     port
-        For messages.
+        Port name for error messages.
 
     Raises
     ------
     InputError
-        Lines of different lengths, a column that is not there, or more than two signals.
+        Lines differ in length, a named column is missing, or there are more than two signals.
     """
     widths = [len(line) for line in lines]
     width = max(set(widths), key=widths.count)
-    alike = [line for line in lines if len(line) == width]
-    if len(alike) < 0.8 * len(lines):
+    full_lines = [line for line in lines if len(line) == width]
+    if len(full_lines) < 0.8 * len(lines):
         raise InputError(
-            f"{port}: its lines have from {min(widths)} to {max(widths)} numbers: have the board "
-            "print as many in each, or set its baud rate (csv:PORT@BAUD)"
+            f"{port}: its lines have from {min(widths)} to {max(widths)} numbers: print "
+            "the same number of columns in each line, or set its baud rate (csv:PORT@BAUD)"
         )
     named = len(header) == width
     names = distinct_names(header) if named else tuple(str(k + 1) for k in range(width))
-    counter = _counter(alike, names if named else ())
-    if counter is not None and not _counts(alike, counter):
+    counter = _counter(full_lines, names if named else ())
+    if counter is not None and not _counts(full_lines, counter):
         raise InputError(
-            f"{port}: column {names[counter]!r} is called a counter and does not count up: give it "
-            "another name, or have the board count its samples in it"
+            f"{port}: column {names[counter]!r} is named as a counter and does not count up: "
+            "rename it, or let the board count its samples in it"
         )
     if wanted:
         places = []
         for name in wanted:
-            place = place_of(name, names)
+            place = find_column(name, names)
             if place is None:
                 raise InputError(f"{port} has no column {name!r}: choose one of {', '.join(names)}")
             places.append(place)
     else:
-        told = {k for k, n in enumerate(names) if n.lower() in TIMES}
-        places = [k for k in range(width) if k != counter and k not in told]
+        times = {k for k, n in enumerate(names) if n.lower() in TIMES}
+        places = [k for k in range(width) if k != counter and k not in times]
     if not 1 <= len(set(places)) == len(places) <= 2:
         raise InputError(
             f"{port} has {len(places)} columns of signals: name one or two of "
@@ -194,7 +194,7 @@ def columns_of(
 
 
 def _counter(lines: list[tuple[float, ...]], names: tuple[str, ...]) -> int | None:
-    """The column that counts: by its name, else the one that rises by 1 from line to line."""
+    """Return the counter column: by its name, or the column that rises by 1 a line."""
     for k, name in enumerate(names):
         if name.lower() in COUNTERS:
             return k
@@ -205,7 +205,7 @@ def _counter(lines: list[tuple[float, ...]], names: tuple[str, ...]) -> int | No
     return None
 
 
-def _counts(lines: list[tuple[float, ...]], place: int) -> bool:
+def _counts(lines: list[tuple[float, ...]], column: int) -> bool:
     """Return True if a column goes up by no more than a counter can from line to line."""
-    steps = [b[place] - a[place] for a, b in itertools.pairwise(lines)]
+    steps = [b[column] - a[column] for a, b in itertools.pairwise(lines)]
     return sum(0 < step <= LEAP for step in steps) >= 0.8 * len(steps)

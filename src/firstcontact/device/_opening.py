@@ -1,4 +1,7 @@
-"""All kinds of sources by name, and one way in. A new one is one file and one entry here."""
+"""Registry of source kinds, and the function that opens a source.
+
+A new kind is one file and one entry here.
+"""
 
 from __future__ import annotations
 
@@ -19,16 +22,16 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class SourceOptions:
-    """What else a person may say of a source.
+    """User options of a source, besides its name.
 
     Parameters
     ----------
     speed
-        Times real time, where it can be chosen.
+        Speed as a multiple of real time, where the source supports it.
     condition, seed
-        Of the twin.
+        Condition and random seed of the twin.
     objects
-        What the twin picks up: the name of a set or of one object.
+        Objects that the twin picks up: the name of a set or of one object.
     """
 
     speed: float = 1.0
@@ -37,44 +40,49 @@ class SourceOptions:
     objects: str = "paper"
 
     def check_own_speed(self, device: str) -> None:
-        """Refuse another speed for what has its own; ``device`` is what has it, in words.
+        """Refuse a speed option for a device with a fixed speed.
+
+        ``device`` names the device in the message.
 
         Raises
         ------
         InputError
-            A speed is asked of it.
+            The speed is not 1.
         """
         if self.speed != 1.0:
-            raise InputError(f"--speed is {self.speed:g}, but {device} has its own: leave it out")
+            raise InputError(
+                f"--speed is {self.speed:g}, but {device} has a fixed speed: leave it out"
+            )
 
 
 @dataclass(frozen=True, slots=True)
 class SourceKind:
-    """A kind of sources: which devices are of it, and how one is opened.
+    """Kind of source: device names that it accepts, and how it opens one.
 
     Parameters
     ----------
     name
-        Under which it is registered.
+        Name in the registry.
     title
-        How a device of this kind is named, as help says it: "a serial port".
+        Description of the device name for help texts: "a serial port".
     make
-        From what a person typed and the options to a source that is not entered yet.
+        Function from device name and options to a source that is not open yet.
     takes
-        Whether what a person typed is of this kind; without it, all that begins with the
-        name and a colon is.
+        Predicate on the device name. By default, a kind accepts names that begin with its own name
+        and a colon.
     recorded
-        Whether it gives what has happened already.
+        True if the source replays a recording.
     simulated
-        Whether its hand is no real one: it takes orders, and its time may run faster.
+        True if the hand is simulated: it takes orders and can run faster than real time.
     is_port
-        Whether what a person types is the path of a port.
+        True if the device name is the path of a port.
     origin
-        What its recordings will say of where they come from, where that is known before.
+        Source field of its recordings, if known in advance.
     shore_a
-        Of an object that a simulated hand knows by name. Raises InputError for others.
+        Function from an object's name to its Shore A, for a simulated hand. It raises InputError
+        for unknown names.
     discover
-        What there is of it to open: the device as a person types it, and what it is.
+        Function that lists available devices: device name and description of each.
     """
 
     name: str
@@ -89,69 +97,69 @@ class SourceKind:
     discover: Callable[[], Iterable[tuple[str, str]]] | None = None
 
     def accepts(self, device: str) -> bool:
-        """Whether this is a device of this kind."""
+        """Return True if ``device`` names a device of this kind."""
         return device.startswith(f"{self.name}:") if self.takes is None else self.takes(device)
 
 
-def _in(module: str, function: str) -> Callable[..., Any]:
-    """A function of this room, whose module is imported when it is called."""
+def _lazy(module: str, function: str) -> Callable[..., Any]:
+    """Return a function that imports its module of this room at the first call."""
 
-    def called(*arguments: Any) -> Any:
+    def call(*arguments: Any) -> Any:
         return getattr(import_module(f"firstcontact.device.{module}"), function)(*arguments)
 
-    return called
+    return call
 
 
-_OURS = (
+_BUILT_IN = (
     SourceKind(
         "serial",
         "a serial port",
-        _in("_serial_source", "from_port"),
+        _lazy("_serial_source", "from_port"),
         takes=lambda device: True,
         is_port=True,
     ),
     SourceKind(
         "twin",
         '"twin" for the simulated hand',
-        _in("_twin_source", "from_name"),
+        _lazy("_twin_source", "from_name"),
         takes=lambda device: device == "twin",
         simulated=True,
         origin="twin",
-        shore_a=_in("_twin_source", "shore_a"),
+        shore_a=_lazy("_twin_source", "shore_a"),
     ),
     SourceKind(
         "recording",
         "a recording to replay",
-        _in("_replay", "from_path"),
+        _lazy("_replay", "from_path"),
         takes=lambda device: Path(device).suffix == ".mcap",
         recorded=True,
     ),
     SourceKind(
         "audio",
         '"audio" or audio:NAME for a sound input (audio:NAME/2 for two channels)',
-        _in("_audio_source", "from_name"),
+        _lazy("_audio_source", "from_name"),
         takes=lambda device: device.partition(":")[0] in ("audio", "audio/2"),
         origin="real",
-        discover=_in("_audio_source", "discover"),
+        discover=_lazy("_audio_source", "discover"),
     ),
     SourceKind(
         "csv",
         "csv:PORT for a board that prints numbers in lines (csv:PORT@BAUD#COLUMN,COLUMN)",
-        _in("_csv_source", "from_name"),
+        _lazy("_csv_source", "from_name"),
         origin="real",
     ),
     SourceKind(
         "lsl",
         "lsl:NAME for a stream of the Lab Streaming Layer (lsl:NAME#CHANNEL,CHANNEL)",
-        _in("_lsl_source", "from_name"),
+        _lazy("_lsl_source", "from_name"),
     ),
 )
-#: What no other kind takes is of the default.
+#: Kinds of sources. The default kind takes every name that no other kind accepts.
 SOURCES: Registry[SourceKind] = Registry(
     "source",
     "firstcontact.sources",
     {
-        **{kind.name: kind for kind in _OURS},
+        **{kind.name: kind for kind in _BUILT_IN},
     },
     base="firstcontact.device._opening:SourceKind",
     instances=True,
@@ -159,27 +167,27 @@ SOURCES: Registry[SourceKind] = Registry(
 
 
 def source_kind(device: str) -> SourceKind:
-    """The kind of a device.
+    """Return the kind of a device.
 
-    Plug-ins are imported only where the device begins with their name and a colon, or where no
-    kind of this package takes it and it is no port that is there.
+    Plug-ins are imported only if the device name begins with their name and a colon. They are also
+    imported if no built-in kind accepts the name and no such port exists.
 
     Raises
     ------
     InputError
-        It is of a plug-in that cannot be loaded.
+        The device belongs to a plug-in that cannot be loaded.
     """
     named, colon, _ = device.partition(":")
     if colon and named in (*SOURCES.names, *SOURCES.failed) and SOURCES.find(named).takes is None:
         return SOURCES.find(named)
-    own = [SOURCES[name] for name in SOURCES.own if name != SOURCES.default]
-    kind = next((kind for kind in own if kind.accepts(device)), None)
+    built_in = [SOURCES[name] for name in SOURCES.own if name != SOURCES.default]
+    kind = next((kind for kind in built_in if kind.accepts(device)), None)
     if kind is None and not Path(device).is_char_device():
-        kind = _of_plugin(device)
+        kind = _plugin_kind(device)
     return kind or SOURCES[SOURCES.default]
 
 
-def _of_plugin(device: str) -> SourceKind | None:
+def _plugin_kind(device: str) -> SourceKind | None:
     for name in SOURCES:
         if name not in SOURCES.own:
             with SOURCES.calling(name):
@@ -189,7 +197,7 @@ def _of_plugin(device: str) -> SourceKind | None:
 
 
 def list_devices() -> list[tuple[str, str]]:
-    """What there is to open of kinds that can be looked for: as a person types it, what it is."""
+    """Return the name and description of each device that can be discovered."""
     devices: list[tuple[str, str]] = []
     for name, kind in SOURCES.items():
         if kind.discover is not None:
@@ -206,20 +214,21 @@ def open_source(
     seed: int = 0,
     objects: str = "paper",
 ) -> Source:
-    """A source that is not entered yet.
+    """Return a source for a device, not open yet.
 
     Parameters
     ----------
     device
-        "twin", a recording (a path that ends in .mcap), a serial port, or what a plug-in takes.
+        "twin", a recording (a path that ends in .mcap), a serial port, or a name that a plug-in
+        accepts.
     speed, condition, seed, objects
         See :class:`SourceOptions`.
 
     Raises
     ------
     InputError
-        A recording that cannot be replayed, another speed for a real device, or a kind that
-        needs something that is missing.
+        The recording cannot be replayed, a real device is given a speed, or a required package is
+        missing.
     """
     _log.info("opening %s", device)
     kind = source_kind(device)

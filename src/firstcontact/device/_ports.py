@@ -1,4 +1,4 @@
-"""The serial ports of this machine, and who may open them."""
+"""Serial ports of this machine, and their access rights."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-#: USB vendor that PJRC's Teensy boards say they are of.
+#: USB vendor number of PJRC's Teensy boards.
 TEENSY = 0x16C0
 
 
@@ -17,23 +17,23 @@ class Port:
     Parameters
     ----------
     name
-        What to give as ``--device``.
-    what
-        What is known about it without opening it.
+        Device name, as given to ``--device``.
+    description
+        Description, without opening the port.
     teensy
-        Whether its USB numbers are those of a Teensy.
+        True if the USB vendor number is that of a Teensy.
     """
 
     name: str
-    what: str
+    description: str
     teensy: bool
 
 
 def ports() -> list[Port]:
-    """The serial ports there are, those that look like a Teensy first."""
+    """Return the serial ports, those that look like a Teensy first."""
     from serial.tools import list_ports
 
-    found = []
+    serial_ports = []
     for info in list_ports.comports():
         teensy = info.vid == TEENSY
         words = [info.description if info.description not in ("n/a", None) else "serial port"]
@@ -41,23 +41,23 @@ def ports() -> list[Port]:
             words.append(f"USB {info.vid:04X}:{info.pid:04X}")
         if teensy:
             words.append("looks like a Teensy")
-        found.append(Port(info.device, ", ".join(words), teensy))
-    return sorted(found, key=lambda port: (not port.teensy, port.name))
+        serial_ports.append(Port(info.device, ", ".join(words), teensy))
+    return sorted(serial_ports, key=lambda port: (not port.teensy, port.name))
 
 
 def access(path: Path) -> str:
-    """Owner, group and mode of a port, and whether this process may open it."""
+    """Return owner, group and mode of a port, and whether this process may open it."""
     try:
         state = path.stat()
     except OSError as error:
-        return f"not there ({error.strerror})"
+        return f"missing ({error.strerror})"
     mode = f"{state.st_mode & 0o777:03o}"
     may = "may" if os.access(path, os.R_OK | os.W_OK) else "may NOT"
     return f"{_user(state.st_uid)}:{_group(state.st_gid)} {mode}, this user {may} open it"
 
 
 def groups() -> list[str]:
-    """Names of the groups that this process is in; none where there are no groups."""
+    """Return the names of this process's groups; none on systems without groups."""
     if os.name != "posix":
         return []
     return sorted(_group(number) for number in {*os.getgroups(), os.getegid()})

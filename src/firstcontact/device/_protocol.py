@@ -1,4 +1,4 @@
-"""The wire protocol of ``docs/protocol.md``, version 1: pure bytes, no I/O."""
+"""Frames of the wire protocol of ``docs/protocol.md``, version 1, without I/O."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 VERSION = 1
-#: Most samples in a frame: 1 ms at 4936 Hz.
+#: Largest number of samples in a frame: 1 ms at 4936 Hz.
 FRAME_SAMPLES = 5
 #: Longest text of a marker or an order, bytes.
 MARKER_BYTES = 200
-#: Longer than any frame, stuffed: a descriptor of 100 channels fits.
+#: Length limit of a stuffed frame, bytes. A descriptor of 100 channels fits.
 LONGEST = 16_384
 _HEAD = struct.Struct("<BI")
 _CRC = struct.Struct("<I")
@@ -28,7 +28,7 @@ _LATE = struct.Struct("<II")
 
 
 class FrameType(IntEnum):
-    """First byte of a frame."""
+    """Type of a frame, its first byte."""
 
     DESCRIPTOR = 0x01
     SAMPLES = 0x02
@@ -50,11 +50,11 @@ class FrameType(IntEnum):
 
 
 class FrameError(ValueError):
-    """Bytes that are not a frame: too short, wrongly stuffed, wrong CRC, wrong payload."""
+    """Error for bytes that are no frame: bad length, stuffing, CRC or payload."""
 
 
 class Frame(NamedTuple):
-    """One frame, its CRC checked and taken off."""
+    """Decoded frame, without its CRC."""
 
     type: int
     counter: int
@@ -63,7 +63,7 @@ class Frame(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SamplesFrame:
-    """Payload of a samples frame; ``data`` has shape (n, channels), int16."""
+    """Payload of a samples frame. ``data`` has shape (n, channels), int16."""
 
     first_sample: int
     overflow: int
@@ -71,10 +71,10 @@ class SamplesFrame:
 
 
 def stuff(data: bytes) -> bytes:
-    """COBS: a form of ``data`` without zeros, without the zero that ends it."""
+    """Return ``data`` encoded with COBS, so without zeros. The final zero is not included."""
     out = bytearray()
     for run in data.split(b"\0"):
-        # A run of 254 or more is told in pieces that no zero follows.
+        # A run of 254 bytes or more is split into blocks without a zero in between.
         while len(run) >= 254:
             out += b"\xff" + run[:254]
             run = run[254:]
@@ -84,12 +84,12 @@ def stuff(data: bytes) -> bytes:
 
 
 def unstuff(stuffed: bytes) -> bytes:
-    """Undo :func:`stuff`.
+    """Decode COBS, the inverse of :func:`stuff`.
 
     Raises
     ------
     FrameError
-        A zero inside, or a run that reaches beyond the end.
+        There is a zero inside, or a run that reaches beyond the end.
     """
     n = len(stuffed)
     if n == 0 or 0 in stuffed:
@@ -97,7 +97,7 @@ def unstuff(stuffed: bytes) -> bytes:
     out = bytearray(stuffed)
     place = 0
     full = []
-    if n < 255:  # as nearly all frames are: no run is full
+    if n < 255:  # true for nearly all frames: no run is full
         while place < n:
             out[place] = 0
             place += stuffed[place]
@@ -109,25 +109,25 @@ def unstuff(stuffed: bytes) -> bytes:
             full.append(place)
     if place != n:
         raise FrameError("a frame's last run reaches beyond its end")
-    # A code behind a full run stands for no zero.
+    # A code after a full run represents no zero.
     for place in reversed(full):
         del out[place]
     return bytes(out[1:])
 
 
 def encode(kind: int, counter: int, payload: bytes = b"") -> bytes:
-    """One frame as it goes over the line, with the zero that ends it."""
+    """Return a frame as sent, with its final zero."""
     body = _HEAD.pack(kind, counter & 0xFFFFFFFF) + payload
     return stuff(body + _CRC.pack(zlib.crc32(body))) + b"\0"
 
 
 def decode(stuffed: bytes) -> Frame:
-    """One frame, given what stood before its ending zero.
+    """Return the frame in the bytes before its final zero.
 
     Raises
     ------
     FrameError
-        It is damaged.
+        The frame is damaged.
     """
     body = unstuff(stuffed)
     if len(body) < _HEAD.size + _CRC.size:
@@ -139,26 +139,26 @@ def decode(stuffed: bytes) -> Frame:
 
 
 def samples_payload(first_sample: int, overflow: int, data: NDArray[np.int16]) -> bytes:
-    """Payload of a samples frame; ``data`` has shape (1 to 5, channels)."""
+    """Return the payload of a samples frame. ``data`` has shape (1 to 5, channels)."""
     head = _SAMPLES.pack(first_sample & 0xFFFFFFFF, overflow & 0xFFFFFFFF, len(data))
     return head + np.ascontiguousarray(data, dtype="<i2").tobytes()
 
 
 def samples_head(payload: bytes, channels: int) -> tuple[int, int, int, bytes]:
-    """Take the payload of a samples frame apart, but not the samples.
+    """Parse the payload of a samples frame without decoding the samples.
 
     Returns
     -------
     first_sample, overflow, n : int
-        Number of the first sample, samples that the device dropped (32 bits each),
-        and how many samples there are.
+        Number of the first sample, number of samples that the device dropped (32 bits each), and
+        number of samples in the frame.
     data : bytes
-        Of these.
+        Encoded samples.
 
     Raises
     ------
     FrameError
-        It does not have the columns, or no sample at all.
+        The number of columns is wrong, or there is no sample.
     """
     if len(payload) < _SAMPLES.size:
         raise FrameError("a samples frame is too short")
@@ -170,23 +170,23 @@ def samples_head(payload: bytes, channels: int) -> tuple[int, int, int, bytes]:
 
 
 def read_samples(payload: bytes, channels: int) -> SamplesFrame:
-    """Take the payload of a samples frame apart; raises as :func:`samples_head`."""
+    """Parse the payload of a samples frame. It raises errors like :func:`samples_head`."""
     first, overflow, n, data = samples_head(payload, channels)
     return SamplesFrame(first, overflow, np.frombuffer(data, dtype="<i2").reshape(n, channels))
 
 
 def descriptor_payload(boot: int, text: str, version: int = VERSION) -> bytes:
-    """Payload of a descriptor frame."""
+    """Return the payload of a descriptor frame."""
     return _DESCRIPTOR.pack(version, boot) + text.encode()
 
 
 def read_descriptor(payload: bytes) -> tuple[int, int, str]:
-    """Protocol version, boot number and text of a descriptor frame.
+    """Return protocol version, boot number and text of a descriptor frame.
 
     Raises
     ------
     FrameError
-        Too short, or not UTF-8.
+        The payload is too short or not UTF-8.
     """
     if len(payload) < _DESCRIPTOR.size:
         raise FrameError("a descriptor frame is too short")
@@ -195,29 +195,29 @@ def read_descriptor(payload: bytes) -> tuple[int, int, str]:
 
 
 def marker_payload(sample: int, text: str) -> bytes:
-    """Payload of a marker frame; a text too long is cut at a character."""
+    """Return the payload of a marker frame. A long text is cut between characters."""
     return _MARKER.pack(sample & 0xFFFFFFFF) + marker_text(text)
 
 
 def marker_text(text: str) -> bytes:
-    """UTF-8 of a marker's text, cut at a character to what a frame takes."""
+    """Return a marker's text as UTF-8, cut between characters to fit a frame."""
     return text.encode()[:MARKER_BYTES].decode(errors="ignore").encode()
 
 
 def read_marker(payload: bytes) -> tuple[int, str]:
-    """Sample number (32 bits) and text of a marker frame; FrameError when damaged."""
+    """Return sample number (32 bits) and text of a marker frame; FrameError if damaged."""
     if len(payload) < _MARKER.size:
         raise FrameError("a marker frame is too short")
     return int(_MARKER.unpack_from(payload)[0]), _text(payload[_MARKER.size :])
 
 
 def stopped_payload(next_sample: int, overflow: int) -> bytes:
-    """Payload of a stopped frame."""
+    """Return the payload of a stopped frame."""
     return _STOPPED.pack(next_sample & 0xFFFFFFFF, overflow & 0xFFFFFFFF)
 
 
 def read_stopped(payload: bytes) -> tuple[int, int]:
-    """Next sample's number and overflow count, 32 bits each; FrameError when damaged."""
+    """Return next sample and overflow count (32 bits each); FrameError if damaged."""
     if len(payload) != _STOPPED.size:
         raise FrameError("a stopped frame has the wrong length")
     next_sample, overflow = _STOPPED.unpack(payload)
@@ -225,12 +225,12 @@ def read_stopped(payload: bytes) -> tuple[int, int]:
 
 
 def late_payload(skipped: int, unheard: int) -> bytes:
-    """Payload of a late frame."""
+    """Return the payload of a late frame."""
     return _LATE.pack(skipped & 0xFFFFFFFF, unheard & 0xFFFFFFFF)
 
 
 def read_late(payload: bytes) -> tuple[int, int]:
-    """Answers left out and samples not heard since its start, 32 bits; FrameError when damaged."""
+    """Return the counts of skipped predictions and missed samples; FrameError if damaged."""
     if len(payload) != _LATE.size:
         raise FrameError("a late frame has the wrong length")
     skipped, unheard = _LATE.unpack(payload)

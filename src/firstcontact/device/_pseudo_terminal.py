@@ -1,4 +1,4 @@
-"""The device's end of a pseudo terminal: a serial port with no wire."""
+"""Device side of a pseudo terminal, which acts as a serial port without a wire."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-#: How the folders of ports begin, in that of temporary files.
+#: Prefix of the folders for ports, inside the folder of temporary files.
 PREFIX = "firstcontact-port-"
-#: A folder so old is locked if anybody uses it, s.
+#: Age above which an unlocked folder counts as unused, s.
 NEW = 60.0
 
 
 @contextmanager
 def port_folder() -> Iterator[Path]:
-    """A folder for a port's name, until the end of the block.
+    """Create a temporary folder for a port's name, for the duration of the block.
 
-    Where a program is killed its folder stays: the next one sweeps it away.
+    The folder of a killed program stays. The next program removes it.
     """
-    place = Path(tempfile.gettempdir())
-    for old in place.glob(f"{PREFIX}*"):
+    parent = Path(tempfile.gettempdir())
+    for old in parent.glob(f"{PREFIX}*"):
         _sweep(old)
     with tempfile.TemporaryDirectory(prefix=PREFIX, ignore_cleanup_errors=True) as name:
         lock = os.open(name, os.O_RDONLY | os.O_CLOEXEC)
@@ -37,8 +37,8 @@ def port_folder() -> Iterator[Path]:
 
 
 def _sweep(folder: Path) -> None:
-    """Remove the folder of a program that is no more."""
-    # What is somebody else's, or is gone meanwhile, is left alone.
+    """Remove the folder of a program that has ended."""
+    # Ignore folders of other users and folders that vanished meanwhile.
     with suppress(OSError):
         lock = os.open(folder, os.O_RDONLY | os.O_CLOEXEC | os.O_DIRECTORY | os.O_NOFOLLOW)
         try:
@@ -52,13 +52,12 @@ def _sweep(folder: Path) -> None:
 
 
 class PseudoTerminal:
-    """A terminal that a host opens like a serial port, under a name that stays.
+    """Terminal that a host opens like a serial port, under a stable name.
 
     Parameters
     ----------
     path
-        A symbolic link to make; its folder must exist. It is there while the
-        terminal is plugged in.
+        Symbolic link to create, in an existing folder. It exists while the terminal is plugged in.
     """
 
     def __init__(self, path: Path) -> None:
@@ -68,22 +67,22 @@ class PseudoTerminal:
 
     @property
     def plugged(self) -> bool:
-        """Whether a host can open it."""
+        """Return True if a host can open it."""
         return self._device >= 0
 
     def plug(self) -> None:
-        """Make the terminal; nothing where it is there."""
+        """Create the terminal unless it exists."""
         if self.plugged:
             return
         self._device, self._host = os.openpty()
-        # Before a host opens it: no echo, nothing turned into anything else. It stays so
-        # while the host's side is held open here, and no host that leaves ends the terminal.
+        # Set raw mode before a host opens the terminal: no echo, no translation. The open host side
+        # keeps this mode and keeps the terminal alive when a host leaves.
         tty.setraw(self._host)
         os.set_blocking(self._device, False)
         self.path.symlink_to(os.ttyname(self._host))
 
     def unplug(self) -> None:
-        """Take the terminal away under whoever has it open; nothing where it is gone."""
+        """Remove the terminal, even while a host has it open. Do nothing if it is removed."""
         if not self.plugged:
             return
         with suppress(FileNotFoundError):
@@ -93,18 +92,18 @@ class PseudoTerminal:
         self._device = self._host = -1
 
     def fileno(self) -> int:
-        """For ``select``; -1 while unplugged."""
+        """Return the file descriptor for ``select``; -1 while unplugged."""
         return self._device
 
     def read(self) -> bytes:
-        """What the host has sent, b"" where nothing."""
+        """Return the bytes that the host sent; b"" if none."""
         try:
             return os.read(self._device, 4096)
         except BlockingIOError:
             return b""
 
     def write(self, data: bytes) -> int:
-        """Send what fits, and tell how much that was."""
+        """Send as many bytes as fit. Return their number."""
         try:
             return os.write(self._device, data)
         except BlockingIOError:

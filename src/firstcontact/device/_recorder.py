@@ -1,4 +1,4 @@
-"""Samples to a file, in a thread of its own, so that a slow disk disturbs nobody."""
+"""Recorder that writes samples to a file in its own thread, so that slow disks delay nothing."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
 
 _log = logging.getLogger(__name__)
 
-#: Blocks that follow each other are written together up to so many samples.
-TOGETHER = 500
+#: Largest number of samples for which consecutive blocks are joined before writing.
+JOINED_SAMPLES = 500
 
 
 @dataclass(frozen=True, slots=True)
 class RecorderStatus:
-    """What a recorder is doing.
+    """State of a recorder.
 
     Parameters
     ----------
     path
-        File being written, None while nothing is.
+        File that is being written; None if there is none.
     samples
-        Written to it, or to the last one.
+        Number of samples written to it, or to the last file.
     waiting
-        Samples that wait to be written.
+        Number of samples in the queue.
     failed
-        Why recording stopped by itself, or "".
+        Reason why recording stopped by itself, or "".
     """
 
     path: Path | None = None
@@ -44,13 +44,13 @@ class RecorderStatus:
 
 
 class Recorder:
-    """Writes what it is given, in order; one recording at a time.
+    """Recorder of samples into one file at a time, in order.
 
-    Whoever gives it samples never waits: they queue up, as many as there are, and
-    are counted. When the file cannot be written any further (a full disk) it
-    stops by itself, says why in its status, and takes no more; what was
-    complete in the file stays readable. All methods are safe to call from any
-    thread. Leaving a ``with`` stops it.
+    The caller never waits: samples queue up without a limit and are counted. If the file cannot be
+    written (a full disk), the recorder stops and states the reason in its status. All complete
+    parts of the file stay readable.
+
+    All methods can be called from any thread. Leaving a ``with`` block stops the recorder.
     """
 
     def __init__(self) -> None:
@@ -66,22 +66,22 @@ class Recorder:
 
     @property
     def status(self) -> RecorderStatus:
-        """What it is doing now."""
+        """Present state."""
         with self._changed:
             return RecorderStatus(self._path, self._samples, self._waiting, self._failed)
 
     def start(self, path: Path, header: Header) -> None:
-        """Begin a recording.
+        """Start a recording.
 
         Raises
         ------
         InputError
-            One is running, or the file exists or cannot be made.
+            A recording is running, or the file exists or cannot be created.
         """
         with self._starting:
             running = self.status.path
             if running is not None:
-                raise InputError(f"{running} is being recorded: stop it before the next")
+                raise InputError(f"a recording to {running} is running: stop it first")
             self.stop()
             writer = RecordingWriter(path, header)
             thread = threading.Thread(
@@ -96,7 +96,7 @@ class Recorder:
             thread.start()
 
     def put(self, arrivals: Iterable[Arrival]) -> None:
-        """Write these samples and their markers; nothing happens when none is running."""
+        """Write samples and their markers. Do nothing without a recording."""
         with self._changed:
             if self._path is None or self._closing:
                 return
@@ -107,14 +107,14 @@ class Recorder:
             self._changed.notify()
 
     def mark(self, mark: PinchMark) -> None:
-        """Write where a pinch lies in what was put so far."""
+        """Write the mark of a pinch whose samples were put earlier."""
         with self._changed:
             if self._path is not None and not self._closing:
                 self._queue.append(mark)
                 self._changed.notify()
 
     def stop(self) -> None:
-        """Write what waits and close the file; nothing happens when none is running."""
+        """Write the queue and close the file. Do nothing without a recording."""
         with self._changed:
             thread = self._thread
             self._closing = True
@@ -135,9 +135,11 @@ class Recorder:
                 for piece in _joined(waiting):
                     self._write(writer, piece)
             writer.close()
-        except Exception as error:  # whatever it is, it is no reason to disturb the source
-            known = isinstance(error, InputError)
-            failed = str(error) if known else f"{writer.path} cannot be written ({error!r})"
+        except Exception as error:  # no error here may disturb the source
+            is_input_error = isinstance(error, InputError)
+            failed = (
+                str(error) if is_input_error else f"{writer.path} cannot be written ({error!r})"
+            )
             with suppress(InputError, OSError):
                 writer.close()
         _log.info("%s ended with %d samples %s", writer.path, self._samples, failed)
@@ -147,7 +149,7 @@ class Recorder:
             self._waiting = 0
 
     def _take(self) -> list[Block | Marker | PinchMark]:
-        """All that waits; nothing only when the recording is to end."""
+        """Return the whole queue. It is empty only when the recording ends."""
         with self._changed:
             self._changed.wait_for(lambda: self._queue or self._closing)
             waiting = list(self._queue)
@@ -159,7 +161,7 @@ class Recorder:
             writer.marker(piece)
         elif isinstance(piece, PinchMark):
             writer.mark(piece)
-            writer.flush()  # somebody is told of it: a kill does not cost it any more
+            writer.flush()  # the caller reports the pinch, so it must survive a kill
         else:
             writer.write(piece)
             with self._changed:
@@ -170,13 +172,13 @@ class Recorder:
 def _joined(
     pieces: list[Block | Marker | PinchMark],
 ) -> Iterator[Block | Marker | PinchMark]:
-    """The same, with short blocks that follow each other in one."""
+    """Yield the same items, with short consecutive blocks joined."""
     run: list[Block] = []
     for piece in pieces:
         if isinstance(piece, Block):
             run.append(piece)
         else:
-            yield from merge_blocks(run, TOGETHER)
+            yield from merge_blocks(run, JOINED_SAMPLES)
             run = []
             yield piece
-    yield from merge_blocks(run, TOGETHER)
+    yield from merge_blocks(run, JOINED_SAMPLES)

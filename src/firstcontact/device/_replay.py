@@ -1,4 +1,4 @@
-"""A recording that comes again as it came, at any speed."""
+"""Source that replays a recording at any speed."""
 
 from __future__ import annotations
 
@@ -16,36 +16,35 @@ from firstcontact.device._opening import SourceOptions
 from firstcontact.device._source import Arrival, Descriptor, Health
 from firstcontact.recording import Marker, PinchMark, Recording, read_recording
 
-#: Samples of a block: as a device sends them, in real time ...
+#: Number of samples in a block: as from a device, at a finite speed ...
 BLOCK = 5
-#: ... and without a pace, 0.1 s at 4936 Hz.
+#: ... and at infinite speed, 0.1 s at 4936 Hz.
 LONG_BLOCK = 494
 
 
 class ReplaySource:
-    """Plays a recording as if its device were there.
+    """Source that replays a recording as if its device were connected.
 
-    Epochs, gaps, markers and marks of pinches come where they were recorded. A gap
-    takes no time.
+    Epochs, gaps, markers and pinch marks come at their recorded samples. A gap takes no time.
 
     Parameters
     ----------
     path
-        The recording.
+        Path of the recording.
     speed
-        Times real time; infinite to give all as fast as it is read.
+        Multiple of real time; infinite to read as fast as possible.
     block
-        Samples of a block, 1 or more.
+        Number of samples in a block, 1 or more.
 
     Raises
     ------
     InputError
-        The file is no recording, holds no samples, or the speed is not positive.
+        The file is no recording, has no samples, or the speed is not positive.
 
     Notes
     -----
-    At a pace, a block's time of arrival is when it is due, however late it is read;
-    without one, it is when it is read.
+    At a finite speed, the arrival time of a block is its due time, however late it is read. At
+    infinite speed, it is the time of the read.
     """
 
     def __init__(self, path: Path, speed: float = 1.0, block: int | None = None) -> None:
@@ -70,30 +69,30 @@ class ReplaySource:
 
     @property
     def speed(self) -> float:
-        """Multiple of real time; inf without a pace."""
+        """Multiple of real time; infinite if not paced."""
         return self._speed
 
     @property
     def name(self) -> str:
-        """The file."""
+        """Path of the file."""
         return str(self._recording.path)
 
     @property
     def descriptor(self) -> Descriptor:
-        """What the recording says about what it was made with."""
+        """Metadata from the recording's header."""
         h = self._recording.header
-        # What is replayed is what a device sends: the samples that contacts are looked for in.
+        # Groups are left out: a device sends only the samples in which contacts are detected.
         layout = replace(h.layout, groups=())
         return Descriptor(layout, h.firmware, h.sensor, h.hand, h.source, h.dtype)
 
     @property
     def calibration(self) -> Calibration | None:
-        """What was measured before the recording was made."""
+        """Calibration from the recording's header."""
         return self._recording.header.calibration
 
     @property
     def health(self) -> Health:
-        """Samples given so far, and those missing in the recording."""
+        """Counts of samples delivered, and of samples missing in the recording."""
         epoch = self._end.epoch if self._end else 0
         return Health(
             connected=not self._ended,
@@ -105,13 +104,13 @@ class ReplaySource:
 
     @property
     def ended(self) -> bool:
-        """Whether all was given."""
+        """Return True if all samples were delivered."""
         return self._ended
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
-        """All that is due by now, waiting up to ``timeout`` s for something to be.
+        """Return all blocks due by now. Wait up to ``timeout`` s for the first one.
 
-        Its blocks come as they come: ``least`` changes nothing.
+        ``least`` has no effect.
         """
         if not self._began:
             raise InputError(f"{self.name} is not open: enter the source first")
@@ -125,24 +124,24 @@ class ReplaySource:
         return self._take(time.monotonic())
 
     def mark(self, text: str) -> None:
-        """Refuse: what is recorded stays as it is.
+        """Refuse the marker: a recording does not change.
 
         Raises
         ------
         InputError
             Always.
         """
-        raise InputError(f"{self.name} is a recording: no marker can be set in what has happened")
+        raise InputError(f"{self.name} is a recording: it takes no markers")
 
     def order(self, text: str) -> None:
-        """Refuse: what has happened takes no order.
+        """Refuse the order: a recording has no hand.
 
         Raises
         ------
         InputError
             Always.
         """
-        raise InputError(f"{self.name} is a recording: nothing can be ordered in what has happened")
+        raise InputError(f"{self.name} is a recording: it takes no orders")
 
     def close(self) -> None:
         """End the replay."""
@@ -158,14 +157,14 @@ class ReplaySource:
         self.close()
 
     def _due(self) -> float:
-        """When the last sample of the next block comes, s of the monotonic clock."""
+        """Return the time at which the next block is complete, s of the monotonic clock."""
         if self._next is None:
             return math.inf
         samples = self._given + len(self._next[0].data)
         return self._began + samples / (self._speed * self._recording.header.layout.rate)
 
     def _take(self, now: float, most: int | None = None) -> list[Arrival]:
-        """What is due by now."""
+        """Return the blocks due by now, at most ``most``."""
         arrivals: list[Arrival] = []
         while self._next is not None and len(arrivals) != most:
             due = self._due() if self._paced else now
@@ -189,7 +188,7 @@ class ReplaySource:
 def _pieces(
     recording: Recording, length: int
 ) -> Iterator[tuple[Block, tuple[Marker, ...], tuple[PinchMark, ...]]]:
-    """Blocks with the markers and pinch marks that belong to them."""
+    """Yield blocks with their markers and pinch marks."""
     markers = deque(sorted(recording.markers, key=lambda m: (m.epoch, m.sample)))
     pinches = deque(sorted(recording.pinches, key=lambda m: (m.epoch, m.end)))
     for stretch in recording.stretches:
@@ -198,16 +197,16 @@ def _pieces(
             data = stretch.data[start : start + length]
             block = Block(data, stretch.first_sample + start, stretch.epoch)
             until = (block.epoch, block.end)
-            # What is pinned to samples after the last one comes with the last one.
-            everything = last and start + length >= len(stretch.data)
-            told, done = [], []
-            while markers and (everything or (markers[0].epoch, markers[0].sample) < until):
-                told.append(markers.popleft())
-            while pinches and (everything or (pinches[0].epoch, pinches[0].end) <= until):
-                done.append(pinches.popleft())
-            yield block, tuple(told), tuple(done)
+            # Markers of samples after the last one come with the last block.
+            is_last = last and start + length >= len(stretch.data)
+            block_markers, block_pinches = [], []
+            while markers and (is_last or (markers[0].epoch, markers[0].sample) < until):
+                block_markers.append(markers.popleft())
+            while pinches and (is_last or (pinches[0].epoch, pinches[0].end) <= until):
+                block_pinches.append(pinches.popleft())
+            yield block, tuple(block_markers), tuple(block_pinches)
 
 
 def from_path(path: str, options: SourceOptions) -> ReplaySource:
-    """The recording at a path, at the speed that was asked for."""
+    """Return the replay of a recording at the requested speed."""
     return ReplaySource(Path(path), options.speed)

@@ -1,4 +1,4 @@
-"""A recording as a device that is plugged in: a port that any host can open."""
+"""Replay of a recording as a serial device that any host can open."""
 
 from __future__ import annotations
 
@@ -20,41 +20,42 @@ from firstcontact.device._responder import Responder
 from firstcontact.device._source import Descriptor
 from firstcontact.recording import Marker, Recording, read_recording
 
-#: Samples that wait for a host that does not read, s of the host's time.
+#: Length of the buffer for a host that does not read, s of the host's time.
 RING = 0.5
-#: Longest time between two looks at whether to end, s.
+#: Longest time between two checks for a stop, s.
 TICK = 0.05
-#: Frames are made ahead up to about this many bytes.
+#: Approximate number of bytes of frames prepared in advance.
 WIRE_BYTES = 4096
-#: Most samples that are taken from the tape at once.
+#: Largest number of samples taken from the recording at a time.
 PIECE = 100
-#: How long the last answer is left for the host to take, s.
+#: Time for the host to read the last answer, s.
 LINGER = 1.0
 
 
 class ReplayDevice:
-    """Sends a recording to whoever asks, and then from its beginning again.
+    """Device that sends a recording to its host, again and again.
 
-    The recording runs while a host has samples sent to it, and pauses otherwise. Each of
-    its epochs is a life of the device: where one ends the device is silent, and begins
-    the next when it is asked who it is. Gaps and markers come where they were recorded,
-    and a gap takes no time. Marks of pinches and the calibration have no place in the
-    protocol and stay behind.
+    The recording runs while the host has started the samples, and pauses otherwise. Each epoch is
+    one start of the device: after its end the device is silent until the next hello, which begins
+    the next epoch.
+
+    Gaps and markers come at their recorded samples, and a gap takes no time. The protocol has no
+    frames for pinch marks and the calibration, so they are not sent.
 
     Parameters
     ----------
     path
-        The recording; its samples must be int16, as the protocol has them.
+        Path of the recording. Its samples must be int16, as in the protocol.
     terminal
-        Where the host is.
+        Terminal with the host at its other end.
     speed
-        Times real time; infinite to send as fast as the host takes it.
+        Multiple of real time; infinite to send as fast as the host reads.
 
     Raises
     ------
     InputError
-        The file is no recording, holds no samples or others than int16, or the speed
-        is not positive.
+        The file is no recording, has no samples or a type other than int16, or the speed is not
+        positive.
     """
 
     def __init__(self, path: Path, terminal: PseudoTerminal, speed: float = 1.0) -> None:
@@ -76,85 +77,85 @@ class ReplayDevice:
             header.hand,
             header.source,
         )
-        self._lives = list(_lives(recording))
-        # A gap takes no time, so samples behind many of them come at a higher rate.
-        paced = speed == 1.0 and all(len(blocks) == 1 for blocks, _ in self._lives)
+        self._epochs = list(_epochs(recording))
+        # A gap takes no time, so a recording with many gaps sends samples at a higher rate.
+        paced = speed == 1.0 and all(len(blocks) == 1 for blocks, _ in self._epochs)
         self.descriptor = replace(self.descriptor, paced=paced)
-        #: Whether it was recorded with a calibration, which stays behind.
+        #: True if the recording has a calibration, which is not sent.
         self.calibrated = header.calibration is not None
         self._rate = header.layout.rate * speed
         self._boot = secrets.randbits(31)
         self._terminal = terminal
-        self._ears = Decoder()
+        self._decoder = Decoder()
         self._begin(0)
 
     def run(self, stopped: Callable[[], bool] = lambda: False, once: bool = False) -> None:
-        """Be the device.
+        """Run the device.
 
         Parameters
         ----------
         stopped
-            Asked several times a second whether to end.
+            Predicate that ends the run. It is called several times a second.
         once
-            End, too, when a host that had all of it has said something more: to stop, or
-            who is there, as it does when it hears nothing.
+            End after the whole recording was sent and the host has sent one more frame. A host does
+            so to stop, or with a hello when it receives nothing.
         """
-        until = math.inf
-        while not stopped() and time.monotonic() < until:
+        deadline = math.inf
+        while not stopped() and time.monotonic() < deadline:
             self._play()
             self._send()
-            heard = self._wait()
-            if heard and self._hear(heard, once) and once:
+            data = self._wait()
+            if data and self._hear(data, once) and once:
                 self._send()
-                until = time.monotonic() + LINGER
+                deadline = time.monotonic() + LINGER
 
-    def _begin(self, life: int) -> None:
-        """Be switched on, at the beginning of an epoch."""
-        self._life = life
+    def _begin(self, epoch_index: int) -> None:
+        """Start the device at the beginning of an epoch."""
+        self._epoch_index = epoch_index
         self._boot += 1
-        blocks, markers = self._lives[life]
+        blocks, markers = self._epochs[epoch_index]
         self._tape = deque(blocks)
         self._markers = deque(markers)
-        self._at = 0  # in the first block of the tape
+        self._position = 0  # position in the first block of the tape
         self._due = 0.0
-        self._looked: float | None = None  # at the clock, while samples are sent
+        self._last_look: float | None = None  # time of the last update, while samples are sent
         self._drained = True
         self._wire = b""
         room = math.ceil(RING * self._rate) if math.isfinite(self._rate) else 0
         self._responder = Responder(self.descriptor, self._boot, max(room, 2 * PIECE))
 
     def _play(self) -> None:
-        """Take from the tape what is due by now."""
+        """Pass on the samples due by now."""
         if not self._responder.streaming:
-            self._looked = None
+            self._last_look = None
             return
         now = time.monotonic()
         if math.isinf(self._rate):
             self._due = float(PIECE if self._drained and not self._wire else 0)
-        elif self._looked is not None:
-            self._due += (now - self._looked) * self._rate
-        self._looked = now
+        elif self._last_look is not None:
+            self._due += (now - self._last_look) * self._rate
+        self._last_look = now
         while self._tape and self._due >= 1:
             block = self._tape[0]
-            n = min(int(self._due), len(block.data) - self._at, PIECE)
-            self._responder.next_sample = block.first_sample + self._at
-            self._responder.sample(block.data[self._at : self._at + n])
+            n = min(int(self._due), len(block.data) - self._position, PIECE)
+            self._responder.next_sample = block.first_sample + self._position
+            self._responder.sample(block.data[self._position : self._position + n])
             self._due -= n
-            self._at += n
-            if self._at == len(block.data):
+            self._position += n
+            if self._position == len(block.data):
                 self._tape.popleft()
-                self._at = 0
+                self._position = 0
             while self._markers and (
                 not self._tape or self._markers[0].sample < self._responder.next_sample
             ):
                 marker = self._markers.popleft()
                 self._responder.marker(marker.sample, marker.text)
-            # What is late because this process was is no reason to drop anything.
+            # Send now: a delay of this process must not make samples overflow.
             self._send()
         self._responder.finished = not self._tape
 
     def _send(self) -> None:
-        """Send all that waits, or as much as the line takes."""
+        """Send the prepared frames, as far as the line accepts them."""
         while True:
             while len(self._wire) < WIRE_BYTES:
                 frame = self._responder.frame()
@@ -168,29 +169,29 @@ class ReplayDevice:
                 return
 
     def _wait(self) -> bytes:
-        """What the host says, waiting for it until something else is to be done."""
+        """Wait for the host until the next step is due. Return its bytes."""
         wait = TICK
         if self._responder.streaming and self._tape:
-            rest = (FRAME_SAMPLES - self._due) / self._rate
-            wait = min(max(rest, 0.0), TICK) if not self._wire else TICK
+            until_due = (FRAME_SAMPLES - self._due) / self._rate
+            wait = min(max(until_due, 0.0), TICK) if not self._wire else TICK
         listening = [self._terminal] if self._responder.listens else []
         full = [self._terminal] if self._wire else []
         readable, _, _ = select.select(listening, full, [], wait)
         return self._terminal.read() if readable else b""
 
     def _hear(self, data: bytes, once: bool) -> bool:
-        """Answer the host; whether it has had everything."""
+        """Process bytes from the host. Return True once the whole recording was sent."""
         sent = not self._tape and self._drained and not self._wire
-        last = self._life + 1 == len(self._lives)
-        asked = any(frame.type == FrameType.HELLO for frame in self._ears.feed(data))
-        if asked and sent and not (once and last):
-            self._begin((self._life + 1) % len(self._lives))
+        is_last_epoch = self._epoch_index + 1 == len(self._epochs)
+        has_hello = any(frame.type == FrameType.HELLO for frame in self._decoder.feed(data))
+        if has_hello and sent and not (once and is_last_epoch):
+            self._begin((self._epoch_index + 1) % len(self._epochs))
         self._responder.hear(data)
-        return sent and last
+        return sent and is_last_epoch
 
 
-def _lives(recording: Recording) -> Iterator[tuple[list[Block], list[Marker]]]:
-    """Blocks and markers of each epoch that has samples; markers of others are left out."""
+def _epochs(recording: Recording) -> Iterator[tuple[list[Block], list[Marker]]]:
+    """Yield blocks and markers of each epoch that has samples."""
     for epoch, blocks in groupby(recording.stretches, lambda block: block.epoch):
         markers = [m for m in recording.markers if m.epoch == epoch]
         yield list(blocks), sorted(markers, key=lambda m: m.sample)

@@ -1,4 +1,4 @@
-"""Samples of a source at the rate that a model takes."""
+"""Source with resampled samples, at the rate that a model takes."""
 
 from __future__ import annotations
 
@@ -18,17 +18,16 @@ from firstcontact.signal import CausalResampler, check_rates
 
 
 class ResampledSource:
-    """Another source's samples at another rate, with everything that counts samples.
+    """Source that resamples another source.
 
-    Channels are filtered, except for strips, which take the nearest sample. Sample numbers,
-    markers, marks of pinches, the device's own predictions and the counts of the health are those
-    of the new rate. A gap stays a gap, and loses up to 0.5 ms of signal before it: the filter
-    cannot look ahead there.
+    Channels are filtered, except for strips, which use the nearest sample. Sample numbers, markers,
+    pinch marks, device predictions and counts are converted to the new rate. A gap stays a gap and
+    loses up to 0.5 ms of signal before it, because the filter cannot look ahead there.
 
     Parameters
     ----------
     source
-        Open.
+        Open source.
     rate
         New rate, Hz.
 
@@ -47,12 +46,12 @@ class ResampledSource:
         self._strips = layout.columns(ChannelKind.STRIP)
         self._resampler = self._new_resampler()
         self._epoch: int | None = None
-        self._end = 0  # number of the next sample of the source
-        self._next = 0  # number of the next one that comes out
+        self._end = 0  # number of the source's next sample
+        self._next = 0  # number of the next output sample
         self._given = 0
-        self._cut = 0.0  # samples that gaps are longer than those of the source
+        self._cut = 0.0  # samples by which gaps are longer than in the source
         self._host = 0.0
-        # Words and marks that wait for their sample.
+        # Markers and marks that wait for their sample.
         self._markers: list[Marker] = []
         self._pinches: list[PinchMark] = []
 
@@ -108,18 +107,18 @@ class ResampledSource:
             pieces = [piece for arrival in arrivals for piece in self._take(arrival)]
             if pieces or not arrivals:
                 return pieces
-        return self._rest()
+        return self._leftovers()
 
     def mark(self, text: str) -> None:
-        """Have a word pinned to the next sample of the source."""
+        """Attach a marker to the next sample of the source."""
         self._source.mark(text)
 
     def order(self, text: str) -> None:
-        """Pass an order to a simulated hand."""
+        """Send an order to a simulated hand."""
         self._source.order(text)
 
     def close(self) -> None:
-        """Close the source. What it received can still be read."""
+        """Close the source. Received samples stay readable."""
         self._source.close()
 
     def __enter__(self) -> Self:
@@ -132,16 +131,16 @@ class ResampledSource:
         return CausalResampler(self._old, self._rate, self._strips)
 
     def _take(self, arrival: Arrival) -> list[Arrival]:
-        """Resample an arrival; what waits for an epoch that is over comes before it."""
-        block, before = arrival.block, []
-        begun = block.epoch != self._epoch
-        if begun:
-            before = self._rest()
+        """Resample an arrival. Leftovers of an ended epoch come before it."""
+        block, leftovers = arrival.block, []
+        is_new_epoch = block.epoch != self._epoch
+        if is_new_epoch:
+            leftovers = self._leftovers()
             self._resampler = self._new_resampler()
             self._next = self._resampler.number(block.first_sample)
         data, first = self._resampler.update(block.data, block.first_sample)
         if len(block.data):
-            if not begun:
+            if not is_new_epoch:
                 gap = block.first_sample - self._end
                 self._cut += first - self._next - gap * self._share
             self._next, self._end = first + len(data), block.end
@@ -150,35 +149,37 @@ class ResampledSource:
         number = self._resampler.number
         self._markers += [replace(m, sample=number(m.sample)) for m in arrival.markers]
         self._pinches += [self._moved(pinch) for pinch in arrival.pinches]
-        told = tuple(self._moved_prediction(t) for t in arrival.predictions)
+        predictions = tuple(self._moved_prediction(t) for t in arrival.predictions)
         begin = self._next - len(data)
-        return before + self._due(Block(data.astype(np.float32), begin, block.epoch), told)
+        return leftovers + self._due(
+            Block(data.astype(np.float32), begin, block.epoch), predictions
+        )
 
-    def _due(self, block: Block, told: tuple[DevicePrediction, ...]) -> list[Arrival]:
-        """Return samples with the words and marks that belong to them; none where all are empty."""
+    def _due(self, block: Block, predictions: tuple[DevicePrediction, ...]) -> list[Arrival]:
+        """Return samples with the markers and marks that belong to them, or nothing."""
         markers = tuple(m for m in self._markers if (m.epoch, m.sample) < (block.epoch, block.end))
         pinches = tuple(p for p in self._pinches if (p.epoch, p.end) <= (block.epoch, block.end))
-        if not (len(block.data) or markers or pinches or told):
+        if not (len(block.data) or markers or pinches or predictions):
             return []
         self._markers = [m for m in self._markers if m not in markers]
         self._pinches = [p for p in self._pinches if p not in pinches]
-        return [Arrival(block, self._host, markers, pinches, told)]
+        return [Arrival(block, self._host, markers, pinches, predictions)]
 
-    def _rest(self) -> list[Arrival]:
-        """Return the words and marks whose sample does not come any more."""
+    def _leftovers(self) -> list[Arrival]:
+        """Return markers and marks whose sample will not come."""
         if not self._waiting:
             return []
-        none = np.zeros((0, self.descriptor.layout.width), np.float32)
-        block = Block(none, self._next, self._epoch or 0)
-        rest = Arrival(block, self._host, tuple(self._markers), tuple(self._pinches))
+        no_samples = np.zeros((0, self.descriptor.layout.width), np.float32)
+        block = Block(no_samples, self._next, self._epoch or 0)
+        arrival = Arrival(block, self._host, tuple(self._markers), tuple(self._pinches))
         self._markers, self._pinches = [], []
-        return [rest]
+        return [arrival]
 
     def _moved(self, pinch: PinchMark) -> PinchMark:
         number = self._resampler.number
 
-        def contacts(of: Iterable[Contact]) -> tuple[Contact, ...]:
-            return tuple(Contact(c.finger, number(c.sample), number(c.decided)) for c in of)
+        def contacts(contacts_: Iterable[Contact]) -> tuple[Contact, ...]:
+            return tuple(Contact(c.finger, number(c.sample), number(c.decided)) for c in contacts_)
 
         return replace(
             pinch,
@@ -189,10 +190,12 @@ class ResampledSource:
             motor_start=None if pinch.motor_start is None else number(pinch.motor_start),
         )
 
-    def _moved_prediction(self, told: DevicePrediction) -> DevicePrediction:
+    def _moved_prediction(self, prediction: DevicePrediction) -> DevicePrediction:
         number = self._resampler.number
-        if isinstance(told, DeviceContact):
-            return replace(told, sample=number(told.sample), decided=number(told.decided))
-        samples = round(told.samples * self._share)
-        contact, known = number(told.contact), number(told.decided)
-        return replace(told, contact=contact, decided=known, samples=samples)
+        if isinstance(prediction, DeviceContact):
+            return replace(
+                prediction, sample=number(prediction.sample), decided=number(prediction.decided)
+            )
+        samples = round(prediction.samples * self._share)
+        contact, decided = number(prediction.contact), number(prediction.decided)
+        return replace(prediction, contact=contact, decided=decided, samples=samples)

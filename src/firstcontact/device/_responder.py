@@ -1,7 +1,8 @@
-"""The device's side of ``docs/protocol.md``: samples and the host's bytes in, frames out.
+"""Device side of the wire protocol: samples and the host's bytes in, frames out.
 
-No I/O and no clock. It does what ``firmware/core/fc_device.c`` does: samples wait in a ring
-until the line takes them; when the ring is full they are dropped and counted.
+It has no I/O and no clock, and does what ``firmware/core/fc_device.c`` does. Samples wait in a ring
+buffer until the line takes them. When the ring is full, samples are dropped and counted. The
+protocol is in ``docs/protocol.md``.
 """
 
 from __future__ import annotations
@@ -16,37 +17,37 @@ from firstcontact.device import _protocol as protocol
 from firstcontact.device._protocol import FRAME_SAMPLES, FrameError, FrameType
 from firstcontact.device._source import Descriptor
 
-#: Longest frame of a host, stuffed, bytes; what is longer is none.
+#: Longest stuffed frame of a host, bytes. Longer ones are ignored.
 LONGEST_HEARD = 256
-#: Markers of the device's own that wait; the oldest goes when there are more.
+#: Largest number of the device's own markers in the queue. More markers push out the oldest one.
 MARKERS_WAITING = 16
 
 
 class Responder:
-    """One start of a device.
+    """Protocol state machine of a device, for one start of it.
 
     Parameters
     ----------
     descriptor
-        What it says about itself.
+        Descriptor of the device.
     boot
-        Another number after each start.
+        Boot number, a new one for each start.
     room
-        Samples that can wait.
+        Number of samples that fit in the ring.
     on_order
-        Called with the text of each of the host's orders; gives the marker that answers it.
-        A device without a hand has none and takes no notice of orders.
+        Function called with the text of each order. It returns the text of the marker that answers
+        it. A device without a hand has no such function and ignores orders.
 
     Attributes
     ----------
     next_sample
-        Number of the next sample, counted from 0 whether it is sent or not.
+        Number of the next sample, counted from 0 whether samples are sent or not.
     overflow
-        Samples dropped because the ring was full.
+        Number of samples dropped because the ring was full.
     streaming
-        Whether samples are sent.
+        True while samples are sent.
     finished
-        Whether no more samples come: the last frame need not be full to be sent.
+        True if no more samples come, so that the last frame can be shorter.
     """
 
     def __init__(
@@ -75,16 +76,16 @@ class Responder:
 
     @property
     def listens(self) -> bool:
-        """Whether more of the host's bytes may come; not while it is owed a reply."""
+        """Return True if it accepts bytes from the host. It does not while a reply is due."""
         return self._reply is None
 
     @property
     def room(self) -> int:
-        """So many more samples can wait; what is not sent takes none."""
+        """Number of samples that still fit in the ring."""
         return len(self._ring) - self._used if self.streaming else len(self._ring)
 
     def sample(self, data: NDArray[np.int16]) -> None:
-        """Take the next samples, shape (n, channels)."""
+        """Add the next samples, shape (n, channels)."""
         n = len(data)
         if self.streaming:
             room = len(self._ring)
@@ -98,21 +99,21 @@ class Responder:
         self.next_sample += n
 
     def marker(self, sample: int, text: str) -> None:
-        """Have a word of the device's own sent, after the samples before ``sample``."""
+        """Send a marker of the device's own after the samples before ``sample``."""
         if self.streaming:
             self._markers.append((sample, text))
 
     def hear(self, data: bytes) -> None:
-        """Take bytes of the host; what follows a request waits until that is answered."""
+        """Process bytes from the host. Bytes after a request wait for its reply."""
         self._heard += data
         self._obey()
 
     def frame(self) -> bytes:
-        """The next frame to be sent, with the zero that ends it; b"" where there is none."""
+        """Return the next frame to send, with its final zero; b"" if there is none."""
         stopping = self._reply is not None and self._reply[0] is FrameType.STOPPED
         if self._reply is not None and not stopping:
             return self._answer()
-        if self._markers and not self._before(self._markers[0][0]):
+        if self._markers and not self._has_earlier_samples(self._markers[0][0]):
             sample, text = self._markers.popleft()
             return self._encode(FrameType.MARKER, protocol.marker_payload(sample, text))
         n = self._in_a_row()
@@ -127,12 +128,12 @@ class Responder:
         self._obey()
         return out
 
-    def _before(self, sample: int) -> bool:
-        """Whether samples before this one wait."""
+    def _has_earlier_samples(self, sample: int) -> bool:
+        """Return True if samples before this one are in the ring."""
         return self._used > 0 and int(self._numbers[self._tail]) < sample
 
     def _in_a_row(self) -> int:
-        """How many waiting samples the next frame can take: five at most, none after a gap."""
+        """Return how many samples fit in the next frame: five at most, none after a gap."""
         most = min(FRAME_SAMPLES, self._used)
         first = int(self._numbers[self._tail])
         room = len(self._ring)
@@ -153,7 +154,7 @@ class Responder:
         return out
 
     def _obey(self) -> None:
-        """Do what the host said, up to the first thing that it is owed a reply for."""
+        """Process the host's frames up to the first one that needs a reply."""
         while self._reply is None and 0 in self._heard:
             stuffed, _, self._heard = self._heard.partition(b"\0")
             if not 0 < len(stuffed) <= LONGEST_HEARD:
@@ -164,13 +165,13 @@ class Responder:
                 continue
             self._do(frame.type, frame.payload)
         if 0 not in self._heard:
-            # Enough to tell that it is too long.
+            # Keep enough bytes to detect that the frame is too long.
             del self._heard[LONGEST_HEARD + 1 :]
 
     def _do(self, kind: int, payload: bytes) -> None:
         match kind:
             case FrameType.HELLO if payload:
-                self._reply = self._introduction(payload[0])
+                self._reply = self._hello_reply(payload[0])
             case FrameType.START:
                 self.streaming = True
             case FrameType.STOP:
@@ -183,12 +184,12 @@ class Responder:
             case FrameType.ORDER if self._on_order and len(payload) <= protocol.MARKER_BYTES:
                 self._reply = self._marker(self._on_order(payload.decode(errors="replace")))
             case _:
-                pass  # what a later version may say
+                pass  # frames of a later version
 
     def _marker(self, text: str) -> tuple[FrameType, bytes]:
         return FrameType.MARKER, protocol.marker_payload(self.next_sample, text)
 
-    def _introduction(self, version: int) -> tuple[FrameType, bytes]:
+    def _hello_reply(self, version: int) -> tuple[FrameType, bytes]:
         if version == protocol.VERSION:
             text = self._descriptor.to_text()
             return FrameType.DESCRIPTOR, protocol.descriptor_payload(self._boot, text)

@@ -1,4 +1,4 @@
-"""A device on a serial port as a source of samples."""
+"""Source for a device on a serial port."""
 
 from __future__ import annotations
 
@@ -27,58 +27,59 @@ from firstcontact.recording import Marker
 
 _log = logging.getLogger(__name__)
 
-#: What does not answer for so long after its port was opened is no device of ours, s.
+#: Longest wait for the first answer after opening the port, s.
 PATIENCE = 5.0
-#: How often it is looked whether a reader has taken what waits, s.
+#: Time between two checks whether the reader has taken samples, s.
 LOOK = 2e-3
-#: A device that sends no samples for so long is asked whether it was reset, s. One that answers and
-#: sends no samples for as long again is not connected ...
+#: Silence after which a device is asked whether it was reset, s. If it answers but sends no samples
+#: for the same time again, it counts as disconnected ...
 SILENCE = 1.0
-#: ... and again after so long without an answer.
+#: ... and time without an answer after which the question is repeated.
 AGAIN = 0.5
-#: Waits between attempts to open a port that is gone, s: twice as long each time.
+#: Shortest and longest wait between attempts to reopen a port, s. Each wait is twice the previous
+#: one.
 RETRY = (0.05, 1.0)
-#: The end of the stream is waited for while something comes, and at most so long, s.
+#: Longest wait for the end of the stream while data arrive, s.
 FAREWELL = 10.0
-#: While its reader waits for more samples, the port is left alone: so long at most, s, ...
+#: Longest sleep while the reader waits for more samples, s, ...
 NAP = 0.02
-#: ... and up to so long before they are due, for waking up.
+#: ... and time to wake up before they are due, s.
 EARLY = 0.0004
-#: A device whose rate is wrong is refused in this phase of its first epoch, s. Later, in the middle
-#: of a session, a warning is logged.
+#: Time in the first epoch in which a wrong rate is refused, s. Later, in the middle of a session,
+#: it only causes a warning.
 OPENING = 5.0
-#: Sources whose samples take as long as they take to compute.
+#: Sources without a real-time rate.
 SIMULATED = ("twin", "synthetic")
-#: Bytes of a read after which nothing is waited for: it comes faster than its rate says.
+#: Size of a read, in bytes, above which the next read follows without a sleep.
 PILE = 4096
 
 
-# No ThreadedSource: its thread connects, too; the device itself counts samples and places words.
+# Not a ThreadedSource: its thread connects too, and the device itself counts samples and places
+# markers.
 class SerialSource:
-    """A device on a port; it may be unplugged and come back.
+    """Device on a serial port, which may be unplugged and plugged in again.
 
-    One thread reads the port, whatever the reader of :meth:`read` does, and keeps
-    what has come until it is read. A port that comes back begins a new epoch, even if
-    the device was never without power; so does a device that was reset without
-    losing its port, which shows as silence. What a device that kept its power
-    sampled meanwhile is counted as lost.
+    A thread reads the port and stores the samples until :meth:`read` is called. A port that comes
+    back begins a new epoch, even if the device kept its power. A device that was reset without
+    losing its port also begins one; silence reveals the reset. Samples that a device counted
+    meanwhile are counted as lost.
 
     Parameters
     ----------
     port
-        Its path or name.
+        Path or name of the port.
     patience
-        How long to wait for an answer when it is opened, s.
+        Longest wait for an answer on opening, s.
 
     Raises
     ------
     InputError
-        On entering: the port cannot be opened, is in use, or what is on it does
-        not answer, speaks another version or cannot be used.
+        On entering: the port cannot be opened or is in use. Or the device does not answer, has
+        another protocol version or cannot be used.
     """
 
-    #: Samples that are taken off the line before a reader takes them; None for all that come. Only
-    #: a device that waits for its host loses nothing by a number.
+    #: Largest number of samples received ahead of the reader; None for no limit. Only a device that
+    #: waits for its host loses nothing with a limit.
     most: int | None = None
 
     def __init__(self, port: str, patience: float = PATIENCE) -> None:
@@ -89,33 +90,33 @@ class SerialSource:
         self._assembler = Assembler()
         self._clock = ClockFit(1.0)
         self._rate_check = RateCheck(1.0)
-        self._began = 0.0  # when the first samples of an epoch came
-        self._has_warned = False  # of the rate, in this epoch
+        self._began = 0.0  # arrival of the first samples of an epoch
+        self._has_warned = False  # about the rate, in this epoch
         self._thread: threading.Thread | None = None
         self._closing = threading.Event()
-        self._heard = 0.0  # when samples or an answer came last
-        self._sampled = 0.0  # when samples came last
+        self._heard = 0.0  # time of the last samples or answer
+        self._sampled = 0.0  # time of the last samples
         self._inbox = Inbox()
-        # What follows is changed and looked at with its lock.
-        self._markers: list[Marker] = []  # that wait for their sample
-        self._predictions: list[DevicePrediction] = []  # that wait for samples to come with
+        # The fields below are protected by the inbox's lock.
+        self._markers: list[Marker] = []  # waiting for their sample
+        self._predictions: list[DevicePrediction] = []  # waiting for the next samples
         self._connected = False
 
     @property
     def name(self) -> str:
-        """The port."""
+        """Port of the device."""
         return self.port
 
     @property
     def descriptor(self) -> Descriptor:
-        """What the device says about itself."""
+        """Metadata of the device."""
         if self._assembler.descriptor is None:
             raise InputError(f"{self.name} is not open: enter the source first")
         return self._assembler.descriptor
 
     @property
     def health(self) -> Health:
-        """Counts up to now."""
+        """Current counts."""
         with self._inbox.changed:
             counts = self._assembler.counts
             epoch = max(self._assembler.epoch, 0)
@@ -136,7 +137,7 @@ class SerialSource:
 
     @property
     def ended(self) -> bool:
-        """Whether it was closed and all was read, or has failed and :meth:`read` has said so."""
+        """Return True if no more samples come and all samples and errors were delivered."""
         return self._inbox.ended
 
     def __enter__(self) -> Self:
@@ -157,35 +158,35 @@ class SerialSource:
         self.close()
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
-        """All that has come since the last call, waiting up to ``timeout`` s for so much."""
+        """Return all samples received since the last call. Wait up to ``timeout`` s for more."""
         return self._inbox.read(timeout, least)
 
     def mark(self, text: str) -> None:
-        """Have a word pinned to the next sample.
+        """Attach a marker to the next sample.
 
         Raises
         ------
         InputError
-            The device is not there, or the word is one that only the twin says.
+            The device is not connected, or the marker begins like those of the twin.
         """
         if text.startswith(TWIN.strip()) and self.descriptor.source == "twin":
             raise InputError(
-                f"a marker that begins with {TWIN.strip()!r} is the twin's own: "
-                "begin yours with another word"
+                f"a marker that begins with {TWIN.strip()!r} is reserved for the twin: "
+                "begin with another word"
             )
-        self._tell(FrameType.MARK, text, "the marker was not set")
+        self._send_text(FrameType.MARK, text, "the marker was not set")
 
     def order(self, text: str) -> None:
-        """Tell a simulated hand what to do; a device that is none takes no notice.
+        """Send an order to a simulated hand. Other devices ignore it.
 
         Raises
         ------
         InputError
-            The device is not there.
+            The device is not connected.
         """
-        self._tell(FrameType.ORDER, text, "the order was not given")
+        self._send_text(FrameType.ORDER, text, "the order was not given")
 
-    def _tell(self, kind: FrameType, text: str, failed: str) -> None:
+    def _send_text(self, kind: FrameType, text: str, failed: str) -> None:
         transport = self._transport
         try:
             if transport is None:
@@ -193,13 +194,13 @@ class SerialSource:
             transport.send(kind, marker_text(text))
         except LinkError as error:
             raise InputError(
-                f"{self.name}: the device is not there and {failed}: plug it in"
+                f"{self.name}: the device is not connected and {failed}: plug it in"
             ) from error
 
     def close(self) -> None:
-        """Stop the device, take what it still sends, and let go of the port.
+        """Stop the device, receive its last samples, and release the port.
 
-        What was taken can still be read. Closing twice is fine.
+        Received samples stay readable. Closing twice is fine.
         """
         if not self._closing.is_set():
             _log.info("%s: closed; %s", self.name, self.health)
@@ -208,24 +209,26 @@ class SerialSource:
             self._thread.join()
 
     def _run(self) -> None:
-        """Read until closed; what goes wrong for good is raised by :meth:`read`."""
+        """Receive until closed. :meth:`read` raises permanent errors."""
         error: InputError | None = None
         try:
             while self._transport is not None:
                 try:
-                    self._converse(self._transport)
+                    self._communicate(self._transport)
                     break
                 except LinkError as lost:
                     if self._assembler.epoch < 0:
-                        raise InputError("it went away while it was opened: plug it in") from lost
-                self._lost()
-                self._transport = self._reopened()
-        except InputError as known:
-            error = InputError(f"{self.name}: {known}")
-        except Exception as unknown:
-            # Whoever reads must not wait for a thread that is no more.
+                        raise InputError(
+                            "it was unplugged while it was opened: plug it in"
+                        ) from lost
+                self._disconnect()
+                self._transport = self._reopen()
+        except InputError as input_error:
+            error = InputError(f"{self.name}: {input_error}")
+        except Exception as unexpected:
+            # The reader must not wait for a thread that has ended.
             _log.exception("%s: reading it failed", self.name)
-            error = InputError(f"{self.name}: reading it failed ({unknown!r}): open it again")
+            error = InputError(f"{self.name}: reading it failed ({unexpected!r}): open it again")
         finally:
             transport, self._transport = self._transport, None
             if transport is not None:
@@ -233,40 +236,42 @@ class SerialSource:
             with self._inbox.changed:
                 self._connected = False
                 self._inbox.end(error)
-                self._part_with_markers()
+                self._flush_pending()
 
-    def _converse(self, transport: SerialTransport) -> None:
-        """Ask who is there, have it send, and take what comes until closed."""
+    def _communicate(self, transport: SerialTransport) -> None:
+        """Ask for the descriptor, start the samples, and receive until closed."""
         opened = now = time.monotonic()
-        self._heard = asked = -math.inf
+        self._heard = last_question = -math.inf
         while not self._closing.is_set():
-            if now - self._heard > SILENCE and now - asked > AGAIN:
+            if now - self._heard > SILENCE and now - last_question > AGAIN:
                 if self._assembler.epoch < 0 and now - opened > self._patience:
                     raise InputError(
-                        "what is on this port does not answer: check that it is the fingertip "
+                        "no device answers on this port: check that it is the fingertip "
                         "(`firstcontact ports --ask`), and flash its firmware"
                     )
                 with self._inbox.changed:
-                    # No sample since the last question is as good as no device.
-                    self._connected &= asked < self._sampled
-                self._assembler.asked()
+                    # A device without a sample since the last question counts as disconnected.
+                    self._connected &= last_question < self._sampled
+                self._assembler.expect_descriptor()
                 transport.send(FrameType.HELLO, bytes([VERSION]))
-                asked = now
+                last_question = now
             data = transport.read()
             now = time.monotonic()
             if self._take(data, now).greeted:
                 transport.send(FrameType.START)
             if self._wait_for_reader():
-                self._heard = now = time.monotonic()  # nobody listened: that was no silence
+                self._heard = now = (
+                    time.monotonic()
+                )  # nothing was read meanwhile, so this is no silence
             elif len(data) < PILE:
-                self._nap()
+                self._sleep_until_due()
                 now = time.monotonic()
         if self._assembler.epoch >= 0:
             with suppress(LinkError):
-                self._farewell(transport)
+                self._stop(transport)
 
     def _wait_for_reader(self) -> bool:
-        """Leave what comes on the line while enough waits here; whether that was so."""
+        """Leave data on the line while the queue is full. Return True if it waited."""
         waited = False
         while (
             self.most is not None
@@ -277,8 +282,8 @@ class SerialSource:
             waited = True
         return waited
 
-    def _nap(self) -> None:
-        """Leave the port alone while what has come and comes next is worth no wake-up."""
+    def _sleep_until_due(self) -> None:
+        """Sleep until the samples that the reader waits for are due."""
         descriptor = self._assembler.descriptor
         if descriptor is None or not self._connected:
             return
@@ -289,48 +294,48 @@ class SerialSource:
     def _take(self, data: bytes, now: float) -> Assembled:
         with self._inbox.changed:
             epoch = self._assembler.epoch
-            out = self._assembler.take(self._decoder.feed(data))
+            assembled = self._assembler.take(self._decoder.feed(data))
             if self._assembler.epoch != epoch:
-                said = self.descriptor
+                descriptor = self.descriptor
                 _log.info(
                     "%s: life %d of %r (%r, %r, %s, %g Hz)",
                     self.name,
                     self._assembler.epoch,
-                    said.firmware,
-                    said.sensor,
-                    said.hand,
-                    said.source,
-                    said.layout.rate,
+                    descriptor.firmware,
+                    descriptor.sensor,
+                    descriptor.hand,
+                    descriptor.source,
+                    descriptor.layout.rate,
                 )
-                rate = said.layout.rate
+                rate = descriptor.layout.rate
                 self._clock, self._rate_check = ClockFit(rate), RateCheck(rate)
                 self._began, self._has_warned = math.inf, False
-            self._markers += out.markers
-            self._predictions += out.predictions
-            for block in out.blocks:
+            self._markers += assembled.markers
+            self._predictions += assembled.predictions
+            for block in assembled.blocks:
                 due = self._due(block.epoch, block.end)
                 predictions = tuple(self._predictions)
                 self._predictions = []
                 self._inbox.put(Arrival(block, now, due, predictions=predictions))
-            if out.blocks and out.blocks[-1].epoch == self._assembler.epoch:
-                self._clock.add(out.blocks[-1].end, now)
-                self._check_rate(out.blocks[-1].end, now)
-            if out.blocks or self._assembler.epoch != epoch:
+            if assembled.blocks and assembled.blocks[-1].epoch == self._assembler.epoch:
+                self._clock.add(assembled.blocks[-1].end, now)
+                self._check_rate(assembled.blocks[-1].end, now)
+            if assembled.blocks or self._assembler.epoch != epoch:
                 self._sampled, self._connected = now, True
-            if out.blocks or out.greeted:
+            if assembled.blocks or assembled.greeted:
                 self._heard = now
-                if out.greeted:  # who entered waits for it
+                if assembled.greeted:  # ``__enter__`` waits for it
                     self._inbox.changed.notify_all()
                 self._inbox.wake()
-            return out
+            return assembled
 
     def _check_rate(self, end: int, now: float) -> None:
-        """Hold the rate of a device that sends in real time against the one that it states.
+        """Compare the rate of a real-time device with its stated rate.
 
         Raises
         ------
         InputError
-            It differs, and the device was opened just now.
+            The rates differ and the device was opened just now.
         """
         self._began = min(self._began, now)
         descriptor = self.descriptor
@@ -349,14 +354,14 @@ class SerialSource:
         _log.warning("%s: %s", self.name, message)
 
     def _due(self, epoch: int, end: int) -> tuple[Marker, ...]:
-        """Take the markers that belong to samples before this one."""
+        """Return and remove the markers of samples before this one."""
         due = tuple(m for m in self._markers if (m.epoch, m.sample) < (epoch, end))
         if due:
             self._markers = [m for m in self._markers if m not in due]
         return due
 
-    def _part_with_markers(self) -> None:
-        """Give away markers and answers that no sample comes with: with the last there were."""
+    def _flush_pending(self) -> None:
+        """Deliver markers and predictions whose sample will not come, with the last samples."""
         markers, self._markers = tuple(self._markers), []
         predictions, self._predictions = tuple(self._predictions), []
         descriptor = self._assembler.descriptor
@@ -364,10 +369,10 @@ class SerialSource:
             return
         epoch, next_sample = self._assembler.epoch, self._assembler.next_sample
         number = markers[-1].sample if markers else next_sample
-        none = np.zeros((0, descriptor.layout.width), np.int16)
-        self._inbox.attach(markers, predictions, Block(none, number, epoch))
+        no_samples = np.zeros((0, descriptor.layout.width), np.int16)
+        self._inbox.attach(markers, predictions, Block(no_samples, number, epoch))
 
-    def _lost(self) -> None:
+    def _disconnect(self) -> None:
         _log.info("%s: lost", self.name)
         with self._inbox.changed:
             self._connected = False
@@ -377,24 +382,24 @@ class SerialSource:
         self._decoder.restart()
         self._assembler.interrupted()
 
-    def _reopened(self) -> SerialTransport | None:
-        """The port when it is there again; None when closed before that."""
+    def _reopen(self) -> SerialTransport | None:
+        """Wait until the port is back. Return it, or None when closed before."""
         wait, longest = RETRY
         while not self._closing.wait(wait):
             wait = min(2 * wait, longest)
-            # Gone, not yet accessible, or taken by another program for a moment.
+            # The port may be missing, not accessible yet, or in use by another program.
             with suppress(InputError):
                 return SerialTransport(self.port)
         return None
 
-    def _farewell(self, transport: SerialTransport) -> None:
-        """Stop, and take what comes until the device says that this was all."""
+    def _stop(self, transport: SerialTransport) -> None:
+        """Stop the device and receive data until it confirms the end."""
         now = time.monotonic()
-        self._heard, until, asked = now, now + FAREWELL, -AGAIN
-        while now < until and now - self._heard < SILENCE:
-            if now - asked > AGAIN:
+        self._heard, deadline, last_request = now, now + FAREWELL, -AGAIN
+        while now < deadline and now - self._heard < SILENCE:
+            if now - last_request > AGAIN:
                 transport.send(FrameType.STOP)
-                asked = now
+                last_request = now
             data = transport.read()
             now = time.monotonic()
             if self._take(data, now).stopped:
@@ -402,8 +407,8 @@ class SerialSource:
 
 
 def from_port(port: str, options: SourceOptions) -> SerialSource:
-    """The device on a port; InputError where a speed is asked of it, or it can be no port."""
-    if why := no_port(port):
-        raise InputError(why)
+    """Return the device on a port; InputError for a speed option or a path that is no port."""
+    if reason := no_port(port):
+        raise InputError(reason)
     options.check_own_speed(f"a device on {port}")
     return SerialSource(port)

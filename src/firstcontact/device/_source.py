@@ -1,4 +1,4 @@
-"""What a source of samples is: a fingertip on a port, the twin, a recording being replayed."""
+"""Interface of all sample sources: serial devices, the twin, replayed recordings."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _FLASH = "flash the firmware that belongs to this version of firstcontact"
 
 @dataclass(frozen=True, slots=True)
 class _DescriptorJson:
-    """What a device sends: every field must be there."""
+    """JSON form of a descriptor, as a device sends it. Every field is required."""
 
     firmware: Name
     sensor: Name
@@ -29,15 +29,16 @@ class _DescriptorJson:
 
 
 def layout_to_send(layout: Layout) -> dict[str, Any]:
-    """A layout as version 1 of the protocol has it: piezos by their kind, their smoothing once.
+    """Return a layout as JSON in the form of protocol version 1.
 
-    Of other sensors the form is that of recordings; readers know both.
+    That form names the kind of each piezo channel and has one smoothing factor. A layout with other
+    sensors is returned in the form that recordings use. Readers understand both.
     """
     alphas = {c.smoothing_alpha for c in layout.vibration}
-    plain = all(
+    is_version_1 = all(
         c.sensor is VibrationSensor.PIEZO and c.finger is not None for c in layout.vibration
     )
-    if not plain or layout.groups or len(alphas) != 1 or layout.width > len(layout.channels):
+    if not is_version_1 or layout.groups or len(alphas) != 1 or layout.width > len(layout.channels):
         return layout.to_json()
     names = ("name", "kind", "finger", "unit", "scale", "offset", "taxel")
     channels = [{name: getattr(c, name) for name in names} for c in layout.channels]
@@ -48,26 +49,26 @@ def layout_to_send(layout: Layout) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class Descriptor:
-    """What a device says about itself when asked. "" means not known.
+    """Metadata that a source states about itself. An empty text means unknown.
 
     Parameters
     ----------
     layout
-        The columns of a sample and their rate.
+        Columns of a sample, and the sample rate.
     firmware, sensor, hand
-        What sends.
+        Names of the sender's firmware, sensor and hand.
     source
-        "real", "twin", "synthetic" or "unknown", as in a recording's header.
+        "real", "twin", "synthetic" or "unknown", as in the header of a recording.
     dtype
-        Of the samples; a device on the wire sends int16.
+        Data type of the samples. A device on the wire sends int16.
     delay
-        So much later than its instant the source's own filter lets a sample out, s.
+        Delay of the source's own filter, s.
     predictor
         Model that predicts on the device itself; None without one.
     model_slot
         Models that the device accepts; None if it accepts none.
     paced
-        Whether a device sends its samples in real time.
+        True if the device sends its samples in real time.
     """
 
     layout: Layout
@@ -82,7 +83,7 @@ class Descriptor:
     paced: bool = True
 
     def to_text(self) -> str:
-        """JSON, as it goes over the wire."""
+        """Return the descriptor as JSON, as it goes over the wire."""
         tree: dict[str, Any] = {
             "firmware": self.firmware,
             "sensor": self.sensor,
@@ -100,50 +101,50 @@ class Descriptor:
 
     @classmethod
     def from_text(cls, text: str) -> Self:
-        """The inverse of :meth:`to_text`.
+        """Create a descriptor from JSON, the inverse of :meth:`to_text`.
 
         Raises
         ------
         InputError
-            It is not JSON, a field is missing or out of bounds, or no layout of
+            The text is not JSON, a field is missing or out of bounds, or the layout has no
             fingertips.
         """
-        said = read_record(text.encode(), _DescriptorJson, "the device's descriptor", _FLASH)
-        fault = said.layout.fault
-        if not fault and said.source not in SOURCES:
-            fault = f"the source {said.source!r}, not one of {', '.join(SOURCES)}"
+        fields = read_record(text.encode(), _DescriptorJson, "the device's descriptor", _FLASH)
+        fault = fields.layout.fault
+        if not fault and fields.source not in SOURCES:
+            fault = f"the source {fields.source!r}, not one of {', '.join(SOURCES)}"
         if fault:
             raise InputError(f"the device's descriptor has {fault}: {_FLASH}")
         return cls(
-            said.layout,
-            said.firmware,
-            said.sensor,
-            said.hand,
-            said.source,
-            predictor=said.answers,
-            model_slot=said.models,
-            paced=said.paced,
+            fields.layout,
+            fields.firmware,
+            fields.sensor,
+            fields.hand,
+            fields.source,
+            predictor=fields.answers,
+            model_slot=fields.models,
+            paced=fields.paced,
         )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Arrival:
-    """Consecutive samples, and when the host had the last byte of them.
+    """Consecutive samples with the time at which the host received them.
 
     Parameters
     ----------
     block
-        The samples; sample numbers are 64 bits.
+        Samples, numbered with 64 bits.
     host
-        ``time.monotonic()``, s.
+        ``time.monotonic()`` when the last byte arrived, s.
     markers
-        Words pinned to samples that came with them. A word pinned to a sample that never
-        came is with the last ones, or with none at all behind them.
+        Markers of these samples. A marker whose sample was lost comes with the last samples, or
+        with an empty block after them.
     pinches
-        Marks of the pinches that end in them (only a replayed recording has these).
+        Marks of the pinches that end in these samples. Only replayed recordings have them.
     predictions
-        Contacts and estimates of a device that answers by itself, as they came: of these samples,
-        of earlier ones or of some that are on their way.
+        Contacts and estimates that the device predicted itself, in the order received. They can
+        refer to these samples, to earlier ones or to samples still in transit.
     """
 
     block: Block
@@ -155,42 +156,41 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """How a source is doing, counted since it was opened.
+    """State and counts of a source since it was opened.
 
     Parameters
     ----------
     connected
-        Whether the device is there now.
+        True if the device is connected now.
     epoch
-        Of the newest sample.
+        Epoch of the newest sample.
     samples
-        Received.
+        Number of received samples.
     lost_samples
-        Missing in the device's count, for whatever reason; exact for all that
-        lies between two samples received, or before a ``stopped`` frame.
+        Number of samples missing in the device's count, for any reason. The count is exact between
+        two received samples and before a ``stopped`` frame.
     overflow_samples
-        Of these, the ones that the device says it dropped itself.
+        Number of lost samples that the device reports as dropped by itself.
     unusable_samples
-        Of the lost ones, those that were NaN, infinite or out of range.
+        Number of lost samples that were NaN, infinite or out of range.
     lost_frames
-        Missing in the device's count of frames.
+        Number of frames missing in the device's count.
     bad_frames
-        Damaged on the way; each is also one of the lost ones.
+        Number of damaged frames. Each is also counted as lost.
     doubled_frames
-        Came twice or out of order and were left out.
+        Number of ignored frames that were repeated or out of order.
     late_answers
-        Of a device that answers by itself: left out, because the next was due.
+        Number of predictions that the device skipped because the next one was due.
     unheard_samples
-        Of such a device: sent, and missed by its own answers.
+        Number of samples that the device sent but its own model missed.
     reconnects
-        Times that the device came back; each begins an epoch.
+        Number of reconnections. Each begins an epoch.
     host_rate
-        Samples per second of the host's clock over the last epoch, Hz; 0 before
-        it can be told.
+        Samples per second of the host's clock over the last epoch, Hz; 0 until measured.
     losses_known
-        Whether the device counts its samples, so that missing ones show.
+        True if the device counts its samples, so that losses are detected.
     ended
-        Whether nothing more can come, as after the last sample of a recording.
+        True if no more samples can come, as after the end of a recording.
     """
 
     connected: bool = False
@@ -211,63 +211,62 @@ class Health:
 
     @property
     def lost(self) -> str:
-        """How many samples are missing, in words."""
-        unknown = "" if self.losses_known else " or more (nothing counts them)"
+        """Number of lost samples as text."""
+        unknown = "" if self.losses_known else " or more (the device does not count its samples)"
         return f"{self.lost_samples}{unknown}"
 
 
 class Source(Protocol):
-    """Gives samples as they come, in order, each once.
+    """Source of samples, in order, each sample once.
 
-    Opened by ``with``. A thread of its own takes them off the line, whatever
-    its reader does meanwhile; :meth:`read` may be called from one thread.
+    ``with`` opens the source. A thread receives the samples, so a slow reader loses none. Call
+    :meth:`read` from one thread only.
     """
 
     @property
     def name(self) -> str:
-        """What a person calls it: the port, "twin" or the file."""
+        """Name for users: the port, "twin" or the file."""
 
     @property
     def descriptor(self) -> Descriptor:
-        """What it says about itself; known once it is open."""
+        """Metadata of the source, available once it is open."""
 
     @property
     def health(self) -> Health:
-        """Counts up to now; may be asked from any thread."""
+        """Current counts. Can be read from any thread."""
 
     @property
     def ended(self) -> bool:
-        """Whether nothing more will come, all that came was read and every error raised."""
+        """True if no more samples come and all samples and errors were delivered."""
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
-        """All that has come since the last call, waiting up to ``timeout`` s for so much.
+        """Return all samples received since the last call. Wait up to ``timeout`` s for more.
 
         Parameters
         ----------
         timeout
-            Longest wait, s; then whatever there is, or nothing.
+            Longest wait, s. After it, the method returns the samples received so far, if any.
         least
-            Samples worth waking up for: with fewer the reader could do nothing yet.
+            Number of samples worth waiting for. The wait ends when they are there.
 
         Raises
         ------
         InputError
-            The device is not the one that was opened any more (another layout),
-            or its port is gone for good.
+            The port now has another device (another layout), or the port is gone for good.
         """
 
     def mark(self, text: str) -> None:
-        """Have a word pinned to the next sample. No word is ever an order."""
+        """Attach a marker to the next sample. A marker is never an order."""
 
     def order(self, text: str) -> None:
-        """Tell a simulated hand what to do; a device that is none takes no notice.
+        """Send an order to a simulated hand. Other devices ignore it.
 
-        Never with text that a viewer or a file chose freely: see
+        Never send text that a viewer or a file chose freely: see
         :mod:`firstcontact.device._twin_words`.
         """
 
     def close(self) -> None:
-        """Stop the device and let go of it. Closing twice is fine."""
+        """Stop the device and release it. Closing twice is fine."""
 
     def __enter__(self) -> Self: ...
 
@@ -275,10 +274,10 @@ class Source(Protocol):
 
 
 def drain(source: Source) -> list[Arrival]:
-    """Close a source and return the samples that it received and that no reader took."""
+    """Close a source and return the received samples that no reader has taken."""
     source.close()
     arrivals: list[Arrival] = []
-    with suppress(InputError):  # the reader has it already, or ends anyway
+    with suppress(InputError):  # the reader has raised it already, or is ending
         while new := source.read(0.0):
             arrivals += new
     return arrivals

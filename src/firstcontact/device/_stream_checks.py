@@ -1,4 +1,4 @@
-"""Rules for samples that every live source keeps: usable values and the stated rate."""
+"""Checks of live samples: usable values and the stated rate."""
 
 from __future__ import annotations
 
@@ -8,17 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-#: Largest sample: that of 32-bit integers. Filters and recordings have room for more.
+#: Largest usable sample, the limit of 32-bit integers. Filters and recordings can hold larger
+#: values.
 LARGEST_SAMPLE = 2.0**31
 #: Largest difference between the stated and the measured rate, as a share.
 TOLERANCE = 0.02
-#: A difference of this share shows at once.
+#: Relative difference that needs few windows to detect.
 OBVIOUS = 0.3
 #: Shortest window in which samples are counted, s.
 WINDOW = 0.25
-#: Windows for an obvious difference, windows for any other, and windows that are kept.
+#: Number of windows for an obvious difference, for any other difference, and in memory.
 FEW, ENOUGH, KEPT = 4, 8, 40
-#: Standard errors of the measured rate that the tolerance is widened by.
+#: Number of standard errors of the measured rate by which the tolerance is widened.
 SIGMAS = 4.0
 
 
@@ -40,16 +41,16 @@ def usable_samples(values: NDArray[Any]) -> NDArray[np.bool_]:
 
 
 class RateCheck:
-    """Measured rate of a stream against its stated rate.
+    """Measured rate of a stream, compared with its stated rate.
 
-    The rate is the median over windows of a quarter of a second. A stall of this process, the
-    burst behind it and a gap each spoil a window or two, and leave the median as it is. Jitter
-    widens the tolerance by the standard error of the median.
+    The rate is the median over windows of a quarter of a second. A stall, the burst after it and a
+    gap each change one or two windows, not the median. Jitter widens the tolerance by the standard
+    error of the median.
 
     Parameters
     ----------
     stated
-        Rate, Hz.
+        Stated rate, Hz.
     """
 
     def __init__(self, stated: float) -> None:
@@ -70,7 +71,7 @@ class RateCheck:
         end
             Number of samples so far.
         seconds
-            Time of the last one, s.
+            Time of the last sample, s.
         """
         if self._begin is None or seconds < self._begin[1]:
             self._begin = end, seconds

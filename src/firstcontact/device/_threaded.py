@@ -1,4 +1,4 @@
-"""What sources have in common whose samples a thread of their own takes off a line."""
+"""Base class of sources that receive samples in a thread of their own."""
 
 from __future__ import annotations
 
@@ -22,22 +22,24 @@ from firstcontact.signal import CausalResampler
 
 _log = logging.getLogger(__name__)
 
-#: A source without a usable sample for this long counts as not connected, s.
+#: A source without a usable sample for this time counts as disconnected, s.
 SILENCE = 1.0
-#: A source that never sent a usable sample is refused after this long, s.
-REFUSED = 1.8
-#: Longest time between two looks at the line that counts as silence, s. A process that was
-#: stopped for longer did not look.
-LOOK = 0.1
+#: A source that never sent a usable sample is refused after this time, s.
+REFUSE_AFTER = 1.8
+#: Longest time between two reads that counts as silence, s. A longer time means that this process
+#: was stopped.
+LONGEST_LOOK = 0.1
 
 
 class ThreadedSource(ABC):
-    """A source that says how it is opened, read and shut; queue, counts and words are here.
+    """Base class of sources with a receiving thread, a queue, counts and markers.
+
+    Subclasses implement how the source is opened, read and closed.
 
     Parameters
     ----------
     name
-        What a person calls it.
+        Name for users.
     """
 
     def __init__(self, name: str) -> None:
@@ -46,13 +48,13 @@ class ThreadedSource(ABC):
         self._closing = threading.Event()
         self._descriptor: Descriptor | None = None
         self._inbox = Inbox()
-        # What follows is changed and looked at with its lock.
-        self._words: list[str] = []  # that wait for the next sample
+        # The fields below are protected by the inbox's lock.
+        self._markers: list[str] = []  # waiting for the next sample
         self._next = (0, 0)  # epoch and number of that sample
         self._health = Health()
         self._clock = ClockFit(1.0)
-        self._pending = 0  # lost since the last sample that was given
-        # What follows belongs to the thread that works.
+        self._pending = 0  # samples lost since the last delivered one
+        # The fields below belong to the receiving thread.
         self._input_rate = 0.0
         self._output_rate = 0.0
         self._resampler: tuple[int, CausalResampler] | None = None  # with its epoch
@@ -63,43 +65,43 @@ class ThreadedSource(ABC):
 
     @abstractmethod
     def _open(self) -> Descriptor:
-        """Open it, in the thread of who enters it.
+        """Open the source in the caller's thread. Return its descriptor.
 
         Raises
         ------
         InputError
-            It cannot be; what was opened is shut again.
+            The source cannot be opened. All that was opened is closed again.
         """
 
     @abstractmethod
     def _work(self) -> None:
-        """Give samples until ``self._closing`` is set.
+        """Deliver samples until ``self._closing`` is set.
 
         Raises
         ------
         InputError
-            It is gone for good: told to who reads, behind the last sample.
+            The source is gone for good. The reader gets this error after the last sample.
         """
 
     @abstractmethod
     def _shut(self) -> None:
-        """Let go of it, in the thread that worked; may be called when nothing was opened."""
+        """Close the source, in the receiving thread. It need not be open."""
 
     @property
     def name(self) -> str:
-        """What a person calls it."""
+        """Name for users."""
         return self._name
 
     @property
     def descriptor(self) -> Descriptor:
-        """What it says about itself."""
+        """Metadata of the source."""
         if self._descriptor is None:
             raise InputError(f"{self.name} is not open: enter the source first")
         return self._descriptor
 
     @property
     def health(self) -> Health:
-        """Counts up to now."""
+        """Current counts."""
         with self._inbox.changed:
             return replace(
                 self._health,
@@ -109,7 +111,7 @@ class ThreadedSource(ABC):
 
     @property
     def ended(self) -> bool:
-        """Whether nothing more will come, all was read and every error told."""
+        """True if no more samples come and all samples and errors were delivered."""
         return self._inbox.ended
 
     def __enter__(self) -> Self:
@@ -126,39 +128,41 @@ class ThreadedSource(ABC):
         self.close()
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
-        """All that has come since the last call, waiting up to ``timeout`` s for so much.
+        """Return all samples received since the last call. Wait up to ``timeout`` s for more.
 
         Raises
         ------
         InputError
-            It is gone for good.
+            The source is gone for good.
         """
         return self._inbox.read(timeout, least)
 
     def mark(self, text: str) -> None:
-        """Have a word pinned to the next sample.
+        """Attach a marker to the next sample.
 
         Raises
         ------
         InputError
-            It is not there.
+            The source is not connected.
         """
         with self._inbox.changed:
             if not self._health.connected:
-                raise InputError(f"{self.name} is not there and the marker was not set: open it")
-            self._words.append(text)
+                raise InputError(
+                    f"{self.name} is not connected and the marker was not set: open it"
+                )
+            self._markers.append(text)
 
     def order(self, text: str) -> None:  # noqa: B027
-        """Take no notice: nothing here is a simulated hand."""
+        """Ignore the order: this source is no simulated hand."""
 
     def close(self) -> None:
-        """Stop it and let go of it; what came can still be read. Closing twice is fine."""
+        """Stop and close the source. Received samples stay readable. Closing twice is fine."""
         self._closing.set()
         if self._thread is not None:
             self._thread.join()
 
     def _resample(self, input_rate: float, output_rate: float) -> float:
-        """Set both rates of :meth:`_give`, Hz. Return the delay of its filter, s."""
+        """Set both rates of :meth:`_give`, Hz. Return the filter's delay, s."""
         self._input_rate, self._output_rate = input_rate, output_rate
         return CausalResampler(input_rate, output_rate).delay
 
@@ -170,21 +174,21 @@ class ThreadedSource(ABC):
         host: float,
         taken: float | None = None,
     ) -> None:
-        """Give samples at the output rate; unusable ones become gaps.
+        """Deliver samples at the output rate. Unusable samples become gaps.
 
         Parameters
         ----------
         values
             Samples at the input rate, shape (samples, channels).
         numbers
-            Their numbers, rising, shape (samples,).
+            Sample numbers, rising, shape (samples,).
         epoch, host, taken
-            As of :meth:`_put`.
+            See :meth:`_put`.
 
         Raises
         ------
         InputError
-            The source has never sent a usable sample, or has another rate than it states.
+            The source has never sent a usable sample, or its rate is not the stated one.
         """
         if not len(values):
             return
@@ -194,8 +198,8 @@ class ThreadedSource(ABC):
         edges = np.flatnonzero((np.diff(numbers) > 1) | (good[1:] != good[:-1])) + 1
         for run in np.split(np.arange(len(values)), edges):
             if good[run[0]]:
-                out, first = self._resampler[1].update(values[run], int(numbers[run[0]]))
-                self._put(out.astype(np.float32), first, epoch, host, taken)
+                resampled, first = self._resampler[1].update(values[run], int(numbers[run[0]]))
+                self._put(resampled.astype(np.float32), first, epoch, host, taken)
         if not good.all():
             self._unusable += int((~good).sum())
             share = self._output_rate / self._input_rate
@@ -203,7 +207,7 @@ class ThreadedSource(ABC):
             self._drop(int(numbers[~good][-1]) + 1, epoch)
 
     def _drop(self, end: int, epoch: int) -> None:
-        """Count the samples up to this number of the input as lost, until the next one is given.
+        """Count input samples up to number ``end`` as lost until one is delivered.
 
         Raises
         ------
@@ -215,19 +219,19 @@ class ThreadedSource(ABC):
             self._begin_epoch(epoch, 0)
             self._pending = max(until - self._next[1], 0)
         self._wait()
-        if not self._health.samples and self._silence >= REFUSED:
+        if not self._health.samples and self._silence >= REFUSE_AFTER:
             raise InputError(
                 f"{self.name} sends no usable sample ({end} are NaN, infinite, damaged or beyond "
                 f"{LARGEST_SAMPLE:.3g}): check the sensor and the program that sends"
             )
 
     def _wait(self) -> bool:
-        """Count the time without a usable sample. Return True if this is a silence.
+        """Count the time without a usable sample. Return True if it amounts to silence.
 
-        A source calls it each time that it looks at its line and finds nothing.
+        A source calls it each time that a read returns nothing.
         """
         now = time.monotonic()
-        self._silence += min(now - self._looked, LOOK)
+        self._silence += min(now - self._looked, LONGEST_LOOK)
         self._looked = now
         if self._silence >= SILENCE and self._health.connected:
             self._note(connected=False)
@@ -241,23 +245,23 @@ class ThreadedSource(ABC):
         host: float,
         taken: float | None = None,
     ) -> None:
-        """Samples have come.
+        """Deliver received samples to the reader.
 
         Parameters
         ----------
         data
-            Shape (samples, columns).
+            Samples, shape (samples, columns).
         first, epoch
-            Number and epoch of the first.
+            Number and epoch of the first sample.
         host
-            When the last came, by the host's clock, s.
+            Host time at which the last sample arrived, s.
         taken
-            When it was taken, where that is known better.
+            Host time at which the last sample was taken, s, if the source knows it.
 
         Raises
         ------
         InputError
-            The source has another rate than it states.
+            The source's rate is not the stated one.
         """
         if not len(data):
             return
@@ -268,8 +272,8 @@ class ThreadedSource(ABC):
             lost = health.lost_samples + first - self._next[1]
             samples = health.samples + len(data)
             self._health = replace(health, connected=True, samples=samples, lost_samples=lost)
-            markers = tuple(Marker(first, text, epoch) for text in self._words)
-            self._words.clear()
+            markers = tuple(Marker(first, text, epoch) for text in self._markers)
+            self._markers.clear()
             block = Block(data, first, epoch)
             self._inbox.put(Arrival(block, host, markers))
             self._next = (epoch, block.end)
@@ -279,7 +283,7 @@ class ThreadedSource(ABC):
             self._refuse_rate(self._rate_check.rate / self.descriptor.layout.rate, "this machine's")
 
     def _begin_epoch(self, epoch: int, first: int) -> None:
-        """Begin an epoch with the sample of this number, unless it is going on; holds the lock."""
+        """Begin ``epoch`` at sample ``first`` unless it has begun. The caller holds the lock."""
         if epoch == self._next[0]:
             return
         rate = self.descriptor.layout.rate
@@ -291,7 +295,7 @@ class ThreadedSource(ABC):
         self._next, self._pending = (epoch, first), 0
 
     def _refuse_rate(self, share: float, clock: str) -> NoReturn:
-        """Refuse a source whose rate is this share of the stated one, by a clock."""
+        """Raise InputError: the measured rate is ``share`` of the stated one, by ``clock``."""
         stated = self._input_rate or self.descriptor.layout.rate
         raise InputError(
             f"{self.name} sends {share * stated:.0f} samples a second by {clock} clock, and its "
@@ -299,7 +303,7 @@ class ThreadedSource(ABC):
         )
 
     def _note(self, **counts: Any) -> None:
-        """Set counts of the health."""
+        """Set fields of the health."""
         with self._inbox.changed:
             self._health = replace(self._health, **counts)
 
@@ -307,28 +311,28 @@ class ThreadedSource(ABC):
         error: InputError | None = None
         try:
             self._work()
-        except InputError as known:
-            error = known
-        except BaseException as unknown:
-            # Whoever reads must not wait for a thread that is no more.
+        except InputError as input_error:
+            error = input_error
+        except BaseException as unexpected:
+            # The reader must not wait for a thread that has ended.
             _log.exception("%s: reading it failed", self.name)
-            why = summarize_error(unknown)
-            error = InputError(f"{self.name}: reading it failed ({why}): open it again")
+            reason = summarize_error(unexpected)
+            error = InputError(f"{self.name}: reading it failed ({reason}): open it again")
         try:
             self._shut()
         except BaseException:
             _log.exception("%s: shutting it failed", self.name)
         with self._inbox.changed:
             self._inbox.end(error)
-            self._part_with_words()
+            self._flush_markers()
             self._health = replace(self._health, connected=False)
         _log.info("%s: closed; %s", self.name, self._health)
 
-    def _part_with_words(self) -> None:
-        """Give away the words whose sample will not come: with the last samples there were."""
+    def _flush_markers(self) -> None:
+        """Deliver markers whose sample will not come, with the last samples."""
         epoch, number = self._next
-        markers = tuple(Marker(number, text, epoch) for text in self._words)
-        self._words.clear()
+        markers = tuple(Marker(number, text, epoch) for text in self._markers)
+        self._markers.clear()
         if markers:
-            none = np.zeros((0, self.descriptor.layout.width), self.descriptor.dtype)
-            self._inbox.attach(markers, (), Block(none, number, epoch))
+            no_samples = np.zeros((0, self.descriptor.layout.width), self.descriptor.dtype)
+            self._inbox.attach(markers, (), Block(no_samples, number, epoch))

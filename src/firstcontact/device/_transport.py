@@ -1,4 +1,4 @@
-"""A serial port as a way for bytes, and frames to the device."""
+"""Serial port for bytes, and for frames to the device."""
 
 from __future__ import annotations
 
@@ -13,45 +13,45 @@ from typing import Any
 from firstcontact.core import InputError
 from firstcontact.device._protocol import FrameType, encode
 
-#: Longest wait of a read, s: how soon a stop is noticed.
+#: Longest wait of a read, s. It limits the time until a stop is noticed.
 PATIENCE = 0.05
-#: Most bytes of a read.
+#: Largest number of bytes of a read.
 MOST = 65_536
-#: Longest wait of a write, s: a device that takes nothing is gone.
+#: Longest wait of a write, s. A device that does not read for so long is gone.
 WRITE = 1.0
-#: A USB port has no speed of its own; a UART bridge must be told one that is enough:
-#: samples take 176 kB/s, and start and stop bits a quarter more.
+#: Baud rate, for UART bridges only; USB ports ignore it. Samples take 176 kB/s, and start and stop
+#: bits a quarter more.
 BAUD = 4_000_000
 
 
-#: What opening a port may raise; pyserial's own exception is an OSError.
+#: Errors from opening a port; pyserial's own exception is an OSError.
 FAULTS: tuple[type[Exception], ...] = (OSError, ValueError)
 with suppress(ImportError):  # not on Windows
     import termios
 
-    # A terminal that goes while it is opened; no OSError.
+    # Error if a terminal vanishes during opening, not an OSError.
     FAULTS += (termios.error,)
 
 
 class LinkError(OSError):
-    """The port is gone; it may come back."""
+    """Error for a port that is gone. It may come back."""
 
 
 class SerialTransport:
-    """An open serial port, for this process alone.
+    """Open serial port, locked for this process.
 
-    It is locked before anything about it is changed, so that whoever has it open is not
-    disturbed. One thread may read; :meth:`send` may be called from any.
+    The lock comes before any change, so another program that uses the port is not disturbed. Only
+    one thread may read. :meth:`send` can be called from any thread.
 
     Parameters
     ----------
     port
-        Its path or name.
+        Path or name of the port.
 
     Raises
     ------
     InputError
-        It is not there, is in use, or may not be opened.
+        The port does not exist, is in use, or may not be opened.
     """
 
     def __init__(self, port: str) -> None:
@@ -68,7 +68,7 @@ class SerialTransport:
             raise InputError(why_not(port, error)) from error
 
     def read(self) -> bytes:
-        """All that is there, or the first that comes within :data:`PATIENCE`; b"" if nothing.
+        """Return available bytes. Wait up to :data:`PATIENCE` for the first; b"" if none.
 
         Raises
         ------
@@ -77,23 +77,23 @@ class SerialTransport:
         """
         try:
             return self._read() if os.name == "posix" else self._read_portably()
-        except (OSError, TypeError, ValueError) as error:  # a closed port has no descriptor
+        except (OSError, TypeError, ValueError) as error:  # a closed port has no file descriptor
             raise LinkError(f"{self.port}: {error}") from error
 
     def _read(self) -> bytes:
-        """As pyserial would, at a fifth less of all that a block costs the host."""
+        """Read as pyserial does, with about 20 % less work for the host."""
         number = self._serial.fileno()
         ready, _, _ = select.select([number], [], [], PATIENCE)
         if not ready:
             return b""
         data = os.read(number, MOST)
         if not data:
-            raise LinkError("it has hung up")
+            raise LinkError("the other end has closed it")
         return data
 
     def _read_portably(self) -> bytes:
         data: bytes = self._serial.read(1)
-        # What came with the first byte; waiting for a full buffer would be a delay.
+        # Read the bytes that came with the first one. Waiting for a full buffer would add latency.
         return data + self._serial.read(self._serial.in_waiting) if data else data
 
     def send(self, kind: FrameType, payload: bytes = b"") -> None:
@@ -102,7 +102,7 @@ class SerialTransport:
         Raises
         ------
         LinkError
-            The port is gone or takes nothing.
+            The port is gone or accepts no bytes.
         """
         with self._sending:
             try:
@@ -112,29 +112,30 @@ class SerialTransport:
             self._counter += 1
 
     def close(self) -> None:
-        """Let go of the port. Closing twice is fine."""
-        # Not while a frame goes out: its rest would go to whatever has the number next.
+        """Release the port. Closing twice is fine."""
+        # Wait until a frame is sent. Otherwise its remainder could go to the next file with this
+        # descriptor.
         with self._sending, suppress(OSError):
             self._serial.close()
 
 
 def why_not(port: str, error: Exception) -> str:
-    number = getattr(error, "errno", None)
-    if number == errno.ENOENT:
+    code = getattr(error, "errno", None)
+    if code == errno.ENOENT:
         return f"{port}: there is no such port: see `firstcontact ports`, or use --device twin"
-    if number in (errno.EACCES, errno.EPERM):
+    if code in (errno.EACCES, errno.EPERM):
         return (
             f"{port}: you may not open this port: add yourself to its group (on Debian: "
             "`sudo adduser $USER dialout`) and log in again"
         )
-    if number in (errno.EAGAIN, errno.EBUSY):
+    if code in (errno.EAGAIN, errno.EBUSY):
         return f"{port}: another program has this port open: close that one first"
     other = no_port(port)
     return other or f"{port}: cannot be opened as a serial port ({error}): see `firstcontact ports`"
 
 
 def no_port(port: str) -> str:
-    """Why a path can be no port, whatever it holds; "" where it may be one."""
+    """Return the reason why a path cannot be a port; "" if it can."""
     if Path(port).is_dir():
         return f"{port} is a folder: name one recording in it (*.mcap), or a port"
     if Path(port).is_file():

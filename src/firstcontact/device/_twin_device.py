@@ -1,16 +1,15 @@
-"""The twin as a device that is plugged in: a port to open, and nothing else to know.
+"""Twin as a device on a serial port.
 
-It runs in a process of its own and costs the host's interpreter nothing. What the hand
-takes stands in the samples' own line: at each start of the motor the device sends the
-marker "twin: <object>", pinned to that sample. A host that sends the order "object: block
-29" has it take only that object from the next closing on (the names are those of
-:mod:`firstcontact.twin._objects`); "object: any" goes back to the plan. Every order is answered
-with a marker that says what became of it. Marks are words and never orders.
+It runs in its own process and does not slow down the host's interpreter. At each motor start the
+device sends the marker "twin: <object>" at that sample. The order "object: block 29" makes the hand
+pick up only that object from the next closing on (names as in :mod:`firstcontact.twin._objects`).
+"object: any" returns to the plan.
 
-The order "hand: 0.0500 2.000" commands the closing that is going on: 0.05 m/s and 2 N at
-most, from the drive's latency on until the hand opens. "hand: release" opens it. When a
-closing is over, the marker "twin: peak 3.4 N" says how hard it squeezed, pinned to the
-sample where the hand begins to open.
+A marker answers every order. Markers of the host are never orders.
+
+The order "hand: 0.0500 2.000" commands the present closing: 0.05 m/s and at most 2 N, from the
+drive's latency until the hand opens. "hand: release" opens the hand. After a closing the marker
+"twin: peak 3.4 N" states its largest force, at the sample where the hand begins to open.
 """
 
 from __future__ import annotations
@@ -24,38 +23,36 @@ from typing import Self
 from firstcontact.core import Child, InputError
 from firstcontact.twin import LATENCY
 
-#: It compiles what it needs when it starts for the first time; then it is at hand in a second, s.
+#: Longest wait for the first start, which compiles the simulation, s. Later starts take a second.
 START = 120.0
-#: Longest wait for an answer, and for an end that was asked for, s.
+#: Longest wait for an answer, and for the end of the process, s.
 PATIENCE = 3.0
 
 
 class TwinDevice:
-    """A twin on a pseudo terminal, from here until it is closed.
+    """Twin on a pseudo terminal, until it is closed.
 
-    It starts to count samples at once, paced by the monotonic clock, and sends them when
-    it is told to, as ``docs/protocol.md`` says. It dies with this process, however that
-    ends, and takes no notice of Ctrl-C.
+    It counts samples from the start, paced by the monotonic clock, and sends them on request, as
+    ``docs/protocol.md`` describes. It ends with this process, however that ends, and ignores
+    Ctrl-C.
 
     Parameters
     ----------
     condition
         "paper-rig" or "everyday".
     objects
-        Names of what the hand takes up; all of the paper's by default.
+        Names of the objects to pick up; by default all of the paper's.
     seed
-        Of everything by chance: the hand is that of ``firstcontact simulate`` with
-        this condition and seed.
+        Random seed. The hand is that of ``firstcontact simulate`` with this condition and seed.
     speed
-        1 for real time; more to have an hour in less, as far as the host keeps up.
+        Multiple of real time, limited by the speed of the host.
     latency
-        From a command to the hand to its effect, s of its samples.
+        Time from a command to its effect, s of the samples.
 
     Raises
     ------
     InputError
-        Something given is not known, the twin's extra is not installed, or the
-        process did not start.
+        An argument is unknown, the twin's extra is not installed, or the process did not start.
 
     Notes
     -----
@@ -80,43 +77,45 @@ class TwinDevice:
         options += [f"--object={name}" for name in objects or ()]
         self._lock = threading.Lock()
         self._child = Child("firstcontact.device._twin_process", *options)
-        #: What to open as a serial port.
+        #: Path to open as a serial port.
         self.port = ""
         try:
-            word, _, rest = self._answer(START).partition(" ")
+            word, _, argument = self._answer(START).partition(" ")
             if word != "ready":
-                raise InputError(rest or "the twin's process did not start: see what it printed")
-            self.port = rest
+                raise InputError(
+                    argument or "the twin's process did not start: see what it printed"
+                )
+            self.port = argument
         except BaseException:
             self.close()
             raise
 
     @property
     def pid(self) -> int:
-        """Of the twin's process."""
+        """Process number of the twin's process."""
         return self._child.pid
 
     def reset(self) -> None:
-        """Have the device restart: another boot, samples from 0, silent until started."""
+        """Restart the device: new boot number, samples from 0, silent until started."""
         self._tell("reset")
 
     def unplug(self) -> None:
-        """Pull the cable: the port is gone under whoever has it open."""
+        """Unplug the cable: the port vanishes, even while it is open."""
         self._tell("unplug")
 
     def plug(self) -> None:
-        """Put the cable back: the port is there again under the same name."""
+        """Plug in the cable: the port is back under the same name."""
         self._tell("plug")
 
     def close(self) -> None:
-        """End the twin and its port, within seconds whatever it does. Closing twice is fine."""
-        # Another thread that waits for an answer is let finish, but not for ever.
-        held = self._lock.acquire(timeout=PATIENCE)
+        """End the twin and its port, within seconds in any state. Closing twice is fine."""
+        # Another thread may be waiting for an answer: let it finish, within limits.
+        has_lock = self._lock.acquire(timeout=PATIENCE)
         try:
             if not self._child.end(PATIENCE) and self.port:
                 shutil.rmtree(Path(self.port).parent, ignore_errors=True)
         finally:
-            if held:
+            if has_lock:
                 self._lock.release()
 
     def __enter__(self) -> Self:

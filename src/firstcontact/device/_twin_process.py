@@ -1,8 +1,8 @@
-"""The process in which the twin is a device: paced samples on a pseudo terminal.
+"""Process of the twin as a device: paced samples on a pseudo terminal.
 
-Started by :class:`firstcontact.device._twin_device.TwinDevice`, which talks to it through
-its standard input, one word a line, and ends it by closing that. When its parent is killed
-it is killed, too (:mod:`firstcontact.core._die_with_parent`).
+:class:`firstcontact.device._twin_device.TwinDevice` starts it and sends it one word per line on
+standard input. Closing that input ends the process. The process is killed together with its parent
+(:mod:`firstcontact.core._die_with_parent`).
 """
 
 from __future__ import annotations
@@ -39,30 +39,29 @@ from firstcontact.device._twin_words import (
     read_order,
 )
 
-#: What is made before the clock starts ends in a closing: no rest is so long, and no
-#: closing so short.
+#: Samples of the rehearsal before the clock starts: longer than any rest, shorter than any closing,
+#: so it ends in a closing.
 REHEARSED = round(1.2 * FINGERTIP_RATE)
-#: Samples that wait for a host that does not read, s of the host's time.
+#: Length of the buffer for a host that does not read, s of the host's time.
 RING = 0.5
-#: Shortest time between two looks at the clock, s.
+#: Shortest time between two checks of the clock, s.
 TICK = 1e-3
-#: Frames are made ahead up to about this many bytes.
+#: Approximate number of bytes of frames prepared in advance.
 WIRE_BYTES = 4096
 
 
 class TwinProcess:
-    """The twin behind a terminal.
+    """Twin at the device side of a terminal.
 
     Parameters
     ----------
     terminal
-        Where the host is.
+        Terminal with the host at its other end.
     condition, objects, seed, latency
-        As of :class:`firstcontact.twin._stream.TwinStream`.
+        See :class:`firstcontact.twin._stream.TwinStream`.
     speed
-        Samples a second, as a multiple of 4936. Up to 1 the twin is a device: what a host does not
-        take in time is lost and counted. A twin that runs faster has no time to keep: it goes on
-        when the host has taken what was made.
+        Multiple of real time. Up to 1 the twin is a device: samples that the host does not read in
+        time are lost and counted. A faster twin waits for the host instead.
     """
 
     def __init__(
@@ -74,18 +73,19 @@ class TwinProcess:
         speed: float,
         latency: float,
     ) -> None:
-        # Numba is an extra: what needs it is imported where it is needed.
+        # Numba is an extra: import it late.
         from firstcontact.twin import DeviceFilter, TwinStream
 
         self._terminal = terminal
         self._rate = FINGERTIP_RATE * speed
         self._waits = speed > 1.0
-        # Whole frames, and no more often than a tick.
+        # Complete frames, and at most one batch per tick.
         self._batch = FRAME_SAMPLES * max(1, round(self._rate * TICK / FRAME_SAMPLES))
-        # One that waits needs no long one, in which more markers would wait than there is room for.
+        # A waiting twin needs no long ring. In a long one, more markers would wait than their queue
+        # holds.
         ring = RING * (FINGERTIP_RATE if self._waits else self._rate)
         self._ring = max(round(ring), 2 * self._batch)
-        # Compiles everything, or loads it, before the clock starts.
+        # Compile everything, or load it from the cache, before the clock starts.
         rehearsal = TwinStream(condition, objects, seed, latency=0.0)
         DeviceFilter().update(rehearsal.read(REHEARSED))
         rehearsal.command(Command(0.0, 0.0))
@@ -100,13 +100,13 @@ class TwinProcess:
         self._start()
 
     def _start(self) -> None:
-        """Be switched on: everything anew but the hand, which goes on."""
+        """Start the device: all counts begin again, but the hand continues its motion."""
         self._boot += 1
         # A restarted device begins with the first taxel.
         self._stream.read(-self._stream.sample % TAXELS)
         self._origin = self._stream.sample
         self._filter.reset()
-        # A frame that was cut off is ended before the first new one.
+        # End an incomplete frame before the first new one.
         self._lead = b"\0" if self._wire else b""
         self._wire = b""
         self._responder = Responder(DESCRIPTOR, self._boot, self._ring, self._obey)
@@ -128,12 +128,12 @@ class TwinProcess:
                 return
 
     def _catch_up(self) -> bool:
-        """Make a batch of samples where it is due; True where the next one is due, too."""
+        """Make a batch of samples if it is due. Return True if the next one is due too."""
         due = int((time.monotonic() - self._begin) * self._rate) - self._made
         if due < self._batch:
             return False
         if self._held_up:
-            # What the host makes us wait for is not made up for afterwards.
+            # Time spent waiting for the host is not caught up later.
             self._begin = time.monotonic() - self._made / self._rate
             return False
         data = self._filter.update(self._stream.read(self._batch))
@@ -144,7 +144,7 @@ class TwinProcess:
 
     @property
     def _held_up(self) -> bool:
-        """Whether the next samples wait for a host that is there and has not taken the last."""
+        """Return True if a connected host has not yet taken the previous samples."""
         return self._waits and self._terminal.plugged and self._responder.room < self._batch
 
     def _until_next(self) -> float:
@@ -152,7 +152,7 @@ class TwinProcess:
         return max(at - time.monotonic(), 0.0)
 
     def _announce(self) -> None:
-        """Tell what the hand has begun to close on, and how hard it has squeezed."""
+        """Send markers: the object of each closing, its largest force, a lost object."""
         words: list[tuple[int, str]] = []
         for pinch in reversed(self._stream.pinches):
             words.append((pinch.start, f"{TWIN}{pinch.label.object}"))
@@ -180,7 +180,7 @@ class TwinProcess:
             self._wire = self._wire[self._terminal.write(self._wire) :]
 
     def _obey(self, text: str) -> str:
-        """Obey an order that names an object or moves the hand, and say so."""
+        """Carry out an order for the object or the hand. Return the answer."""
         try:
             if text.startswith(OBJECT):
                 name = text.removeprefix(OBJECT).strip()
@@ -201,8 +201,8 @@ class TwinProcess:
         return f"{TOLD}{text}"
 
     def _command(self) -> bool:
-        """Obey one line of the parent; False where there is none any more."""
-        # Read without a buffer: select sees no more than what is in the pipe.
+        """Carry out one line from the parent. Return False at the end of the input."""
+        # Read without a buffer, because select sees only bytes in the pipe.
         line = b""
         while not line.endswith(b"\n"):
             byte = os.read(0, 1)
@@ -231,7 +231,7 @@ DESCRIPTOR = Descriptor(
 
 
 def say(line: str) -> None:
-    """Tell the parent a line; one that is gone is not told."""
+    """Send a line to the parent. Ignore a parent that has ended."""
     try:
         sys.stdout.write(line + "\n")
         sys.stdout.flush()
@@ -240,8 +240,8 @@ def say(line: str) -> None:
 
 
 def main() -> None:
-    """Be the twin until standard input ends."""
-    # Ctrl-C in a terminal is for the host; SIGTERM takes the link away first.
+    """Run the twin until standard input ends."""
+    # Ctrl-C in a terminal is meant for the host. SIGTERM removes the link first.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
     parser = argparse.ArgumentParser(description=__doc__)
@@ -277,5 +277,6 @@ def main() -> None:
 
 if __name__ == "__main__":
     main()
-    # All is put away; what Python and the compiler would still do takes a second or more.
+    # Everything is cleaned up. Python's and the compiler's own shutdown would take a second or
+    # more.
     os._exit(0)

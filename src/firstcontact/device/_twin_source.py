@@ -1,4 +1,4 @@
-"""The twin as a source: its device is plugged in when it is opened, and goes with it."""
+"""Source for the twin: its device is created on opening and removed on closing."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from firstcontact.device._serial_source import SerialSource
 from firstcontact.device._twin_device import TwinDevice
 from firstcontact.twin import LATENCY
 
-#: Faster than real time the twin is ahead of its reader by so much and what is on the line, s.
+#: Faster than real time: largest lead of the twin over its reader, without data on the line, s.
 AHEAD = 0.25
 
 
 class TwinSource(SerialSource):
-    """A :class:`SerialSource` on the port of a :class:`TwinDevice` of its own.
+    """:class:`SerialSource` on the port of its own :class:`TwinDevice`.
 
     Parameters
     ----------
     condition, objects, seed, speed, latency
-        As of the device.
+        See :class:`TwinDevice`.
     """
 
     def __init__(
@@ -38,12 +38,14 @@ class TwinSource(SerialSource):
         self.device: TwinDevice | None = None
         #: Multiple of real time.
         self.speed = speed
-        if speed > 1.0:  # then the device waits: an order is not to come long after its samples
+        if (
+            speed > 1.0
+        ):  # the device then waits, so that orders take effect soon after their samples
             self.most = round(AHEAD * FINGERTIP_RATE)
 
     @property
     def name(self) -> str:
-        """What a person calls it."""
+        """Name for users."""
         return "twin"
 
     def __enter__(self) -> Self:
@@ -65,14 +67,14 @@ class TwinSource(SerialSource):
 
 
 def from_name(name: str, options: SourceOptions) -> TwinSource:
-    """The twin as a person asked for it; InputError without its extra."""
+    """Return the twin with the user's options; InputError without its extra."""
     require_modules("twin", "numba")
     return TwinSource(options.condition, [options.objects], options.seed, options.speed)
 
 
 def shore_a(name: str) -> float:
-    """Of an object that the twin has; InputError for others, and without its extra."""
+    """Return the Shore A of an object of the twin; InputError if unknown, or without its extra."""
     require_modules("twin", "numba")
-    from firstcontact.twin import thing_named
+    from firstcontact.twin import find_object
 
-    return thing_named(name).shore_a
+    return find_object(name).shore_a

@@ -68,7 +68,7 @@ def _ports() -> Iterator[str]:
 
     serial_ports = ports()
     for port in serial_ports:
-        yield _line(port.name, port.what)
+        yield _line(port.name, port.description)
         yield _line("", access(Path(port.name)))
     inputs = list_devices()
     for name, title in inputs:

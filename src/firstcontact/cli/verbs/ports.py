@@ -24,7 +24,7 @@ class Ports:
 
         serial_ports = ports()
         for port in serial_ports:
-            print(f"{port.name:16} {port.what}")
+            print(f"{port.name:16} {port.description}")
             if self.ask:
                 for line in answer(port.name):
                     print(f"{'':16} {line}")

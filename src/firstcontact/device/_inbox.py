@@ -31,7 +31,7 @@ class Inbox:
 
     @property
     def enough(self) -> bool:
-        """True if a waiting reader can continue."""
+        """Return True if a waiting reader can continue."""
         return self.finished or (bool(self._arrivals) and self._waiting >= self._wanted)
 
     @property
@@ -57,7 +57,7 @@ class Inbox:
     def attach(
         self, markers: tuple[Marker, ...], predictions: tuple[DevicePrediction, ...], empty: Block
     ) -> None:
-        """Attach markers and predictions whose sample will not come to the last samples.
+        """Attach markers and predictions to the last samples, as their own samples will not come.
 
         Parameters
         ----------

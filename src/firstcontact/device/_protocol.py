@@ -50,7 +50,7 @@ class FrameType(IntEnum):
 
 
 class FrameError(ValueError):
-    """Error for bytes that are no frame: bad length, stuffing, CRC or payload."""
+    """Error for an invalid frame: bad length, stuffing, CRC or payload."""
 
 
 class Frame(NamedTuple):

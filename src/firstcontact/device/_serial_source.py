@@ -407,7 +407,7 @@ class SerialSource:
 
 
 def from_port(port: str, options: SourceOptions) -> SerialSource:
-    """Return the device on a port; InputError for a speed option or a path that is no port."""
+    """Return the device on a port; InputError for a speed option or for a file or folder."""
     if reason := no_port(port):
         raise InputError(reason)
     options.check_own_speed(f"a device on {port}")

@@ -237,7 +237,7 @@ class Source(Protocol):
 
     @property
     def ended(self) -> bool:
-        """True if no more samples come and all samples and errors were delivered."""
+        """Return True if no more samples come and all samples and errors were delivered."""
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
         """Return all samples received since the last call. Wait up to ``timeout`` s for more.

@@ -111,7 +111,7 @@ class ThreadedSource(ABC):
 
     @property
     def ended(self) -> bool:
-        """True if no more samples come and all samples and errors were delivered."""
+        """Return True if no more samples come and all samples and errors were delivered."""
         return self._inbox.ended
 
     def __enter__(self) -> Self:
@@ -153,7 +153,7 @@ class ThreadedSource(ABC):
             self._markers.append(text)
 
     def order(self, text: str) -> None:  # noqa: B027
-        """Ignore the order: this source is no simulated hand."""
+        """Ignore the order: only a simulated hand takes orders."""
 
     def close(self) -> None:
         """Stop and close the source. Received samples stay readable. Closing twice is fine."""

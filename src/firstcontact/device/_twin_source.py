@@ -17,7 +17,7 @@ AHEAD = 0.25
 
 
 class TwinSource(SerialSource):
-    """:class:`SerialSource` on the port of its own :class:`TwinDevice`.
+    """:class:`SerialSource` that creates a :class:`TwinDevice` and opens its port.
 
     Parameters
     ----------

@@ -98,7 +98,7 @@ def _leaves_nothing(kind: type[Policy], settings: dict[str, float], chance: Rand
 
 
 def _gentler(kind: type[Policy], chance: Random) -> None:
-    """Assert that it is gentler on softer objects, and with wider intervals."""
+    """Assert that the policy is gentler on softer objects, and with wider intervals."""
     low, high = sorted((_shore(chance), _shore(chance)))
     tight, wide = sorted((chance.uniform(0, 60), chance.uniform(0, 60)))
     value, half = _shore(chance), chance.uniform(0, 30)

@@ -54,7 +54,7 @@ def household_named(name: str) -> HouseholdObject:
 def draw_household_specimen(
     seed: int, condition: Condition, item: HouseholdObject, number: int
 ) -> TwinObject:
-    """Draw the ``number``-th specimen of a kind: modulus, mass, friction and breaking force.
+    """Draw specimen ``number``: its modulus, mass, friction and breaking force.
 
     The modulus is drawn as for every specimen, with the condition's scatter. Mass and friction
     scatter as in :data:`firstcontact.twin._household_object.SCATTER`. The breaking force follows a

@@ -226,7 +226,7 @@ class TwinStream:
             yield from self._pinch(run, coming.specimen)
 
     def _pinch(self, run: PinchRun, held_object: TwinObject) -> Iterator[NDArray[np.float64]]:
-        """Yield one pinch, from rest to rest."""
+        """Yield the motion of one pinch, from rest to rest."""
         self._run = run
         peak = 0.0
         parts = []

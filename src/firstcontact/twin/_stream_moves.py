@@ -47,7 +47,7 @@ def close_hand(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
 
 
 def open_hand(run: PinchRun) -> Iterator[NDArray[np.float64]]:
-    """Open until the object is released, then come to rest."""
+    """Open until the fingers leave the object, then stop the hand."""
     yield from _ramp(run, -run.nominal_speed)
     while True:
         motion = _piece(run)

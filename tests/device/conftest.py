@@ -1,4 +1,4 @@
-"""A device for each test, on a port of its own."""
+"""Fixture: a device on its own port for each test."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""A program that offers an LSL stream: a ramp that counts its samples, and a signal.
+"""Program that offers an LSL stream: a ramp that counts its samples, and a signal.
 
-    python lsl_outlet.py NAME RATE JITTER_MS LOSE_AT LOSE
+python lsl_outlet.py NAME RATE JITTER_MS LOSE_AT LOSE
 
-Counts from 0; stamps scatter by JITTER_MS; from sample LOSE_AT on LOSE samples are not sent.
-Says "ready" when it sends, and ends with its input.
+It counts from 0. Stamps have a jitter of JITTER_MS. From sample LOSE_AT on, LOSE samples are not
+sent. It prints "ready" when it sends, and ends with its input.
 """
 
 import sys

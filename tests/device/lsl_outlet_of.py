@@ -1,4 +1,4 @@
-"""An LSL stream of another process."""
+"""Helper that runs an LSL stream in another process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A device that takes a model, and may say anything about it."""
+"""Simulated device that receives a model and can send any answer."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ Says = Callable[[FrameType, int], int | bytes | None]
 
 
 class ModelTaker(Responder):
-    """A device that takes a model, and may say anything about it.
+    """Device that receives a model and can send any answer.
 
     Parameters
     ----------
     says
-        Its answers: the truth where it gives back what it is given.
+        Function that chooses the answers. It is honest if it returns its second argument.
     """
 
     def __init__(self, descriptor: Descriptor, boot: int, room: int, says: Says) -> None:

@@ -1,4 +1,4 @@
-"""Samples that say which they are, so that a test can prove that none is lost or moved."""
+"""Samples with their own number, so that tests detect lost or moved ones."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HOSTILE = np.array(
 
 
 def numbered(first: int, count: int) -> NDArray[np.int16]:
-    """Samples, shape (count, 16): the first two columns are the number, 32 bits of it."""
+    """Return samples, shape (count, 16). The first two columns hold the number, 32 bits."""
     data = np.empty((count, CHANNELS), dtype=np.int16)
     data[:, 2:] = HOSTILE
     numbers = (np.arange(first, first + count) & 0xFFFFFFFF).astype("<u4")
@@ -31,7 +31,7 @@ def numbered(first: int, count: int) -> NDArray[np.int16]:
 def frames(
     first: int, count: int, counter: int = 0, overflow: int = 0, size: int = FRAME_SAMPLES
 ) -> list[bytes]:
-    """The same as samples frames on the wire."""
+    """Return such samples as frames."""
     out = []
     for k, start in enumerate(range(first, first + count, size)):
         data = numbered(start, min(size, first + count - start))
@@ -40,7 +40,7 @@ def frames(
 
 
 def check(blocks: Iterable[Block]) -> int:
-    """How many samples there are, each the one that its number says, none joined or twice."""
+    """Assert that each sample has its own number and none is repeated. Return their number."""
     count = 0
     ends: dict[int, int] = {}
     epoch = 0

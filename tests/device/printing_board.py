@@ -1,4 +1,4 @@
-"""A board that prints numbers in lines, on a pseudo terminal."""
+"""Simulated board on a pseudo terminal that prints numbers in lines."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from typing import Self
 
 
 class PrintingBoard:
-    """Prints line after line at a rate, as its clock says, whoever listens.
+    """Board that prints line after line at a rate, by its own clock.
 
     Parameters
     ----------
     link
-        Name of its port: a link to the terminal there is just now.
+        Name of its port: a link to the present terminal.
     line
-        What it prints as its sample of this number; nothing to lose it.
+        Function from a sample's number to its line; an empty line is a lost sample.
     rate
-        Lines a second.
+        Lines per second.
     """
 
     def __init__(self, link: Path, line: Callable[[int], bytes], rate: float = 4936.0) -> None:
@@ -52,7 +52,7 @@ class PrintingBoard:
         self.link.symlink_to(os.ttyname(other))
 
     def unplug(self) -> None:
-        """Pull it; it goes on counting, and prints for nobody."""
+        """Unplug the board. It keeps counting."""
         ends = self._end, self._other
         self._end = self._other = -1
         self.link.unlink()

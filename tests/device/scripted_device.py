@@ -1,4 +1,4 @@
-"""A device on a pseudo terminal whose every sample, fault and reset a test decides."""
+"""Device on a pseudo terminal; tests decide every sample, fault and reset."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ DEAD = 60.0
 
 @dataclass
 class Script:
-    """What goes wrong; frames are seen with the zero that ends them."""
+    """Faults of the device. Frames include their final zero."""
 
     sends: Callable[[bytes], bytes] = lambda frame: frame
     hears: Callable[[bytes], bytes] = lambda data: data
 
 
 class ScriptedDevice:
-    """Sends what :meth:`put` gives it, and nothing by itself."""
+    """Device that sends only the samples from :meth:`put`."""
 
     def __init__(
         self,
@@ -54,7 +54,7 @@ class ScriptedDevice:
         self.port = str(path)
 
     def reset(self, boot: int, descriptor: Descriptor = DESCRIPTOR) -> None:
-        """Start again: counts from 0, silent; what was not sent is gone."""
+        """Restart: counts from 0, no samples yet. Samples not sent are lost."""
         with self._changed:
             self._wire = b"\0" if self._wire else b""
             self._responder = self._make(descriptor, boot, self._room)
@@ -72,20 +72,20 @@ class ScriptedDevice:
             os.write(self._poke, b".")
 
     def put(self, count: int) -> None:
-        """Take so many samples, once the host wants them; they go in fives."""
+        """Send ``count`` samples, five in a frame, once the host has started them."""
         with self._changed:
             assert self._changed.wait_for(lambda: self._responder.streaming, DEAD)
             self._responder.sample(numbered(self._responder.next_sample, count))
             os.write(self._poke, b".")
 
     def pass_by(self, count: int) -> None:
-        """Take so many samples whether anybody wants them or not."""
+        """Count samples, whether the host has started them or not."""
         with self._changed:
             self._responder.sample(numbered(self._responder.next_sample, count))
 
     @contextmanager
     def sending(self, rate: float = 12_500.0) -> Iterator[None]:
-        """Take so many samples a second until the end of the block, but none while resting."""
+        """Send samples at a rate until the end of the block, but none while resting."""
         over = threading.Event()
 
         def go_on() -> None:
@@ -107,13 +107,13 @@ class ScriptedDevice:
             thread.join()
 
     def hold(self, seconds: float) -> None:
-        """Stand still: the samples of that time come at once."""
+        """Pause. The samples of that time are sent together."""
         with self._changed:
             time.sleep(seconds)
 
     @property
     def responder(self) -> Responder:
-        """What answers since the last reset."""
+        """Responder since the last reset."""
         return self._responder
 
     @property
@@ -160,7 +160,7 @@ class ScriptedDevice:
 
 
 def collect(source: Source, enough: Callable[[int], bool]) -> list[Arrival]:
-    """Read until there are enough samples; all of them must be what they say."""
+    """Read until there are enough samples. Assert that each has its own number."""
     arrivals: list[Arrival] = []
     count = 0
     while not enough(count):

@@ -1,4 +1,4 @@
-"""What tests do to frames on a line, and how they read what is left."""
+"""Faults of frames on a line, and helpers to read the remaining ones."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def samples(arrivals: list[Arrival]) -> int:
 
 
 def wait_for(source: SerialSource, what: Callable[[], object]) -> list[Arrival]:
-    """Read until something is true."""
+    """Read until a condition is true."""
     arrivals: list[Arrival] = []
     while not what():
         assert not source.ended
@@ -22,7 +22,7 @@ def wait_for(source: SerialSource, what: Callable[[], object]) -> list[Arrival]:
 
 
 def every_other(count: int, sends: Callable[[bytes], bytes]) -> Callable[[bytes], bytes]:
-    """Do something to each ``count``-th samples frame but the first."""
+    """Return a fault for each ``count``-th samples frame except the first."""
     seen = 0
 
     def change(frame: bytes) -> bytes:

@@ -1,4 +1,4 @@
-"""Samples out of frames: whatever is lost, doubled, late or restarted is counted exactly."""
+"""Tests of the assembler: exact counts of lost, repeated, late frames and restarts."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def descriptor(boot: int = 1, counter: int = 0) -> bytes:
 
 
 class Line:
-    """A decoder and an assembler, and all blocks so far."""
+    """Decoder and assembler, with all blocks so far."""
 
     def __init__(self, *wire: bytes) -> None:
         self.decoder, self.assembler = Decoder(), Assembler()
@@ -51,7 +51,7 @@ class Line:
 
     @property
     def counts(self) -> Counts:
-        """After all blocks were held against their numbers."""
+        """Counts, after a check of all blocks against their numbers."""
         assert check(self.out.blocks) == self.assembler.counts.samples
         return self.assembler.counts
 

@@ -1,4 +1,4 @@
-"""A sound input, heard through PortAudio and ALSA from a device that plays a tape."""
+"""Tests of a sound input through PortAudio and ALSA, with a simulated sound device."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SETTLING = 60
 
 
 def hum(samples: int) -> np.ndarray:
-    """Something that never repeats, well below half of the lower rate."""
+    """Return a signal that never repeats, well below half of the lower rate."""
     t = np.arange(samples) / RATE
     return (8000 * np.sin(2 * np.pi * (200 * t + 60 * t**2))).astype(np.int16)
 
@@ -35,9 +35,9 @@ def until(source: Source, samples: int) -> list[Arrival]:
 
 
 def agree(arrivals: list[Arrival], tape: np.ndarray) -> int:
-    """How many blocks are what lies on the tape at their numbers; where one is not, it fails.
+    """Assert that blocks equal the tape at their numbers. Return how many were compared.
 
-    A busy machine overflows: behind a gap the filter begins anew, and is let settle.
+    A busy machine overflows. After a gap the filter starts again and needs time to settle.
     """
     played = resample(tape[:, None] / 32768.0, 48_000.0, 4936.0)[:, 0]
     looked, settled, end, exact = 0, 0, 0, True
@@ -122,7 +122,7 @@ def test_what_is_not_there_is_refused_with_what_is(tmp_path: Path) -> None:
 
 @contextmanager
 def without_a_pace(folder: Path) -> Iterator[str]:
-    """An input that gives whatever lies in memory, as fast as it is read."""
+    """Return an input that delivers data as fast as they are read."""
     with heard_here(folder, hum(RATE)) as sound:
         (folder / "asound.conf").write_text(
             'pcm.fast { type null hint { show on description "no pace" } }\n'

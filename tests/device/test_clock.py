@@ -1,4 +1,4 @@
-"""The device's clock against the host's: a simulated hour, late blocks, steps, restarts."""
+"""Tests of the device's clock: a simulated hour, late blocks, steps, restarts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ RATE = 4936.0
 
 
 def feed(clock: ClockFit, ppm: float, seconds: float, jitter: float, seed: int = 0) -> None:
-    """Blocks of 1 ms, each late by chance: mostly little, now and then by much."""
+    """Yield blocks of 1 ms with random delays: mostly short ones, sometimes long ones."""
     rng = np.random.default_rng(seed)
     samples = np.arange(5, round(seconds * RATE), 5)
     true = samples / (RATE * (1 + 1e-6 * ppm))

@@ -1,4 +1,4 @@
-"""Boards that print numbers, over a real pseudo terminal."""
+"""Tests of boards that print numbers, over a real pseudo terminal."""
 
 from __future__ import annotations
 

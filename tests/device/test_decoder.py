@@ -1,4 +1,4 @@
-"""Frames out of bytes: cut anywhere, damaged anywhere."""
+"""Tests of the decoder with streams that are cut and damaged anywhere."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def decoded(data: bytes, pieces: int = 1 << 20) -> tuple[Decoder, list[Frame]]:
 
 
 def lost(out: list[Frame]) -> set[int]:
-    """Which frames of the stream are not there; those that are, are as they were."""
+    """Return the missing frames. Assert that all others are unchanged."""
     for frame in out:
         assert frame == decode(STREAM[frame.counter][:-1])
     return set(range(len(STREAM))) - {f.counter for f in out}

@@ -1,4 +1,4 @@
-"""What every registered kind of sources must do; a new one has a device named here."""
+"""Tests of all registered kinds of sources. List a device here for a new kind."""
 
 from __future__ import annotations
 
@@ -90,14 +90,14 @@ def test_it_keeps_to_what_sources_promise(name: str, recording: Path) -> None:
 
 
 class Twice(ReplaySource):
-    """Gives each block twice."""
+    """Faulty source that delivers each block twice."""
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
         return [a for a in super().read(timeout, least) for _ in range(2)]
 
 
 class Wider(ReplaySource):
-    """Gives another column than it has."""
+    """Faulty source with one column too many."""
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
         return [
@@ -107,13 +107,13 @@ class Wider(ReplaySource):
 
 
 class Endless(ReplaySource):
-    """Never ends."""
+    """Faulty source that never ends."""
 
     ended = False
 
 
 class Silent(ReplaySource):
-    """Gives nothing."""
+    """Faulty source without samples."""
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
         super().read(timeout, least)
@@ -121,7 +121,7 @@ class Silent(ReplaySource):
 
 
 class Deaf(ReplaySource):
-    """Takes a word for what has happened, and loses it."""
+    """Faulty source of a recording that accepts a marker and loses it."""
 
     def mark(self, text: str) -> None:
         return None

@@ -1,4 +1,4 @@
-"""A model is sent whole, or an end is made: whatever a device says about it."""
+"""Tests of the model transfer: complete or refused, for any answers of the device."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @contextmanager
 def taking(path: Path, says: Says) -> Iterator[tuple[str, ModelTaker]]:
-    """A device on a port; the port and what it has taken."""
+    """Run a device on a port. Yield the port and the device."""
     with ScriptedDevice(path, descriptor=TAKER, responder=partial(ModelTaker, says=says)) as device:
         assert isinstance(device.responder, ModelTaker)
         yield device.port, device.responder
 
 
 def refused(path: Path, says: Says) -> tuple[str, int]:
-    """The sentence that sending ends with, and how many pieces were sent."""
+    """Return the error of a transfer, and the number of pieces sent."""
     with taking(path, says) as (port, taker):
         with pytest.raises(InputError) as error:
             flash_model(port, DATA, 1, 2)

@@ -1,4 +1,4 @@
-"""What is told at the end of a link, and by whom: failures, markers, ports that go."""
+"""Tests of failures of a link: errors, markers, ports that vanish."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is told of a link."""
+"""Tests of the messages about a link."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""LSL streams that state what is not so: values, rates, names, labels and stamps."""
+"""Tests of LSL streams with false values, rates, names, labels and stamps."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ RATE = 4936.0
 
 @pytest.fixture(autouse=True)
 def _in_haste(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All streams are of this machine: a second one of a name is found at once."""
+    """Shorten the search for a second stream, because all streams are local."""
     monkeypatch.setattr("firstcontact.device._lsl_source.ANOTHER", 0.1)
 
 
@@ -33,7 +33,7 @@ COST = 3
 
 
 class Outlet:
-    """A stream of this process; what is sent is pushed by the test."""
+    """LSL stream in this process. The test pushes its samples."""
 
     def __init__(
         self,
@@ -60,7 +60,7 @@ class Outlet:
         self.outlet.push_chunk(rows.tolist(), stamps.tolist())
 
     def past(self, samples: int, rate: float | None = None) -> np.ndarray:
-        """Stamps of so many samples, up to now."""
+        """Return stamps of ``n`` samples up to now."""
         return pylsl.local_clock() + np.arange(-samples, 0) / (rate or self.rate)
 
 
@@ -72,7 +72,7 @@ def until_refused(source: LslSource, send: Callable[[], None] = lambda: None) ->
 
 
 def all_of(source: LslSource, samples: int) -> list[Arrival]:
-    """Read until so many samples were given or lost."""
+    """Read until enough samples were delivered or lost."""
     arrivals: list[Arrival] = []
     began = time.monotonic()
     while source.health.samples + source.health.lost_samples < samples:

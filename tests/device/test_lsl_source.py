@@ -1,4 +1,4 @@
-"""LSL streams of another process: regular, with jittering stamps, killed and back."""
+"""Tests of LSL streams in another process: regular, jittering, killed and restarted."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def until(source: LslSource, samples: int, epoch: int = 0) -> list[Arrival]:
 
 
 def counted(arrivals: list[Arrival]) -> tuple[np.ndarray, np.ndarray]:
-    """What the stream counted, and the numbers that samples were given."""
+    """Return the stream's own counts, and the sample numbers of the source."""
     values = np.concatenate([a.block.data[:, 0] for a in arrivals]).astype(np.float64)
     numbers = np.concatenate([np.arange(a.block.first_sample, a.block.end) for a in arrivals])
     return values, numbers

@@ -22,7 +22,7 @@ ZERO = LAYOUT.channels[0].offset
 
 
 def still(seconds: float, noise=(0.002, 0.004), offset=(0.01, -0.02), seed: int = 0):
-    """Raw samples of a hand at rest; noise and offset of each piezo in V."""
+    """Return raw samples of a hand at rest. Noise and offset of each piezo are in V."""
     n = round(seconds * LAYOUT.rate)
     data = np.zeros((n, 16), np.int16)
     rng = np.random.default_rng(seed)
@@ -33,7 +33,7 @@ def still(seconds: float, noise=(0.002, 0.004), offset=(0.01, -0.02), seed: int 
 
 
 class Samples:
-    """A source of these samples, and then of none."""
+    """Source of given samples, which then sends no more."""
 
     name = "a port"
 
@@ -63,7 +63,7 @@ def test_noise_and_offset_are_those_that_are_there(noise, offset, seed):
 
 
 def spoilt(fault: str):
-    """Two seconds and more in which one finger does not rest."""
+    """Return more than two seconds of samples in which one finger is not at rest."""
     data = still(20)
     if fault == "strip":
         data[:, 15] = 1

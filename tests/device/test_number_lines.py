@@ -1,4 +1,4 @@
-"""Lines of numbers from bytes: whatever comes, whole lines count and nothing breaks."""
+"""Tests of lines of numbers: complete lines count, and no input causes an error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A source by its name."""
+"""Tests of opening a source by its name."""
 
 from __future__ import annotations
 

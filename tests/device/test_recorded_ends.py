@@ -1,4 +1,4 @@
-"""All samples that a source counts as received are in the recording, however the run ends."""
+"""Tests that all received samples are recorded, however the run ends."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ ENOUGH = 1000
 
 
 def comes(source: SerialSource, count: int) -> None:
-    """Wait until so many more samples have come, or the source is closed."""
+    """Wait for more samples, or until the source is closed."""
     pause = threading.Event()
     until = source.health.samples + count
     while (health := source.health).connected and health.samples < until:
@@ -42,7 +42,7 @@ def comes(source: SerialSource, count: int) -> None:
 
 
 class SlowViewer:
-    """A sink for which many samples come before it is ready for the next update."""
+    """Sink that is slower than the samples."""
 
     name = "slow"
     every = 0.02
@@ -61,7 +61,7 @@ class SlowViewer:
 
 
 class SlowActor:
-    """An actor that keeps the session from reading."""
+    """Actor that delays the session."""
 
     def __init__(self, source: SerialSource) -> None:
         self._source = source
@@ -80,7 +80,7 @@ class SlowActor:
 
 
 class Nobody:
-    """A screen that no person looks at."""
+    """Screen without output."""
 
     def next_object(self, label: Label, done: int, wanted: int) -> bool:
         return True
@@ -124,7 +124,7 @@ def limited(source: SerialSource, device: ScriptedDevice) -> dict[str, object]:
 
 
 def replaced(source: SerialSource, device: ScriptedDevice) -> dict[str, object]:
-    """The source ends: another device is on its port."""
+    """End the source: another device is on its port."""
     comes(source, ENOUGH)
     layout = DESCRIPTOR.layout
     other = replace(DESCRIPTOR, layout=Layout(layout.channels, layout.rate + 1.0))

@@ -28,13 +28,13 @@ HEADER = Header(LAYOUT, "synthetic")
 
 
 def counted(first: int, samples: int, epoch: int = 0) -> Block:
-    """A block that says its sample numbers: low and high bits."""
+    """Return a block whose samples hold their numbers: low and high bits."""
     number = np.arange(first, first + samples, dtype=np.int64)
     return Block(np.stack([number & 0x7FFF, number >> 15], axis=1).astype(np.int16), first, epoch)
 
 
 def arrivals(first: int, lengths: list[int], epoch: int = 0) -> Iterator[Arrival]:
-    """Blocks of these lengths, one after the other."""
+    """Yield consecutive blocks of these lengths."""
     for length in lengths:
         yield Arrival(counted(first, length, epoch), 0.0)
         first += length
@@ -47,7 +47,7 @@ def check_numbers(recording: Recording) -> None:
 
 
 def wait_for(recorder: Recorder, done) -> None:
-    """Wait until its status is as wanted; the test's own time limit ends it."""
+    """Wait until the status fulfils a condition. The test's time limit ends it."""
     pause = threading.Event()
     while not done(recorder.status):
         pause.wait(0.01)
@@ -138,7 +138,7 @@ def test_a_block_that_cannot_be_written_stops_only_the_recording(tmp_path):
 
 @pytest.fixture
 def tiny_disk(tmp_path: Path) -> Iterator[Path]:
-    """A real file system of 64 kB."""
+    """Mount a real file system of 64 kB."""
     place = tmp_path / "tiny"
     place.mkdir()
     made = subprocess.run(
@@ -151,7 +151,7 @@ def tiny_disk(tmp_path: Path) -> Iterator[Path]:
 
 
 def fill(recorder: Recorder, path: Path) -> int:
-    """Record until the disk is full; how much was put."""
+    """Record until the disk is full. Return the number of samples."""
     recorder.start(path, HEADER)
     end = 0
     while not recorder.status.failed:

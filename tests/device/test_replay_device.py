@@ -1,4 +1,4 @@
-"""A recording on a pseudo terminal, read by the host that reads fingertips."""
+"""Tests of a recording on a pseudo terminal, read by the serial source."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A recording comes again: what is in it, where it was, however it is cut."""
+"""Tests of replay: all content at its samples, for all block sizes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A source at another rate: samples, numbers, words, marks and counts go together."""
+"""Tests of resampling: samples, numbers, markers, marks and counts agree."""
 
 from __future__ import annotations
 

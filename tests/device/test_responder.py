@@ -1,4 +1,4 @@
-"""The device's side of the protocol, as a host sees it."""
+"""Tests of the device side of the protocol, from the host's view."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CHANNELS = 16
 
 
 def numbered(first: int, n: int) -> NDArray[np.int16]:
-    """Samples that carry their own number in channel 0."""
+    """Return samples with their own number in channel 0."""
     data = np.zeros((n, CHANNELS), np.int16)
     data[:, 0] = np.arange(first, first + n)
     return data
@@ -29,7 +29,7 @@ def numbered(first: int, n: int) -> NDArray[np.int16]:
 
 @dataclass
 class Host:
-    """What a host makes of a device's frames."""
+    """Host that decodes a device's frames."""
 
     device: Responder
     said: int = 0
@@ -43,7 +43,7 @@ class Host:
         self.device.sample(numbered(self.device.next_sample, n))
 
     def listen(self) -> list[Frame]:
-        """All frames that there are now."""
+        """Return all frames available now."""
         new = []
         while wire := self.device.frame():
             assert wire.endswith(b"\0")
@@ -53,7 +53,7 @@ class Host:
         return new
 
     def numbers(self) -> list[int]:
-        """Numbers of the samples received, checked against what they carry."""
+        """Return the numbers of received samples, checked against their content."""
         out: list[int] = []
         for frame in self.frames:
             if frame.type == FrameType.SAMPLES:

@@ -1,4 +1,4 @@
-"""Stamps of samples: they follow the device, and never go backwards."""
+"""Tests of sample times: they follow the device and never go back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bytes that are flipped, cut or doubled on a line, and what the host has then."""
+"""Tests of a line that flips, cuts or repeats bytes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cables that are pulled, devices that are reset or silent, and how the host goes on."""
+"""Tests of unplugged, reset and silent devices."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A device on a port whose rate is another than it states."""
+"""Tests of a device whose rate differs from its stated one."""
 
 from __future__ import annotations
 

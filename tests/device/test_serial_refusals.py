@@ -1,4 +1,4 @@
-"""Ports and devices that are not the ones that were meant."""
+"""Tests of wrong ports and wrong devices."""
 
 from __future__ import annotations
 

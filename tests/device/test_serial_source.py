@@ -1,4 +1,4 @@
-"""A device on a port: every sample, once and in order, and the words pinned to them."""
+"""Tests of a device on a port: every sample once and in order, and its markers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sample numbers from stamps: gaps, jitter and drift."""
+"""Tests of sample numbers from stamps: gaps, jitter and drift."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_a_gap_among_jittering_stamps_is_as_long_as_it_was(seed: int) -> None:
 
 
 def of_chunks(true: np.ndarray, sent: int, held_up: np.ndarray) -> np.ndarray:
-    """Stamps as LSL makes them of chunks: the last sample has the time of sending."""
+    """Return stamps as LSL makes them for chunks: the last sample has the time of sending."""
     of = np.arange(len(true)) // sent
     last = np.minimum((of + 1) * sent, len(true)) - 1
     return (true[last] - (last - np.arange(len(true)))) / RATE + held_up[of]

@@ -1,4 +1,4 @@
-"""Rules for samples: values in range, and the stated rate by a clock."""
+"""Tests of the rules for samples: values in range, and the stated rate."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ STATED = 5000.0
 
 
 def refused_after(times: np.ndarray, ends: np.ndarray) -> float | None:
-    """Seconds until a stream of arrivals is refused; None if it never is."""
+    """Return the time until a stream of arrivals is refused, s; None if it never is."""
     check = RateCheck(STATED)
     for seconds, end in zip(times.tolist(), ends.tolist(), strict=True):
         if check.add(end, seconds):
@@ -20,7 +20,7 @@ def refused_after(times: np.ndarray, ends: np.ndarray) -> float | None:
 
 
 def arrivals(rate: float, seconds: float, jitter: float = 0.0, seed: int = 0) -> np.ndarray:
-    """Times and numbers of chunks of 5 ms, late by chance; what waits is overtaken by nothing."""
+    """Yield times and numbers of chunks of 5 ms with random delays, in order."""
     taken = np.arange(0.005, seconds, 0.005)
     late = np.abs(np.random.default_rng(seed).normal(0.0, jitter, len(taken)))
     return np.stack([np.maximum.accumulate(taken + late), np.floor(taken * rate)])

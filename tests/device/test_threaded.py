@@ -1,4 +1,4 @@
-"""What all sources with a thread of their own do with samples that cannot be used."""
+"""Tests of unusable samples in sources with a thread."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ COST = 3
 
 
 class Scripted(ThreadedSource):
-    """Gives these samples as fast as it can, then nothing."""
+    """Source that delivers given samples as fast as possible, then none."""
 
     def __init__(self, values: np.ndarray, epochs: np.ndarray | None = None) -> None:
         super().__init__("scripted")

@@ -1,4 +1,4 @@
-"""The twin on its terminal: what it sends, and what is done to it."""
+"""Tests of the twin on its terminal."""
 
 from __future__ import annotations
 
@@ -185,7 +185,7 @@ def test_a_twin_that_stands_still_is_closed_all_the_same() -> None:
 
 
 def twins(parent: int) -> list[int]:
-    """A process's children that are twins: others come and go, such as ``uname``."""
+    """Return the child processes that are twins, without others such as ``uname``."""
     return [pid for pid in children(parent) if b"twin_process" in command_line(pid)]
 
 

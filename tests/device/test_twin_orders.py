@@ -1,4 +1,4 @@
-"""What the twin's hand is told to, on its terminal."""
+"""Tests of orders to the twin's hand, on its terminal."""
 
 from __future__ import annotations
 
@@ -52,18 +52,18 @@ def test_only_the_objects_that_were_given_are_taken() -> None:
 
 
 class Squeezed:
-    """What a host saw of each closing: its object, and how hard it was squeezed."""
+    """Record of each closing as the host sees it: its object and its largest force."""
 
     def __init__(self, h: Host) -> None:
         self.h = h
 
     def starts(self) -> list[tuple[int, str]]:
-        """Sample and object of each closing that was told to begin."""
+        """Sample and object of each announced closing."""
         held = [(sample, held_object(text)) for sample, text in self.h.markers]
         return [(sample, name) for sample, name in held if name is not None]
 
     def peaks(self) -> dict[int, float]:
-        """Of each closing that is over, by the sample that it began at."""
+        """Largest force of each finished closing, by the sample at which it began."""
         found: dict[int, float] = {}
         for end, text in self.h.markers:
             before = [start for start, _ in self.starts() if start < end]

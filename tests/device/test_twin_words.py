@@ -1,4 +1,4 @@
-"""What host and twin say to each other is understood, and nothing else is taken for it."""
+"""Tests of the texts between host and twin."""
 
 from __future__ import annotations
 

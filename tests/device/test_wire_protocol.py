@@ -1,4 +1,4 @@
-"""The wire protocol's bytes, in Python alone; ``tests/firmware`` holds C against it."""
+"""Tests of the protocol's bytes in Python; ``tests/firmware`` compares the C code."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ HARD = st.lists(
 
 
 def plain_unstuff(stuffed: bytes) -> bytes:
-    """COBS as its paper tells it, byte by byte."""
+    """Decode COBS as its paper describes it, byte by byte."""
     out = b""
     place = 0
     while place < len(stuffed):

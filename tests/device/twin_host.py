@@ -1,4 +1,4 @@
-"""A host of the twin on its terminal, which keeps and checks what came."""
+"""Host of the twin on its terminal, which stores and checks all frames."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ DEAD = 60.0
 
 @cache
 def expected(samples: int) -> NDArray[np.int16]:
-    """What a twin with seed 4 must send, from its first sample on."""
+    """Return what a twin with seed 4 must send, from its first sample on."""
     return DeviceFilter().update(TwinStream(seed=4).read(samples))
 
 
 class Host:
-    """A host with nothing between it and the bytes."""
+    """Host that works on the bytes directly."""
 
     def __init__(self, port: str) -> None:
         # As a plain file: it must be raw without a host that makes it so.
@@ -47,7 +47,7 @@ class Host:
         self.said += 1
 
     def hear(self) -> list[Frame]:
-        """What comes next, at least a byte of it."""
+        """Return the next bytes, at least one."""
         ready, _, _ = select.select([self.fd], [], [], DEAD)
         assert ready, "the twin has gone silent"
         *stuffed, self.rest = (self.rest + os.read(self.fd, 65_536)).split(b"\0")
@@ -68,7 +68,7 @@ class Host:
         return frames
 
     def until(self, kind: FrameType) -> Frame:
-        """Listen until a frame of this kind comes."""
+        """Read until a frame of this kind comes."""
         while True:
             for frame in self.hear():
                 if frame.type == kind:
@@ -83,12 +83,12 @@ class Host:
         return protocol.read_descriptor(self.until(FrameType.DESCRIPTOR).payload)[1]
 
     def start(self, samples: int) -> None:
-        """Start, and take so many samples."""
+        """Start the samples and read ``n`` of them."""
         self.say(FrameType.START)
         self.listen(lambda: self.received >= samples)
 
     def stop(self) -> tuple[int, int]:
-        """Stop; next sample's number and overflow."""
+        """Stop the samples. Return the next sample's number and the overflow."""
         self.say(FrameType.STOP)
         return protocol.read_stopped(self.until(FrameType.STOPPED).payload)
 
@@ -101,7 +101,7 @@ class Host:
         return self.samples[0].first_sample
 
     def check(self, stopped: tuple[int, int], right: NDArray[np.int16] | None = None) -> None:
-        """Every frame came, every sample is the right one, and the lost ones are counted."""
+        """Assert that every frame came, every sample is right and losses are counted."""
         assert self.counters == list(range(self.counters[0], self.counters[0] + len(self.counters)))
         right = expected(stopped[0]) if right is None else right
         lost = 0

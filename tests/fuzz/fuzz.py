@@ -1,7 +1,7 @@
-"""Damaged inputs by the thousand, through every way in: ``python tests/fuzz/fuzz.py --help``.
+"""Fuzzer of all inputs with damaged data: ``python tests/fuzz/fuzz.py --help``.
 
-Each input is made from the seed and its number, and comes to exit code 0 or 2 in bounded time
-and memory, says one sentence, and leaves nothing half-written; all else is a finding.
+The seed and a number define each input. Each must end with exit code 0 or 2 in bounded time and
+memory, print one sentence, and leave no incomplete file. Everything else is a finding.
 """
 
 from __future__ import annotations
@@ -52,16 +52,16 @@ _COMMON = (
 
 @dataclass
 class Results:
-    """What all inputs came to.
+    """Results of all inputs.
 
     Parameters
     ----------
     codes
-        How often a way ended with a code.
+        Number of each exit code, by way.
     seconds
-        Processor time that a way took.
+        Processor time, by way.
     findings
-        What went wrong, by number of the input.
+        Findings, by number of the input.
     """
 
     codes: Counter[tuple[str, int]] = field(default_factory=Counter)
@@ -81,7 +81,7 @@ class Results:
 
 
 class _Worker:
-    """A forked process that runs inputs, and the pipe on which it tells of them."""
+    """Forked process that runs inputs, with a pipe for its results."""
 
     def __init__(self, seed: int, numbers: range, seeds: Seeds, place: Path) -> None:
         self.numbers = numbers
@@ -105,13 +105,13 @@ class _Worker:
         os.close(write)
 
     def lines(self) -> tuple[list[dict[str, object]], bool]:
-        """What it told, and whether its pipe is closed."""
+        """Return its results, and whether its pipe is closed."""
         data = os.read(self.pipe, 1 << 16)
         *lines, self._rest = (self._rest + data).split(b"\n")
         return [json.loads(line) for line in lines], not data
 
     def end(self) -> int:
-        """Wait for it; its exit status."""
+        """Wait for its end. Return its exit status."""
         os.close(self.pipe)
         _, status = os.waitpid(self.process, 0)
         shutil.rmtree(self.place, ignore_errors=True)
@@ -189,7 +189,7 @@ def fuzz(seed: int, numbers: range, jobs: int, place: Path, findings: Path | Non
 
 
 def _end_with_parent() -> None:
-    """Die when the process dies that this one was forked from."""
+    """End this process together with its parent."""
     import ctypes
 
     ctypes.CDLL(None).prctl(1, signal.SIGKILL)
@@ -207,13 +207,13 @@ def _parsed() -> argparse.Namespace:
 
 
 def _place() -> Path:
-    """A folder in memory, where there is one."""
+    """Return a folder in memory, if there is one."""
     memory = Path("/dev/shm")
     return Path(tempfile.mkdtemp(prefix="fuzz-", dir=memory if memory.is_dir() else None))
 
 
 def main() -> int:
-    """Run what the command line asks for."""
+    """Run the command line."""
     asked = _parsed()
     place = _place()
     try:

@@ -1,4 +1,4 @@
-"""Damaged files of strangers: WAV folders, NPZ, HDF5 and CSV."""
+"""Damaged files for ``import``: WAV folders, NPZ, HDF5 and CSV."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 
 def wav(rng: Random, seeds: Seeds, path: Path) -> Path:
-    """A folder of WAV files and their table."""
+    """Import a folder of WAV files with its table."""
     shutil.copytree(seeds.wav, path)
     for _ in range(rng.choice((1, 1, 2))):
         sound = path / f"{rng.randrange(3)}.wav"
@@ -39,7 +39,7 @@ def wav(rng: Random, seeds: Seeds, path: Path) -> Path:
 
 
 def events(rng: Random, seeds: Seeds, path: Path) -> tuple[Path, Path]:
-    """WAV files, one of them perhaps alone, and a table of the contacts in them."""
+    """Import WAV files with a table of their contacts."""
     shutil.copytree(seeds.wav, path)
     (path / "labels.csv").unlink()
     sound, table = path / f"{rng.randrange(3)}.wav", path / "events.csv"

@@ -1,4 +1,4 @@
-"""Damaged messages of the label page, and damaged journals of what was done there."""
+"""Damaged messages of the label page, and damaged journals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What boards print and streams are stamped with, damaged."""
+"""Damaged lines from boards, and damaged time stamps."""
 
 from __future__ import annotations
 

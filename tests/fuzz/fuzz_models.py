@@ -1,4 +1,4 @@
-"""Damaged model folders: cards, weights, and weights that the card vouches for all the same."""
+"""Damaged model folders: cards and weights, some with correct digests."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from safetensors.numpy import load, save
 
 
 def damaged(rng: Random, model: Path, folder: Path) -> None:
-    """A copy of a model folder that was changed in one or two places."""
+    """Return a copy of a model folder with one or two changes."""
     shutil.copytree(model, folder)
     files = sorted(file.name for file in model.iterdir())
     learned = [name for name in files if name.startswith(("card", "model", "anytime"))]
@@ -38,7 +38,7 @@ def damaged(rng: Random, model: Path, folder: Path) -> None:
 
 
 def _vouch(model: Path, folder: Path) -> None:
-    """Have the cards say the digests of the files as they are."""
+    """Write the files' present digests into the cards."""
     cards = sorted(folder.glob("*.json"), reverse=True)  # a model's says that of its detector's
     for file in (*(f for f in sorted(model.iterdir()) if f.suffix != ".json"), *cards):
         before, now = model / file.name, folder / file.name

@@ -1,4 +1,4 @@
-"""Ways to damage bytes, JSON trees, tables and arrays; all draw from a generator only."""
+"""Functions that damage bytes, JSON trees, tables and arrays, with a given generator."""
 
 from __future__ import annotations
 
@@ -78,12 +78,12 @@ _MARK = "@token {}@"
 
 
 def text(rng: Random) -> str:
-    """A hostile text."""
+    """Return a hostile text."""
     return rng.choice(TEXTS)
 
 
 def value(rng: Random) -> Any:
-    """A JSON value of any kind that need not fit."""
+    """Return a JSON value of any kind."""
     kind = rng.randrange(8)
     if kind == 0:
         return text(rng)
@@ -104,7 +104,7 @@ def value(rng: Random) -> Any:
 
 
 def tree(rng: Random, root: Any, times: int | None = None) -> bytes:
-    """JSON of a tree that was changed in a few places."""
+    """Return a JSON tree with a few changes."""
     root = json.loads(json.dumps(root))
     for _ in range(times or rng.choice((1, 1, 1, 2, 3))):
         if len(json.dumps(root)) < LARGE:
@@ -174,7 +174,7 @@ def _near(rng: Random, old: Any) -> Any:
 
 
 def raw(rng: Random, data: bytes) -> bytes:
-    """Bytes with flips, cuts, insertions and pieces of themselves elsewhere."""
+    """Return bytes with flips, cuts, insertions and copied pieces."""
     out = bytearray(data)
     for _ in range(rng.choice((1, 1, 2, 4, 16))):
         n = len(out)
@@ -208,7 +208,7 @@ def raw(rng: Random, data: bytes) -> bytes:
 
 
 def table(rng: Random, rows: list[list[str]]) -> bytes:
-    """CSV of rows that were changed in a few places."""
+    """Return a CSV with a few changed rows."""
     rows = [list(row) for row in rows]
     for _ in range(rng.choice((1, 1, 2, 3))):
         row = rng.choice(rows) if rows else []

@@ -1,4 +1,4 @@
-"""Damaged recordings: bytes of the file, or what is in it, with lengths and checksums right."""
+"""Damaged recordings: damaged bytes, or damaged content with correct checksums."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _PREFIX = struct.Struct("<4sQIHxxI")
 
 @dataclass(frozen=True)
 class Told:
-    """A message of a recording."""
+    """Message of a recording."""
 
     topic: str
     data: bytes
@@ -34,7 +34,7 @@ class Told:
 
 
 def messages(recording: bytes) -> list[Told]:
-    """What a valid recording holds, in the order of the file."""
+    """Return the messages of a valid recording, in the order of the file."""
     reader = make_reader(io.BytesIO(recording))
     return [
         Told(channel.topic, message.data, message.log_time)
@@ -43,7 +43,7 @@ def messages(recording: bytes) -> list[Told]:
 
 
 def damaged(rng: Random, recording: bytes) -> bytes:
-    """Its bytes changed anywhere."""
+    """Return its bytes with changes anywhere."""
     return mutate.raw(rng, recording)
 
 
@@ -192,7 +192,7 @@ def _zstd(data: bytes) -> bytes:
 
 @cache
 def bomb() -> bytes:
-    """A gigabyte of zeros, packed."""
+    """Return a compressed gigabyte of zeros."""
     block = zstandard.ZstdCompressor().compressobj()
     return b"".join(block.compress(bytes(1 << 22)) for _ in range(256)) + block.flush()
 

@@ -1,4 +1,4 @@
-"""Valid files of every kind, small and the same each time, that are then damaged."""
+"""Valid small files of every kind, the same each time, that are then damaged."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def make_seeds(folder: Path) -> Seeds:
 
 
 def signal(shore: float, rng: np.random.Generator, length: int = LENGTH) -> NDArray[np.float64]:
-    """A made-up piezo signal, V."""
+    """Return an artificial piezo signal, V."""
     out = 0.002 * rng.standard_normal(length)
     after = np.arange(length - CONTACT) / RATE
     out[CONTACT:] += 0.01 * shore * np.sin(2e3 * after) * np.exp(-after / 0.008)
@@ -116,7 +116,7 @@ def _calibration() -> Calibration:
 
 
 def piezo_layout() -> Layout:
-    """Two piezo and two strip channels."""
+    """Return a layout with two piezo and two strip channels."""
     channels = (
         Channel("piezo_index", ChannelKind.VIBRATION, Finger.INDEX, "V", 1e-4),
         Channel("piezo_thumb", ChannelKind.VIBRATION, Finger.THUMB, "V", 1e-4),

@@ -1,4 +1,4 @@
-"""Damaged files of other programs: MATLAB, XDF, FLAC, label tracks, and the tables beside them."""
+"""Damaged files of other programs: MATLAB, XDF, FLAC, label tracks and their tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Streams of live sources, damaged: samples, stamps, counters and what they state."""
+"""Damaged streams of live sources: samples, stamps, counters and metadata."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _spoiled(rng: Random, values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _hold(source: ThreadedSource) -> None:
-    """What every source promises of what it gave."""
+    """Assert that a source delivered valid samples."""
     ends: dict[int, int] = {}
     count = missing = 0
     for arrival in source.read(0.0):
@@ -64,7 +64,7 @@ def _worked(source: ThreadedSource) -> None:
 
 
 class _Port:
-    """A port from which these bytes come."""
+    """Port that delivers given bytes."""
 
     def __init__(self, source: CsvSource, data: bytes) -> None:
         self._source, self._data = source, data
@@ -109,7 +109,7 @@ def board(rng: Random, _: Path) -> None:
 
 
 class _Node:
-    """A part of a stream's description."""
+    """Part of a stream's description."""
 
     def __init__(self, labels: list[str]) -> None:
         self._labels = labels
@@ -125,7 +125,7 @@ class _Node:
 
 
 class _Inlet:
-    """An inlet with these chunks."""
+    """Inlet that delivers given chunks."""
 
     def __init__(self, source: LslSource, info: Any, chunks: list[Any]) -> None:
         self._source, self._info, self._chunks = source, info, deque(chunks)
@@ -183,7 +183,7 @@ def lsl(rng: Random, _: Path) -> None:
 
 
 class _Blocks:
-    """Blocks of a sound input, as its queue gives them."""
+    """Queue of a sound input that delivers given blocks."""
 
     def __init__(self, source: AudioSource, blocks: list[_InputBlock]) -> None:
         self._source, self._blocks = source, deque(blocks)

@@ -1,4 +1,4 @@
-"""All ways in: from a seed and a number to a folder of damaged files and what to run on them."""
+"""Ways of input: from a seed and a number to a folder of damaged files and a command."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ class Case:
     Parameters
     ----------
     way
-        Which way in it is.
+        Name of the way.
     commands
         Command lines of ``firstcontact``.
     calls
-        What else is to be tried: raises nothing but InputError.
+        Further functions to call. They may raise only InputError.
     """
 
     way: str
@@ -47,7 +47,7 @@ class Case:
 
 
 def make_case(seed: int, number: int, seeds: Seeds, folder: Path) -> Case:
-    """Input ``number`` of a seed, its files in an empty folder."""
+    """Make input ``number`` of a seed, with its files in an empty folder."""
     rng = Random(f"{seed} {number}")
     way = rng.choices(list(WAYS), [weight for weight, _ in WAYS.values()])[0]
     case = Case(way)

@@ -1,4 +1,4 @@
-"""What comes over a wire or from a page, damaged; no process and no port is needed for it."""
+"""Damaged data over a wire or from a page, without processes and ports."""
 
 from __future__ import annotations
 
@@ -188,7 +188,7 @@ def answers(rng: Random, _: Path) -> None:
 
 
 class _FlashedDevice(Responder):
-    """A device that takes a model, and often says something else than what is so."""
+    """Device that receives a model and often sends false answers."""
 
     def __init__(self, rng: Random) -> None:
         super().__init__(ANSWERING, 1, 10)
@@ -245,7 +245,7 @@ def flashing(rng: Random, _: Path) -> None:
 
 
 class _Controls:
-    """A session that does what viewers ask, and nothing."""
+    """Session controls that do nothing."""
 
     recording_path: Path | None = None
 

@@ -1,4 +1,4 @@
-"""Runs inputs one after the other in a process of its own, and says what each came to."""
+"""Worker process that runs inputs one after another and prints their results."""
 
 from __future__ import annotations
 
@@ -186,7 +186,7 @@ def _logged(folder: Path) -> str:
 
 
 def _files(folder: Path) -> dict[str, tuple[int, int]]:
-    """Size and time of change of every file below a folder."""
+    """Return size and modification time of every file in a folder."""
     found = {}
     for above, _, names in os.walk(folder):
         for file in (Path(above) / name for name in names):

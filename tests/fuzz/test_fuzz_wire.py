@@ -1,4 +1,4 @@
-"""Some damaged inputs over wires and from pages: the fuzzer itself runs by hand."""
+"""Test of some damaged inputs over wires and from pages. The full fuzzer runs by hand."""
 
 from __future__ import annotations
 

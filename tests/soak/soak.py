@@ -88,7 +88,7 @@ def run_link(name: str, seconds: float, seed: int, folder: Path) -> dict[str, An
 def check_counts(
     link: Link, health: Health, recording: Recording
 ) -> tuple[dict[str, int], list[str]]:
-    """Hold what a source counted and recorded against the numbers that samples say.
+    """Compare a source's counts and recording with the numbers in its samples.
 
     Returns
     -------

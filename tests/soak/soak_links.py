@@ -1,4 +1,4 @@
-"""Senders of numbered samples for the soak: one for each kind of source, with its faults."""
+"""Senders of numbered samples for the soak, one for each kind of source, with faults."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ ARRIVED = 1.5
 
 
 class Link(ABC):
-    """A sender, its source, and the faults that it can have.
+    """Sender with its source and its possible faults.
 
     Attributes
     ----------
@@ -69,19 +69,19 @@ class Link(ABC):
 
     @abstractmethod
     def opened(self) -> Any:
-        """Enter the sender and its source; gives the source."""
+        """Start the sender and open its source. Yield the source."""
 
     @abstractmethod
     def finish(self) -> None:
-        """Send no more, wait until all has come, and note the last number."""
+        """Stop sending, wait for all samples, and store the last number."""
 
     def numbers(self, data: NDArray[Any]) -> NDArray[np.int64]:
-        """Return the numbers that samples say, modulo :attr:`modulus`."""
+        """Return the numbers in the samples, modulo :attr:`modulus`."""
         return np.rint(data[:, 0]).astype(np.int64)
 
 
 class PortLink(Link):
-    """A simulated device on a pseudo terminal."""
+    """Simulated device on a pseudo terminal."""
 
     modulus = 2**32
     continuous = True
@@ -123,7 +123,7 @@ class PortLink(Link):
         self.device.resting = False
 
     def _spoil(self, spoilt: Callable[[bytes], bytes]) -> None:
-        """Do something to each seventh samples frame for a while."""
+        """Apply a fault to each seventh samples frame for a while."""
         seen = 0
 
         def sends(frame: bytes) -> bytes:
@@ -141,7 +141,7 @@ class PortLink(Link):
 
 
 class LslLink(Link):
-    """A program that sends a stream."""
+    """Program that sends an LSL stream."""
 
     restarts = True
 
@@ -196,7 +196,7 @@ class LslLink(Link):
 
 
 class LinesLink(Link):
-    """A board that prints lines of numbers."""
+    """Board that prints lines of numbers."""
 
     @contextmanager
     def opened(self) -> Iterator[Source]:
@@ -256,7 +256,7 @@ class LinesLink(Link):
 
 
 class SoundLink(Link):
-    """A sound input that plays a tape, at the rate of the models: nothing is resampled."""
+    """Sound input that plays a tape at the models' rate, without resampling."""
 
     modulus = 65536
     slack = 2  # an overflow is as long as PortAudio's times say
@@ -281,7 +281,7 @@ class SoundLink(Link):
         return np.rint(data[:, 0].astype(np.float64) * 32768.0).astype(np.int64) % self.modulus
 
     def _stop(self, seconds: float) -> None:
-        """Have this whole program stand still."""
+        """Stop this whole program for a while."""
         me = os.getpid()
         command = f"kill -STOP {me}; sleep {seconds}; kill -CONT {me}"
         subprocess.run(["sh", "-c", command], check=True)

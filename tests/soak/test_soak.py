@@ -1,4 +1,4 @@
-"""A short soak of all live sources, and what it finds."""
+"""Test of a short soak of all live sources."""
 
 from __future__ import annotations
 

@@ -28,20 +28,20 @@ Fingers = tuple[FingerParameters, FingerParameters]
 
 
 def drawn(kind: TwinObject, number: int = 0, condition: Condition = PAPER_RIG) -> PinchDraw:
-    """The chance of one pinch; drawn anew each time, since simulating uses it up."""
+    """Return a new draw of one pinch, since simulating uses up its random numbers."""
     specimen = draw_specimen(SEED, condition, kind, 0)
     return draw_pinch(SEED, condition, f"session {number % 4}", specimen, number)
 
 
 def simulated(kind: TwinObject, number: int = 0, condition: Condition = PAPER_RIG) -> Pinch:
-    """One pinch as the device would send it."""
+    """Return one pinch as the device would send it."""
     return simulate_pinch(
         drawn(kind, number, condition), Label(kind.name, kind.shore_a, role=kind.role)
     )
 
 
 def moving(fingers: Fingers) -> NDArray[np.float64]:
-    """State of two fingers that close at their speed."""
+    """Return the state of two fingers that close at their speed."""
     x = np.zeros(STATES)
     for f, p in enumerate(fingers):
         x[f * FINGER_STATES + 1 : f * FINGER_STATES + 8 : 2] = p.speed
@@ -53,7 +53,7 @@ def integrated(
     times: NDArray[np.float64], x: NDArray[np.float64], gap: NDArray[np.float64] | None = None,
     substeps: int = 1, back_damping: float = 0.0,
 ) -> NDArray[np.float64]:  # fmt: skip
-    """The kernel without noise; changes ``x`` and ``gap`` in place."""
+    """Integrate without noise. Change ``x`` and ``gap`` in place."""
     out = np.empty((times.size, 2, OUTPUTS))
     taken = integrate(
         *fingers, o, np.array([contact_stiffness(p, o) for p in fingers]), np.array(touch), times,

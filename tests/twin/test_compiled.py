@@ -1,4 +1,4 @@
-"""Compiled functions are announced, cached, and work without a cache."""
+"""Tests of compiled functions: announced, cached, and usable without a cache."""
 
 from __future__ import annotations
 

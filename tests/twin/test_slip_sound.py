@@ -1,4 +1,4 @@
-"""The modelled sound of a slip: silent where nothing slips; it changes nothing else."""
+"""Tests of the modelled sound of a slip: silent without a slip, no other effect."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commands act when and as far as the drive lets them, and fingers touch where the object is."""
+"""Tests of commands within the drive's limits, and of contacts at the object's position."""
 
 from __future__ import annotations
 

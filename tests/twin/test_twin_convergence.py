@@ -1,4 +1,4 @@
-"""Halving the time step leaves the waveform as it is, with noise on and both contacts in it."""
+"""Test that half the time step gives the same waveform, with noise and both contacts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the drives follow, from one commanded speed to another."""
+"""Tests of the reference of the drives between two commanded speeds."""
 
 from __future__ import annotations
 

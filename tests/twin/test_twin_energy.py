@@ -1,4 +1,4 @@
-"""What the springs and masses hold never grows once the motor and the noise are off."""
+"""Tests that the mechanical energy never grows without motor and noise."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ STEP = 5e-6
 def run(
     fingers: Fingers, o: ObjectParameters, touch: tuple[float, float], end: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """State and indentations at ``end``."""
+    """Return the state and the indentations at ``end``."""
     times = np.linspace(0.0, end, max(round(end / STEP / 4), 1) + 1)
     x = moving(fingers)
     out = integrated(fingers, o, touch, times, x, substeps=4)
@@ -32,7 +32,7 @@ def run(
 def energy(
     x: NDArray[np.float64], depth: NDArray[np.float64], fingers: Fingers, o: ObjectParameters
 ) -> float:
-    """All that moves and all that is stretched, J."""
+    """Return the kinetic and elastic energy, J."""
     total = 0.0
     for f, p in enumerate(fingers):
         s = x[f * FINGER_STATES : (f + 1) * FINGER_STATES]
@@ -54,7 +54,7 @@ def energy(
 
 
 def scattered(rng: np.random.Generator, parameters: tuple[float, ...]) -> NDArray[np.float64]:
-    """Each parameter times e^N(0, 0.5)."""
+    """Return the parameters, each times e^N(0, 0.5)."""
     return np.asarray(parameters) * np.exp(0.5 * rng.standard_normal(len(parameters)))
 
 

@@ -1,4 +1,4 @@
-"""The moments around a contact, without the rest of the pinch, are those of the whole pinch."""
+"""Tests that an excerpt around a contact equals that part of the whole pinch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The microcontroller's filters against a plain reference, and whatever the blocks."""
+"""Tests of the microcontroller's filters against a simple reference, for all block sizes."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def random_scans(seed: int, n: int) -> NDArray[np.uint16]:
 
 
 def reference(scans: NDArray[np.uint16]) -> list[list[int]]:
-    """The filters as one would write them down."""
+    """Filter with a simple implementation."""
     out = []
     for i, scan in enumerate(scans.tolist()):
         row = [0] * 16

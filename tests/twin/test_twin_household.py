@@ -1,4 +1,4 @@
-"""The household's table is checked when it is read, and specimens scatter as it says."""
+"""Tests of the household's table and of the scatter of specimens."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_the_twin_pinches_what_the_table_says(thing: object) -> None:
         ({"name": ""}, "name is empty"),
         ({"name": "raspberry"}, "there is a 'raspberry' already"),
         ({"origin": "found"}, "origin is 'found'"),
-        ({"group": "firm fragile"}, "group is 'firm fragile': its numbers say 'soft fragile'"),
+        ({"group": "firm fragile"}, "group is 'firm fragile': its numbers fit 'soft fragile'"),
         ({"mass": "5"}, "mass is '5': use a number from 0.0001 to 2"),
         ({"mass": "five grams"}, "mass is 'five grams'"),
         ({"mass": "nan"}, "mass is 'nan'"),

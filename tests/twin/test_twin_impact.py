@@ -1,4 +1,4 @@
-"""The kernel in the limits that have closed forms."""
+"""Tests of the kernel in limits with closed forms."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_an_elastic_impact_turns_all_motion_into_indentation() -> None:
 def impact(
     p: FingerParameters, o: ObjectParameters, speed: float, duration: float, dt: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Times, contact force of the index, and the last state of one impact."""
+    """Return times, contact force of the index, and the last state of one impact."""
     times = np.arange(0.0, duration, dt)
     state = np.zeros(STATES)
     state[1 : FINGER_STATES - 4 : 2] = speed

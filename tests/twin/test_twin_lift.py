@@ -1,4 +1,4 @@
-"""Lifted, an object slides as friction and its weight have it, until the grip comes back."""
+"""Tests of the slip of a lifted object under friction and its weight."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from firstcontact.twin._outcome import slide
 def slid(
     forces: NDArray[np.float64], hanging: NDArray[np.float64], mass: float, friction: float
 ) -> NDArray[np.float64]:
-    """How far and how fast at each sample, shape (samples, 2)."""
+    """Return distance and speed at each sample, shape (samples, 2)."""
     out = np.empty((len(forces), 2))
     slide(forces, hanging, mass, friction, 1 / FINGERTIP_RATE, np.zeros(2), out)
     return out

@@ -1,4 +1,4 @@
-"""What becomes of the object is the mechanics': held, dropped, squeezed or broken."""
+"""Tests of the outcome: held, dropped, squeezed or broken."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of parameters has all of them, with the values that the code has."""
+"""Tests that the page of parameters lists all of them with the code's values."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ HELD = {
 
 
 def rows(section: str, mark: str = "##") -> dict[str, list[str]]:
-    """Cells after the first of each row of a section's table, by the first."""
+    """Return the cells of each row of a section's table, by the first cell."""
     text = PAGE.read_text(encoding="utf-8").split(f"\n{mark} {section}\n")[1]
     text = re.split(r"\n##+ ", text)[0]
     lines = [line.strip("|").split("|") for line in text.splitlines() if line.startswith("| ")]

@@ -1,4 +1,4 @@
-"""What comes out has the published statistics."""
+"""Tests of the published statistics of pinches."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WINDOW = round(0.015 * LAYOUT.rate)
 
 @cache
 def pinches(condition: Condition = PAPER_RIG, each: int = 60) -> tuple[Pinch, ...]:
-    """``each`` pinches of every block."""
+    """Return ``each`` pinches of every block."""
     return tuple(simulated(kind, i, condition) for kind in BLOCKS for i in range(each))
 
 
@@ -93,7 +93,7 @@ def test_force_is_silent_until_the_second_contact(condition: Condition) -> None:
 
 
 def peaks(condition: Condition) -> np.ndarray:
-    """Largest piezo deflection in the 15 ms after contact, V, shape (blocks, pinches)."""
+    """Return the largest piezo deflections within 15 ms, V, shape (blocks, pinches)."""
     out = []
     for pinch in pinches(condition):
         assert pinch.first is not None

@@ -1,4 +1,4 @@
-"""The plant sends what a device sends, whatever it is commanded and however it is advanced."""
+"""Tests of the plant: samples like a device's, for all commands and step sizes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Random rigs and things: finite, converged, and held-out families outside what is drawn."""
+"""Tests of random rigs and objects: finite, converged, and families outside of training."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_a_hard_block_is_seen_and_seldom_clipped() -> None:
 
 
 def _extreme(which: int) -> tuple[RandomRig, RandomObject]:
-    """Everything three standard deviations off: stiff and light, or soft and heavy."""
+    """Return a rig three standard deviations off: stiff and light, or soft and heavy."""
     drawn = rng(which)
     rig = draw_rig(drawn)
     way = 3 if which % 2 else -3

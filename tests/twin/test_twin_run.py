@@ -1,4 +1,4 @@
-"""A pinch in pieces is the pinch in one, and it does what it is told from then on."""
+"""Tests of a pinch in pieces, with orders."""
 
 from __future__ import annotations
 

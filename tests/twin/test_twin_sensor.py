@@ -19,7 +19,7 @@ def read(
     shares: NDArray[np.float64] = EVEN,
     noise: float = 0.0,
 ) -> NDArray[np.int64]:
-    """Readings of each taxel in their turn, shape (turns, 6)."""
+    """Return the readings of each taxel, shape (turns, 6)."""
     felt = np.zeros((2, TAXELS))
     counts = force_readings(force, shares, p, np.full(force.size, noise), DT, felt, 0)
     whole = counts.size - counts.size % TAXELS

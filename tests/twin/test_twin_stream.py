@@ -1,4 +1,4 @@
-"""A hand that picks things up: reproducible, without a jump, its truth the strips'."""
+"""Tests of the streaming hand: reproducible, continuous, with true contacts."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SHEET_STEP = 11
 
 @cache
 def streamed(condition: str) -> tuple[NDArray[np.uint16], tuple[StreamPinch, ...]]:
-    """Half a minute, and the pinches that are whole in it."""
+    """Return half a minute of scans and the complete pinches in it."""
     stream = TwinStream(condition, seed=6)
     scans = stream.read(round(30 * FINGERTIP_RATE))
     return scans, tuple(stream.pinches)[:-1]
@@ -170,7 +170,7 @@ def uncommanded() -> tuple[list[StreamPinch], NDArray[np.uint16]]:
 
 
 def since_start(pinch: StreamPinch) -> tuple[object, ...]:
-    """All that is known of a pinch but when it was."""
+    """Return all properties of a pinch except its time."""
     assert pinch.end is not None
     truth = tuple((c.finger, c.sample - pinch.start) for c in pinch.truth)
     return pinch.label, truth, pinch.end - pinch.start, pinch.peak

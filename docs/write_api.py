@@ -158,7 +158,8 @@ def _parameter(parameter: inspect.Parameter) -> str:
     if parameter.default is inspect.Parameter.empty:
         return text
     default = repr(parameter.default)
-    default = "..." if default.startswith("<") else default
+    # An object without a literal, or a set of such, whose order is by chance.
+    default = "..." if "<" in default else default
     return f"{text} = {default}"
 
 

@@ -85,10 +85,8 @@ class ClosingGate:
         self._force = tuple(i for i in force if layout.column_channels[i].unit == "V")
         self._volts = Physical(layout, self._vibration + self._force, "C")
         floors = [calibration.noise(f) if calibration else None for f in layout.vibration_fingers]
-        floor_or_lowest = [f for f in floors if f is not None]
-        self._limit = (
-            RUNNING * np.array(floor_or_lowest) if len(floor_or_lowest) == len(floors) else None
-        )
+        known_floors = [f for f in floors if f is not None]
+        self._limit = RUNNING * np.array(known_floors) if len(known_floors) == len(floors) else None
         self._step = samples_in(STEP, layout.rate)
         self._by_hand = None in layout.vibration_fingers
         self._rearm = samples_in(REARM, layout.rate)
@@ -277,10 +275,8 @@ class ClosingGate:
         levels = force[start:stop]
         if force.shape[1] and len(levels):
             lowest = levels.min(axis=0)
-            floor_or_lowest = self._unloaded
-            self._unloaded = (
-                lowest if floor_or_lowest is None else np.minimum(floor_or_lowest, lowest)
-            )
+            previous = self._unloaded
+            self._unloaded = lowest if previous is None else np.minimum(previous, lowest)
 
 
 def step_sums(piezo: NDArray[np.float64]) -> NDArray[np.float64]:

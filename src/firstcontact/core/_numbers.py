@@ -21,7 +21,7 @@ def parse_float(text: str, *, finite: bool = True) -> float:
     Raises
     ------
     ValueError
-        The text is not such a number. The message continues "... is TEXT," in the caller's.
+        The text is not such a number. The message completes the caller's: "which is not a number".
     """
     try:
         value = float(_plain_digits(text))
@@ -38,7 +38,7 @@ def parse_int(text: str) -> int:
     Raises
     ------
     ValueError
-        The text is not a whole number. The message continues "... is TEXT," in the caller's.
+        The text is not a whole number. The message completes the caller's in the same way.
     """
     try:
         return int(_plain_digits(text))

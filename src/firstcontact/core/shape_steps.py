@@ -31,7 +31,7 @@ def course(
 ) -> Step:
     """Return the times of energy quantiles, sign changes, roughness, and time of the peak.
 
-    ``takes`` is the window of a channel. The output has three values more than there are quantiles.
+    ``takes`` is the window. The output has three values more than there are quantiles.
     """
     constants: Constants = {
         "samples": samples,

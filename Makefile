@@ -29,9 +29,11 @@ layers = $(foreach layer,$(1),--requirement requirements/$(layer).txt)
 fetch  = $(PIP) install --quiet --no-deps --only-binary :all: --require-hashes $(call layers,$(1))
 # The package itself, built with what is there already.
 itself = $(PIP) install --quiet --no-deps --no-build-isolation --editable .
+# Estimators of another package, which studies and tests treat as those of this one.
+plugin = $(PIP) install --quiet --no-deps --no-build-isolation --editable examples/plugin_estimators
 # Built for CPUs only where pip is told of a place that has it, else that of PyPI with CUDA.
 torch  = $(call fetch,cpu) 2>/dev/null || $(call fetch,cuda)
-PINS  := pyproject.toml $(wildcard requirements/*.txt)
+PINS  := pyproject.toml examples/plugin_estimators/pyproject.toml $(wildcard requirements/*.txt)
 
 $(BIN)/pip:
 	$(PYTHON) -m venv $(VENV)
@@ -40,12 +42,14 @@ $(VENV)/.study: $(PINS) | $(BIN)/pip
 	$(call fetch,base study)
 	$(torch)
 	$(itself)
+	$(plugin)
 	@touch $@
 
 $(VENV)/.dev: $(PINS) | $(BIN)/pip
 	$(call fetch,base study live dev)
 	$(torch)
 	$(itself)
+	$(plugin)
 	@touch $(VENV)/.study $(VENV)/.live $@
 
 $(VENV)/.live: $(PINS) | $(BIN)/pip
@@ -145,4 +149,4 @@ readme-numbers: $(VENV)/.study ## copy the numbers of all studies into docs/resu
 clean: ## remove what was built (studies and .venv stay)
 	rm -rf build dist site .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	find src tests docs benchmarks examples -name __pycache__ -type d -prune -exec rm -rf {} +
-	rm -rf src/*.egg-info
+	rm -rf src/*.egg-info examples/*/*.egg-info

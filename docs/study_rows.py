@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from table_rows import Number, Row, Rows, of
 
 from firstcontact.contact import DETECTORS
-from firstcontact.models import ESTIMATORS, Bounded, DetectionScores, InferenceTime, bounded
+from firstcontact.models import Bounded, DetectionScores, InferenceTime, bounded, window_estimators
 from firstcontact_lab.report.accepted import Accepted
 from firstcontact_lab.report.results.anytime import AnytimeResults
 from firstcontact_lab.report.results.contact import AnswerTimes
@@ -22,7 +22,7 @@ ACCURACY = {"svm": "97.2 %", "cnn": "98.6 %"}
 ERROR = {"svm": "4.17 (as “MSE”)", "cnn": "2.39 (as “MSE”)"}
 TIME = {"svm": "< 1 ms", "cnn": "1.4 ms"}
 #: Estimators that are scored in tables; baselines stand in the report alone.
-SCORED = {name: kind for name, kind in ESTIMATORS.items() if not kind.baseline}
+SCORED = {name: kind for name, kind in window_estimators().items() if not kind.baseline}
 
 
 def contact(key: str, name: str, published: str, accepted: Accepted) -> Rows:

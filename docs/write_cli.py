@@ -32,10 +32,20 @@ Bash does so in each new shell if the file is
 `~/.zshrc` after `compinit`. Write it again after an update.
 """
 
+#: The command as it is without the plug-ins that happen to be installed.
+ALONE = """
+import sys
+from firstcontact.core import Registry
+Registry._found = lambda self: {}
+from firstcontact.cli.main import main
+sys.argv[0] = "firstcontact"
+sys.exit(main(sys.argv[1:]))
+"""
+
 
 def told(*arguments: str) -> str:
     """What ``firstcontact ... --help`` prints, 96 columns wide, without colours."""
-    command = [sys.executable, "-m", "firstcontact.cli.main", *arguments, "--help"]
+    command = [sys.executable, "-c", ALONE, *arguments, "--help"]
     environment = {
         **os.environ,
         "COLUMNS": "96",

@@ -204,7 +204,7 @@ def measured(data: Path | None) -> dict[str, Any]:
     for family, title in families.items():
         made = simulated(family, RIGS if not family else RIGS // 3)
         rigs = rigs or [rig for rig, _ in made]
-        known = sum(shares(unknown.told_of({ANY: rig}), touches) for rig, touches in made)
+        known = sum(shares(unknown.conditioned_on({ANY: rig}), touches) for rig, touches in made)
         none = sum(shares(unknown, touches) for _, touches in made)
         add("touches", title, sum(len(touches) for _, touches in made), known, none)
     kinds: dict[str, Touches] = {}
@@ -227,7 +227,7 @@ def measured(data: Path | None) -> dict[str, Any]:
                 some = touches.take(which)
                 gain = (loud / peak[which])[:, None].astype(np.float32)
                 scaled = replace(some, signals=gain * some.signals)
-                known += shares(unknown.told_of({ANY: rig}), scaled)
+                known += shares(unknown.conditioned_on({ANY: rig}), scaled)
         add("others", name, len(touches), known, shares(unknown, touches))
     return rows
 

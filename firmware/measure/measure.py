@@ -50,6 +50,7 @@ from firstcontact.models import (
     pretrained,
     touches_of,
     train_final_model,
+    window_estimators,
 )
 from firstcontact.recording import load_dataset
 from firstcontact.twin import simulate
@@ -159,7 +160,7 @@ def of_estimators(
 ) -> Numbers:
     """Measure one model of each other estimator."""
     rows: Numbers = {}
-    for name, kind in ESTIMATORS.items():
+    for name, kind in window_estimators().items():
         if name == ESTIMATORS.default or not set(kind.modules) <= available(kind.modules):
             continue
         estimator = make_estimator(

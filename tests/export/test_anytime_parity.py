@@ -56,7 +56,7 @@ def touches(n: int, seed: int) -> Touches:
 def told() -> InContextModel:
     known = touches(60, 1)
     rig = Rig.of(replace(known, radii=np.full(60, np.nan)), known.radii)
-    return pretrained().told_of({ANY: rig})
+    return pretrained().conditioned_on({ANY: rig})
 
 
 def plain(some: Touches) -> Touches:
@@ -125,7 +125,7 @@ def test_c_hears_the_motor_as_python_does(tmp_path: Path) -> None:
     known = with_motor(touches(60, 1), 5)
     nothing = np.full(60, np.nan)
     rig = Rig.of(replace(known, radii=nothing), known.radii)
-    whole = pretrained().told_of({ANY: rig})
+    whole = pretrained().conditioned_on({ANY: rig})
     model = compacted(whole, plain(known), 12, listening=True)
     some = plain(with_motor(touches(12, 2), 6))
     speed, alike = rig.pitch.listen(spectra(some.signals, some.before, RATE))  # type: ignore[union-attr]

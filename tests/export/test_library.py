@@ -31,8 +31,8 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_it_is_a_library(library: Path) -> None:
     properties = (library / "library.properties").read_text(encoding="utf-8")
-    told_of = dict(line.split("=", 1) for line in properties.splitlines())
-    assert {"name", "version", "architectures"} <= set(told_of)
+    conditioned_on = dict(line.split("=", 1) for line in properties.splitlines())
+    assert {"name", "version", "architectures"} <= set(conditioned_on)
     there = {path.name for path in (library / "src").iterdir()}
     for path in (library / "src").iterdir():
         assert set(re.findall(r'#include "(.*)"', path.read_text(encoding="utf-8"))) <= there

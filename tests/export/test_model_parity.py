@@ -21,10 +21,11 @@ from firstcontact.models import (
     Task,
     WindowModel,
     make_estimator,
+    window_estimators,
 )
 from firstcontact.testing._windows import RATE, toy_windows
 
-EACH = [(name, task) for name, kind in ESTIMATORS.items() for task in kind.tasks]
+EACH = [(name, task) for name, kind in window_estimators().items() for task in kind.tasks]
 INTERVAL = Interval(0.9, edges=(20.0, 40.0), half_widths=(1.0, 2.5, 4.0))
 
 

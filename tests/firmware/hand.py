@@ -50,7 +50,7 @@ def trained() -> tuple[Dataset, Trained]:
     detector = make_detector(DETECTORS.default).fit(dataset)
     contacts = [next(iter(detect(detector, p)), None) for p in dataset.pinches]
     touches, indices = touches_of(dataset, contacts)
-    network = pretrained().told_of({ANY: Rig.of(touches, dataset.shore_a[indices])})
+    network = pretrained().conditioned_on({ANY: Rig.of(touches, dataset.shore_a[indices])})
     return dataset, Trained((), detector, compacted(network, touches, 8))
 
 

@@ -218,7 +218,7 @@ def test_default_image_fits_a_slot_and_the_docs_state_its_length() -> None:
     for fingers, levels in (((ANY,), 5), ((ANY, 0, 1), 5), ((ANY, 0, 1), LEVELS)):
         shore_a = 10.0 * (np.arange(len(indices)) % levels)
         rig = Rig.of(touches, shore_a)
-        network = pretrained().told_of(dict.fromkeys(fingers, rig))
+        network = pretrained().conditioned_on(dict.fromkeys(fingers, rig))
         model = compacted(network, touches, USUAL_DIRECTIONS)
         lengths.append(len(model_image(models.detector, model, FLOORS).data))  # type: ignore[arg-type]
     assert max(lengths) <= (1 << int(shift[1])) - 16

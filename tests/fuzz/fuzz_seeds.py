@@ -224,7 +224,7 @@ def _anytime(folder: Path, seeds: Seeds) -> None:
     rng = np.random.default_rng(3)
     tokens, general = rng.standard_normal((len(STAGES), 3, TOKEN)), rng.standard_normal(GENERAL)
     rig = Rig(0.4, 1.0, None, float("nan"), tokens, general)
-    model = pretrained().told_of({ANY: rig, 0: rig})
+    model = pretrained().conditioned_on({ANY: rig, 0: rig})
     samples = round(BEFORE * FINGERTIP_RATE) + round(LONGEST * FINGERTIP_RATE)
     touches = Touches(
         rng.standard_normal((FEWEST, samples)).astype(np.float32),

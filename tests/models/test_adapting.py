@@ -112,7 +112,9 @@ def test_intervals_that_hold_too_few_held_out_pinches_are_widened(seed: int) -> 
     assert made.check.coverage < BASE.level
     assert (made.check.scales >= 1).all()
     fresh, truth, _ = ringing(300, seed + 50, levels=levels)
-    before, after = (held(m, fresh, truth) for m in (BASE.told_of(made.model.rigs), made.model))
+    before, after = (
+        held(m, fresh, truth) for m in (BASE.conditioned_on(made.model.rigs), made.model)
+    )
     assert (after >= before).all()
     assert after.mean() > before.mean() + 0.03
     assert after.mean() > 0.8

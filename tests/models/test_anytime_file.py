@@ -30,7 +30,7 @@ from ringing import ringing
 from saved import edit, vouch
 
 KNOWN, SHORE_A, _ = ringing(40)
-MODEL = pretrained().told_of({ANY: Rig.of(KNOWN, SHORE_A), 1: Rig.of(KNOWN, SHORE_A)})
+MODEL = pretrained().conditioned_on({ANY: Rig.of(KNOWN, SHORE_A), 1: Rig.of(KNOWN, SHORE_A)})
 Arrays = dict[str, Any]
 
 

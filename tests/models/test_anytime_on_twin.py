@@ -47,7 +47,7 @@ def knowing(name: str) -> InContextModel:
     its = made(name)
     blocks = its.where(Use.BLOCKS)
     rig = Rig.of(its.touches.take(blocks), its.windows.y[blocks])
-    return pretrained().told_of({ANY: rig})
+    return pretrained().conditioned_on({ANY: rig})
 
 
 def objects(name: str, lasting: int = SHORTEST) -> tuple[Touches, Values]:

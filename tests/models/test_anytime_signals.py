@@ -37,7 +37,7 @@ COLUMN = {name: place for place, name in enumerate(NAMES)}
 
 
 def knowing(touches: Touches, shore_a: Values = SHORE_A) -> InContextModel:
-    return pretrained().told_of({ANY: Rig.of(touches, shore_a)})
+    return pretrained().conditioned_on({ANY: Rig.of(touches, shore_a)})
 
 
 def scaled(touches: Touches, gain: float) -> Touches:
@@ -117,14 +117,14 @@ def test_answers_of_one_are_those_among_others() -> None:
 
 def test_what_was_worked_out_before_gives_the_same_answers() -> None:
     model = knowing(KNOWN)
-    known = model.known(ASKED.until(SHORTEST))
+    known = model.rig_features(ASKED.until(SHORTEST))
     assert np.array_equal(model.answers(ASKED, known).values, model.answers(ASKED).values)
 
 
 def test_each_finger_has_its_rig_and_others_that_of_any() -> None:
     loud = scaled(KNOWN, 5.0)
     rigs = {ANY: Rig.of(KNOWN, SHORE_A), 1: Rig.of(loud, SHORE_A)}
-    model = pretrained().told_of(rigs)
+    model = pretrained().conditioned_on(rigs)
     for finger, gain in ((-1, 1.0), (0, 1.0), (1, 5.0)):
         its = replace(scaled(ASKED, gain), fingers=np.full(len(ASKED), finger))
         assert np.allclose(
@@ -144,9 +144,9 @@ def test_another_rate_and_too_few_samples_are_refused() -> None:
 def test_a_told_speed_stands_for_the_one_that_is_heard() -> None:
     slow, usual = (replace(ASKED, speeds=np.full(len(ASKED), v)) for v in (0.05, 0.1))
     rig = Rig.of(replace(KNOWN, speeds=np.full(len(KNOWN), 0.1)), SHORE_A)
-    model = pretrained().told_of({ANY: rig})
+    model = pretrained().conditioned_on({ANY: rig})
     assert rig.speed == pytest.approx(0.1)
-    known = [model.known(t)[0, 0] for t in (usual, slow)]
+    known = [model.rig_features(t)[0, 0] for t in (usual, slow)]
     assert known == pytest.approx([0.0, 4 * np.log(0.5)])
 
 

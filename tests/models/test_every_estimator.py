@@ -19,12 +19,13 @@ from firstcontact.models import (
     WindowModel,
     make_estimator,
     training_spec,
+    window_estimators,
 )
 from firstcontact.models._registry import model_kind
 from firstcontact.testing import check_estimator
 from firstcontact.testing._windows import RATE, toy_windows
 
-EACH = [(name, task) for name, kind in ESTIMATORS.items() for task in kind.tasks]
+EACH = [(name, task) for name, kind in window_estimators().items() for task in kind.tasks]
 
 
 @pytest.mark.parametrize(("name", "task"), EACH)
@@ -46,7 +47,7 @@ def test_what_is_no_baseline_learns_much_more_than_the_mean(name: str, task: Tas
 
 
 def test_a_task_that_it_does_not_learn_is_refused() -> None:
-    for name, kind in ESTIMATORS.items():
+    for name, kind in window_estimators().items():
         for task in set(Task) - set(kind.tasks):
             with pytest.raises(InputError, match=f"{name} does not learn {task}"):
                 make_estimator(name, task, RATE)

@@ -23,6 +23,7 @@ from firstcontact.models import (
     load_window_model,
     make_estimator,
     save_model,
+    window_estimators,
 )
 from firstcontact.models._model_file import WEIGHTS
 from firstcontact.testing._windows import RATE, toy_windows
@@ -99,7 +100,8 @@ def test_finite_outputs_are_answers() -> None:
 
 @pytest.mark.parametrize("scale", [1e38, 1e-38])
 @pytest.mark.parametrize(
-    ("name", "task"), [(name, task) for name, kind in ESTIMATORS.items() for task in kind.tasks]
+    ("name", "task"),
+    [(name, task) for name, kind in window_estimators().items() for task in kind.tasks],
 )
 def test_windows_at_the_ends_of_float32(name: str, task: Task, scale: float) -> None:
     """Squares of these overflow, or are 0: answered or refused, never half."""

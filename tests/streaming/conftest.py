@@ -71,4 +71,4 @@ def anytime(training: Dataset, detector: Detector) -> InContextModel:
     """The model of the package, told of these pinches' rig."""
     found = [next(iter(detect(detector, p)), None) for p in training.pinches]
     touches, which = touches_of(training, found)
-    return pretrained().told_of({ANY: Rig.of(touches, training.shore_a[which])})
+    return pretrained().conditioned_on({ANY: Rig.of(touches, training.shore_a[which])})

@@ -50,6 +50,7 @@ from ._layout import ADC_COUNTS as ADC_COUNTS
 from ._layout import ADC_VOLTS as ADC_VOLTS
 from ._layout import FINGERTIP_RATE as FINGERTIP_RATE
 from ._layout import FINGERTIP_SMOOTHING as FINGERTIP_SMOOTHING
+from ._layout import FINGERTIP_WINDOW as FINGERTIP_WINDOW
 from ._layout import MOST_CHANNELS as MOST_CHANNELS
 from ._layout import MOST_GROUPS as MOST_GROUPS
 from ._layout import PIEZO_OFFSET_VOLTS as PIEZO_OFFSET_VOLTS

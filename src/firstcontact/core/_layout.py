@@ -15,6 +15,8 @@ from firstcontact.core._records import Name
 
 #: Mean sampling rate of the published fingertip, Hz.
 FINGERTIP_RATE = 4936.0
+#: Signal after the first contact that stiffness is predicted from, s.
+FINGERTIP_WINDOW = 0.015
 #: Coefficient of the exponential smoothing on the microcontroller.
 FINGERTIP_SMOOTHING = 0.5
 #: Taxels of one fingertip's 3 x 2 force array.

@@ -18,4 +18,3 @@ from ._kernel_sizes import detector_sizes as detector_sizes
 from ._model_image import FORMAT as FORMAT
 from ._trained import NamedModel as NamedModel
 from ._trained import Trained as Trained
-from ._trained import load_trained as load_trained

@@ -18,7 +18,7 @@ from firstcontact.signal import contact_windows
 
 #: Clock of a Teensy 4, Hz, and cycles that an instruction is taken to last.
 CLOCK, CYCLES = 600e6, 1.5
-#: Directions of the any-time network's thin layers: what is tried, and what is taken by default.
+#: Directions of the network's thin layers: what is tried, and what is taken by default.
 DIRECTIONS = (8, 12, 16, 24, 32, 48)
 USUAL_DIRECTIONS = 16
 #: The same where the motor's pitch is listened to: once a contact, for twice an answer's price.
@@ -28,7 +28,7 @@ FEWEST_WINDOWS = 10
 
 
 def microseconds(count: float) -> float:
-    """How long so many instructions take by that assumption, us."""
+    """Return the time of a number of instructions under that assumption, us."""
     return 1e6 * CYCLES * count / CLOCK
 
 
@@ -78,26 +78,26 @@ def forms(named: NamedModel, X: Windows, sessions: NDArray[np.str_]) -> list[Nam
     X, sessions
         Windows that it learned from, and the session of each.
     """
-    held = np.isin(sessions, np.unique(sessions)[::5])
-    if held.all():
-        held = np.arange(len(X)) % 5 == 0
-    found = []
-    for form in named.model.smaller(X[~held]):
+    is_held_out = np.isin(sessions, np.unique(sessions)[::5])
+    if is_held_out.all():
+        is_held_out = np.arange(len(X)) % 5 == 0
+    candidates = []
+    for form in named.model.smaller(X[~is_held_out]):
         interval = named.interval
         if interval is not None and not interval.scaled:
-            away = np.abs(form.predict(X[held]) - named.model.predict(X[held]))
+            away = np.abs(form.predict(X[is_held_out]) - named.model.predict(X[is_held_out]))
             further = float(np.quantile(away, interval.level))
             wider = tuple(half + further for half in interval.half_widths)
             interval = replace(interval, half_widths=wider)
-        found.append(replace(named, model=form, interval=interval))
-    return [*found, named]
+        candidates.append(replace(named, model=form, interval=interval))
+    return [*candidates, named]
 
 
 def _contacts(dataset: Dataset, trained: Trained) -> list[Contact | None]:
     if any(p.first is not None for p in dataset.pinches) or trained.detector is None:
         return [p.first for p in dataset.pinches]
-    found = (detect(trained.detector, p) for p in dataset.pinches)
-    return [next(iter(contacts), None) for contacts in found]
+    detected = (detect(trained.detector, p) for p in dataset.pinches)
+    return [next(iter(contacts), None) for contacts in detected]
 
 
 def _fitting(
@@ -109,18 +109,18 @@ def _fitting(
     if budget_us is None:
         return named
     model = named.model
-    there = [named]
+    candidates = [named]
     if dataset is not None:
         model.spec.require_rate(dataset.layout.rate)
-        X, kept = contact_windows(dataset, contacts, model.spec.duration)
+        X, has_window = contact_windows(dataset, contacts, model.spec.duration)
         if len(X) < FEWEST_WINDOWS:
             raise InputError(
                 f"{len(X)} contacts in --data are too few to fit a smaller model to: name what "
                 "it learned from"
             )
-        there = forms(named, X, dataset.sessions[kept])
-    took = [microseconds(form.model.program().instructions) for form in there]
-    quick = [form for form, time in zip(there, took, strict=True) if time <= budget_us]
+        candidates = forms(named, X, dataset.sessions[has_window])
+    took = [microseconds(form.model.program().instructions) for form in candidates]
+    quick = [form for form, time in zip(candidates, took, strict=True) if time <= budget_us]
     if not quick:
         least = took[0]
         raise InputError(
@@ -134,7 +134,7 @@ def _fitting(
 def compact_forms(
     model: InContextModel, dataset: Dataset, contacts: list[Contact | None]
 ) -> Iterator[InContextModel]:
-    """The any-time model with compact networks, the smallest first."""
+    """Return the network in compact forms, the smallest first."""
     touches, _ = touches_of(dataset, contacts)
     for directions in DIRECTIONS:
         yield compacted(model, touches, directions)
@@ -152,16 +152,16 @@ def _anytime(
         touches, _ = touches_of(dataset, contacts)
         return compacted(model, touches, USUAL_DIRECTIONS)
     took: list[float] = []
-    found = None
+    chosen = None
     for form in compact_forms(model, dataset, contacts):
         assert isinstance(form.network, CompactNetwork)
         took.append(microseconds(instructions(form)))
         if took[-1] > budget_us:
             break
-        found = form
-    if found is None:
+        chosen = form
+    if chosen is None:
         raise InputError(
-            f"an answer of the any-time network takes about {min(np.array(took)):.0f} us at its "
+            f"a prediction of the network takes about {min(np.array(took)):.0f} us at its "
             f"smallest, and --budget-us is {budget_us:g}: raise it"
         )
-    return found
+    return chosen

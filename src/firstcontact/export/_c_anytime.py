@@ -1,4 +1,4 @@
-"""The any-time network in C, what it knows of the rig folded in."""
+"""Network in C, with the rig that it is conditioned on folded in."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ extern const fc_anytime fc_anytime_model;
 
 
 def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
-    """Its sizes, and its constants.
+    """Return the C constants and sizes of the network.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
     network = model.network
     if not isinstance(network, CompactNetwork):
         raise InputError(
-            "the any-time network has a megabyte of weights, and C is written of a small one: name "
+            "the network has a megabyte of weights, and C is written of a small one: name "
             "the recordings that it was told of with --data, in which it is made small"
         )
     check_reach(model, network)
@@ -110,8 +110,10 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
             "scale": layer.scale,
             "bias": layer.bias,
         }
-        said = [f".{part} = {array(f'{name}_{part}', values)}" for part, values in parts.items()]
-        return f"{{.outputs = {rows}, .inputs = {inputs}, {', '.join(said)}}}"
+        initialisers = [
+            f".{part} = {array(f'{name}_{part}', values)}" for part, values in parts.items()
+        ]
+        return f"{{.outputs = {rows}, .inputs = {inputs}, {', '.join(initialisers)}}}"
 
     thin = {}
     for name, layer in network.thin.items():
@@ -119,7 +121,7 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
         thin[name] = f"{{{into}, {out}}}"
     rigs = []
     for finger, rig in sorted(model.rigs.items(), reverse=True):
-        context, own = model.context(finger), f"rig{finger + 1}"
+        context, rig_name = model.context(finger), f"rig{finger + 1}"
         along = np.array([network.along(context, s) for s in range(len(STAGES))], np.float32)
         parts: dict[str, NDArray[Any]] = {"along": along}
         if rig.tokens.shape[1]:
@@ -134,10 +136,10 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
                 "usual": rig.pitch.usual,
             }
             constants += constant_bytes(heard)
-            texts.append(c_struct("fc_motor", f"{own}_motor", heard))
-            motor = f"&{own}_motor"
+            texts.append(c_struct("fc_motor", f"{rig_name}_motor", heard))
+            motor = f"&{rig_name}_motor"
         fields.append(f".motor = {motor}")
-        fields += [f".{part} = {array(f'{own}_{part}', v)}" for part, v in parts.items()]
+        fields += [f".{part} = {array(f'{rig_name}_{part}', v)}" for part, v in parts.items()]
         rigs.append(f"    {{{', '.join(fields)}}},\n")
     texts.append(f"static const fc_rig rigs[{len(rigs)}] = {{\n{''.join(rigs)}}};\n")
     mean, sd = network.scale("inputs")
@@ -228,7 +230,7 @@ def _memory(sizes: Mapping[str, int]) -> tuple[int, int]:
 
 
 def listens(model: InContextModel) -> bool:
-    """Whether it hears how fast the hand closes."""
+    """Return True if the network listens to the pitch of the motor."""
     return any(rig.pitch is not None for rig in model.rigs.values())
 
 

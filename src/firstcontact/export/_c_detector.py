@@ -49,7 +49,7 @@ _SOURCE = """\
 
 
 def write_detector(detector: Detector, rate: float | None = None) -> CUnit:
-    """The C of a detector, whose lengths are those of one rate.
+    """Return the C of a detector for one sampling rate.
 
     Parameters
     ----------
@@ -95,4 +95,4 @@ def _judge(kernel: str) -> tuple[str, ...]:
     name = f"fc_judge_{kernel}"
     source = files("firstcontact.export") / "c" / f"{name}.c"
     text = source.read_text(encoding="utf-8") if source.is_file() else ""
-    return name, *(asked for asked in KERNELS if f'#include "{asked}.h"' in text)
+    return name, *(kernel_file for kernel_file in KERNELS if f'#include "{kernel_file}.h"' in text)

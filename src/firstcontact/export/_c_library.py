@@ -38,7 +38,7 @@ _SHARED = ("fc_math", "fc_flash", "fc_exact")
 
 
 def fixed_sources(names: Collection[str]) -> dict[str, str]:
-    """Those files that are the same for all and have these names, ending left out, by name."""
+    """Return hand-written C files by name, without their ending."""
     folder = files("firstcontact.export") / "c"
     return {
         entry.name: entry.read_text(encoding="utf-8")
@@ -48,7 +48,7 @@ def fixed_sources(names: Collection[str]) -> dict[str, str]:
 
 
 def units_of(trained: Trained) -> list[CUnit]:
-    """What is generated for a training.
+    """Return the generated C units of a training.
 
     Raises
     ------

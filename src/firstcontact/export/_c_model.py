@@ -78,17 +78,17 @@ def write_model(named: NamedModel) -> CUnit:
         vectors[program.spread] = "spread"
     texts, calls = [], []
     for number, step in enumerate(program.steps):
-        own = f"{step.kernel}_{number}"
-        texts.append(c_struct(f"fc_{step.kernel}", own, step.constants))
+        constant_name = f"{step.kernel}_{number}"
+        texts.append(c_struct(f"fc_{step.kernel}", constant_name, step.constants))
         taken = ", ".join(vectors[t] for t in step.takes)
-        calls.append(f"    fc_{step.kernel}_run(&{own}, {taken}, {vectors[step.gives]});")
+        calls.append(f"    fc_{step.kernel}_run(&{constant_name}, {taken}, {vectors[step.gives]});")
     if program.spread is None:
         calls.append("    (void)spread;")
     used = _files(program)
     outputs = program.size(program.output)
     constants = sum(constant_bytes(step.constants) for step in program.steps)
     memory = 4 * (words + outputs)
-    said = f"{named.model.kind}, {spec.task}: stiffness from one window."
+    about = f"{named.model.kind}, {spec.task}: stiffness from one window."
     mean, scale = named.model.target
     fields = {
         "samples": spec.samples,
@@ -102,7 +102,7 @@ def write_model(named: NamedModel) -> CUnit:
     }
     upper = name.upper()
     header = _HEADER.format(
-        about=said,
+        about=about,
         name=name,
         upper=upper,
         constants=constants,
@@ -113,7 +113,7 @@ def write_model(named: NamedModel) -> CUnit:
         rate=spec.rate,
     )
     source = _SOURCE.format(
-        about=said,
+        about=about,
         name=name,
         includes="".join(f'#include "{kernels}.h"\n' for kernels in used),
         constants="".join(texts),
@@ -128,7 +128,7 @@ def write_model(named: NamedModel) -> CUnit:
 
 
 def _files(program: Program) -> tuple[str, ...]:
-    """Which of the files have kernels of its steps."""
+    """Return the names of the files that hold the kernels of a program."""
     folder = files("firstcontact.export") / "c"
     texts = {name: (folder / f"{name}.h").read_text(encoding="utf-8") for name in KERNELS}
     kernels = {step.kernel for step in program.steps}
@@ -153,7 +153,7 @@ def _interval(interval: Interval | None) -> dict[str, int | float | str | np.nda
 
 
 def _places(program: Program) -> tuple[dict[str, int], int]:
-    """Where each vector lies, and how many floats that takes: what is not needed is reused."""
+    """Return the place of each vector in memory and the number of floats, with reuse."""
     last = {name: k for k, step in enumerate(program.steps) for name in step.takes}
     outside = {INPUT, program.output, program.spread}
     places: dict[str, int] = {}

@@ -1,4 +1,4 @@
-"""What is generated: a pair of C files, and what they cost."""
+"""Generated pair of C files, with its cost in memory and time."""
 
 from __future__ import annotations
 

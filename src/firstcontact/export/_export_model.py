@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from firstcontact.core import AnyPath, Dataset, InputError, replacing_folder, require_extra
 from firstcontact.export._budget import small_enough
 from firstcontact.export._exporters import MODEL_EXPORTERS
-from firstcontact.export._trained import load_trained
-from firstcontact.models import Model
+from firstcontact.export._trained import trained_of
+from firstcontact.models import Model, load_model
 
 
 def export_model(
@@ -58,9 +57,8 @@ def export_model(
         raise InputError("it is there already: name a folder that is empty or new", parameter="out")
     if budget_us is not None and not 0.0 < budget_us <= 1e6:
         raise InputError("it must lie between 0 and 1000000", parameter="budget_us")
-    with TemporaryDirectory() as scratch:
-        folder = model.save(Path(scratch, "model")) if isinstance(model, Model) else Path(model)
-        learned = None if data is None else data.take(~data.test)
-        trained = small_enough(load_trained(folder), learned, budget_us, exporter.parts)
-        with replacing_folder(place) as making, MODEL_EXPORTERS.calling(to):
-            return list(exporter.write(trained, making))
+    learned = None if data is None else data.take(~data.test)
+    parts = trained_of(model if isinstance(model, Model) else load_model(model))
+    trained = small_enough(parts, learned, budget_us, exporter.parts)
+    with replacing_folder(place) as making, MODEL_EXPORTERS.calling(to):
+        return list(exporter.write(trained, making))

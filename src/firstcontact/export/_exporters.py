@@ -1,4 +1,4 @@
-"""What trained models can be written as, by name; a new form is one file and one line here."""
+"""Registry of export forms; a new form is one file and one line here."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 
 
 class Part(Enum):
-    """What of a training can be made smaller."""
+    """Part of a training that export can make smaller."""
 
     WINDOWS = "models of a window"
-    ANYTIME = "the any-time network"
+    ANYTIME = "the network"
 
 
 @dataclass(frozen=True, slots=True)
 class ModelExporter:
-    """How trained models go out.
+    """Export form of trained models.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ OF_KERNELS = {"FC_ORDER": 12, "FC_PARTS": 5, "FC_FEATURES": 14, "FC_COMPONENTS":
 
 
 def detector_sizes(detector: WindowDetector, rate: float) -> dict[str, int]:
-    """Of a detector that has learned, in samples at a rate in Hz."""
+    """Return the sizes of a fitted detector, in samples at a rate in Hz."""
     lengths = detector.sizes(rate)
     return {
         "FC_WINDOW": lengths.window,

@@ -33,7 +33,7 @@ _JUDGE = ("awake", "floor", "ridge", "bias", "doubt")
 
 @dataclass(frozen=True, slots=True)
 class ModelImage:
-    """What goes to the hand.
+    """Image of a model for the hand.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class _Writer:
 def model_image(
     detector: Detector, model: InContextModel, calibration: Calibration | None
 ) -> ModelImage:
-    """What the hand is to answer with.
+    """Return the image of a detector and a network for a hand.
 
     Parameters
     ----------
@@ -87,13 +87,13 @@ def model_image(
     network = model.network
     if not isinstance(model, CompactModel) or not isinstance(network, CompactNetwork):
         raise InputError(
-            "the any-time network has a megabyte of weights, and the hand takes a small one: make "
+            "the network has a megabyte of weights, and the hand takes a small one: make "
             "it small with `firstcontact export-model MODEL --to hand --data RECORDINGS`, of the "
             "recordings that it was told of"
         )
     if listens(model):
         raise InputError(
-            "this form of the any-time network listens to the motor, and the hand's kernels do "
+            "this form of the network listens to the motor, and the hand's kernels do "
             "not: export it with a smaller --budget-us or without one"
         )
     check_reach(model, network)
@@ -126,17 +126,17 @@ def model_image(
             f"what there is to say of the model takes {len(text)} bytes and the hand has room for "
             f"{TEXT_MOST}: train with a detector of a shorter name than {detector.name!r}"
         )
-    told = zlib.crc32(np.array([sizes[name] for name in TOLD], "<u4").tobytes())
-    head = struct.pack("<4sIII", MAGIC, FORMAT, told, len(text))
+    sizes_crc = zlib.crc32(np.array([sizes[name] for name in TOLD], "<u4").tobytes())
+    head = struct.pack("<4sIII", MAGIC, FORMAT, sizes_crc, len(text))
     data = head + text + bytes(-len(text) % 8) + floors.data + body.data
-    return ModelImage(data, told, identity)
+    return ModelImage(data, sizes_crc, identity)
 
 
 def _floors(calibration: Calibration | None) -> list[float]:
     """Noise of each finger, V; 0 where it is not known."""
     fingers = fingertip_layout().vibration_fingers
-    found = [calibration.noise(f) if calibration else None for f in fingers]
-    return [0.0 if noise is None else noise for noise in found]
+    floors = [calibration.noise(f) if calibration else None for f in fingers]
+    return [0.0 if noise is None else noise for noise in floors]
 
 
 def _put_model(w: _Writer, model: InContextModel, network: CompactNetwork) -> None:

@@ -1,4 +1,4 @@
-"""``--to onnx``: each model of a window as one ONNX graph, held against ONNX Runtime."""
+"""Export of window models as ONNX graphs, compared with ONNX Runtime."""
 
 from __future__ import annotations
 
@@ -104,10 +104,8 @@ def write(trained: Trained, out: Path) -> list[str]:
         away = checked(named, raw)
         (out / f"{named.name}.onnx").write_bytes(raw)
         lines.append(f"{named.name}.onnx: {len(raw)} bytes, ONNX Runtime agrees to {away:.1g}")
-    others = len(trained.parts) - len(trained.models)
-    return lines + (
-        ["note: detector and any-time model are left out: use --to c"] if others else []
-    )
+    left_out = len(trained.parts) - len(trained.models)
+    return lines + (["note: detector and network are left out: use --to c"] if left_out else [])
 
 
 ONNX = ModelExporter("onnx", write, frozenset({Part.WINDOWS}), "cnn", ("onnx", "onnxruntime"))

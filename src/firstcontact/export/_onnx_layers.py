@@ -12,7 +12,7 @@ from firstcontact.export._onnx_nodes import Graph
 
 
 def compress(g: Graph, s: Step) -> None:
-    """As :func:`firstcontact.core.layer_steps.compress`."""
+    """Write :func:`firstcontact.core.layer_steps.compress` as ONNX."""
     c = s.constants
     wave = g.add("Mul", [s.takes[0], g.constant(c["each"])])
     away = g.add("Sub", [g.add("Asinh", [wave]), g.constant(c["mean"])])
@@ -20,7 +20,7 @@ def compress(g: Graph, s: Step) -> None:
 
 
 def conv(g: Graph, s: Step) -> None:
-    """As :func:`firstcontact.core.layer_steps.conv`."""
+    """Write :func:`firstcontact.core.layer_steps.conv` as ONNX."""
     c = s.constants
     shape = int(c["outputs"]), int(c["taps"]), int(c["inputs"])
     weight = np.reshape(c["weight"], shape).transpose(0, 2, 1)
@@ -28,7 +28,7 @@ def conv(g: Graph, s: Step) -> None:
 
 
 def depthwise(g: Graph, s: Step) -> None:
-    """As :func:`firstcontact.core.layer_steps.depthwise`."""
+    """Write :func:`firstcontact.core.layer_steps.depthwise` as ONNX."""
     c = s.constants
     channels = int(c["channels"])
     weight = np.reshape(c["weight"], (int(c["taps"]), channels)).T[:, None]
@@ -38,25 +38,29 @@ def depthwise(g: Graph, s: Step) -> None:
 def _convolved(g: Graph, s: Step, channels: int, weight: NDArray[Any], group: int) -> None:
     c = s.constants
     reach = int(c["taps"]) // 2
-    there = by_sample(g, s.takes[0], int(c["samples"]), channels)
-    found = g.add(
+    by_channel = by_sample(g, s.takes[0], int(c["samples"]), channels)
+    convolved = g.add(
         "Conv",
-        [g.add("Transpose", [there], perm=[0, 2, 1]), g.constant(weight), g.constant(c["bias"])],
+        [
+            g.add("Transpose", [by_channel], perm=[0, 2, 1]),
+            g.constant(weight),
+            g.constant(c["bias"]),
+        ],
         strides=[int(c["stride"])],
         pads=[reach, reach],
         group=group,
     )
-    back = g.add("Transpose", [found], perm=[0, 2, 1])
+    back = g.add("Transpose", [convolved], perm=[0, 2, 1])
     g.add("Flatten", [back], s.gives, axis=1)
 
 
 def silu(g: Graph, s: Step) -> None:
-    """As :func:`firstcontact.core.layer_steps.silu`."""
+    """Write :func:`firstcontact.core.layer_steps.silu` as ONNX."""
     g.add("Mul", [s.takes[0], g.add("Sigmoid", [s.takes[0]])], s.gives)
 
 
 def gate(g: Graph, s: Step) -> None:
-    """As :func:`firstcontact.core.layer_steps.gate`."""
+    """Write :func:`firstcontact.core.layer_steps.gate` as ONNX."""
     samples, channels = int(s.constants["samples"]), int(s.constants["channels"])
     share = by_sample(g, g.add("Sigmoid", [s.takes[1]]), 1, channels)
     shut = g.add("Mul", [by_sample(g, s.takes[0], samples, channels), share])
@@ -64,15 +68,15 @@ def gate(g: Graph, s: Step) -> None:
 
 
 def plus(g: Graph, s: Step) -> None:
-    """As :func:`firstcontact.core.layer_steps.plus`."""
+    """Write :func:`firstcontact.core.layer_steps.plus` as ONNX."""
     g.add("Add", s.takes, s.gives)
 
 
 def means(g: Graph, s: Step) -> None:
-    """As :func:`firstcontact.core.layer_steps.means`."""
+    """Write :func:`firstcontact.core.layer_steps.means` as ONNX."""
     c = s.constants
-    there = by_sample(g, s.takes[0], int(c["samples"]), int(c["channels"]))
-    g.add("ReduceMean", [there], s.gives, axes=[1], keepdims=0)
+    by_channel = by_sample(g, s.takes[0], int(c["samples"]), int(c["channels"]))
+    g.add("ReduceMean", [by_channel], s.gives, axes=[1], keepdims=0)
 
 
 def by_sample(g: Graph, vector: str, samples: int, channels: int) -> str:

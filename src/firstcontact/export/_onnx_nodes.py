@@ -15,12 +15,12 @@ class Graph:
         self.nodes: list[Any] = []
         self.constants: list[Any] = []
 
-    def add(self, operator: str, takes: Sequence[str], gives: str = "", **told: Any) -> str:
+    def add(self, operator: str, takes: Sequence[str], gives: str = "", **attributes: Any) -> str:
         """Add a node; what it gives."""
         from onnx import helper
 
         gives = gives or f"v{len(self.nodes)}"
-        self.nodes.append(helper.make_node(operator, list(takes), [gives], **told))
+        self.nodes.append(helper.make_node(operator, list(takes), [gives], **attributes))
         return gives
 
     def constant(self, values: Any, kind: Any = np.float32) -> str:

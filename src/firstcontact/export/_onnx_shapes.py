@@ -14,13 +14,13 @@ _DOUBLE, _FLOAT = 11, 1
 
 
 def over_peak(g: Graph, s: Step) -> None:
-    """As :func:`firstcontact.core.shape_steps.over_peak`."""
+    """Write :func:`firstcontact.core.shape_steps.over_peak` as ONNX."""
     peak = g.add("ReduceMax", [g.add("Abs", [s.takes[0]])], axes=[1], keepdims=1)
     g.add("Div", [s.takes[0], peak], s.gives)
 
 
 def powers(g: Graph, s: Step) -> None:
-    """As :func:`firstcontact.core.shape_steps.powers`."""
+    """Write :func:`firstcontact.core.shape_steps.powers` as ONNX."""
     lines = int(s.constants["lines"])
     squares = g.add("Mul", [s.takes[0], s.takes[0]])
     parts = by_sample(g, squares, 2, lines)
@@ -28,15 +28,15 @@ def powers(g: Graph, s: Step) -> None:
 
 
 def level_free(g: Graph, s: Step) -> None:
-    """As :func:`firstcontact.core.shape_steps.level_free`."""
-    whole = g.add("ReduceSum", [s.takes[0], g.constant([1], np.int64)], keepdims=1)
-    share = g.add("Div", [s.takes[0], whole])
+    """Write :func:`firstcontact.core.shape_steps.level_free` as ONNX."""
+    total = g.add("ReduceSum", [s.takes[0], g.constant([1], np.int64)], keepdims=1)
+    share = g.add("Div", [s.takes[0], total])
     logs = g.add("Log", [g.add("Add", [share, g.constant(s.constants["floor"])])])
     g.add("Sub", [logs, g.add("ReduceMean", [logs], axes=[1], keepdims=1)], s.gives)
 
 
 def course(g: Graph, s: Step) -> None:
-    """As :func:`firstcontact.core.shape_steps.course`: in double, where shares are counted."""
+    """Write :func:`firstcontact.core.shape_steps.course` as ONNX, shares in double precision."""
     c = s.constants
     n, one = int(c["samples"]), g.constant([1], np.int64)
     wide = g.add("Cast", [s.takes[0]], to=_DOUBLE)
@@ -50,10 +50,10 @@ def course(g: Graph, s: Step) -> None:
     for quantile in np.asarray(c["quantile"]):
         level = g.add("Mul", [total, g.constant(quantile, np.float64)])
         parts.append(_share(g, g.add("Less", [energy, level])))
-    before, after = (g.add("Slice", [v, a, b, one]) for a, b in (ends[:2], ends[2:]))
-    signs = [g.add("Sign", [x]) for x in (before, after)]
+    earlier, later = (g.add("Slice", [v, a, b, one]) for a, b in (ends[:2], ends[2:]))
+    signs = [g.add("Sign", [x]) for x in (earlier, later)]
     parts.append(_share(g, g.add("Not", [g.add("Equal", signs)])))
-    step = g.add("Sub", [after, before])
+    step = g.add("Sub", [later, earlier])
     rough = g.add("ReduceSum", [g.add("Mul", [step, step]), one], keepdims=1)
     rough = g.add("Max", [rough, g.constant(1e-300, np.float64)])
     parts.append(g.add("Cast", [g.add("Log", [g.add("Div", [rough, total])])], to=_FLOAT))
@@ -62,12 +62,12 @@ def course(g: Graph, s: Step) -> None:
     g.add("Concat", parts, s.gives, axis=1)
 
 
-def _share(g: Graph, which: str) -> str:
-    return g.add("ReduceMean", [g.add("Cast", [which], to=_FLOAT)], axes=[1], keepdims=1)
+def _share(g: Graph, condition: str) -> str:
+    return g.add("ReduceMean", [g.add("Cast", [condition], to=_FLOAT)], axes=[1], keepdims=1)
 
 
 def shares_above(g: Graph, s: Step) -> None:
-    """As :func:`firstcontact.core.shape_steps.shares_above`."""
+    """Write :func:`firstcontact.core.shape_steps.shares_above` as ONNX."""
     c = s.constants
     n, channels, each = int(c["samples"]), int(c["channels"]), int(c["each"])
     square = g.add("Mul", [s.takes[0], s.takes[0]])

@@ -38,7 +38,7 @@ def dense(g: Graph, s: Step) -> None:
 def votes(g: Graph, s: Step) -> None:
     k = int(s.constants["classes"])
     first, second = np.triu_indices(k, 1)
-    won, lost = (np.eye(k)[which] for which in (first, second))
+    won, lost = (np.eye(k)[indices] for indices in (first, second))
     above = g.add("Greater", [s.takes[0], g.constant(s.constants["least"])])
     share = g.add("Cast", [above], to=1)
     more = g.add("MatMul", [share, g.constant(won - lost)])
@@ -74,9 +74,9 @@ def deviation(g: Graph, s: Step) -> None:
     n = int(c["inputs"])
     lower = np.zeros((n, n), np.float32)
     lower[np.tril_indices(n)] = c["lower"]
-    known = g.add("MatMul", [s.takes[0], g.constant(lower.T)])
-    squares = g.add("Mul", [known, known])
-    told = g.add("ReduceSum", [squares, g.constant([1], np.int64)], keepdims=1)
-    left = g.add("Sub", [g.constant(c["most"]), told])
+    projected = g.add("MatMul", [s.takes[0], g.constant(lower.T)])
+    squares = g.add("Mul", [projected, projected])
+    explained = g.add("ReduceSum", [squares, g.constant([1], np.int64)], keepdims=1)
+    left = g.add("Sub", [g.constant(c["most"]), explained])
     root = g.add("Sqrt", [g.add("Max", [left, g.constant(c["least"])])])
     g.add("Mul", [root, g.constant(c["scale"])], s.gives)

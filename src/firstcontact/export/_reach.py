@@ -1,4 +1,4 @@
-"""How large the numbers of a compact network can become, whatever is touched.
+"""Largest numbers that a compact network can reach for any contact.
 
 In C a number that is infinite, or none, cannot be rounded to a whole one: nothing says what comes
 out. So a network in which one may come up is refused, here and by the firmware
@@ -29,7 +29,7 @@ def check_reach(model: InContextModel, network: CompactNetwork) -> None:
         bounded = _bounded(model, network)
     if not bounded:
         raise InputError(
-            "the any-time network has numbers so large that its answers may overflow on the hand: "
+            "the network has numbers so large that its answers may overflow on the hand: "
             "make it again with `firstcontact adapt`"
         )
 
@@ -43,9 +43,9 @@ def _bounded(model: InContextModel, network: CompactNetwork) -> bool:
     query = _pair(network, "query2", hidden)
     for finger, rig in model.rigs.items():
         context = model.context(finger)
-        found = max(hidden, _largest(context.values))
+        largest = max(hidden, _largest(context.values))
         along = np.abs([network.along(context, s) for s in range(len(STAGES))]).max(axis=0)
-        body = _pair(network, "body1", found, along)
+        body = _pair(network, "body1", largest, along)
         body = _pair(network, "body3", _pair(network, "body2", body))
         weight, bias = (np.abs(x.astype(np.float64)) for x in network.answer)
         fit = query * _largest(context.keys) * len(network.thin["query2"].out.bias)
@@ -67,11 +67,11 @@ def _pair(
 def _layer(layer: Rounded, most: float, bias: NDArray[np.floating]) -> float:
     sums = np.abs(layer.whole.astype(np.float64)).sum(axis=1)
     each = sums * np.abs(layer.scale.astype(np.float64)) * min(most, MOST)
-    found = float((each + np.abs(bias.astype(np.float64))).max())
-    return found if found == found and most < MOST else np.inf
+    largest = float((each + np.abs(bias.astype(np.float64))).max())
+    return largest if largest == largest and most < MOST else np.inf
 
 
 def _largest(x: NDArray[np.floating]) -> float:
-    """Magnitude; infinite where one is no number."""
-    found = float(np.abs(x.astype(np.float64)).max(initial=0.0))
-    return found if found == found else np.inf
+    """Return the largest magnitude, infinite where one is not a number."""
+    largest = float(np.abs(x.astype(np.float64)).max(initial=0.0))
+    return largest if largest == largest else np.inf

@@ -1,17 +1,12 @@
-"""What one training left behind, read for export: models, a detector, an any-time model."""
+"""Parts of a model that are exported: window models, a detector and the network."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING
 
-from firstcontact.core import InputError
-
-if TYPE_CHECKING:
-    from firstcontact.contact import Detector
-    from firstcontact.models import InContextModel, Interval, WindowModel
+from firstcontact.contact import Detector
+from firstcontact.models import InContextModel, Interval, Model, WindowModel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,44 +50,22 @@ class Trained:
 
     @property
     def parts(self) -> list[str]:
-        """What there is, in words."""
-        found = [f"{m.name}: {m.model.kind}, {m.model.spec.task}" for m in self.models]
+        """Return descriptions of the parts, one each."""
+        descriptions = [f"{m.name}: {m.model.kind}, {m.model.spec.task}" for m in self.models]
         if self.detector is not None:
-            found.append(f"detector: {self.detector.name}")
-        return found + ([] if self.anytime is None else [f"anytime: {self.anytime.kind}"])
+            descriptions.append(f"detector: {self.detector.name}")
+        return descriptions + ([] if self.anytime is None else [f"anytime: {self.anytime.kind}"])
 
 
-def load_trained(path: Path) -> Trained:
-    """Read the folder of a training, or of one of its models.
-
-    Raises
-    ------
-    InputError
-        Nothing is there, or something that cannot be read.
-    """
-    from firstcontact.contact import CARD, load_detector
-    from firstcontact.models import (
-        has_anytime,
-        has_models,
-        load_anytime,
-        load_interval,
-        load_window_model,
-        model_folders,
-    )
-
-    anytime = load_anytime(path) if has_anytime(path) else None
-    detector = load_detector(path) if (path / CARD).exists() else None
-    folders = model_folders(path) if has_models(path) else []
+def trained_of(model: Model) -> Trained:
+    """Return the parts of a model that are exported."""
     models = tuple(
         NamedModel(
-            "stiffness" if folder == path else "stiffness_" + re.sub(r"\W", "_", folder.name),
-            load_window_model(folder),
-            load_interval(folder),
+            "stiffness" + (window.name and "_" + re.sub(r"\W", "_", window.name)),
+            window.model,
+            window.interval,
         )
-        for folder in folders
+        for window in model.windows
     )
-    if not models and detector is None and anytime is None:
-        raise InputError(
-            f"{path}: no model is here: name a folder that `firstcontact train` or `adapt` wrote"
-        )
-    return Trained(models, detector, anytime)
+    network = None if model.network is None else model.network.model
+    return Trained(models, model.detector, network)

@@ -1,4 +1,4 @@
-"""An any-time model for one's own rig: its pinches are summed up, nothing is trained."""
+"""Adaptation of the network to a rig: a summary of its pinches, without training."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Adapted:
 
     @property
     def refusal(self) -> str:
-        """Why the model is of no use for this rig, "" where it is of use."""
+        """Return why the model is of no use for this rig, "" if it is of use."""
         if not self.scores or self.scores[self.way] < self.mean_rmse:
             return ""
         return (
@@ -120,16 +120,16 @@ def adapt_network(
             f"{len(np.unique(shore_a))} are here: record more blocks"
         )
     tested = {
-        way: held_out
-        for way in WAYS
-        if (held_out := _held_out(base, longest, shore_a, sessions, way, seed)) is not None
+        scheme: held_out
+        for scheme in WAYS
+        if (held_out := _held_out(base, longest, shore_a, sessions, scheme, seed)) is not None
     }
     if not tested:
-        return Adapted(base.told_of(_rigs(longest, shore_a, WAYS[0], seed)), WAYS[0], {})
-    scores = {way: _rms(held_out.errors) for way, held_out in tested.items()}
-    best = min(scores, key=lambda way: scores[way])
+        return Adapted(base.conditioned_on(_rigs(longest, shore_a, WAYS[0], seed)), WAYS[0], {})
+    scores = {scheme: _rms(held_out.errors) for scheme, held_out in tested.items()}
+    best = min(scores, key=lambda scheme: scores[scheme])
     check = tested[best].check(base.level, touches.rate)
-    model = base.told_of(_rigs(longest, shore_a, best, seed)).widened(check.scales)
+    model = base.conditioned_on(_rigs(longest, shore_a, best, seed)).widened(check.scales)
     return Adapted(model, best, scores, _rms(tested[best].from_mean), check)
 
 
@@ -137,17 +137,17 @@ def adapt_network(
 WAYS = ("one", "each finger")
 
 
-def _rigs(touches: Touches, shore_a: Values, way: str, seed: int) -> dict[int, Rig]:
-    def rig(which: NDArray[np.intp]) -> Rig:
-        some = which[_some(shore_a[which], seed)]
-        return Rig.of(touches.take(some), shore_a[some])
+def _rigs(touches: Touches, shore_a: Values, scheme: str, seed: int) -> dict[int, Rig]:
+    def rig(members: NDArray[np.intp]) -> Rig:
+        chosen = members[_some(shore_a[members], seed)]
+        return Rig.of(touches.take(chosen), shore_a[chosen])
 
     rigs = {ANY: rig(np.arange(len(touches)))}
-    if way == WAYS[1]:
+    if scheme == WAYS[1]:
         for finger in range(len(Finger)):
-            which = np.flatnonzero(touches.fingers == finger)
-            if len(which) >= LEAST_OF_FINGER and len(np.unique(shore_a[which])) > 1:
-                rigs[finger] = rig(which)
+            positions = np.flatnonzero(touches.fingers == finger)
+            if len(positions) >= LEAST_OF_FINGER and len(np.unique(shore_a[positions])) > 1:
+                rigs[finger] = rig(positions)
     return rigs
 
 
@@ -156,8 +156,8 @@ def _some(shore_a: Values, seed: int) -> NDArray[np.intp]:
     rng = np.random.default_rng(seed)
     chosen = []
     for level in np.unique(shore_a):
-        its = np.flatnonzero(shore_a == level)
-        chosen.append(rng.permutation(its)[:MOST_OF_LEVEL])
+        positions = np.flatnonzero(shore_a == level)
+        chosen.append(rng.permutation(positions)[:MOST_OF_LEVEL])
     return np.sort(np.concatenate(chosen))
 
 
@@ -194,7 +194,7 @@ def _held_out(
     touches: Touches,
     shore_a: Values,
     sessions: NDArray[np.str_] | None,
-    way: str,
+    scheme: str,
     seed: int,
 ) -> _HeldOut | None:
     """Predict for pinches that the rig is not known by; None where none can be held out."""
@@ -202,14 +202,14 @@ def _held_out(
     for learn, ask in inner_folds(shore_a, sessions, seed, FOLDS):
         if len(np.unique(shore_a[learn])) < 2 or not len(ask):
             continue
-        model = base.told_of(_rigs(touches.take(learn), shore_a[learn], way, seed))
-        asked, truth = touches.take(ask), shore_a[ask]
-        errors = model.answers(asked).values - truth
+        model = base.conditioned_on(_rigs(touches.take(learn), shore_a[learn], scheme, seed))
+        test_touches, truth = touches.take(ask), shore_a[ask]
+        errors = model.answers(test_touches).values - truth
         ratios = []
         for ms in TIMES:
-            some = asked.until(samples_in(1e-3 * ms, touches.rate))
-            answers = model.answers(some)
-            half = model.half_widths(answers.spreads, some.valid, touches.rate)
+            early = test_touches.until(samples_in(1e-3 * ms, touches.rate))
+            answers = model.answers(early)
+            half = model.half_widths(answers.spreads, early.valid, touches.rate)
             ratios.append(np.abs(answers.values - truth) / half)
         parts.append((errors, shore_a[learn].mean() - truth, np.array(ratios)))
     if not parts:

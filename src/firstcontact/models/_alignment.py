@@ -1,4 +1,4 @@
-"""Where the windows of a model to keep start, and the detector to keep beside it."""
+"""Alignment of training windows to contacts, and the fitted contact detector."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
 
 
 def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runner) -> Alignment:
-    """Contacts as they will be found live: by a detector that has not learned from the pinch.
+    """Return contacts as a detector finds them live, fitted without the pinch itself.
 
     Sessions stay whole. What learned from a pinch places its contact better than
     it will place any other.

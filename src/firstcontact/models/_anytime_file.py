@@ -1,4 +1,4 @@
-"""Any-time models on disk: numbers in safetensors, and a card in JSON that vouches for them.
+"""Network on disk: arrays in safetensors, and a JSON card with their checksum.
 
 They lie beside the detector that goes with them, and beside models of fixed windows.
 """
@@ -41,7 +41,7 @@ PINCHES = "anytime-pinches.bin"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AnytimeCard:
-    """What the card of an any-time model holds.
+    """Card of the network.
 
     Parameters
     ----------
@@ -90,19 +90,19 @@ def save_anytime(
     model: InContextModel,
     directory: Path,
     about: Mapping[str, Any],
-    told_by: Digests | None = None,
+    digests: Digests | None = None,
 ) -> Path:
     """Write a model into a folder.
 
     Parameters
     ----------
     model
-        Any any-time model.
+        The network.
     directory
-        Made if it does not exist; an any-time model in it is replaced.
+        Made if it does not exist; a network in it is replaced.
     about
         Further fields of :class:`AnytimeCard`.
-    told_by
+    digests
         Of the pinches that the rig is known by; None for a model that knows none.
 
     Raises
@@ -119,18 +119,18 @@ def save_anytime(
         **about,
     }
     file = directory / PINCHES
-    if told_by is not None:
-        digests = to_bytes(told_by)
-        tree["pinches_sha256"] = digest(digests)
+    if digests is not None:
+        raw = to_bytes(digests)
+        tree["pinches_sha256"] = digest(raw)
         with replacing(file) as temporary:
-            temporary.write_bytes(digests)
+            temporary.write_bytes(raw)
     else:
         file.unlink(missing_ok=True)
     write_weights(directory / CARD, directory / WEIGHTS, tree, model.to_arrays(), AnytimeCard)
     return directory
 
 
-def load_told_by(directory: Path) -> Digests | None:
+def load_network_digests(directory: Path) -> Digests | None:
     """Digests of the pinches that a model's rig is known by; None where it does not say.
 
     Raises
@@ -143,12 +143,12 @@ def load_told_by(directory: Path) -> Digests | None:
 
 
 def has_anytime(directory: Path) -> bool:
-    """Whether an any-time model is in a folder."""
+    """Return True if a folder holds a network."""
     return (directory / CARD).is_file()
 
 
 def load_anytime(directory: Path) -> InContextModel:
-    """Read the any-time model of a folder. Nothing in it is executed.
+    """Read the network of a folder. Nothing in it is executed.
 
     Raises
     ------
@@ -159,8 +159,9 @@ def load_anytime(directory: Path) -> InContextModel:
     file = directory / CARD
     card = read_anytime_card(directory)
     kinds = {kind.kind: kind for kind in (InContextModel, CompactModel)}
+    kinds["in_context"] = InContextModel  # its name in older cards
     if card.kind not in kinds:
-        raise InputError(f"{file}: no any-time model is of kind {card.kind!r}: update firstcontact")
+        raise InputError(f"{file}: no network is of kind {card.kind!r}: update firstcontact")
     arrays = read_weights(directory / WEIGHTS, card.sha256, CARD)
     try:
         return kinds[card.kind].from_arrays(arrays, card.level)
@@ -171,8 +172,8 @@ def load_anytime(directory: Path) -> InContextModel:
 
 
 def read_anytime_card(directory: Path) -> AnytimeCard:
-    """The card of a folder's any-time model, its fields checked; InputError if it is damaged."""
-    return read_card(directory / CARD, "any-time model", FORMAT, FORMAT_VERSION, AnytimeCard)
+    """Read the card of a folder's network; InputError if it is damaged."""
+    return read_card(directory / CARD, "network", FORMAT, FORMAT_VERSION, AnytimeCard)
 
 
 def pretrained() -> InContextModel:
@@ -187,5 +188,5 @@ def pretrained() -> InContextModel:
 
 
 def pretrained_folder() -> Path:
-    """Where the pre-trained network lies."""
+    """Return the folder of the pre-trained network."""
     return Path(str(files("firstcontact.models"))) / "pretrained"

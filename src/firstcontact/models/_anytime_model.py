@@ -1,4 +1,4 @@
-"""What answers at any time after a contact, and what it answers."""
+"""Models that predict at any time after a contact, and their predictions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Arrays = dict[str, NDArray[Any]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answers:
-    """How stiff what was touched is, one for each contact.
+    """Predicted stiffness with interval, one per contact.
 
     Parameters
     ----------
@@ -43,10 +43,10 @@ class Answers:
 
 
 class Answering(Protocol):
-    """Whatever answers about contacts after any time."""
+    """Predictor of stiffness from the valid part of contacts."""
 
     def answers(self, touches: Touches) -> Answers:
-        """Answers about the valid part of each contact."""
+        """Return predictions from the valid part of each contact."""
         ...
 
 
@@ -61,7 +61,7 @@ class AnytimeModel(ABC):
 
     @abstractmethod
     def answers(self, touches: Touches) -> Answers:
-        """Answers about the valid part of each contact.
+        """Return predictions from the valid part of each contact.
 
         Raises
         ------
@@ -71,4 +71,4 @@ class AnytimeModel(ABC):
 
     @abstractmethod
     def to_arrays(self) -> Arrays:
-        """Everything that the answers depend on."""
+        """Return all arrays that predictions depend on."""

@@ -26,7 +26,7 @@ _STATISTICS: Mapping[str, Callable[[Values], Values]] = {
 def answers_by_time(
     model: Answering, touches: Touches, times: Sequence[int] = TIMES
 ) -> dict[int, Answers]:
-    """What a model says so long (ms) after each contact, or when the second finger touched."""
+    """Return predictions by time after the contact, ms, or at the second contact if earlier."""
     return {ms: model.answers(touches.until(samples_in(1e-3 * ms, touches.rate))) for ms in times}
 
 
@@ -59,24 +59,30 @@ def anytime_scores(
     """
     if not len(truth):
         raise ValueError("there is no contact to score answers to")
-    found: dict[str, dict[str, float]] = {name: {} for name in _STATISTICS}
+    scores: dict[str, dict[str, float]] = {name: {} for name in _STATISTICS}
     intervals: dict[str, dict[str, Ends]] = {name: {} for name in _STATISTICS}
     strange = {}
-    for ms, its in answers.items():
-        held = (its.low <= truth) & (truth <= its.high)
+    for ms, predictions in answers.items():
+        is_inside = (predictions.low <= truth) & (truth <= predictions.high)
         columns = np.stack(
-            [np.ones_like(truth), (its.values - truth) ** 2, held, its.high - its.low], axis=1
+            [
+                np.ones_like(truth),
+                (predictions.values - truth) ** 2,
+                is_inside,
+                predictions.high - predictions.low,
+            ],
+            axis=1,
         )
         total = columns.sum(axis=0)
         ends = cluster_intervals(columns, _STATISTICS, clusters, seed)
         for name, statistic in _STATISTICS.items():
-            found[name][str(ms)] = float(statistic(total))
+            scores[name][str(ms)] = float(statistic(total))
             if name in ends:
                 intervals[name][str(ms)] = ends[name]
-        strange[str(ms)] = float(its.strange.mean())
+        strange[str(ms)] = float(predictions.strange.mean())
     return AnytimeScores(
         n=len(truth),
-        **found,
+        **scores,
         strange=strange,
-        intervals={name: its for name, its in intervals.items() if its},
+        intervals={name: ends for name, ends in intervals.items() if ends},
     )

@@ -109,7 +109,7 @@ class PeakModel(WindowModel):
 
     @property
     def notes(self) -> Mapping[str, Any]:
-        """Nothing was chosen."""
+        """Return no notes: training chooses nothing."""
         return {}
 
     def outputs(self, X: Windows) -> Values:
@@ -144,7 +144,7 @@ class PeakModel(WindowModel):
 
 @dataclass(frozen=True)
 class Peak(Estimator):
-    """What the peak amplitude alone can tell."""
+    """Parabola in the logarithm of the peak amplitude alone."""
 
     name: ClassVar[str] = "peak"
     title: ClassVar[str] = "Peak amplitude"

@@ -35,7 +35,7 @@ from firstcontact.models._anytime_file import (
     AnytimeCard,
     has_anytime,
     load_anytime,
-    load_told_by,
+    load_network_digests,
     pretrained,
     read_anytime_card,
     save_anytime,
@@ -65,7 +65,7 @@ MOMENTS = tuple(n / 1000 for n in range(round(SHORTEST / STEP), round(LONGEST / 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Predictions:
-    """Predicted stiffness, one row per pinch; NaN where there is no prediction.
+    """Predicted stiffness with interval, one per pinch; NaN without a prediction.
 
     Parameters
     ----------
@@ -318,15 +318,15 @@ class Model:
         n = len(data)
         value, low, high, elapsed = (np.full(n, nan) for _ in range(4))
         strange = np.zeros(n, np.bool_)
-        touches, which = touches_of(data, contacts)
+        touches, rows = touches_of(data, contacts)
         touches = touches.until(samples_in(at, touches.rate))
         enough = touches.valid >= model.shortest
-        touches, which = touches.take(enough), which[enough]
-        if len(which):
+        touches, rows = touches.take(enough), rows[enough]
+        if len(rows):
             answers = model.answers(touches)
-            value[which], low[which], high[which] = answers.values, answers.low, answers.high
-            strange[which] = answers.strange
-            elapsed[which] = touches.valid / touches.rate
+            value[rows], low[rows], high[rows] = answers.values, answers.low, answers.high
+            strange[rows] = answers.strange
+            elapsed[rows] = touches.valid / touches.rate
         return Predictions(value, low, high, strange, elapsed, contacts)
 
     def _by_window(
@@ -334,7 +334,7 @@ class Model:
     ) -> Predictions:
         n = len(data)
         value, low, high, elapsed = (np.full(n, nan) for _ in range(4))
-        X, kept = contact_windows(data, contacts, window.model.spec.duration)
+        X, has_window = contact_windows(data, contacts, window.model.spec.duration)
         if len(X):
             values = window.model.predict(X)
             ends = values, values
@@ -346,8 +346,8 @@ class Model:
                     for value, scale in zip(values, scales, strict=True)
                 ]
                 ends = np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])
-            value[kept], low[kept], high[kept] = values, *ends
-            elapsed[kept] = window.duration
+            value[has_window], low[has_window], high[has_window] = values, *ends
+            elapsed[has_window] = window.duration
         return Predictions(value, low, high, np.zeros(n, np.bool_), elapsed, contacts)
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
@@ -416,8 +416,9 @@ def load_model(path: str | os.PathLike[str], detector: Detector | None = None) -
     network = None
     if has_anytime(folder):
         card = read_anytime_card(folder)
-        network = NetworkPredictor(load_anytime(folder), _about(card), load_told_by(folder))
-    folders = model_folders(folder) if network is None or has_models(folder) else []
+        network = NetworkPredictor(load_anytime(folder), _about(card), load_network_digests(folder))
+    alone = network is not None or (folder / DETECTOR_CARD).exists()
+    folders = model_folders(folder) if has_models(folder) or not alone else []
     windows = [_window(f, "" if f == folder else f.name) for f in folders]
     windows.sort(key=lambda window: window.duration)
     if detector is None and any((place / DETECTOR_CARD).exists() for place in (folder, *folders)):

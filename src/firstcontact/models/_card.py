@@ -1,4 +1,4 @@
-"""What a model's card holds: what is said when it is saved, and what is checked when it is read."""
+"""Card of a window model: provenance when it is saved, checked record when it is read."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class LearnedFrom:
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where a model comes from.
+    """Provenance of a model: training data, held-out scores, and interval.
 
     Parameters
     ----------

@@ -126,9 +126,9 @@ def _train(
         for _ in range(epochs):
             order = torch.randperm(len(X))
             for start in range(0, len(X) - batch + 1, batch):
-                which = order[start : start + batch]
+                members = order[start : start + batch]
                 optimiser.zero_grad()
-                loss(network(X[which]), Y[which]).backward()
+                loss(network(X[members]), Y[members]).backward()
                 optimiser.step()
             schedule.step()
     network.eval()

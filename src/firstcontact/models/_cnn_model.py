@@ -19,7 +19,7 @@ _BATCH = 256
 
 
 def compress(X: NDArray[Any], scale: NDArray[np.float64]) -> NDArray[np.float32]:
-    """What the network sees: arcsinh of the window over a typical amplitude.
+    """Return the input of the network: arcsinh of the window over a typical amplitude.
 
     Amplitudes span decades from soft and slow to hard and fast. Around zero
     arcsinh is linear, above the typical amplitude it is a logarithm.
@@ -83,7 +83,7 @@ class CnnModel(WindowModel):
 
     @property
     def notes(self) -> Mapping[str, Any]:
-        """How it was trained, and its size."""
+        """Return epochs, batch and size of the network."""
         epochs, batch = self._training
         return {
             "epochs": int(epochs),
@@ -93,7 +93,7 @@ class CnnModel(WindowModel):
         }
 
     def outputs(self, X: Windows) -> NDArray[np.float32]:
-        """What the network puts out, before it becomes Shore A or a class: (n, outputs)."""
+        """Return the raw outputs of the network, shape (n, outputs)."""
         windows = compress(X, self._scale).transpose(0, 2, 1)[:, :, None, :]
         parts = [
             self._network.run(np.ascontiguousarray(windows[i : i + _BATCH]))
@@ -115,13 +115,13 @@ class CnnModel(WindowModel):
         n = self.spec.samples * self.spec.channels
         amplitude, mean, deviation = (float(number) for number in self._scale)
         first = compress_step(INPUT, "compressed", n, 1.0 / amplitude, mean, 1.0 / deviation)
-        found = NetworkSteps(self._raw, self.spec.samples, self.spec.channels, first.gives)
-        return Program(n, (first, *found.steps), found.output)
+        network = NetworkSteps(self._raw, self.spec.samples, self.spec.channels, first.gives)
+        return Program(n, (first, *network.steps), network.output)
 
     def to_arrays(self) -> Arrays:
         """The constructor's arrays, by name; the network as its bytes."""
-        own = {"scale": self._scale, "target": np.array(self.target), "training": self._training}
-        return own | {"onnx": np.frombuffer(self._raw, dtype=np.uint8)}
+        arrays = {"scale": self._scale, "target": np.array(self.target), "training": self._training}
+        return arrays | {"onnx": np.frombuffer(self._raw, dtype=np.uint8)}
 
     @classmethod
     def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:

@@ -1,4 +1,4 @@
-"""The in-context network for a small processor: each layer through few directions, in integers.
+"""The network for a small processor: each layer through few directions, in integers.
 
 What a layer puts out for the contacts of one rig lies close to a few directions. With P the first
 of these, ``y = W x + b`` becomes ``m + P (P' (W x + b - m))``: two thin layers. Their weights are
@@ -56,14 +56,14 @@ class Rounded:
         return cls(whole, scale, bias.astype(np.float32))
 
     def __call__(self, x: Matrix) -> Matrix:
-        """What it gives for inputs (n, inputs), each row rounded to 15 bits of its largest."""
+        """Return outputs for inputs (n, inputs), each row rounded to 15 bits of its largest."""
         most = np.abs(x).max(axis=1, keepdims=True)
         each = np.where(most > 1e-30, np.float32(32767) / np.maximum(most, 1e-30), np.float32(0))
         steps = x * each.astype(np.float32)
         rounded = np.trunc(steps + np.copysign(np.float32(0.5), steps)).astype(np.float64)
         sums = (rounded @ self.whole.T.astype(np.float64)).astype(np.float32)  # exact until here
-        found: Matrix = sums * (self.scale * (most / np.float32(32767))) + self.bias
-        return found
+        outputs: Matrix = sums * (self.scale * (most / np.float32(32767))) + self.bias
+        return outputs
 
     def most(self, most: float) -> float:
         """Return the largest output for inputs of at most this magnitude."""
@@ -118,8 +118,8 @@ class CompactNetwork(Network):
 
     def _parted(self, name: str, x: Matrix) -> tuple[Matrix, Matrix]:
         """Inputs of a layer that change with a contact, and those that do not."""
-        which = moving(name, x.shape[1], self._hidden, self._rest)
-        return x[:, which], x[:, ~which]
+        is_moving = moving(name, x.shape[1], self._hidden, self._rest)
+        return x[:, is_moving], x[:, ~is_moving]
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """The whole network's, and ``thin.LAYER.PART`` of each thin layer."""
@@ -143,18 +143,20 @@ class CompactNetwork(Network):
 
     def _thin_layer(self, name: str, arrays: Mapping[str, NDArray[Any]]) -> Thin:
         weight, bias = self._layers[name]
-        which = moving(name, weight.shape[1], self._hidden, self._rest)
-        into = _rounded(arrays, f"thin.{name}.into", None, int(which.sum()))
+        is_moving = moving(name, weight.shape[1], self._hidden, self._rest)
+        into = _rounded(arrays, f"thin.{name}.into", None, int(is_moving.sum()))
         out = _rounded(arrays, f"thin.{name}.out", len(bias), len(into.bias))
-        rest = take_array(arrays, f"thin.{name}.rest", len(into.bias), int((~which).sum()))
-        return Thin(into, out, rest.astype(np.float32))
+        rest_weights = take_array(
+            arrays, f"thin.{name}.rest", len(into.bias), int((~is_moving).sum())
+        )
+        return Thin(into, out, rest_weights.astype(np.float32))
 
     def _most(self, name: str, most: float) -> float:
         thin = self.thin.get(name)
         if thin is None:
             return super()._most(name, most)
-        rest = np.abs(thin.rest.astype(np.float64)).sum(axis=1).max(initial=0.0) * most
-        along = thin.into.most(most) + float(rest)
+        rest_reach = np.abs(thin.rest.astype(np.float64)).sum(axis=1).max(initial=0.0) * most
+        along = thin.into.most(most) + float(rest_reach)
         return max(along, thin.out.most(along))
 
     @property
@@ -163,11 +165,11 @@ class CompactNetwork(Network):
         return self._layers["answer"]
 
     def along(self, context: Context, stage: int) -> Matrix:
-        """What a rig adds to the directions of ``body1`` at a stage, shape (directions,)."""
+        """Return a rig's term in the directions of ``body1`` at a stage, shape (directions,)."""
         thin = self.thin["body1"]
-        rest = np.concatenate([context.mean[stage], context.general])
-        found: Matrix = thin.rest @ rest + thin.into.bias
-        return found
+        rig_inputs = np.concatenate([context.mean[stage], context.general])
+        term: Matrix = thin.rest @ rig_inputs + thin.into.bias
+        return term
 
     def scale(self, name: str) -> tuple[Matrix, Matrix]:
         """Mean and deviation of inputs."""
@@ -189,7 +191,7 @@ def _rounded(
 
 
 class CompactModel(InContextModel):
-    """The in-context model with a compact network: what runs on the hand."""
+    """Network in its compact form, which runs on the hand."""
 
     kind: ClassVar[str] = "compact"
 
@@ -200,12 +202,12 @@ class CompactModel(InContextModel):
 
 
 def moving(name: str, inputs: int, hidden: int, mean: int) -> NDArray[np.bool_]:
-    """Which inputs of a layer change with a contact, shape (inputs,)."""
-    which = np.ones(inputs, np.bool_)
+    """Return a mask of the inputs of a layer that change with a contact, shape (inputs,)."""
+    is_moving = np.ones(inputs, np.bool_)
     if name == "body1":
-        which[hidden : hidden + mean] = False
-        which[-GENERAL:] = False
-    return which
+        is_moving[hidden : hidden + mean] = False
+        is_moving[-GENERAL:] = False
+    return is_moving
 
 
 class _Listening(Network):
@@ -233,7 +235,7 @@ def _told_nothing(model: InContextModel, listening: bool) -> InContextModel:
         finger: replace(rig, pitch=rig.pitch if listening else None, speed=float("nan"))
         for finger, rig in model.rigs.items()
     }
-    return model.told_of(rigs)
+    return model.conditioned_on(rigs)
 
 
 def compacted(
@@ -259,7 +261,7 @@ def compacted(
     """
     if len(touches) < FEWEST:
         raise InputError(
-            f"{len(touches)} contacts are too few to make the any-time network small: give the "
+            f"{len(touches)} contacts are too few to make the network small: give the "
             f"pinches of a training, {FEWEST} or more"
         )
     model = _told_nothing(model, listening)
@@ -272,26 +274,26 @@ def compacted(
     layers = {}
     for name in THIN:
         weight, bias = arrays[f"{name}.weight"], arrays[f"{name}.bias"]
-        which = moving(name, weight.shape[1], hidden, mean)
-        layers[name] = _thin(weight, bias, np.concatenate(ears.heard[name]), which, directions)
+        is_moving = moving(name, weight.shape[1], hidden, mean)
+        layers[name] = _thin(weight, bias, np.concatenate(ears.heard[name]), is_moving, directions)
     network = CompactNetwork(model.network, layers)
     return CompactModel(network, model.familiar, model.factors, model.level, model.rigs)
 
 
 def _ask(network: Network, model: InContextModel, touches: Touches) -> None:
-    """Let a network answer about touches as the model would."""
-    its = touches.take(touches.valid >= model.shortest)
-    for finger, which in model.by_rig(its):
-        rig, part = model.rigs[finger], its.take(which)
+    """Run a network on touches as the model would."""
+    usable = touches.take(touches.valid >= model.shortest)
+    for finger, rows in model.by_rig(usable):
+        rig, part = model.rigs[finger], usable.take(rows)
         level, sign = np.full(len(part), rig.level), np.full(len(part), rig.sign)
         shape = Shape.of(part.after, part.valid, level, sign)
-        x = network_inputs(shape, model.known(part))
+        x = network_inputs(shape, model.rig_features(part))
         stages = stage_of(part.valid, part.rate)
         network.outputs(x, network.context(rig.tokens, rig.general), stages)
 
 
 def _thin(
-    weight: Matrix, bias: Matrix, heard: Matrix, which: NDArray[np.bool_], directions: int
+    weight: Matrix, bias: Matrix, heard: Matrix, is_moving: NDArray[np.bool_], directions: int
 ) -> Thin:
     mean = heard.mean(axis=0, dtype=np.float64)
     away = heard - mean
@@ -299,7 +301,7 @@ def _thin(
     p = axes[:, : -1 - min(directions, len(bias)) : -1]
     into = p.T @ weight
     return Thin(
-        Rounded.of(into[:, which], p.T @ (bias - mean)),
+        Rounded.of(into[:, is_moving], p.T @ (bias - mean)),
         Rounded.of(p, mean),
-        into[:, ~which].astype(np.float32),
+        into[:, ~is_moving].astype(np.float32),
     )

@@ -25,11 +25,11 @@ SESSIONS = 3
 
 
 def refusal(answers: Values, sessions: NDArray[np.str_], level: float) -> str:
-    """Why these give no interval, or ""."""
+    """Return why these predictions give no interval, or ""."""
     names = np.unique(sessions)
     if len(names) < SESSIONS or "" in names:
-        known = len(names[names != ""])
-        return f"{known} known sessions are too few for an interval: record {SESSIONS} or more"
+        named = len(names[names != ""])
+        return f"{named} known sessions are too few for an interval: record {SESSIONS} or more"
     least = least_answers(level)
     if len(answers) < least:
         return f"{len(answers)} pinches are too few for an interval: record {least} or more"
@@ -96,20 +96,20 @@ def least_answers(level: float) -> int:
 def _half_width(answers: Values, truth: Values, level: float) -> float:
     from mapie.regression import SplitConformalRegressor
 
-    conformal = SplitConformalRegressor(_told(), confidence_level=level)
+    conformal = SplitConformalRegressor(_identity(), confidence_level=level)
     conformal.conformalize(answers[:, None], truth)
     _, bounds = conformal.predict_interval(np.zeros((1, 1)))
     return float(bounds[0, 1, 0])
 
 
-def _told() -> Any:
+def _identity() -> Any:
     """A regressor in scikit-learn's form whose input is the answer itself."""
     from sklearn.base import BaseEstimator, RegressorMixin
 
-    class Told(RegressorMixin, BaseEstimator):  # type: ignore[misc]
+    class Identity(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         n_features_in_ = 1
 
-        def fit(self, X: NDArray[Any], y: NDArray[Any]) -> Told:
+        def fit(self, X: NDArray[Any], y: NDArray[Any]) -> Identity:
             return self
 
         def __sklearn_is_fitted__(self) -> bool:
@@ -118,7 +118,7 @@ def _told() -> Any:
         def predict(self, X: NDArray[Any]) -> Values:
             return np.asarray(X[:, 0], dtype=np.float64)
 
-    return Told()
+    return Identity()
 
 
 def held_out_bounds(
@@ -147,10 +147,13 @@ def held_out_bounds(
         without which too few answers are left is not asked.
     """
     for fold in np.unique(folds):
-        asked = folds == fold
-        if (~asked).sum() >= least_answers(level):
-            its = None if spreads is None else spreads[~asked]
-            yield conformal_interval(answers[~asked], truth[~asked], level, limits, its), asked
+        in_fold = folds == fold
+        if (~in_fold).sum() >= least_answers(level):
+            learned, other = ~in_fold, None if spreads is None else spreads[~in_fold]
+            yield (
+                conformal_interval(answers[learned], truth[learned], level, limits, other),
+                in_fold,
+            )
 
 
 def coverage(
@@ -159,7 +162,7 @@ def coverage(
     truth: Values,
     spreads: Values | None = None,
 ) -> dict[str, float]:
-    """How many truths lie within their bounds, and how far these are apart.
+    """Return the share of truths within their bounds, and the mean width.
 
     Returns
     -------
@@ -169,9 +172,11 @@ def coverage(
     """
     inside: list[bool] = []
     widths: list[float] = []
-    for interval, asked in pairs:
-        its = np.ones(len(answers)) if spreads is None else spreads
-        for answer, true, unit in zip(answers[asked], truth[asked], its[asked], strict=True):
+    for interval, in_fold in pairs:
+        units = np.ones(len(answers)) if spreads is None else spreads
+        for answer, true, unit in zip(
+            answers[in_fold], truth[in_fold], units[in_fold], strict=True
+        ):
             low, high = interval.around(float(answer), float(unit))
             inside.append(bool(low <= true <= high))
             widths.append(high - low)

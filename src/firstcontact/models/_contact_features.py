@@ -72,16 +72,16 @@ def features(v: NDArray[np.float64], valid: NDArray[np.intp], level: Values) -> 
     half = ((relative < 0.5) & rising).sum(axis=1)
     width = (relative > 0.5).sum(axis=1)
     falling = (t > at[:, None]) & (t < valid[:, None])
-    after = np.where(falling, relative, np.inf)
-    low_at = after.argmin(axis=1)
-    low = after[rows, low_at]
+    fall_times = np.where(falling, relative, np.inf)
+    low_at = fall_times.argmin(axis=1)
+    low = fall_times[rows, low_at]
     none = ~np.isfinite(low)
     low[none], low_at[none] = 1.0, at[none]
     energy = v * v
-    whole = energy.sum(axis=1) + LEAST * LEAST * level * level
-    rms = np.sqrt(whole / valid)
-    centre = energy @ t / whole
-    rough = (steps * steps).sum(axis=1) / whole
+    total = energy.sum(axis=1) + LEAST * LEAST * level * level
+    rms = np.sqrt(total / valid)
+    centre = energy @ t / total
+    rough = (steps * steps).sum(axis=1) / total
     last = relative[rows, valid - 1]
     earlier = relative[rows, np.maximum(valid - 4, 0)]
     columns = (
@@ -126,9 +126,9 @@ class Shape:
 
     @classmethod
     def of(
-        cls, after: NDArray[np.floating], valid: NDArray[np.intp], level: Values, sign: Values
+        cls, signals: NDArray[np.floating], valid: NDArray[np.intp], level: Values, sign: Values
     ) -> Shape:
-        """Of signals from the contact on, shape (n, samples); the others have shape (n,)."""
-        there = np.arange(after.shape[1]) < valid[:, None]
-        v = np.where(there, sign[:, None] * after, 0.0)
-        return cls(v, there, features(v, valid, level), level)
+        """Return the shape of signals from the contact on (n, samples); others have shape (n,)."""
+        is_valid = np.arange(signals.shape[1]) < valid[:, None]
+        v = np.where(is_valid, sign[:, None] * signals, 0.0)
+        return cls(v, is_valid, features(v, valid, level), level)

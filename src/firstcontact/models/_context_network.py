@@ -1,4 +1,4 @@
-"""The in-context network's arithmetic, in NumPy: it runs where there is no PyTorch."""
+"""Arithmetic of the network in NumPy, which runs without PyTorch."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ LAYERS = ("token1", "token2", "mean", "key", "value", "query1", "query2", "body1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Context:
-    """What the network makes of a rig, for each stage; made once.
+    """Encoded rig: input of the network at each stage, computed once.
 
     Parameters
     ----------
@@ -123,9 +123,9 @@ class Network:
         with np.errstate(over="ignore", invalid="ignore"):
             token = layer("token2", layer("token1", FARTHEST))
             hidden = layer("query1", FARTHEST)
-            found = [FARTHEST, hidden, *(layer(name, token) for name in ("mean", "value"))]
+            constants = [FARTHEST, hidden, *(layer(name, token) for name in ("mean", "value"))]
             fit = layer("query2", hidden) * layer("key", token) * len(self._layers["key"][1])
-            body = layer("body3", layer("body2", layer("body1", max(found))))
+            body = layer("body3", layer("body2", layer("body1", max(constants))))
             layer("answer", body)
         reach["query2"] = max(reach["query2"], fit)
         for name, most in reach.items():
@@ -150,7 +150,7 @@ class Network:
         return out
 
     def context(self, tokens: NDArray[Any], general: NDArray[Any]) -> Context:
-        """What it makes of a rig.
+        """Return the encoded rig.
 
         Parameters
         ----------
@@ -198,9 +198,9 @@ class Network:
         fit = (query * keys).sum(axis=-1) / np.float32(np.sqrt(query.shape[-1]))
         share = np.exp(fit - fit.max(axis=-1, keepdims=True, initial=-np.inf))
         share /= share.sum(axis=-1, keepdims=True)
-        found = (share[..., None] * values).sum(axis=2).reshape(len(h), -1)
+        attended = (share[..., None] * values).sum(axis=2).reshape(len(h), -1)
         general = context.general[None].repeat(len(h), axis=0)
-        body: Matrix = np.concatenate([h, context.mean[stages], found, general], axis=1)
+        body: Matrix = np.concatenate([h, context.mean[stages], attended, general], axis=1)
         for name in ("body1", "body2", "body3"):
             body = self._silu(name, body)
         raw = self._linear("answer", body).astype(np.float64)

@@ -1,4 +1,4 @@
-"""How well a detector finds contacts: every number defined once."""
+"""Scores of contact detectors."""
 
 from __future__ import annotations
 
@@ -106,12 +106,12 @@ class DetectionScores(Record, frozen=True, kw_only=True):
 
     @property
     def median_delay(self) -> float | None:
-        """Of :attr:`delay_ms`, ms."""
+        """Return quantiles of :attr:`delay_ms`, ms."""
         return None if self.delay_ms is None else self.delay_ms.median
 
 
 def _pooled(verdicts: WindowDecisions, looks: int) -> WindowDecisions:
-    """Each so many looks as one that ends with the last of them, and fires if any of them does."""
+    """Merge consecutive looks into one that fires if any of them does."""
     n = len(verdicts.ends) // looks
     if looks == 1 or not n:
         return verdicts
@@ -216,21 +216,21 @@ def score_decisions(
     delays: list[float] = []
     decided = 0
     waited = resampler_lookahead(dataset)
-    known = [
+    judged_pinches = [
         (p, p.first, v)
         for p, v in zip(dataset.pinches, verdicts, strict=True)
         if p.first is not None
     ]
-    if not known:
+    if not judged_pinches:
         raise InputError("no pinch has a known first contact: detection cannot be scored")
-    for pinch, truth, its in known:
+    for pinch, truth, firsts in judged_pinches:
         rate = pinch.layout.rate
         fingers = pinch.layout.vibration_fingers
         if truth.finger in fingers:
             look = max(1, samples_in(step, rate))
             looks = max(1, samples_in(WINDOW_STEP, rate) // look)
             steps = counts.add(
-                _pooled(its, looks),
+                _pooled(firsts, looks),
                 fingers.index(truth.finger),
                 truth.sample,
                 samples_in(early, rate),
@@ -238,7 +238,7 @@ def score_decisions(
                 looks * look,
             )
             counts.seconds += steps * looks * look / rate
-        contacts = latch(its, fingers, set())
+        contacts = latch(firsts, fingers, set())
         became = outcome(next(iter(contacts), None), truth, rate, early, tolerance)
         outcomes[became] += 1
         if contacts and right_and_not_early(contacts[0], truth, rate, early, tolerance):
@@ -246,8 +246,8 @@ def score_decisions(
             delays.append(1e3 * delay)
             decided += became == "success" and delay <= tolerance
     return DetectionScores(
-        n=len(known),
-        left_out=len(dataset) - len(known),
+        n=len(judged_pinches),
+        left_out=len(dataset) - len(judged_pinches),
         too_soon=counts.too_soon,
         quiet_windows=counts.quiet,
         windows=counts.quiet + counts.contact,
@@ -256,8 +256,8 @@ def score_decisions(
         ),
         quiet_windows_silent=_share(counts.quiet_right, counts.quiet),
         contact_windows_found=_share(counts.contact_right, counts.contact),
-        pinch_success=outcomes["success"] / len(known),
-        decided_within_3_ms=decided / len(known),
+        pinch_success=outcomes["success"] / len(judged_pinches),
+        decided_within_3_ms=decided / len(judged_pinches),
         false_alarms=outcomes["false_alarms"],
         wrong_finger=outcomes["wrong_finger"],
         late=outcomes["late"],
@@ -269,7 +269,7 @@ def score_decisions(
 
 
 def resampler_lookahead(dataset: Dataset) -> float:
-    """How long the samples of a resampled dataset waited for later ones, s; else 0."""
+    """Return the delay of a resampled dataset's filter, s; 0 if it was not resampled."""
     rate = dataset.layout.rate
     return lookahead(dataset.recorded_rate or rate, rate)
 
@@ -277,7 +277,7 @@ def resampler_lookahead(dataset: Dataset) -> float:
 def right_and_not_early(
     contact: Contact, truth: Contact, rate: float, early: float, tolerance: float = TOLERANCE
 ) -> bool:
-    """Whether a first trigger is the touching finger's and does not come before the contact.
+    """Return True if the first trigger is of the touching finger and not before the contact.
 
     It is placed no more than ``tolerance`` before the contact, and decided after
     it: what fires before anything has touched is chance, wherever it points.
@@ -308,7 +308,7 @@ def outcome(
     early: float,
     tolerance: float = TOLERANCE,
 ) -> str:
-    """What became of a pinch: "success", or which of the ways to fail.
+    """Return the outcome of a pinch: "success" or the kind of failure.
 
     Parameters
     ----------
@@ -329,10 +329,10 @@ def outcome(
     return "success" if contact.finger is truth.finger else "wrong_finger"
 
 
-def _share(part: int, whole: int) -> float | None:
-    return part / whole if whole else None
+def _share(part: int, total: int) -> float | None:
+    return part / total if total else None
 
 
 def quantiles(delays: NDArray[np.float64]) -> Delays:
-    """Of delays in ms."""
+    """Return quantiles of delays in ms."""
     return Delays(median=float(np.median(delays)), p95=float(np.percentile(delays, 95)))

@@ -1,4 +1,4 @@
-"""What learns: what an estimator is, and what all of them check first."""
+"""Base class of estimators, and the checks that all share."""
 
 from __future__ import annotations
 
@@ -47,6 +47,8 @@ class Estimator(ABC):
     slow: ClassVar[bool] = False
     #: Whether it is made to be asked by another sensor than it learned from.
     moves: ClassVar[bool] = False
+    #: True if it learns from windows by `fit`; False if from whole contacts, by `fit_contacts`.
+    takes_windows: ClassVar[bool] = True
     #: Folds from which the interval of a model to keep is computed.
     folds: ClassVar[int] = 5
     #: Modules that training needs and the base install lacks, and the extra that brings them.

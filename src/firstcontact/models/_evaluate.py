@@ -1,4 +1,4 @@
-"""Evaluate a model on labelled pinches, those of its training apart."""
+"""Evaluation of a model on labelled pinches, grouped by overlap with its training."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from firstcontact.models._bundle import (
     require_dataset,
 )
 from firstcontact.models._final_model import covered, score
-from firstcontact.models._known_pinches import known_pinches
 from firstcontact.models._labelled_touches import LabelledTouches
 from firstcontact.models._metrics import per_object
 from firstcontact.models._scores import Ends, SpecimenErrors, TaskScores
 from firstcontact.models._train import Target, known_contacts
+from firstcontact.models._train_overlap import train_overlap
 from firstcontact.models._training import labelled_windows
 from firstcontact.signal import resample_dataset
 
@@ -201,7 +201,7 @@ def _of_network(
     predictor: NetworkPredictor, loaded: Dataset, dataset: Dataset, aligned: Alignment
 ) -> Evaluation:
     model = predictor.model
-    familiar = known_pinches(loaded, predictor, predictor.digests)
+    familiar = train_overlap(loaded, predictor, predictor.digests)
     labelled = LabelledTouches.of(dataset, aligned.contacts)
     labelled = labelled.take(labelled.touches.answerable)
     if not len(labelled):
@@ -211,8 +211,8 @@ def _of_network(
             parameter="data",
         )
     groups = []
-    for title, which in familiar.groups().items():
-        part = labelled.take(which[labelled.which])
+    for title, members in familiar.groups().items():
+        part = labelled.take(members[labelled.which])
         if len(part):
             answers = answers_by_time(model, part.touches)
             scores = anytime_scores(answers, part.shore_a, part.clusters, 0)
@@ -255,7 +255,7 @@ def _of_window(
     predictor: WindowPredictor, loaded: Dataset, dataset: Dataset, aligned: Alignment
 ) -> Evaluation:
     model, card = predictor.model, predictor.provenance
-    familiar = known_pinches(loaded, card.data, predictor.digests)
+    familiar = train_overlap(loaded, card.data, predictor.digests)
     target: Target = card.data.target
     values = dataset.hardness_rank if target == "hardness_rank" else dataset.shore_a
     cut = labelled_windows(dataset, aligned.contacts, model.spec.duration, values)
@@ -267,8 +267,8 @@ def _of_window(
         )
     groups = []
     warnings = familiar.warnings(cut.which)
-    for title, which in familiar.groups().items():
-        part = cut.take(which[cut.which])
+    for title, members in familiar.groups().items():
+        part = cut.take(members[cut.which])
         inside: NDArray[np.bool_] = np.ones(len(part), np.bool_)
         if model.spec.classes:
             inside = np.isin(part.y, model.spec.classes)
@@ -282,7 +282,7 @@ def _of_window(
             continue
         predicted = model.predict(part.X)
         scores = score(model.spec.task, part, predicted, seed=0)
-        held = covered(predictor.interval, predicted, part.y, model.spread(part.X))
+        interval_scores = covered(predictor.interval, predicted, part.y, model.spread(part.X))
         at = predictor.duration
         rmse = getattr(scores, "rmse", None)
         groups.append(
@@ -291,8 +291,8 @@ def _of_window(
                 predictor=model.kind,
                 n=len(part),
                 rmse={} if rmse is None else {at: rmse},
-                coverage={at: held["coverage"]} if held else {},
-                width={at: held["mean_width"]} if held else {},
+                coverage={at: interval_scores["coverage"]} if interval_scores else {},
+                width={at: interval_scores["mean_width"]} if interval_scores else {},
                 intervals={name: {at: ends} for name, ends in scores.intervals.items()},
                 constant=None if model.spec.classes else float(part.y.std()),
                 window=scores,

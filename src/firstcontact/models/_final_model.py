@@ -1,4 +1,4 @@
-"""A model to keep: trained on everything, with scores and an interval from what was held out."""
+"""Final model: trained on all examples, with held-out scores and an interval."""
 
 from __future__ import annotations
 
@@ -99,9 +99,9 @@ def train_final_model(
     splits, words = _splits(data, estimator.folds, seed)
     question = Question(model, task, data, splits)
     answers, spreads = held_out_with_spread(runner, [question], seed)[0]
-    [whole] = runner.map(fit_model, [Fit(model, task, data, data.X[:0], seed)])
-    asked = np.isfinite(answers)
-    scores = score(task, data.take(asked), answers[asked], seed)
+    [final] = runner.map(fit_model, [Fit(model, task, data, data.X[:0], seed)])
+    has_prediction = np.isfinite(answers)
+    scores = score(task, data.take(has_prediction), answers[has_prediction], seed)
     interval, conformal = None, _none(data, task, level)
     if not conformal:
         limits = SHORE_A if shore else None
@@ -116,11 +116,11 @@ def train_final_model(
             "folds": len(splits),
             "held_out": coverage(tested, answers, data.y, spreads),
         }
-    return FinalModel(whole, scores, words, interval, conformal)
+    return FinalModel(final, scores, words, interval, conformal)
 
 
 def _none(data: LabelledWindows, task: Task, level: float) -> dict[str, Any]:
-    """Why there can be no interval, or nothing."""
+    """Return the reason for a missing interval, empty if there is one."""
     if task is Task.CLASSIFICATION:
         return {"none": "a classification answers one of its classes"}
     why = refusal(data.y, data.sessions, level)
@@ -138,12 +138,12 @@ def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], 
     return [Split("random fifth", learn, ask, shares)], words
 
 
-def score(task: str, asked: LabelledWindows, answers: Values, seed: int) -> TaskScores:
+def score(task: str, data: LabelledWindows, answers: Values, seed: int) -> TaskScores:
     """Scores of answers about pinches that their model did not learn from."""
     of: Callable[..., TaskScores] = (
         regression_scores if task == "regression" else classification_scores
     )
-    return of(asked.y, answers, asked.clusters, seed)
+    return of(data.y, answers, data.clusters, seed)
 
 
 def covered(

@@ -43,9 +43,9 @@ def inner_folds(
         return
     kind = StratifiedKFold if groups is None else StratifiedGroupKFold
     folds = kind(k, shuffle=True, random_state=seed)
-    for train, held in folds.split(y[:, None], _strata(y, k), groups):
-        if len(held):
-            yield train, held
+    for train, validation in folds.split(y[:, None], _strata(y, k), groups):
+        if len(validation):
+            yield train, validation
 
 
 def _strata(y: NDArray[Any], k: int) -> NDArray[np.intp]:

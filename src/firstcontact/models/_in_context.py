@@ -1,4 +1,4 @@
-"""The in-context network: knows any rig from a few pinches of its blocks, without training.
+"""Network conditioned on a rig by a few pinches of its blocks, without training.
 
 It was trained once on thousands of random rigs (``firstcontact pretrain``); what it knows of
 one rig is an input. At the user's nothing is learned: the rig's own pinches are summed up.
@@ -31,7 +31,7 @@ LOUD = 1e-9, 1e9
 
 
 class InContextModel(AnytimeModel):
-    """A pre-trained network and the rigs that it is told of.
+    """Pre-trained network with the rigs that it is conditioned on.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class InContextModel(AnytimeModel):
         Arrays that do not fit together.
     """
 
-    kind: ClassVar[str] = "in_context"
+    kind: ClassVar[str] = "network"
 
     def __init__(
         self,
@@ -79,7 +79,7 @@ class InContextModel(AnytimeModel):
 
     @property
     def familiar(self) -> Familiar:
-        """What contacts are like that it learned from."""
+        """Return the statistics of its training contacts."""
         return self._familiar
 
     @property
@@ -88,13 +88,13 @@ class InContextModel(AnytimeModel):
         return self._factors
 
     def context(self, finger: int) -> Context:
-        """What the network makes of a rig."""
+        """Return the encoded rig of a finger."""
         return self._contexts[finger]
 
     def half_widths(
         self, spreads: Values, samples: NDArray[np.intp] | int, rate: float = FINGERTIP_RATE
     ) -> Values:
-        """Half widths of intervals of answers with these spreads after so many samples."""
+        """Return half widths of intervals for spreads after a number of samples."""
         return spreads * self._factors[stage_of(samples, rate)]
 
     @property
@@ -102,41 +102,41 @@ class InContextModel(AnytimeModel):
         """Fewest valid samples that an answer takes."""
         return lengths(self.rate)[0]
 
-    def told_of(self, rigs: Mapping[int, Rig]) -> InContextModel:
+    def conditioned_on(self, rigs: Mapping[int, Rig]) -> InContextModel:
         """The same network for other rigs."""
         return InContextModel(self._network, self._familiar, self._factors, self.level, rigs)
 
     def widened(self, scales: NDArray[np.float64]) -> InContextModel:
-        """The same model with intervals so many times as wide at each stage, shape (stages,)."""
+        """Return the model with intervals wider by a factor at each stage, shape (stages,)."""
         factors = self._factors * scales
         return InContextModel(self._network, self._familiar, factors, self.level, self.rigs)
 
-    def known(self, touches: Touches) -> NDArray[np.float64]:
-        """What :meth:`answers` needs to know beside the signal after the contacts."""
+    def rig_features(self, touches: Touches) -> NDArray[np.float64]:
+        """Return the inputs of :meth:`answers` besides the signal after the contacts."""
         out = np.empty((len(touches), BESIDE))
-        for finger, which in self.by_rig(touches):
-            out[which] = beside(touches.take(which), self.rigs[finger])
+        for finger, rows in self.by_rig(touches):
+            out[rows] = beside(touches.take(rows), self.rigs[finger])
         return out
 
-    def answers(self, touches: Touches, known: NDArray[np.float64] | None = None) -> Answers:
-        """See :meth:`AnytimeModel.answers`; ``known`` saves working it out again."""
+    def answers(self, touches: Touches, rig_features: NDArray[np.float64] | None = None) -> Answers:
+        """See :meth:`AnytimeModel.answers`; ``rig_features`` saves working it out again."""
         self._check(touches)
         n = len(touches)
         values, spreads = np.empty(n), np.empty(n)
         strange = np.zeros(n, np.bool_)
-        told = self.known(touches) if known is None else known
+        beside_signal = self.rig_features(touches) if rig_features is None else rig_features
         stages = stage_of(touches.valid, touches.rate)
-        for finger, which in self.by_rig(touches):
+        for finger, rows in self.by_rig(touches):
             rig = self.rigs[finger]
-            its = touches if len(which) == n else touches.take(which)
-            level, sign = np.full(len(its), rig.level), np.full(len(its), rig.sign)
-            shape = Shape.of(its.after, its.valid, level, sign)
-            x = network_inputs(shape, told[which])
-            mixture = self._network.outputs(x, self._contexts[finger], stages[which])
-            values[which], spreads[which] = mean_and_spread(mixture)
-            found = shape_traits(shape, its.signals[:, : its.before])
+            part = touches if len(rows) == n else touches.take(rows)
+            level, sign = np.full(len(part), rig.level), np.full(len(part), rig.sign)
+            shape = Shape.of(part.after, part.valid, level, sign)
+            x = network_inputs(shape, beside_signal[rows])
+            mixture = self._network.outputs(x, self._contexts[finger], stages[rows])
+            values[rows], spreads[rows] = mean_and_spread(mixture)
+            trait_values = shape_traits(shape, part.signals[:, : part.before])
             has_level = rig.tokens.shape[1] > 0
-            strange[which] = self._familiar.strange(found, stages[which], has_level)
+            strange[rows] = self._familiar.strange(trait_values, stages[rows], has_level)
         wrong = np.flatnonzero(~np.isfinite(values + spreads))
         if len(wrong):
             raise InputError(
@@ -145,7 +145,7 @@ class InContextModel(AnytimeModel):
             )
         half = self.half_widths(spreads, touches.valid, touches.rate)
         values = np.clip(values, *SHORE_A)
-        low, high = (np.clip(values + way * half, *SHORE_A) for way in (-1, 1))
+        low, high = (np.clip(values + side * half, *SHORE_A) for side in (-1, 1))
         return Answers(values, spreads, low, high, strange)
 
     def _check(self, touches: Touches) -> None:

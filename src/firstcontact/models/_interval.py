@@ -1,4 +1,4 @@
-"""How far the truth may lie from an answer: plain numbers, looked up."""
+"""Interval around predictions, as a table of half widths."""
 
 from __future__ import annotations
 

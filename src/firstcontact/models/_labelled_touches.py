@@ -43,22 +43,22 @@ class LabelledTouches:
 
     @classmethod
     def of(cls, dataset: Dataset, contacts: Sequence[Contact | None]) -> LabelledTouches:
-        """Those of a dataset; ``contacts`` are the first of its pinches, None where none is."""
-        touches, which = touches_of(dataset, contacts)
-        labelled = np.isfinite(dataset.shore_a[which])
-        which = which[labelled]
+        """Return the labelled contacts of a dataset, given each pinch's first contact."""
+        touches, rows = touches_of(dataset, contacts)
+        labelled = np.isfinite(dataset.shore_a[rows])
+        rows = rows[labelled]
         return cls(
             touches.take(labelled),
-            dataset.shore_a[which],
-            which,
-            dataset.sessions[which],
-            distinct_specimens(dataset)[which],
+            dataset.shore_a[rows],
+            rows,
+            dataset.sessions[rows],
+            distinct_specimens(dataset)[rows],
         )
 
-    def take(self, which: NDArray[Any]) -> LabelledTouches:
-        """Those at these positions, or where a mask is true."""
-        arrays = [getattr(self, f.name)[which] for f in fields(self)[1:]]
-        return LabelledTouches(self.touches.take(which), *arrays)
+    def take(self, rows: NDArray[Any]) -> LabelledTouches:
+        """Return the rows at these positions, or where a mask is true."""
+        arrays = [getattr(self, f.name)[rows] for f in fields(self)[1:]]
+        return LabelledTouches(self.touches.take(rows), *arrays)
 
     @property
     def named_sessions(self) -> NDArray[np.str_] | None:
@@ -68,5 +68,5 @@ class LabelledTouches:
 
     @property
     def clusters(self) -> NDArray[np.str_]:
-        """What is alike: the specimen, or the pinch by itself where that is not named."""
+        """Return the cluster of each: its specimen, or the pinch itself if that has no name."""
         return np.where(self.specimens == "", self.which.astype(np.str_), self.specimens)

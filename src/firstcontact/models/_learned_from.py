@@ -1,4 +1,4 @@
-"""Which pinches a model learned from: told by what was measured, not by names.
+"""Digests that identify training pinches by their samples, not by names.
 
 Eight bytes of BLAKE2b of the piezo signals in V, as float32: they are the same for a
 recording, for its copy under other names, and for what was exported from it whole and
@@ -42,12 +42,12 @@ def _digest(pinch: Pinch) -> int:
 
 
 def to_bytes(digests: Digests) -> bytes:
-    """As they are kept."""
+    """Return digests as bytes of a file."""
     return np.unique(digests).astype("<u8").tobytes()
 
 
 def read_digests(path: Path, sha256: str, card: str) -> Digests:
-    """Those that a card vouches for, ascending.
+    """Return the digests of a file, ascending, after its checksum.
 
     Raises
     ------

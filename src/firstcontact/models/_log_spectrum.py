@@ -85,7 +85,7 @@ class LogSpectrumModel(ArraysModel):
 
     @property
     def notes(self) -> Mapping[str, Any]:
-        """What was chosen."""
+        """Return the hyper-parameters that were chosen."""
         return {"inputs": self._features, "C": float(self._arrays["parameters"][0])}
 
     def outputs(self, X: Windows) -> Values:
@@ -144,16 +144,16 @@ class LogSpectrum(Estimator):
         chosen = np.sort(rng.permutation(len(y))[: self.search_windows])
         y, groups = y[chosen], None if groups is None else groups[chosen]
         folds = [
-            (train, held)
-            for train, held in _folds(y, groups, seed)
-            if self.task is Task.REGRESSION or set(y[held]) <= set(y[train]) != {y[train[0]]}
+            (train, validation)
+            for train, validation in _folds(y, groups, seed)
+            if self.task is Task.REGRESSION or set(y[validation]) <= set(y[train]) != {y[train[0]]}
         ]
         best = (np.inf, next(iter(KINDS)), C_GRID[0])
         for kind in KINDS if folds else ():
             inputs = features(kind, X[chosen], self.rate)
             for c in C_GRID:
                 loss = self._loss(inputs, y, groups, folds, c)
-                best = min(best, (loss, kind, c), key=lambda found: found[0])
+                best = min(best, (loss, kind, c), key=lambda candidate: candidate[0])
         return best[1], best[2]
 
     def _loss(
@@ -166,21 +166,21 @@ class LogSpectrum(Estimator):
     ) -> float:
         """Mean over held-out windows: minus log probability, or squared error."""
         losses, held_out = [], []
-        for train, held in folds:
+        for train, validation in folds:
             learned = None if groups is None else groups[train]
             scale, weights, bias = _fit(self.task, inputs[train], y[train], learned, c)
-            outputs = (inputs[held] - scale[0]) / scale[1] @ weights + bias
+            outputs = (inputs[validation] - scale[0]) / scale[1] @ weights + bias
             if self.task is Task.REGRESSION:
-                losses.append((outputs[:, 0] - y[held]) ** 2)
+                losses.append((outputs[:, 0] - y[validation]) ** 2)
             else:
-                column = np.searchsorted(np.unique(y[train]), y[held])
+                column = np.searchsorted(np.unique(y[train]), y[validation])
                 outputs -= outputs.max(axis=1, keepdims=True)
                 shares = np.exp(outputs) / np.exp(outputs).sum(axis=1, keepdims=True)
-                right = shares[np.arange(len(held)), column]
+                right = shares[np.arange(len(validation)), column]
                 losses.append(-np.log(np.maximum(right, LEAST)))
-            held_out.append(held)
-        which = np.concatenate(held_out)
-        share = _evenly(self.task, y, groups)[which]
+            held_out.append(validation)
+        positions = np.concatenate(held_out)
+        share = _evenly(self.task, y, groups)[positions]
         return float(np.average(np.concatenate(losses), weights=share))
 
 
@@ -236,8 +236,8 @@ def _fit(
         return scale, line.coef_.reshape(-1, 1), np.atleast_1d(line.intercept_)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)  # close enough for a candidate
-        found = LogisticRegression(C=c, max_iter=3000).fit(scaled, y, sample_weight=share)
-    weights, bias = found.coef_.T, found.intercept_
-    if len(found.classes_) == 2:  # a single output, for the second class
+        fitted = LogisticRegression(C=c, max_iter=3000).fit(scaled, y, sample_weight=share)
+    weights, bias = fitted.coef_.T, fitted.intercept_
+    if len(fitted.classes_) == 2:  # a single output, for the second class
         weights, bias = np.hstack([np.zeros_like(weights), weights]), np.append(0.0, bias)
     return scale, weights, bias

@@ -73,7 +73,7 @@ def cluster_intervals(
         ) -> Values:
             return of(sums[drawn].sum(axis=axis - 1 if axis < 0 else axis))
 
-        found = bootstrap(
+        result = bootstrap(
             (np.arange(len(sums)),),
             resampled,
             n_resamples=RESAMPLES,
@@ -82,7 +82,7 @@ def cluster_intervals(
             vectorized=True,
             rng=np.random.default_rng(seed),
         ).confidence_interval
-        intervals[name] = (float(found.low), float(found.high))
+        intervals[name] = (float(result.low), float(result.high))
     return intervals
 
 
@@ -151,15 +151,15 @@ def per_object(
     """Errors of each specimen by itself: of its pinches, and of their mean."""
     out = {}
     for specimen in np.unique(specimens):
-        its = specimens == specimen
-        error = predicted[its] - truth[its]
+        of_specimen = specimens == specimen
+        error = predicted[of_specimen] - truth[of_specimen]
         out[str(specimen)] = SpecimenErrors(
-            object=str(objects[its][0]),
-            n=int(its.sum()),
-            true=float(truth[its].mean()),
-            mean=float(predicted[its].mean()),
+            object=str(objects[of_specimen][0]),
+            n=int(of_specimen.sum()),
+            true=float(truth[of_specimen].mean()),
+            mean=float(predicted[of_specimen].mean()),
             # Of a single pinch there is no spread to tell.
-            sd=float(predicted[its].std(ddof=1)) if its.sum() > 1 else None,
+            sd=float(predicted[of_specimen].std(ddof=1)) if of_specimen.sum() > 1 else None,
             bias=float(error.mean()),
             rmse=float(np.sqrt((error**2).mean())),
             mae=float(np.abs(error).mean()),
@@ -198,7 +198,7 @@ def rank_correlation(truth: Values, score: Values, seed: int) -> RankCorrelation
     if n < 3 or np.ptp(truth) == 0 or np.ptp(score) == 0:
         return RankCorrelation(n=n)
     resamples = 9999
-    found = permutation_test(
+    result = permutation_test(
         (truth,),
         lambda x: spearmanr(x, score).statistic,
         permutation_type="pairings",
@@ -206,5 +206,5 @@ def rank_correlation(truth: Values, score: Values, seed: int) -> RankCorrelation
         rng=np.random.default_rng(seed),
     )
     return RankCorrelation(
-        rho=float(found.statistic), n=n, p=float(found.pvalue), exact=factorial(n) <= resamples
+        rho=float(result.statistic), n=n, p=float(result.pvalue), exact=factorial(n) <= resamples
     )

@@ -37,18 +37,18 @@ class WindowModel(ABC):
     @property
     @abstractmethod
     def notes(self) -> Mapping[str, Any]:
-        """What the training chose (hyper-parameters, scaling), JSON-ready, for the card."""
+        """Return hyper-parameters and scaling that the training chose, JSON-ready, for the card."""
 
     @abstractmethod
     def outputs(self, X: Windows) -> NDArray[Any]:
-        """What comes out for usable windows (n, samples, channels).
+        """Return outputs for usable windows (n, samples, channels).
 
         Shape (n, outputs): one for a regression, for a classification whatever
         :meth:`choose` chooses from. It need not be finite.
         """
 
     def output(self, window: Windows) -> NDArray[Any]:
-        """The same for one window (samples, channels), as quickly as it can be: (outputs,)."""
+        """Return outputs for one window (samples, channels), fast: shape (outputs,)."""
         return np.asarray(self.outputs(window[None])[0])
 
     def spread(self, X: Windows) -> Values | None:
@@ -60,7 +60,7 @@ class WindowModel(ABC):
         return None
 
     def program(self) -> Program:
-        """What :meth:`output`, :meth:`spread` and :meth:`choose` compute, step by step.
+        """Return the steps of :meth:`output`, :meth:`spread` and :meth:`choose`.
 
         Raises
         ------
@@ -73,7 +73,7 @@ class WindowModel(ABC):
         )
 
     def smaller(self, X: Windows) -> Iterator[WindowModel]:
-        """Models that say nearly the same for less work, the smallest first; by default none.
+        """Return cheaper models with similar predictions, the smallest first; none by default.
 
         Parameters
         ----------
@@ -83,12 +83,12 @@ class WindowModel(ABC):
         return iter(())
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
-        """Number of the class that finite outputs (n, outputs) speak for, shape (n,)."""
+        """Return the number of the predicted class for finite outputs (n, outputs), shape (n,)."""
         return np.asarray(outputs.argmax(axis=1))
 
     @abstractmethod
     def to_arrays(self) -> Arrays:
-        """Everything the answer depends on beside the spec."""
+        """Return all arrays that predictions depend on."""
 
     @classmethod
     @abstractmethod

@@ -39,7 +39,7 @@ LONGEST_WINDOW = 10.0
 def save_model(
     model: WindowModel, directory: AnyPath, card: Provenance, learned_from: Digests | None = None
 ) -> Path:
-    """Write a model folder: the weights first, the card that vouches for them last.
+    """Write a model folder: the weights first, last the card with their checksum.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def save_model(
 
 
 def _order(channels: int) -> list[str]:
-    """What each channel of a window is."""
+    """Return the description of each channel of a window."""
     if channels == 1:
         return ["piezo of the finger that touched"]
     return ["piezo of the finger that touched", "piezo of the other finger"][:channels]
@@ -188,7 +188,7 @@ def load_digests(path: AnyPath) -> Digests | None:
 
 
 def has_models(path: AnyPath) -> bool:
-    """Whether a model is in a folder, or in one below it."""
+    """Return True if a model is in a folder, or in one below it."""
     folder = _folder(path)
     return (folder / CARD).exists() or any(folder.glob(f"*/{CARD}"))
 
@@ -214,8 +214,8 @@ def model_folders(path: AnyPath) -> list[Path]:
     folder = _folder(path)
     if (folder / CARD).exists():
         return [folder]
-    found = sorted(card.parent for card in folder.glob(f"*/{CARD}"))
-    if not found:
+    folders = sorted(card.parent for card in folder.glob(f"*/{CARD}"))
+    if not folders:
         aside = displaced_folder(folder)
         if aside is not None:
             raise InputError(
@@ -225,7 +225,7 @@ def model_folders(path: AnyPath) -> list[Path]:
         raise InputError(
             f"{folder}: there is no model here: name a folder that `firstcontact train` wrote"
         )
-    return found
+    return folders
 
 
 def _check_detector(directory: Path, card: ModelCard) -> None:
@@ -237,10 +237,10 @@ def _check_detector(directory: Path, card: ModelCard) -> None:
         if not file.exists():
             continue
         try:
-            there = read_regular(file, LONGEST_CARD)
+            card_bytes = read_regular(file, LONGEST_CARD)
         except OSError as error:
             raise InputError(f"{file}: cannot be read ({error.strerror}): check the file") from None
-        if digest(there) != card.detector:
+        if digest(card_bytes) != card.detector:
             raise InputError(
                 f"{file}: is not the detector that {directory / CARD} was trained with: "
                 "copy the whole folder again, or train again"

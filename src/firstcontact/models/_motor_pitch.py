@@ -1,4 +1,4 @@
-"""How fast the hand closes, heard in the pitch of its motor before the contact.
+"""Closing speed from the pitch of the motor before the contact.
 
 Rotor, gears and their harmonics all turn in proportion to the speed: on a logarithmic axis
 of frequency the whole spectrum moves by the logarithm of the speed. How far it moved against
@@ -34,14 +34,14 @@ _ROUNDS = 4
 Spectra = NDArray[np.float64]
 
 
-def spectra(signals: Signals, before: int, rate: float) -> Spectra:
+def spectra(signals: Signals, lead: int, rate: float) -> Spectra:
     """Lines above the smooth part of the spectrum before each contact.
 
     Parameters
     ----------
     signals
         As of :class:`firstcontact.models._touches.Touches`, shape (n, samples).
-    before
+    lead
         Samples before the contact.
     rate
         Hz; below 4.6 kHz the highest frequencies are missing and count as silent.
@@ -51,7 +51,7 @@ def spectra(signals: Signals, before: int, rate: float) -> Spectra:
     ndarray
         Natural logarithm of power, on an axis of ln(frequency), shape (n, POINTS).
     """
-    quiet = signals[:, : quiet_samples(before, rate)].astype(np.float64)
+    quiet = signals[:, : quiet_samples(lead, rate)].astype(np.float64)
     quiet = (quiet - quiet.mean(axis=1, keepdims=True)) * np.hanning(quiet.shape[1])
     power = np.abs(np.fft.rfft(quiet, _FFT, axis=1)) ** 2
     # In converter counts, so that what is added is far below any noise.
@@ -65,9 +65,9 @@ def spectra(signals: Signals, before: int, rate: float) -> Spectra:
     return out
 
 
-def quiet_samples(before: int, rate: float) -> int:
-    """So many of the samples before a contact are surely before it."""
-    return before - samples_in(BASELINE_GUARD, rate)
+def quiet_samples(lead: int, rate: float) -> int:
+    """Number of pre-contact samples guaranteed to contain no contact."""
+    return lead - samples_in(BASELINE_GUARD, rate)
 
 
 def _places(rate: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
@@ -78,7 +78,7 @@ def _places(rate: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
 
 
 def ear_constants(rate: float) -> dict[str, float | NDArray[np.generic]]:
-    """What :meth:`MotorPitch.listen` is made of, for where there is no Python."""
+    """Return the constants of :meth:`MotorPitch.listen` for export to C."""
     heard = quiet_samples(samples_in(BEFORE, rate), rate)
     cell, part = _places(rate)
     angles = 2 * np.pi * np.arange(_FFT + _FFT // 4) / _FFT
@@ -95,7 +95,7 @@ def ear_constants(rate: float) -> dict[str, float | NDArray[np.generic]]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotorPitch:
-    """What a rig's motor sounds like at its usual speed.
+    """Spectrum of a rig's motor at its usual speed.
 
     Parameters
     ----------

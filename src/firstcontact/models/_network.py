@@ -110,11 +110,11 @@ def _checked(raw: bytes, window: tuple[int, ...], outputs: int) -> Any:
     )
     try:
         checker.check_model(model)
-        known = shape_inference.infer_shapes(model, check_type=True, strict_mode=True).graph
+        inferred = shape_inference.infer_shapes(model, check_type=True, strict_mode=True).graph
     except Exception:  # the checkers' errors have no common class
         raise _refusal("it does not fit together") from None
     most = _GROWTH * prod(window) + _SMALL
-    sizes = {name: size for name, *size in [*_shapes(known.value_info), *_shapes(graph.output)]}
+    sizes = {name: size for name, *size in [*_shapes(inferred.value_info), *_shapes(graph.output)]}
     for name in (name for node in graph.node for name in node.output):
         size = [d for d in sizes.get(name, [0]) if d != "n"]
         _require(
@@ -125,7 +125,7 @@ def _checked(raw: bytes, window: tuple[int, ...], outputs: int) -> Any:
 
 
 def _plain(attribute: Any) -> bool:
-    """Whether it is a number of ordinary size, or some, or a word."""
+    """Return True if an attribute is a word, or numbers of ordinary size."""
     kinds = type(attribute)
     numbers = [attribute.i, *attribute.ints]
     return attribute.type in (
@@ -137,7 +137,7 @@ def _plain(attribute: Any) -> bool:
 
 
 def _whole(tensor: Any) -> bool:
-    """Whether all numbers of a tensor are in it, of a known type, and finite."""
+    """Return True if a tensor holds all its numbers, of a known type, and finite."""
     from onnx import numpy_helper
 
     kinds = type(tensor)

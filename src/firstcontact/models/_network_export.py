@@ -51,7 +51,7 @@ def export_older(weights: Arrays, samples: int, channels: int, outputs: int) -> 
     """
     network = EfficientNet(channels, outputs).folded()
     blocks = {name for name, module in network.named_modules() if isinstance(module, ConvNorm)}
-    found: dict[str, NDArray[np.float32]] = {}
+    arrays: dict[str, NDArray[np.float32]] = {}
     for name, tensor in network.state_dict().items():
         layer, kind = name.rsplit(".", 1)
         block = layer.removesuffix(".0")  # of the convolution in a block
@@ -61,8 +61,8 @@ def export_older(weights: Arrays, samples: int, channels: int, outputs: int) -> 
             raise InputError(
                 f"the weight {older} of the CNN is missing or of another network: train it again"
             )
-        found[name] = array
-    return _filled(samples, channels, outputs, found)
+        arrays[name] = array
+    return _filled(samples, channels, outputs, arrays)
 
 
 def _filled(

@@ -1,4 +1,4 @@
-"""What the in-context network is given about one contact, beside the rig's context."""
+"""Inputs of the network for one contact, besides the rig's context."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ INPUTS = 3 * STAGES[-1] + len(NAMES) + BESIDE
 
 
 def beside(touches: Touches, rig: Rig) -> NDArray[np.float64]:
-    """What is known of closing speed and radius, told or heard, shape (n, BESIDE).
+    """Return inputs for closing speed and radius, shape (n, BESIDE).
 
     It is the same at any time after the contact.
     """
@@ -36,7 +36,7 @@ def beside(touches: Touches, rig: Rig) -> NDArray[np.float64]:
 
 
 def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
-    """What is known beside the signal, shape (n, BESIDE).
+    """Return inputs besides the signal, shape (n, BESIDE).
 
     Parameters
     ----------
@@ -48,16 +48,16 @@ def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
         As of :class:`firstcontact.models._touches.Touches`.
     """
     believed = alike > BELIEVED
-    told = ~np.isnan(radii)
+    has_radius = ~np.isnan(radii)
     with np.errstate(divide="ignore"):
-        curvature = np.log1p(TIP / np.where(told, radii, np.inf))
+        curvature = np.log1p(TIP / np.where(has_radius, radii, np.inf))
     return np.stack(
         [
             np.where(believed, np.clip(speed, -1.0, 1.0), 0.0) * 4,
             believed,
             alike,
-            told,
-            np.where(told, curvature, 0.0),
+            has_radius,
+            np.where(has_radius, curvature, 0.0),
         ],
         axis=1,
     )
@@ -89,14 +89,14 @@ def relative_inputs(
     return network_inputs(Shape.of(after, valid, level, sign), known)
 
 
-def network_inputs(shape: Shape, known: NDArray[np.float64]) -> NDArray[np.float64]:
+def network_inputs(shape: Shape, rig_features: NDArray[np.float64]) -> NDArray[np.float64]:
     """The same where the shape of the contacts is known already."""
     v = shape.v
     peak = np.maximum(v.max(axis=1), LEAST * shape.level)[:, None]
     # A hard thing on a soft rig is many times the level: its logarithm keeps it in bounds.
     scaled = np.copysign(np.log1p(np.abs(v) * (2 / shape.level[:, None])), v) / 2
     waves = [_resampled(w) for w in (scaled, v / peak, shape.there)]
-    return np.concatenate([*waves, shape.features, known], axis=1)
+    return np.concatenate([*waves, shape.features, rig_features], axis=1)
 
 
 def _resampled(wave: NDArray[np.generic]) -> NDArray[np.generic]:

@@ -58,27 +58,27 @@ class NetworkSteps:
         self._vectors[node.output[0]], self._shapes[node.output[0]] = gives, shape
 
     def _conv(self, node: Any) -> None:
-        told = {a.name: list(a.ints) or a.i for a in node.attribute}
+        attributes = {a.name: list(a.ints) or a.i for a in node.attribute}
         weight: NDArray[Any] = self._constants[node.input[1]][:, :, 0, :]
         bias = self._constants[node.input[2]]
         takes, (samples, channels) = self._vectors[node.input[0]], self._shapes[node.input[0]]
-        stride, group, taps = told["strides"][-1], told.get("group", 1), weight.shape[2]
-        plain = told.get("pads") == [0, taps // 2, 0, taps // 2] and taps % 2 == 1
-        plain &= set(told.get("dilations", [1])) == {1} and group in (1, channels)
+        stride, group, taps = attributes["strides"][-1], attributes.get("group", 1), weight.shape[2]
+        plain = attributes.get("pads") == [0, taps // 2, 0, taps // 2] and taps % 2 == 1
+        plain &= set(attributes.get("dilations", [1])) == {1} and group in (1, channels)
         _require(plain and (group == 1 or len(weight) == channels))
         shape = (samples - 1) // stride + 1, len(weight)
         if group == 1:
             self._add(node, lambda to: layers.conv(takes, to, samples, weight, bias, stride), shape)
         else:
-            own = weight[:, 0]
+            kernels = weight[:, 0]
             self._add(
-                node, lambda to: layers.depthwise(takes, to, samples, own, bias, stride), shape
+                node, lambda to: layers.depthwise(takes, to, samples, kernels, bias, stride), shape
             )
 
     def _gemm(self, node: Any) -> None:
-        told = {a.name: a.f if a.type == a.FLOAT else a.i for a in node.attribute}
-        _require(told.get("transB", 0) == 1 and told.get("transA", 0) == 0)
-        _require({told.get("alpha", 1.0), told.get("beta", 1.0)} == {1.0})
+        attributes = {a.name: a.f if a.type == a.FLOAT else a.i for a in node.attribute}
+        _require(attributes.get("transB", 0) == 1 and attributes.get("transA", 0) == 0)
+        _require({attributes.get("alpha", 1.0), attributes.get("beta", 1.0)} == {1.0})
         weight, bias = self._constants[node.input[1]], self._constants[node.input[2]]
         takes = self._vectors[node.input[0]]
         self._add(node, lambda to: dense(takes, to, weight, bias), (1, len(weight)))
@@ -90,14 +90,14 @@ class NetworkSteps:
     def _mul(self, node: Any) -> None:
         x, by = sorted(node.input, key=lambda name: name in self._logistic)
         _require(x not in self._logistic and by in self._logistic)
-        asked, (samples, channels) = self._logistic[by], self._shapes[x]
+        logistic, (samples, channels) = self._logistic[by], self._shapes[x]
         takes = self._vectors[x]
-        if asked == x:
+        if logistic == x:
             size = samples * channels
             self._add(node, lambda to: layers.silu(takes, to, size), (samples, channels))
             return
-        _require(self._shapes[asked] == (1, channels))
-        both = takes, self._vectors[asked]
+        _require(self._shapes[logistic] == (1, channels))
+        both = takes, self._vectors[logistic]
         self._add(node, lambda to: layers.gate(both, to, samples, channels), (samples, channels))
 
     def _plus(self, node: Any) -> None:

@@ -1,4 +1,4 @@
-"""Whether a contact is like anything that was learned from."""
+"""Detection of contacts that are unlike the training data."""
 
 from __future__ import annotations
 
@@ -28,26 +28,26 @@ _SHRINK = 1e-3
 
 def traits(
     signals: NDArray[np.floating],
-    before: int,
+    lead: int,
     valid: NDArray[np.intp],
     level: NDArray[np.float64],
     sign: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """What tells a strange contact, shape (n, TRAITS).
+    """Return the traits that mark out-of-range contacts, shape (n, TRAITS).
 
     Parameters
     ----------
-    signals, before, valid
+    signals, lead, valid
         As of :class:`firstcontact.models._touches.Touches`.
     level, sign
         Of the rig, shape (n,).
     """
-    return shape_traits(Shape.of(signals[:, before:], valid, level, sign), signals[:, :before])
+    return shape_traits(Shape.of(signals[:, lead:], valid, level, sign), signals[:, :lead])
 
 
-def shape_traits(shape: Shape, before: NDArray[np.floating]) -> NDArray[np.float64]:
+def shape_traits(shape: Shape, lead_signals: NDArray[np.floating]) -> NDArray[np.float64]:
     """The same where the shape of the contacts is known already; signals before them."""
-    quiet = before[:, : before.shape[1] // 2]
+    quiet = lead_signals[:, : lead_signals.shape[1] // 2]
     noise = quiet.std(axis=1)
     # A converter at its end, or a dead one, repeats itself.
     counted = shape.there[:, 1:]
@@ -57,15 +57,15 @@ def shape_traits(shape: Shape, before: NDArray[np.floating]) -> NDArray[np.float
     return np.concatenate([shape.features, loud[:, None], 10 * flat[:, None]], axis=1)
 
 
-def still(found: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which traits (n, TRAITS) are of a sensor that is dead or at its end half of the time."""
-    out: NDArray[np.bool_] = found[:, -1] > 10 * STILL
+def still(trait_values: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return True for traits (n, TRAITS) of a sensor that is dead or clipped half of the time."""
+    out: NDArray[np.bool_] = trait_values[:, -1] > 10 * STILL
     return out
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Familiar:
-    """What contacts are like that were learned from, at each stage.
+    """Statistics of the training contacts, at each stage.
 
     Parameters
     ----------
@@ -93,25 +93,25 @@ class Familiar:
     def of(cls, seen: list[NDArray[np.float64]]) -> Familiar:
         """Learned from traits at each stage, shape (n, TRAITS) each."""
         means, whitenings, limits = [], [], []
-        for found in seen:
-            mean = np.median(found, axis=0)
-            covariance = np.cov(found, rowvar=False) + _SHRINK * np.eye(TRAITS)
+        for trait_values in seen:
+            mean = np.median(trait_values, axis=0)
+            covariance = np.cov(trait_values, rowvar=False) + _SHRINK * np.eye(TRAITS)
             whitening = np.linalg.inv(np.linalg.cholesky(covariance))
-            distance = _distance(found - mean, whitening)
+            distance = _distance(trait_values - mean, whitening)
             means.append(mean)
             whitenings.append(whitening)
             limits.append(np.quantile(distance, 1 - FALSE_ALARMS))
         return cls(np.array(means), np.array(whitenings), np.array(limits))
 
     def strange(
-        self, found: NDArray[np.float64], stages: NDArray[np.intp], has_level: bool = True
+        self, trait_values: NDArray[np.float64], stages: NDArray[np.intp], has_level: bool = True
     ) -> NDArray[np.bool_]:
         """Return True for traits (n, TRAITS) that lie outside at their stages, shape (n,).
 
         Without the level of the rig, the gain that makes each contact least strange is taken,
         and a sensor that is dead or at its end is strange anyway.
         """
-        far = found - self.mean[stages]
+        far = trait_values - self.mean[stages]
         # At a stage all have the same length: between stages it would be the strangest of all.
         far[:, NAMES.index("length")] = 0.0
         away = np.einsum("nij,nj->ni", self.whitening[stages], far)
@@ -121,10 +121,10 @@ class Familiar:
             along /= np.maximum(np.linalg.norm(along, axis=1), 1e-30)[:, None]
             square = np.maximum(square - np.einsum("ni,ni->n", away, along[stages]) ** 2, 0.0)
         out: NDArray[np.bool_] = np.sqrt(square) > self.limit[stages]
-        return out if has_level else out | still(found)
+        return out if has_level else out | still(trait_values)
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """By name, for :meth:`from_arrays`."""
+        """Return the arrays by name, for :meth:`from_arrays`."""
         return {
             "familiar.mean": self.mean,
             "familiar.whitening": self.whitening.astype(np.float32),
@@ -134,9 +134,9 @@ class Familiar:
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Familiar:
         """Return the inverse of :meth:`to_arrays`; InputError where arrays do not fit."""
-        whole = (len(STAGES), TRAITS)
-        mean = take_array(arrays, "familiar.mean", *whole)
-        whitening = take_array(arrays, "familiar.whitening", *whole, TRAITS)
+        shape = (len(STAGES), TRAITS)
+        mean = take_array(arrays, "familiar.mean", *shape)
+        whitening = take_array(arrays, "familiar.whitening", *shape, TRAITS)
         limit = take_array(arrays, "familiar.limit", len(STAGES))
         return cls(*(a.astype(np.float64) for a in (mean, whitening, limit)))
 

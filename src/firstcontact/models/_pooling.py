@@ -59,5 +59,5 @@ def combine(values: Sequence[float], half_widths: Sequence[float]) -> Combined:
     single = n / weight.sum()
     width = float(np.sqrt(single * (SHARED**2 + (1 - SHARED**2) / n)))
     least, most = SHORE_A
-    low, high = (min(max(mean + way * width, least), most) for way in (-1, 1))
+    low, high = (min(max(mean + sign * width, least), most) for sign in (-1, 1))
     return Combined(mean, low, high, width, n)

@@ -1,4 +1,4 @@
-"""The same kernel machine with fewer vectors: chosen one by one, all weights fitted anew.
+"""Reduced sets of a kernel machine: fewer vectors, with weights fitted again.
 
 B. Schölkopf et al.: Input space versus feature space in kernel-based methods, 1999, section V:
 a reduced set. Here it is fitted to what the machine says of the windows that it learned from, by

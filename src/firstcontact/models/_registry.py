@@ -1,4 +1,4 @@
-"""All estimators by name; a new one is one file and one line here."""
+"""Registry of estimators; a new one is one file and one line here."""
 
 from __future__ import annotations
 
@@ -19,9 +19,8 @@ ESTIMATORS: Registry[type[Estimator]] = Registry(
         "peak": "firstcontact.models._baselines:Peak",
         "svm": "firstcontact.models._svm:Svm",
         "cnn": "firstcontact.models._cnn:Cnn",
-        "gaussian_process": "firstcontact.models._gaussian_process:GaussianProcess",
-        "minirocket": "firstcontact.models._minirocket:MiniRocket",
         "log_spectrum": "firstcontact.models._log_spectrum:LogSpectrum",
+        "network": "firstcontact.models._network_estimator:NetworkEstimator",
     },
     default="svm",
     base="firstcontact.models._estimator:Estimator",
@@ -30,7 +29,7 @@ ESTIMATORS: Registry[type[Estimator]] = Registry(
 
 
 def model_kind(kind: str) -> type[WindowModel]:
-    """What a model of this kind, as its card says, is read with.
+    """Return the class that reads window models of this kind.
 
     Raises
     ------
@@ -42,12 +41,17 @@ def model_kind(kind: str) -> type[WindowModel]:
     if kind == RegressorModel.kind:
         return RegressorModel
     # Those of this package come first: no plug-in is imported for them.
-    models = (entry.model for entry in ESTIMATORS.values())
-    found = next((model for model in models if model.kind == kind), None)
-    if found is None:
-        kinds = ", ".join(entry.model.kind for entry in ESTIMATORS.values())
+    models = (entry.model for entry in ESTIMATORS.values() if entry.takes_windows)
+    model_class = next((model for model in models if model.kind == kind), None)
+    if model_class is None:
+        kinds = ", ".join(entry.model.kind for entry in window_estimators().values())
         raise InputError(f"no model is of kind {kind!r} (there are {kinds})")
-    return found
+    return model_class
+
+
+def window_estimators() -> dict[str, type[Estimator]]:
+    """Return the registered estimators that learn from windows, by name."""
+    return {name: entry for name, entry in ESTIMATORS.items() if entry.takes_windows}
 
 
 def find_estimator(estimator: object) -> type[Estimator]:

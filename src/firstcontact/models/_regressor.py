@@ -216,7 +216,7 @@ def named_estimator(name: str) -> type[RegressorEstimator]:
 
 
 def fresh(regressor: Any, seed: int) -> Any:
-    """Return an unfitted regressor of its own for one training."""
+    """Return a new unfitted regressor for one training."""
     if isinstance(regressor, type):
         return regressor(**({"random_state": seed} if _takes_seed(regressor) else {}))
     if not hasattr(regressor, "get_params"):

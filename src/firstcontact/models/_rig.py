@@ -1,4 +1,4 @@
-"""What a rig's own block pinches say about the rig: the context of the in-context network."""
+"""Summary of a rig from its block pinches: the context of the network."""
 
 from __future__ import annotations
 
@@ -73,18 +73,18 @@ class Rig:
         """
         if not len(touches):
             raise InputError("a rig is learned from pinches of known Shore A: there is none")
-        after = touches.after.astype(np.float64)
+        signals = touches.after.astype(np.float64)
         heard = spectra(touches.signals, touches.before, touches.rate)
         pitch = MotorPitch.of(heard)
         speed, alike = pitch.listen(heard)
-        longest = masked(after, touches.valid)
+        longest = masked(signals, touches.valid)
         extreme = np.where(-longest.min(axis=1) > longest.max(axis=1), -1.0, 1.0)
         sign = 1.0 if np.median(extreme) >= 0 else -1.0
         peaks = np.log(np.maximum((sign * longest).max(axis=1), 1e-5))
         level_of = _levels(shore_a)
         groups = [np.flatnonzero(level_of == g) for g in np.unique(level_of)]
         level = float(np.exp(np.mean([np.median(peaks[g]) for g in groups])))
-        told = touches.speeds[np.isfinite(touches.speeds)]
+        speeds = touches.speeds[np.isfinite(touches.speeds)]
         believed = alike > BELIEVED
         noise = touches.signals[:, : touches.before // 2].std(axis=1).mean()
         general = np.array(
@@ -94,16 +94,16 @@ class Rig:
                 np.std(speed[believed]) if believed.sum() > 3 else 0.2,
                 np.log(len(touches)) - 4,
                 len(groups) / 4 - 1,
-                float(len(told) > 0),
+                float(len(speeds) > 0),
             ]
         )
-        usual = float(np.median(told)) if len(told) else float("nan")
+        usual = float(np.median(speeds)) if len(speeds) else float("nan")
         tokens = np.stack([_tokens(touches, sign, level, s, shore_a, groups) for s in STAGES])
         return cls(level, sign, pitch, usual, tokens, general)
 
 
 def stage_of(valid: NDArray[np.intp] | int, rate: float) -> NDArray[np.intp]:
-    """Place in ``STAGES`` of the context that goes with so many valid samples."""
+    """Return the position in ``STAGES`` for a number of valid samples."""
     share = np.asarray(valid) * (STAGES[-1] / lengths(rate)[1])
     place = np.searchsorted(STAGES, share - 1e-9)
     return np.minimum(place, len(STAGES) - 1).astype(np.intp)
@@ -125,17 +125,17 @@ def _tokens(
     shore_a: Values,
     groups: list[NDArray[np.intp]],
 ) -> NDArray[np.float64]:
-    """What is known of each level at a stage, shape (levels, TOKEN)."""
+    """Return the tokens of each level at a stage, shape (levels, TOKEN)."""
     samples = round(stage * lengths(touches.rate)[1] / STAGES[-1])
     valid = np.minimum(touches.valid, samples)
     n = len(touches)
-    after = touches.after.astype(np.float64)
-    found = Shape.of(after, valid, np.full(n, level), np.full(n, sign)).features
-    places = np.linspace(0, after.shape[1] - 1, WAVE).round().astype(np.intp)
+    signals = touches.after.astype(np.float64)
+    features = Shape.of(signals, valid, np.full(n, level), np.full(n, sign)).features
+    places = np.linspace(0, signals.shape[1] - 1, WAVE).round().astype(np.intp)
     waves = np.where(places < touches.valid[:, None], sign * touches.after[:, places], np.nan)
     out = np.empty((len(groups), TOKEN))
     for row, group in enumerate(groups):
-        ordered = np.sort(found[group], axis=0)
+        ordered = np.sort(features[group], axis=0)
         low, middle, high = (ordered[round(q * (len(group) - 1))] for q in (0.25, 0.5, 0.75))
         out[row] = np.concatenate(
             [
@@ -150,10 +150,10 @@ def _tokens(
 
 def _median(waves: NDArray[np.float64]) -> NDArray[np.float64]:
     """Median of what is known at each point; 0 where nothing is."""
-    known = np.isfinite(waves)
-    filled = np.where(known, waves, np.inf)
+    is_finite = np.isfinite(waves)
+    filled = np.where(is_finite, waves, np.inf)
     filled.sort(axis=0)
-    count = known.sum(axis=0)
+    count = is_finite.sum(axis=0)
     columns = np.arange(waves.shape[1])
     middle = filled[np.maximum(count - 1, 0) // 2, columns]
     return np.where(count > 0, middle, 0.0)

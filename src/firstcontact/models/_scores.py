@@ -100,7 +100,7 @@ class Scores(Protocol):
 
     @property
     def intervals(self) -> dict[str, Ends]:
-        """By the name of the score."""
+        """Return the scores by name."""
         ...
 
 

@@ -1,4 +1,4 @@
-"""How round a thing is where it is touched, as a person tells it."""
+"""Shape hints: radius of an object where it is touched, as a person states it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LEAST, MOST = 5.0, 200.0
 
 
 def radius_of(text: str) -> float:
-    """Radius in m that somebody told, as "flat" or a number of mm; infinite for what is flat.
+    """Return the radius in m of a hint, "flat" or a number of mm; infinite for flat.
 
     NaN where nothing is told, as by "".
 
@@ -40,7 +40,7 @@ def radius_of(text: str) -> float:
 
 
 def in_words(radius: float | None) -> str:
-    """What was told, "" where nothing was: None, or NaN."""
+    """Return the hint of a radius as text, "" for None or NaN."""
     if radius is None or math.isnan(radius):
         return ""
     return FLAT if math.isinf(radius) else f"radius {1000 * radius:g} mm"

@@ -1,4 +1,4 @@
-"""What a model takes and what it answers."""
+"""Specification of window models: task, rate, shape of windows, and classes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Values = NDArray[np.float64]
 
 
 class Task(StrEnum):
-    """What is asked of an estimator."""
+    """Learning task of an estimator."""
 
     REGRESSION = "regression"
     CLASSIFICATION = "classification"
@@ -25,7 +25,7 @@ class Task(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Spec:
-    """What a model takes and what it answers.
+    """Specification of a window model.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ class Spec:
 
 
 def usable(X: NDArray[Any]) -> NDArray[np.bool_]:
-    """Which windows (n, samples, channels) are finite and constant in no channel: shape (n,)."""
+    """Return a mask of windows (n, samples, channels) that are finite and vary, shape (n,)."""
     if X.shape[1] == 0:
         return np.zeros(len(X), dtype=np.bool_)
     with np.errstate(invalid="ignore", over="ignore"):

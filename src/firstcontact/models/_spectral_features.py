@@ -1,4 +1,4 @@
-"""What of a window survives another gain: its spectrum without its level, its course in time.
+"""Gain-free features of a window: its spectrum without its level, its course in time.
 
 A harder thing is touched for a shorter time (Hertz), which moves energy to higher frequencies
 and earlier in the window; how loud it is depends on the sensor more than on the thing.
@@ -43,7 +43,7 @@ def log_bands(waves: Values, rate: float) -> Values:
 
 
 def padded_length(samples: int) -> int:
-    """What windows of this length are padded to for the coarse spectrum."""
+    """Return the padded length of windows for the coarse spectrum."""
     return max(PADDED, 1 << (samples - 1).bit_length())
 
 
@@ -81,7 +81,7 @@ def _fade(n: int) -> Values:
 
 
 def faded_lines(samples: int, length: int) -> NDArray[np.complex128]:
-    """What makes the spectrum of a faded window of one of its samples, shape (lines, samples)."""
+    """Return the matrix from samples to the spectrum of a faded window, shape (lines, samples)."""
     each: NDArray[np.complex128] = np.fft.rfft(np.diag(_fade(samples)), length, axis=1).T
     return each
 

@@ -23,7 +23,7 @@ COURSE = len(QUANTILES) + 3
 
 
 def spectral_program(kind: str, spec: Spec, weights: Values, offset: Values) -> Program:
-    """What a linear model makes of the features of each channel.
+    """Return the program of a linear model on the features of each channel.
 
     Parameters
     ----------
@@ -38,11 +38,11 @@ def spectral_program(kind: str, spec: Spec, weights: Values, offset: Values) -> 
     made: list[Step] = [shapes.over_peak(INPUT, "waves", n * channels)]
     parts: list[str] = []
     columns = np.split(weights, channels, axis=1)
-    for channel, own in enumerate(columns):
+    for channel, column in enumerate(columns):
         at = f"_{channel}"
-        spectral, rest = own, own[:, :0]
+        spectral, course_weights = column, column[:, :0]
         if "course" in kind:
-            spectral, rest = own[:, :-COURSE], own[:, -COURSE:]
+            spectral, course_weights = column[:, :-COURSE], column[:, -COURSE:]
         length = padded_length(n) if "bands" in kind else n
         lines = faded_lines(n, length)
         heard = np.zeros((2 * len(lines), n, channels))
@@ -59,9 +59,11 @@ def spectral_program(kind: str, spec: Spec, weights: Values, offset: Values) -> 
         made.append(shapes.level_free(level, "spectrum" + at, size, FLOOR / size))
         made.append(dense("spectrum" + at, "said" + at, spectral, offset / channels))
         parts.append("said" + at)
-        if rest.size:
+        if course_weights.size:
             made.append(shapes.course(INPUT, "course" + at, n, channels, channel, QUANTILES))
-            made.append(dense("course" + at, "when" + at, rest, np.zeros(len(rest))))
+            made.append(
+                dense("course" + at, "when" + at, course_weights, np.zeros(len(course_weights)))
+            )
             parts.append("when" + at)
     total = parts[0]
     for number, part in enumerate(parts[1:]):

@@ -1,4 +1,4 @@
-"""Who learns and who is asked: splits that say what they share."""
+"""Splits into training and test data that declare what both sides share."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ RANDOM_TEST = 0.1
 
 
 class Group(StrEnum):
-    """What a split may have on both of its sides."""
+    """Kind of group that a split may have on both sides."""
 
     SESSION = "session"
     SPECIMEN = "specimen"
@@ -118,10 +118,10 @@ def by_session(
     """
     from sklearn.model_selection import GroupKFold, StratifiedGroupKFold
 
-    known = np.unique(sessions)
-    if len(known) < 2 or "" in known:
+    names = np.unique(sessions)
+    if len(names) < 2 or "" in names:
         raise ValueError("a split by session needs two known sessions or more")
-    folds = min(folds, len(known))
+    folds = min(folds, len(names))
     fewest = int(np.unique(classes, return_counts=True)[1].min())
     # Small classes cannot be stratified; sessions stay whole either way.
     splitter = (
@@ -129,10 +129,10 @@ def by_session(
         if fewest >= folds
         else GroupKFold(folds)
     )
-    found = splitter.split(np.zeros((len(classes), 1)), classes, groups=sessions)
+    dealt = splitter.split(np.zeros((len(classes), 1)), classes, groups=sessions)
     return [
         Split(f"sessions {i}", train, test, frozenset({Group.SPECIMEN}))
-        for i, (train, test) in enumerate(found)
+        for i, (train, test) in enumerate(dealt)
         if len(train) and len(test)
     ]
 
@@ -168,7 +168,7 @@ def unseen_objects(test: NDArray[np.bool_], shares: Sequence[Group] = ()) -> Spl
 
 
 def learns_one_value(splits: Sequence[Split], values: NDArray[Any]) -> bool:
-    """Whether some training side has fewer than two values: nothing to tell apart."""
+    """Return True if some training side has fewer than two values."""
     return any(len(np.unique(values[split.train])) < 2 for split in splits)
 
 

@@ -120,8 +120,8 @@ def search(
     chosen = np.sort(rng.permutation(len(y))[:most])
     inputs, y = inputs[chosen], y[chosen]
     folds = [
-        (train, held)
-        for train, held in inner_folds(y, None if groups is None else groups[chosen], seed)
+        (train, validation)
+        for train, validation in inner_folds(y, None if groups is None else groups[chosen], seed)
         if len(np.unique(y[train])) > 1
     ]
     regression = task is Task.REGRESSION
@@ -133,14 +133,14 @@ def search(
         grids = [{"epsilon": [epsilon], **grids[0]} for epsilon in EPSILON_GRID]
     if not folds:
         return C_GRID[0], gammas[0], EPSILON_GRID[0] if regression else 0.0
-    found = GridSearchCV(
+    search = GridSearchCV(
         machine_of(task, (1.0, 1.0, 0.0)),
         grids,
         scoring=make_scorer(loss, greater_is_better=False),
         cv=folds,
         refit=_first_close,
     ).fit(inputs, y)
-    best = found.best_params_
+    best = search.best_params_
     return best["C"], best["gamma"], best.get("epsilon", 0.0)
 
 

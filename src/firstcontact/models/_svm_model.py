@@ -23,20 +23,20 @@ SIZES = (25, 50, 75, 100, 150, 200, 300, 500)
 
 
 def log_rms(X: Windows) -> NDArray[np.float64]:
-    """How loud each window (n, samples, channels) is: the logarithm of its RMS, shape (n,)."""
+    """Return the logarithm of the RMS of windows (n, samples, channels), shape (n,)."""
     flat = X.reshape(len(X), -1).astype(np.float64)
     loud: NDArray[np.float64] = 0.5 * np.log((flat**2).mean(axis=1))
     return loud
 
 
 def level_of(X: Windows) -> NDArray[np.float64]:
-    """What :func:`shape_and_level` takes of training windows (n, samples, channels)."""
+    """Return mean and standard deviation of the log RMS of windows (n, samples, channels)."""
     loud = log_rms(X)
     return np.array([loud.mean(), loud.std() or 1.0])
 
 
 def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float32]:
-    """What the machine sees: the window divided by its own RMS, and how loud it was.
+    """Return windows divided by their RMS, and their standardised log RMS.
 
     A sensor's gain moves the level and leaves the shape alone.
 
@@ -122,7 +122,7 @@ class SvmModel(ArraysModel):
 
     @property
     def notes(self) -> Mapping[str, Any]:
-        """What the search chose, and how many support vectors that took."""
+        """Return the hyper-parameters of the search, and the number of support vectors."""
         c, gamma, epsilon = (float(p) for p in self.parameters)
         chosen = {"C": c, "gamma": gamma, "support_vectors": len(self._kernel)}
         return chosen | ({"epsilon": epsilon} if self.spec.task is Task.REGRESSION else {})

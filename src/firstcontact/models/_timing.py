@@ -1,4 +1,4 @@
-"""How long one window takes, beside the library that trained the model."""
+"""Inference time of one window, beside that of the training library."""
 
 from __future__ import annotations
 
@@ -63,13 +63,13 @@ def timed(call: Call, windows: Sequence[Any] | NDArray[Any], calls: int) -> Time
         began = time.perf_counter_ns()
         call(window)
         spent[i] = time.perf_counter_ns() - began
-        before, switches = switches, preemptions()
-        preempted[i] = switches > before
+        switches_before, switches = switches, preemptions()
+        preempted[i] = switches > switches_before
     return Timed(spent / 1e3, preempted)
 
 
 def preemptions() -> int:
-    """How often other processes have taken the core away from this thread."""
+    """Return how often other processes preempted this thread."""
     return resource.getrusage(_WHOSE).ru_nivcsw
 
 
@@ -103,7 +103,7 @@ class InferenceTime(Record, frozen=True, kw_only=True):
 def time_inference(
     model: WindowModel, X: Windows, reference: Reference | None, calls: int = 10_000
 ) -> InferenceTime:
-    """Single-window inference on one thread, beside the training library in the same run.
+    """Measure single-window inference on one thread, and that of the training library.
 
     Parameters
     ----------
@@ -118,21 +118,21 @@ def time_inference(
     """
     import threadpoolctl
 
-    found = msgspec.structs.replace(
+    times = msgspec.structs.replace(
         time_calls(model.predict_one, X, calls),
         support_vectors=model.notes.get("support_vectors"),
     )
     if reference is None:
-        return found
+        return times
     with threadpoolctl.threadpool_limits(1):
         theirs = timed(reference.call, reference.inputs, max(1, calls // REFERENCE_SHARE))
     return msgspec.structs.replace(
-        found,
+        times,
         reference=reference.name,
         reference_p50=float(np.percentile(theirs.own, 50)),
         reference_p99=float(np.percentile(theirs.own, 99)),
         reference_calls=len(theirs.microseconds),
-        speedup=float(np.percentile(theirs.own, 50)) / found.p50,
+        speedup=float(np.percentile(theirs.own, 50)) / times.p50,
     )
 
 
@@ -142,13 +142,13 @@ def time_calls(call: Call, inputs: Sequence[Any] | NDArray[Any], calls: int) -> 
 
     busy = load()
     with threadpoolctl.threadpool_limits(1):
-        own = timed(call, inputs, calls)
+        times = timed(call, inputs, calls)
     return InferenceTime(
-        p50=float(np.percentile(own.own, 50)),
-        p99=float(np.percentile(own.own, 99)),
-        p99_with_preempted=float(np.percentile(own.microseconds, 99)),
+        p50=float(np.percentile(times.own, 50)),
+        p99=float(np.percentile(times.own, 99)),
+        p99_with_preempted=float(np.percentile(times.microseconds, 99)),
         calls=calls,
-        preempted=int(own.preempted.sum()),
+        preempted=int(times.preempted.sum()),
         load=busy,
         cores=os.cpu_count() or 1,
     )

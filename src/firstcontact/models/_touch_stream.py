@@ -64,12 +64,12 @@ class TouchStream:
 
     @property
     def ended(self) -> bool:
-        """Whether nothing more comes."""
+        """Return True if no further prediction will come."""
         return not self._left
 
     @property
     def due(self) -> int | None:
-        """So many more samples complete the next moment; None where none is to come."""
+        """Return the number of samples until the next moment, None after the last."""
         if self._contact is None or not self._left:
             return None
         return self._contact.sample + self._left[0] - self._end
@@ -98,11 +98,11 @@ class TouchStream:
         contact = self._contact
         if contact is None:
             return None
-        there = self._end - contact.sample
-        now = np.array([n for n in self._left if n <= there], np.intp)
+        available = self._end - contact.sample
+        now = np.array([n for n in self._left if n <= available], np.intp)
         if not len(now):
             return None
-        start = len(self._past) - there
+        start = len(self._past) - available
         signal = None
         if contact.finger in self._fingers and start >= 0:
             column = self._past[:, self._fingers.index(contact.finger)]

@@ -1,4 +1,4 @@
-"""What is known of a contact while it goes on: the signal so far, and what is known beside it."""
+"""Contacts with the signal so far, and hints on speed and shape."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ChannelKind, Contact, Dataset, Finger, Pinch
+from firstcontact.core import FINGERTIP_WINDOW, ChannelKind, Contact, Dataset, Finger, Pinch
 from firstcontact.signal import BASELINE, BASELINE_GUARD, DeviceSmoothing, samples_in
 
 #: So much of the signal before the contact is looked at, s: there the motor is heard.
 BEFORE = 0.040
 #: Answers come from so long after the contact on, and until so long after it, s.
 SHORTEST = 0.002
-LONGEST = 0.015
+LONGEST = FINGERTIP_WINDOW
 #: Times after the contact that answers are scored at, ms.
 TIMES = (2, 3, 5, 8, 15)
 
@@ -68,7 +68,7 @@ class Touches:
 
     @property
     def answerable(self) -> NDArray[np.bool_]:
-        """Which have enough valid samples for an answer, shape (n,)."""
+        """Return a mask of contacts with enough valid samples for a prediction, shape (n,)."""
         return self.valid >= lengths(self.rate)[0]
 
     @property
@@ -81,13 +81,13 @@ class Touches:
         """Signals from the contacts on, shape (n, samples)."""
         return self.signals[:, self.before :]
 
-    def take(self, which: NDArray[Any]) -> Touches:
-        """Those at these positions, or where a mask is true."""
-        arrays = {f.name: getattr(self, f.name)[which] for f in fields(self) if f.name != "rate"}
+    def take(self, rows: NDArray[Any]) -> Touches:
+        """Return the contacts at these positions, or where a mask is true."""
+        arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "rate"}
         return Touches(rate=self.rate, **arrays)
 
     def until(self, samples: int) -> Touches:
-        """The same contacts after so many samples."""
+        """Return the contacts cut after a number of samples."""
         return replace(self, valid=np.minimum(self.valid, samples))
 
 
@@ -115,16 +115,16 @@ def cut_touch(volts: NDArray[Any], start: int, rate: float) -> Signals | None:
         Shape (samples,); None where too little comes before the contact or after it, where it
         is not finite, or where the sensor does not move at all.
     """
-    before, longest = samples_in(BEFORE, rate), samples_in(LONGEST, rate)
-    here = volts[max(start - before, 0) : start + longest]
-    if start < before or len(here) < before + lengths(rate)[0]:
+    lead, longest = samples_in(BEFORE, rate), samples_in(LONGEST, rate)
+    segment = volts[max(start - lead, 0) : start + longest]
+    if start < lead or len(segment) < lead + lengths(rate)[0]:
         return None
-    quiet_end = before - samples_in(BASELINE_GUARD, rate)
-    baseline = here[quiet_end - samples_in(BASELINE, rate) : quiet_end].mean()
-    if not np.isfinite(here).all() or np.ptp(here) == 0.0:
+    quiet_end = lead - samples_in(BASELINE_GUARD, rate)
+    baseline = segment[quiet_end - samples_in(BASELINE, rate) : quiet_end].mean()
+    if not np.isfinite(segment).all() or np.ptp(segment) == 0.0:
         return None
-    out = np.zeros(before + longest, np.float32)
-    out[: len(here)] = here - baseline
+    out = np.zeros(lead + longest, np.float32)
+    out[: len(segment)] = segment - baseline
     return out
 
 
@@ -152,10 +152,10 @@ def touches_of(
     which : ndarray
         Their positions in the dataset, shape (n,).
     """
-    others = [p.second for p in dataset.pinches] if seconds is None else list(seconds)
-    signals, valid, fingers, which = [], [], [], []
+    second_contacts = [p.second for p in dataset.pinches] if seconds is None else list(seconds)
+    signals, valid, fingers, positions = [], [], [], []
     for place, (pinch, first, second) in enumerate(
-        zip(dataset.pinches, contacts, others, strict=True)
+        zip(dataset.pinches, contacts, second_contacts, strict=True)
     ):
         signal = None if first is None else _signal(pinch, first)
         if first is None or signal is None:
@@ -168,7 +168,7 @@ def touches_of(
         signals.append(signal)
         valid.append(most)
         fingers.append(finger_number(first.finger))
-        which.append(place)
+        positions.append(place)
     rate = dataset.layout.rate
     width = samples_in(BEFORE, rate) + samples_in(LONGEST, rate)
     return (
@@ -178,7 +178,7 @@ def touches_of(
             np.array(fingers, np.intp),
             rate,
         ),
-        np.array(which, np.intp),
+        np.array(positions, np.intp),
     )
 
 

@@ -12,7 +12,6 @@ from firstcontact.contact import DETECTORS, Detector, make_detector, pretrained_
 from firstcontact.core import (
     Dataset,
     InputError,
-    Serial,
     counted,
     is_same_rate,
     parallel,
@@ -21,7 +20,7 @@ from firstcontact.core import (
     to_tree,
     worker_count,
 )
-from firstcontact.models._adapting import Adapted, adapt_network
+from firstcontact.models._adapting import Adapted
 from firstcontact.models._alignment import Alignment, fit_detector, found_as_live, known
 from firstcontact.models._anytime_file import pretrained
 from firstcontact.models._bundle import (
@@ -35,6 +34,7 @@ from firstcontact.models._final_model import FinalModel, train_final_model
 from firstcontact.models._in_context import InContextModel
 from firstcontact.models._labelled_touches import LabelledTouches
 from firstcontact.models._learned_from import Digests, pinch_digests
+from firstcontact.models._network_estimator import NetworkEstimator
 from firstcontact.models._registry import ESTIMATORS, find_estimator
 from firstcontact.models._regressor import RegressorEstimator
 from firstcontact.models._scores import TaskScores
@@ -83,17 +83,18 @@ def train(
         Name in the registry of estimators; ``PACKAGE:NAME`` of a regressor or classifier in
         scikit-learn's form; or such an object itself, as a class or an instance (a pipeline). It
         is trained on rows of volts and saved by skops, which takes types of scikit-learn only.
+        "network" conditions the network alone, as :func:`adapt` does.
     detector
         Name of the contact detector; the default one by default.
     task
         "regression" of Shore A, or "classification" into the levels of ``data``.
     contacts
         Windows start at "known" contacts or at "detected" ones; "auto" takes known ones where
-        there are any.
+        there are any. For the network "auto" takes detected ones.
     windows
-        Lengths of the windows after the contact, s; one model each.
+        Lengths of the windows after the contact, s; one model each. The network has none.
     level
-        Coverage of the intervals.
+        Coverage of the intervals; that of the network is fixed.
     rate
         Sampling rate to resample the pinches to first, Hz; by default that of the network where
         the labels are Shore A, and else their own.
@@ -127,6 +128,9 @@ def train(
         kind.check_saved(seed)
     if task not in tuple(Task):
         raise InputError(f"{task!r} is none of {', '.join(Task)}", parameter="task")
+    if not kind.takes_windows:
+        _check_network(task, windows, level, rate)
+        return _train_network(data, detector, contacts, seed, workers)
     dataset = _training_pinches(data)
     digests = pinch_digests(dataset.pinches)
     if rate is None and np.isfinite(dataset.shore_a).any():
@@ -171,10 +175,10 @@ def train(
     network = None
     if target == "shore_a":
         try:
-            network, said = _conditioned(dataset, digests, fitted, seed, aligned)
-            notes += [f"any-time model: {line}" for line in said]
+            network, sentences = _conditioned(dataset, digests, seed, aligned)
+            notes += [f"network: {line}" for line in sentences]
         except UnknownRigError as error:
-            notes.append(f"no any-time model: {error.message}")
+            notes.append(f"no network: {error.message}")
     return Model(fitted, tuple(models), network, tuple(notes), detector_data(fitted, dataset))
 
 
@@ -233,23 +237,16 @@ def adapt(data: Dataset | None = None, *, detector: str | None = None, seed: int
     'the rig is known by 60 pinches of 5 Shore A levels'
     """
     _check((DURATION,), 0.9, seed, None)
-    base = pretrained()
     if data is None:
-        own = pretrained_detector()
-        if detector is not None and detector != own.name:
+        fallback = pretrained_detector()
+        if detector is not None and detector != fallback.name:
             if DETECTORS.find(detector).learns:
                 raise InputError(
                     f"{detector} has to be fitted: name recordings, too", parameter="detector"
                 )
-            own = make_detector(detector)
-        return Model(own, (), NetworkPredictor(base))
-    dataset = _training_pinches(data)
-    digests = pinch_digests(dataset.pinches)
-    # The detector gets the network's rate, too: both listen to one stream.
-    dataset, notes = _resampled(dataset, base.rate)
-    fitted = fit_detector(dataset, detector)
-    network, said = _conditioned(dataset, digests, fitted, seed)
-    return Model(fitted, (), network, (*notes, *said))
+            fallback = make_detector(detector)
+        return Model(fallback, (), NetworkPredictor(pretrained()))
+    return _train_network(data, detector, "auto", seed, 1)
 
 
 def known_contacts(contacts: str, dataset: Dataset) -> bool:
@@ -264,13 +261,13 @@ def known_contacts(contacts: str, dataset: Dataset) -> bool:
         raise InputError(
             f"{contacts!r} is none of {', '.join(get_args(Contacts))}", parameter="contacts"
         )
-    there = any(p.first is not None for p in dataset.pinches)
-    if contacts == "known" and not there:
+    has_known = any(p.first is not None for p in dataset.pinches)
+    if contacts == "known" and not has_known:
         raise InputError(
             'no pinch has a known first contact: use "detected", or import with first_contact',
             parameter="contacts",
         )
-    return contacts == "known" or (contacts == "auto" and there)
+    return contacts == "known" or (contacts == "auto" and has_known)
 
 
 def scores_in_words(scores: TaskScores, target: Target) -> str:
@@ -381,12 +378,42 @@ def _interval_in_words(final: FinalModel, target: Target) -> str:
     )
 
 
+def _check_network(task: str, windows: Sequence[float], level: float, rate: float | None) -> None:
+    """Refuse what the network cannot do; InputError names the parameter."""
+    base = pretrained()
+    if task != Task.REGRESSION:
+        raise InputError(f"network does not learn {task}: choose regression", parameter="task")
+    if tuple(windows) != (DURATION,):
+        raise InputError(
+            "the network predicts from 2 to 15 ms after a contact: leave the lengths out",
+            parameter="windows",
+        )
+    if level != base.level:
+        raise InputError(f"intervals of the network have {base.level:g}", parameter="level")
+    if rate is not None and not is_same_rate(rate, base.rate):
+        raise InputError(f"the network takes {base.rate:g} Hz: leave it out", parameter="rate")
+
+
+def _train_network(
+    data: Dataset, detector: str | None, contacts: Contacts, seed: int, workers: int
+) -> Model:
+    """Return a detector and the network conditioned on the rig of these pinches."""
+    dataset = _training_pinches(data)
+    digests = pinch_digests(dataset.pinches)
+    # The detector gets the network's rate, too: both listen to one stream.
+    dataset, notes = _resampled(dataset, pretrained().rate)
+    fitted = fit_detector(dataset, detector)
+    if contacts != "auto" and known_contacts(contacts, dataset):
+        aligned = known(dataset)
+    else:
+        with parallel(worker_count(workers)) as runner:
+            aligned = found_as_live(dataset, fitted, seed, runner)
+    network, sentences = _conditioned(dataset, digests, seed, aligned)
+    return Model(fitted, (), network, (*notes, *sentences))
+
+
 def _conditioned(
-    dataset: Dataset,
-    digests: Digests,
-    detector: Detector,
-    seed: int,
-    contacts: Alignment | None = None,
+    dataset: Dataset, digests: Digests, seed: int, contacts: Alignment
 ) -> tuple[NetworkPredictor, list[str]]:
     """Condition the network on the rig of these pinches; give it with what there is to say.
 
@@ -403,7 +430,6 @@ def _conditioned(
             f"it takes {base.rate:g} Hz and these pinches have {dataset.layout.rate:g} Hz",
             parameter="data",
         )
-    contacts = contacts or found_as_live(dataset, detector, seed, Serial())
     if not np.isfinite(dataset.shore_a).any():
         raise UnknownRigError(
             "no pinch has a Shore A, and a rig is known by objects of known Shore A: record with "
@@ -412,9 +438,7 @@ def _conditioned(
         )
     labelled = LabelledTouches.of(dataset, contacts.contacts)
     try:
-        made = adapt_network(
-            base, labelled.touches, labelled.shore_a, labelled.named_sessions, seed
-        )
+        made = NetworkEstimator(Task.REGRESSION, base.rate).fit_contacts(labelled, seed)
     except InputError as error:
         raise UnknownRigError(error.message, parameter="data") from None
     if made.refusal:
@@ -438,7 +462,7 @@ def _conditioned(
 
 
 def _held_out_scores(made: Adapted) -> dict[str, float]:
-    scores = {f"held out, {way}": round(score, 3) for way, score in made.scores.items()}
+    scores = {f"held out, {scheme}": round(score, 3) for scheme, score in made.scores.items()}
     if made.check is not None:
         scores |= {
             "held out, always the mean": round(made.mean_rmse, 3),
@@ -451,7 +475,7 @@ def _held_out_scores(made: Adapted) -> dict[str, float]:
 def _checked_in_words(base: InContextModel, made: Adapted) -> list[str]:
     if made.check is None:
         return ["errors and intervals are not checked: too few pinches to hold some out"]
-    compared = ", ".join(f"{way}: rmse {score:.2f}" for way, score in made.scores.items())
+    compared = ", ".join(f"{scheme}: rmse {score:.2f}" for scheme, score in made.scores.items())
     widest = made.check.scales.max()
     widened = f"now up to {widest:.2f} times as wide" if widest > 1 else "kept"
     return [

@@ -1,4 +1,4 @@
-"""The folder that a training writes: what lies in it, and what of it may be replaced."""
+"""Checks of the folder that a training replaces."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class _Format:
 
 def folder_name(ms: float) -> str:
     """Folder of the model for windows of this length, ms: 3 becomes "03ms"."""
-    whole, dot, rest = f"{ms:g}".partition(".")
-    return f"{whole:0>2}{dot}{rest}ms"
+    digits, dot, decimals = f"{ms:g}".partition(".")
+    return f"{digits:0>2}{dot}{decimals}ms"
 
 
 def check_replaceable(out: Path, models: Collection[str], anytime: bool = False) -> bool:
@@ -32,7 +32,7 @@ def check_replaceable(out: Path, models: Collection[str], anytime: bool = False)
     models
         Folders of the models to come, below it; "" for itself.
     anytime
-        Whether an any-time model is to come.
+        True if a network is to come.
 
     Returns
     -------
@@ -52,10 +52,10 @@ def check_replaceable(out: Path, models: Collection[str], anytime: bool = False)
     from firstcontact.models import _learned_from as learned_from
     from firstcontact.models import _model_file as model_file
 
-    own = {model_file.CARD, model_file.WEIGHTS, learned_from.FILE}
+    model_files = {model_file.CARD, model_file.WEIGHTS, learned_from.FILE}
     detector = {DETECTOR_CARD, DETECTOR_WEIGHTS}
     running = {anytime_file.CARD, anytime_file.WEIGHTS, anytime_file.PINCHES}
-    _check_files(out, own | detector | running)
+    _check_files(out, model_files | detector | running)
     _check_card(out / anytime_file.CARD, anytime_file.FORMAT)
     if anytime_file.has_anytime(out) and not anytime:
         raise _not_again(out)
@@ -64,7 +64,7 @@ def check_replaceable(out: Path, models: Collection[str], anytime: bool = False)
         if folder != out:
             if not (folder / model_file.CARD).is_file():
                 raise _foreign(out, folder.name)
-            _check_files(folder, own)
+            _check_files(folder, model_files)
         _check_card(folder / model_file.CARD, model_file.FORMAT)
         name = "" if folder == out else folder.name
         if (folder / model_file.CARD).exists() and name not in models:
@@ -73,13 +73,13 @@ def check_replaceable(out: Path, models: Collection[str], anytime: bool = False)
 
 
 def replaced(out: Path) -> str:
-    """What is said where a former training was there."""
+    """Return the message that a former training was replaced."""
     return f"replaced the former training in {out}"
 
 
-def _check_files(folder: Path, known: Collection[str]) -> None:
+def _check_files(folder: Path, allowed: Collection[str]) -> None:
     for path in sorted(folder.iterdir()):
-        if path.name not in known and not path.is_dir():
+        if path.name not in allowed and not path.is_dir():
             raise _foreign(folder, path.name)
 
 

@@ -1,4 +1,4 @@
-"""Fit on one side of a split, answer for the other."""
+"""Training on one side of splits, and prediction for the other."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Contact, Dataset, Label, Runner
+from firstcontact.core import FINGERTIP_WINDOW, Contact, Dataset, Label, Runner
 from firstcontact.models._model import WindowModel
 from firstcontact.models._spec import Task
 from firstcontact.models._splits import Split
@@ -18,7 +18,7 @@ from firstcontact.signal import contact_windows
 Windows = NDArray[np.float32]
 Values = NDArray[np.float64]
 #: The window that stiffness is read from, s.
-DURATION = 0.015
+DURATION = FINGERTIP_WINDOW
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,28 +55,28 @@ class LabelledWindows:
 
     @property
     def has_sessions(self) -> bool:
-        """Whether these windows lie in two known sessions or more."""
+        """Return True if these windows lie in two known sessions or more."""
         return len(np.unique(self.sessions)) > 1 and bool((self.sessions != "").all())
 
     @property
     def clusters(self) -> NDArray[np.str_]:
-        """What an interval resamples as a whole: sessions, else specimens, else pinches."""
+        """Return the clusters to resample: sessions, else specimens, else pinches."""
         if self.has_sessions:
             return self.sessions
         if len(np.unique(self.specimens)) > 1 and (self.specimens != "").all():
             return self.specimens
         return np.arange(len(self)).astype(np.str_)
 
-    def take(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> LabelledWindows:
-        """Those at these positions, or where a mask is true."""
+    def take(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> LabelledWindows:
+        """Return the windows at these positions, or where a mask is true."""
         return LabelledWindows(
-            self.X[which],
-            self.y[which],
-            self.sessions[which],
-            self.specimens[which],
-            self.objects[which],
-            self.test[which],
-            self.which[which],
+            self.X[rows],
+            self.y[rows],
+            self.sessions[rows],
+            self.specimens[rows],
+            self.objects[rows],
+            self.test[rows],
+            self.which[rows],
             self.rate,
         )
 
@@ -129,17 +129,17 @@ def labelled_windows(
     conditioned
         As for :func:`firstcontact.signal.contact_windows`.
     """
-    X, kept = contact_windows(dataset, contacts, duration, conditioned=conditioned)
-    known = np.isfinite(target[kept])
-    which = np.flatnonzero(kept)[known]
+    X, has_window = contact_windows(dataset, contacts, duration, conditioned=conditioned)
+    has_target = np.isfinite(target[has_window])
+    positions = np.flatnonzero(has_window)[has_target]
     return LabelledWindows(
-        X[known],
-        target[which],
-        dataset.sessions[which],
-        dataset.specimens[which],
-        dataset.objects[which],
-        dataset.test[which],
-        which,
+        X[has_target],
+        target[positions],
+        dataset.sessions[positions],
+        dataset.specimens[positions],
+        dataset.objects[positions],
+        dataset.test[positions],
+        positions,
         dataset.layout.rate,
     )
 
@@ -218,7 +218,7 @@ def held_out(runner: Runner, questions: Sequence[Question], seed: int) -> list[V
 def held_out_with_spread(
     runner: Runner, questions: Sequence[Question], seed: int
 ) -> list[tuple[Values, Values | None]]:
-    """As :func:`held_out`, each with the spread that the models themselves give, if they do."""
+    """Return :func:`held_out` predictions, each with the spread of the models if they have one."""
     folds = []
     for number, question in enumerate(questions):
         for place, split in enumerate(question.splits):
@@ -228,13 +228,16 @@ def held_out_with_spread(
     plain = [replace(question, options=dict(question.options)) for question in questions]
     answers = runner.map(_held_out, folds, plain, seed)
     out = [np.full((2, len(q.data)), np.nan) for q in questions]
-    told = dict.fromkeys(range(len(questions)), True)
+    has_spread = dict.fromkeys(range(len(questions)), True)
     for (number, place), (predicted, spread) in zip(folds, answers, strict=True):
-        asked = questions[number].splits[place].test
-        out[number][0, asked] = predicted
-        told[number] &= spread is not None
-        out[number][1, asked] = np.nan if spread is None else spread
-    return [(found[0], found[1] if told[number] else None) for number, found in enumerate(out)]
+        test_rows = questions[number].splits[place].test
+        out[number][0, test_rows] = predicted
+        has_spread[number] &= spread is not None
+        out[number][1, test_rows] = np.nan if spread is None else spread
+    return [
+        (predictions[0], predictions[1] if has_spread[number] else None)
+        for number, predictions in enumerate(out)
+    ]
 
 
 def _held_out(

@@ -124,7 +124,7 @@ class RunningAnswers:
             return []
         try:
             if self._known is None:
-                self._known = self._model.known(touches.take(np.zeros(1, np.intp)))
+                self._known = self._model.rig_features(touches.take(np.zeros(1, np.intp)))
             given = self._model.answers(touches, np.repeat(self._known, len(touches), axis=0))
         except InputError as error:
             self._refuse(str(error))

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-RATE = 4936.0
+from firstcontact.core import FINGERTIP_RATE
+
+RATE = FINGERTIP_RATE
 LEVELS = (10.0, 29.0, 60.0)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from firstcontact.contact import DETECTORS
-from firstcontact.models import ESTIMATORS
+from firstcontact.models import window_estimators
 from firstcontact_lab.report import names
 from firstcontact_lab.report.accepted import Accepted
 from firstcontact_lab.report.results.study import SubjectResults
@@ -187,7 +187,7 @@ def briefly(found: Found) -> str:
     used = {name for results in found for name in (*results.blocks, *results.objects)}
     said = [
         f"{entry.title} ({', '.join(f'{key} {value}' for key, value in entry.quick.items())})"
-        for name, entry in ESTIMATORS.items()
+        for name, entry in window_estimators().items()
         if name in used and entry.quick
     ]
     return f" Briefly trained: {', '.join(said)}." if said else ""

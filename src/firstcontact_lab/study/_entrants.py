@@ -17,8 +17,8 @@ from firstcontact.models import (
     Task,
     Touches,
     adapt_network,
-    fit_at_lengths,
     fit_model,
+    fit_window_ladder,
     pretrained,
     registered,
 )
@@ -114,7 +114,7 @@ def fit_answering(
     options = dict(entrant.options)
     own, name = options.pop("regressor", None), options.pop("estimator", None)
     learner = registered(name if own is None else own, options)
-    return fit_at_lengths(learner, touches, shore_a, groups, seed=seed)
+    return fit_window_ladder(learner, touches, shore_a, groups, seed=seed)
 
 
 def _modulus(entrant: Entrant, its: RigSet, learn: Index, ask: Index, seed: int) -> Values:

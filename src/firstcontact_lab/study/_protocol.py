@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from firstcontact.core import Dataset, ForeignCode, InputError, Runner, missing_modules, write_text
-from firstcontact.models import ESTIMATORS
+from firstcontact.models import ESTIMATORS, window_estimators
 from firstcontact_lab.report.findings import Findings, PartResult
 from firstcontact_lab.report.results.file import write_results
 from firstcontact_lab.report.state import State
@@ -74,7 +74,8 @@ def plan(
         What recordings are called in the results.
     """
     subjects: dict[str, Subject] = {}
-    able = [name for name, entry in ESTIMATORS.items() if not missing_modules(entry.modules)]
+    found = window_estimators().items()
+    able = [name for name, entry in found if not missing_modules(entry.modules)]
     fast = [name for name in able if not ESTIMATORS[name].slow]
     slow = [name for name in able if ESTIMATORS[name].slow]
     titles = {True: _titles(slow), False: _titles(fast)}

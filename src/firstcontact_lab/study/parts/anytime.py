@@ -55,7 +55,7 @@ def anytime(subject: Subject, settings: StudySettings) -> PartResult:
     long_enough = known.touches.answerable
     learn = ~subject.dataset.test[known.which]
     objects = known.take(long_enough & ~learn)
-    adapted = told_of(model, home, settings.seed)
+    adapted = conditioned_on(model, home, settings.seed)
     blocks = _blocks(model, home, settings)
     if len(objects):
         answers = answers_by_time(adapted.model, objects.touches)
@@ -90,7 +90,7 @@ def home_of(known: LabelledTouches, subject: Subject) -> LabelledTouches | None:
     return None if len(home) < 4 or len(np.unique(home.shore_a)) < 2 else home
 
 
-def told_of(model: InContextModel, home: LabelledTouches, seed: int) -> Adapted:
+def conditioned_on(model: InContextModel, home: LabelledTouches, seed: int) -> Adapted:
     """The model that knows the rig by these contacts."""
     return adapt_network(model, home.touches, home.shore_a, home.named_sessions, seed)
 
@@ -106,7 +106,7 @@ def _blocks(
         return None
     by_time: dict[int, list[Answers]] = {ms: [] for ms in TIMES}
     for fold in folds:
-        its = told_of(model, home.take(fold.train), settings.seed).model
+        its = conditioned_on(model, home.take(fold.train), settings.seed).model
         for ms, answers in answers_by_time(its, home.take(fold.test).touches).items():
             by_time[ms].append(answers)
     order = np.concatenate([fold.test for fold in folds])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from firstcontact.core import Runner, missing_modules
-from firstcontact.models import ESTIMATORS, TOLERANCE, Task, outcome
+from firstcontact.models import TOLERANCE, Task, outcome, window_estimators
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.report.figures.generalise import generalise_figure
 from firstcontact_lab.report.findings import PartResult
@@ -39,7 +39,7 @@ def generalise(subject: Subject, settings: StudySettings, runner: Runner) -> Par
 def _entrants(settings: StudySettings, place: int) -> list[Entrant]:
     """Everybody that is asked about a set."""
     out = []
-    for name, entry in ESTIMATORS.items():
+    for name, entry in window_estimators().items():
         if entry.baseline or Task.REGRESSION not in entry.tasks or missing_modules(entry.modules):
             continue
         if entry.slow and (settings.brief or place >= SLOW_SETS):

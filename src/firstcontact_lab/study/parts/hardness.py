@@ -26,6 +26,7 @@ from firstcontact.models import (
     random_folds,
     rank_correlation,
     regression_scores,
+    window_estimators,
 )
 from firstcontact_lab.report import names
 from firstcontact_lab.report.figures.hardness import hardness_figure, materials_figure
@@ -175,7 +176,9 @@ def _questions(
 
 def _classifiers() -> list[str]:
     """What is asked for the class, floors last: all that learns it quickly."""
-    able = [n for n, e in ESTIMATORS.items() if Task.CLASSIFICATION in e.tasks and not e.slow]
+    able = [
+        n for n, e in window_estimators().items() if Task.CLASSIFICATION in e.tasks and not e.slow
+    ]
     return sorted(able, key=names.is_floor)
 
 

@@ -10,7 +10,6 @@ from msgspec.structs import asdict
 from firstcontact.core import is_same_rate, one_thread
 from firstcontact.models import (
     DURATION,
-    ESTIMATORS,
     Fit,
     InferenceTime,
     LabelledTouches,
@@ -21,13 +20,14 @@ from firstcontact.models import (
     pretrained,
     time_calls,
     time_inference,
+    window_estimators,
 )
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results.board import read_board
 from firstcontact_lab.report.results.stiffness import InferenceTimes
 from firstcontact_lab.report.results.study import SubjectResults
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.parts.anytime import home_of, told_of
+from firstcontact_lab.study.parts.anytime import conditioned_on, home_of
 from firstcontact_lab.study.settings import StudySettings
 
 #: Contacts that the any-time network is asked about in turn.
@@ -49,7 +49,7 @@ def inference(subject: Subject, settings: StudySettings) -> PartResult:
             ]
         )
     found: dict[str, InferenceTimes] = {}
-    for model, entry in ESTIMATORS.items():
+    for model, entry in window_estimators().items():
         if entry.baseline:
             continue
         times: dict[Task, InferenceTime] = {}
@@ -81,11 +81,11 @@ def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
     home = home_of(known, subject)
     if home is None:
         return None
-    its = told_of(model, home, settings.seed).model
+    its = conditioned_on(model, home, settings.seed).model
     # As live asks: how fast the hand closes is worked out once a contact, before any answer.
     first = moments(model.rate)[0]
     asked = [home.touches.take(np.array([k])).until(first) for k in range(min(len(home), ASKED))]
-    inputs = [(touch, its.known(touch)) for touch in asked]
+    inputs = [(touch, its.rig_features(touch)) for touch in asked]
     with one_thread():
         return time_calls(lambda pair: its.answers(*pair), inputs, settings.calls)
 

@@ -25,6 +25,7 @@ from firstcontact.models import (
     leave_one_out,
     never_learned,
     rank_correlation,
+    window_estimators,
 )
 from firstcontact_lab.report.figures.short_windows import (
     accuracy_figure,
@@ -96,7 +97,9 @@ def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> 
 
 def _ways(subject: Subject) -> list[_Way]:
     """The one that the numbers are of first; then what differs from it."""
-    moves = [n for n, e in ESTIMATORS.items() if e.moves and Task.CLASSIFICATION in e.tasks]
+    moves = [
+        n for n, e in window_estimators().items() if e.moves and Task.CLASSIFICATION in e.tasks
+    ]
     first, *others = moves or [ESTIMATORS.default]
     known = not subject.found
     ways = [_Way(first, False, known)]

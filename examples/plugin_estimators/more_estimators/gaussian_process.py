@@ -16,10 +16,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import INPUT, PURPLE, InputError, Program, RbfKernel, steps
-from firstcontact.models._estimator import Estimator, Reference, target_scale, training_spec
-from firstcontact.models._model import ArraysModel, WindowModel
-from firstcontact.models._spec import Spec, Task, Values, Windows
-from firstcontact.models._svm_model import LEVEL_WEIGHT, level_of, shape_and_level
+from firstcontact.models import (
+    LEVEL_WEIGHT,
+    ArraysModel,
+    Estimator,
+    Reference,
+    Spec,
+    Task,
+    Values,
+    WindowModel,
+    Windows,
+    level_of,
+    shape_and_level,
+    target_scale,
+    training_spec,
+)
 
 #: Windows that a model keeps, and those on which the kernel is chosen.
 KEPT = 800
@@ -34,7 +45,7 @@ class GaussianProcessModel(ArraysModel):
     spec
         What it takes and answers.
     level
-        As :func:`firstcontact.models._svm_model.shape_and_level` takes it.
+        As :func:`firstcontact.models.shape_and_level` takes it.
     inputs
         Of the windows kept, shape (m, inputs).
     weights
@@ -87,7 +98,7 @@ class GaussianProcessModel(ArraysModel):
         }
 
     def _covariance(self, X: Windows) -> NDArray[np.float64]:
-        """Of windows with those kept, shape (n, m)."""
+        """Return the covariance of windows with those of the model, shape (n, m)."""
         x = shape_and_level(X, self._arrays["level"]).astype(np.float64) / self._length
         covariance: NDArray[np.float64] = self._signal * self._shape.rows(x)
         return covariance
@@ -99,8 +110,8 @@ class GaussianProcessModel(ArraysModel):
 
     def spread(self, X: Windows) -> Values:
         """Standard deviation of each answer, noise included, in the unit of the target."""
-        known = self._covariance(X) @ self._arrays["inverse"].T
-        variance = self._signal + self._noise - np.einsum("ij,ij->i", known, known)
+        projected = self._covariance(X) @ self._arrays["inverse"].T
+        variance = self._signal + self._noise - np.einsum("ij,ij->i", projected, projected)
         spread: Values = np.sqrt(np.maximum(variance, self._noise)) * self.target[1]
         return spread
 
@@ -148,14 +159,14 @@ class GaussianProcess(Estimator):
         """See :meth:`Estimator.fit`; the kernel has the highest marginal likelihood."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         level = level_of(X)
-        which = _spaced(y, self.kept, seed)
-        inputs = shape_and_level(X[which], level)
+        positions = _spaced(y, self.kept, seed)
+        inputs = shape_and_level(X[positions], level)
         target = target_scale(self.task, y)
-        wanted = (y[which] - target[0]) / target[1]
+        wanted = (y[positions] - target[0]) / target[1]
         few = _spaced(wanted, SEARCHED, seed)
         signal, length, noise = _kernel(inputs[few], wanted[few])
         scaled = inputs.astype(np.float64) / length
-        covariance = signal * RbfKernel(scaled, 0.5).rows(scaled) + noise * np.eye(len(which))
+        covariance = signal * RbfKernel(scaled, 0.5).rows(scaled) + noise * np.eye(len(positions))
         inverse = np.linalg.inv(np.linalg.cholesky(covariance))
         return GaussianProcessModel(
             spec,
@@ -179,7 +190,7 @@ class GaussianProcess(Estimator):
 
 
 def _spaced(y: Values, most: int, seed: int) -> NDArray[np.intp]:
-    """At most so many positions, soft and hard ones in their shares, ascending."""
+    """Return at most ``most`` positions, ascending, spaced in the order of targets."""
     shuffled = np.random.default_rng(seed).permutation(len(y))
     ordered = shuffled[np.argsort(y[shuffled], kind="stable")]
     spaced = np.linspace(0, len(y) - 1, min(most, len(y))).round().astype(np.intp)

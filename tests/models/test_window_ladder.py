@@ -15,27 +15,27 @@ from sklearn.preprocessing import StandardScaler
 from firstcontact.core import InputError
 from firstcontact.models import (
     ESTIMATORS,
-    AtLengths,
     Touches,
-    fit_at_lengths,
+    fit_window_ladder,
     registered,
+    window_estimators,
 )
-from firstcontact.models._at_lengths import windows
 from firstcontact.models._regressor import fresh
+from firstcontact.models._window_ladder import WindowLadder, windows
 from ringing import LONGEST, SHORTEST, ringing
 
 TOUCHES, SHORE_A, SESSIONS = ringing(120)
-NAMES = [name for name, entry in ESTIMATORS.items() if not entry.slow]
+NAMES = [name for name, entry in window_estimators().items() if not entry.slow]
 
 
-def fitted(**options: Any) -> AtLengths:
-    return fit_at_lengths(registered("peak"), TOUCHES, SHORE_A, SESSIONS, **options)
+def fitted(**options: Any) -> WindowLadder:
+    return fit_window_ladder(registered("peak"), TOUCHES, SHORE_A, SESSIONS, **options)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_estimator_answers_at_every_length(name: str) -> None:
     learn = registered(name, ESTIMATORS.find(name).quick)
-    model = fit_at_lengths(learn, TOUCHES, SHORE_A, SESSIONS)
+    model = fit_window_ladder(learn, TOUCHES, SHORE_A, SESSIONS)
     assert model.lengths == (10, 15, 25, 39, 74)
     for samples in model.lengths:
         answers = model.answers(TOUCHES.until(samples))
@@ -54,7 +54,7 @@ def test_what_comes_after_the_valid_samples_is_not_looked_at(conditioned: bool) 
     for row, end in enumerate(ends):
         spoilt[row, short.before + end :] = np.nan
     models = [
-        fit_at_lengths(registered("svm"), given, SHORE_A, SESSIONS, conditioned=conditioned)
+        fit_window_ladder(registered("svm"), given, SHORE_A, SESSIONS, conditioned=conditioned)
         for given in (short, replace(short, signals=spoilt))
     ]
     first, second = (m.answers(replace(short, signals=spoilt)) for m in models)
@@ -90,11 +90,11 @@ def test_intervals_hold_what_was_promised_of_alike_contacts() -> None:
 
 def test_with_few_contacts_there_is_an_answer_and_no_interval() -> None:
     few = np.arange(20)
-    model = fit_at_lengths(registered("peak"), TOUCHES.take(few), SHORE_A[few])
+    model = fit_window_ladder(registered("peak"), TOUCHES.take(few), SHORE_A[few])
     answers = model.answers(TOUCHES)
     assert (answers.high - answers.low == 100).all()
     with pytest.raises(InputError, match="too few"):
-        fit_at_lengths(registered("peak"), TOUCHES.take(few[:5]), SHORE_A[few[:5]])
+        fit_window_ladder(registered("peak"), TOUCHES.take(few[:5]), SHORE_A[few[:5]])
 
 
 def test_a_class_of_anybody_gets_copies_of_two_dimensions() -> None:
@@ -110,7 +110,7 @@ def test_a_class_of_anybody_gets_copies_of_two_dimensions() -> None:
             return np.full((len(X), 1), self.mean)
 
     before, truth = TOUCHES.signals.copy(), SHORE_A.copy()
-    answers = fit_at_lengths(registered(Mine), TOUCHES, SHORE_A, SESSIONS).answers(TOUCHES)
+    answers = fit_window_ladder(registered(Mine), TOUCHES, SHORE_A, SESSIONS).answers(TOUCHES)
     assert np.allclose(answers.values, SHORE_A.mean())
     assert np.array_equal(TOUCHES.signals, before)
     assert np.array_equal(SHORE_A, truth)
@@ -125,7 +125,7 @@ def test_a_class_with_a_seed_is_given_it() -> None:
             super().__init__(random_state=random_state)
             seeds.append(random_state)
 
-    fit_at_lengths(registered(Seeded), TOUCHES, SHORE_A, SESSIONS, seed=5)
+    fit_window_ladder(registered(Seeded), TOUCHES, SHORE_A, SESSIONS, seed=5)
     assert set(seeds) == {5}
 
 
@@ -156,7 +156,7 @@ def test_any_instance_with_fit_and_predict_will_do() -> None:
             return np.full(len(X), self.value)
 
     given = Mean()
-    answers = fit_at_lengths(registered(given), TOUCHES, SHORE_A, SESSIONS).answers(TOUCHES)
+    answers = fit_window_ladder(registered(given), TOUCHES, SHORE_A, SESSIONS).answers(TOUCHES)
     assert np.allclose(answers.values, SHORE_A.mean())
     assert given.value == 0.0
 
@@ -170,7 +170,7 @@ def test_answers_that_are_no_numbers_are_refused(answer: float) -> None:
             return np.full(len(X), answer)
 
     with pytest.raises(InputError):
-        fit_at_lengths(registered(Bad), TOUCHES, SHORE_A)
+        fit_window_ladder(registered(Bad), TOUCHES, SHORE_A)
 
 
 def test_windows_are_the_signal_itself_unless_they_are_filtered() -> None:

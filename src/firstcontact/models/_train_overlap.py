@@ -1,4 +1,4 @@
-"""What of some pinches a model has learned from: by their samples, and by their names."""
+"""Overlap between evaluation data and a model's training data."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class KnownPinches:
-    """Pinches by what a model knows of them; each lies in one group, shape (pinches,).
+class TrainOverlap:
+    """Masks of pinches by their relation to a model's training, shape (pinches,).
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class KnownPinches:
         }
 
     def warnings(self, scored: NDArray[np.intp]) -> list[str]:
-        """What to know of the pinches at these positions, one line each."""
+        """Return warnings about the pinches at these positions, one line each."""
         seen, namesakes = int(self.seen[scored].sum()), int(self.namesakes[scored].sum())
         apart = "reported apart and say nothing of its errors in use"
         lines = []
@@ -91,8 +91,8 @@ class Named(Protocol):
     def specimens(self) -> tuple[str, ...]: ...
 
 
-def known_pinches(dataset: Dataset, learned_from: Named, digests: Digests | None) -> KnownPinches:
-    """Tell pinches apart by what a model learned from.
+def train_overlap(dataset: Dataset, learned_from: Named, digests: Digests | None) -> TrainOverlap:
+    """Group pinches by their relation to a model's training.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def known_pinches(dataset: Dataset, learned_from: Named, digests: Digests | None
     # Other people's sessions have the same names: only of the same source do they say anything.
     session = np.isin(dataset.sessions, learned_from.sessions) & ~dataset.test & ~seen
     session &= learned_from.source == dataset.source
-    return KnownPinches(
+    return TrainOverlap(
         seen,
         specimen & session,
         session & ~specimen,

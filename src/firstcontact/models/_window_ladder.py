@@ -1,4 +1,4 @@
-"""What learns from windows of one length, asked at several times after a contact.
+"""Ladder of window models: one for each of several lengths after a contact.
 
 One model a length, each with a conformal interval from sessions that it had not seen: so the
 registered estimators, and anybody's regressor, stand beside what answers at any time.
@@ -58,7 +58,7 @@ def registered(estimator: object, options: Mapping[str, Any] | None = None) -> L
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _OneLength:
-    """What answers after so many samples; without an interval where too few were held out."""
+    """Model of one window length, without an interval where too few windows were held out."""
 
     samples: int
     ask: Ask
@@ -67,7 +67,7 @@ class _OneLength:
     interval: Interval | None
 
 
-class AtLengths:
+class WindowLadder:
     """Models of several lengths; each contact is answered for by the longest that it fills.
 
     Parameters
@@ -105,21 +105,21 @@ class AtLengths:
         strange = np.ones(n, np.bool_)
         place = np.searchsorted(self.lengths, touches.valid, side="right") - 1
         for number, model in enumerate(self._models):
-            its = np.flatnonzero(place == number)
-            X = windows(touches.take(its), model.samples, self._conditioned)
-            its, X = its[usable(X)], X[usable(X)]
-            if not len(its):
+            rows = np.flatnonzero(place == number)
+            X = windows(touches.take(rows), model.samples, self._conditioned)
+            rows, X = rows[usable(X)], X[usable(X)]
+            if not len(rows):
                 continue
-            values[its] = np.clip(_checked(model.ask(X), len(X)), *SHORE_A)
-            spreads[its] = model.sd
-            strange[its] = False
+            values[rows] = np.clip(_checked(model.ask(X), len(X)), *SHORE_A)
+            spreads[rows] = model.sd
+            strange[rows] = False
             if model.interval is not None:
-                ends = np.array([model.interval.around(float(v)) for v in values[its]])
-                low[its], high[its] = ends.T
+                ends = np.array([model.interval.around(float(v)) for v in values[rows]])
+                low[rows], high[rows] = ends.T
         return Answers(values, spreads, low, high, strange)
 
 
-def fit_at_lengths(
+def fit_window_ladder(
     learn: Learn,
     touches: Touches,
     shore_a: Values,
@@ -129,7 +129,7 @@ def fit_at_lengths(
     level: float = 0.9,
     lengths: Sequence[float] = LENGTHS,
     conditioned: bool = False,
-) -> AtLengths:
+) -> WindowLadder:
     """Train a model for each length, on the contacts that fill it before the second one.
 
     Parameters
@@ -159,18 +159,18 @@ def fit_at_lengths(
     models = []
     for length in lengths:
         samples = samples_in(length, touches.rate)
-        which = np.flatnonzero(touches.valid >= samples)
-        X = windows(touches.take(which), samples, conditioned)
+        positions = np.flatnonzero(touches.valid >= samples)
+        X = windows(touches.take(positions), samples, conditioned)
         good = usable(X)
-        X, y = X[good], shore_a[which[good]]
-        its = None if groups is None else groups[which[good]]
+        X, y = X[good], shore_a[positions[good]]
+        sessions = None if groups is None else groups[positions[good]]
         if len(y) >= LEAST:
-            models.append(_fitted(learn, X, y, its, samples, touches.rate, seed, level))
+            models.append(_fitted(learn, X, y, sessions, samples, touches.rate, seed, level))
     if not models:
         raise InputError(
             f"{len(touches)} contacts are too few to learn from: record {LEAST} or more pinches"
         )
-    return AtLengths(models, touches.rate, conditioned)
+    return WindowLadder(models, touches.rate, conditioned)
 
 
 def _fitted(
@@ -183,15 +183,19 @@ def _fitted(
     seed: int,
     level: float,
 ) -> _OneLength:
-    held = np.full(len(y), np.nan)
+    predicted = np.full(len(y), np.nan)
     for train, ask in inner_folds(y, groups, seed, FOLDS):
-        its = None if groups is None else groups[train]
-        held[ask] = _checked(learn(X[train], y[train], its, rate, seed)(X[ask]), len(ask))
-    asked = np.isfinite(held)
-    answered = np.clip(held[asked], *SHORE_A)
-    enough = asked.sum() >= least_answers(level)
-    interval = conformal_interval(answered, y[asked], level) if enough else None
-    sd = float(np.sqrt(np.mean((answered - y[asked]) ** 2))) if asked.any() else float(y.std())
+        sessions = None if groups is None else groups[train]
+        predicted[ask] = _checked(learn(X[train], y[train], sessions, rate, seed)(X[ask]), len(ask))
+    has_prediction = np.isfinite(predicted)
+    answered = np.clip(predicted[has_prediction], *SHORE_A)
+    enough = has_prediction.sum() >= least_answers(level)
+    interval = conformal_interval(answered, y[has_prediction], level) if enough else None
+    sd = (
+        float(np.sqrt(np.mean((answered - y[has_prediction]) ** 2)))
+        if has_prediction.any()
+        else float(y.std())
+    )
     return _OneLength(
         samples, learn(X, y, groups, rate, seed), float(y.mean()), max(sd, 1e-3), interval
     )
@@ -221,11 +225,11 @@ def windows(touches: Touches, samples: int, conditioned: bool = False) -> Window
 
 
 def _checked(answers: Values, n: int) -> Values:
-    found = np.asarray(answers, dtype=np.float64)
-    if found.shape != (n,) or not np.isfinite(found).all():
+    values = np.asarray(answers, dtype=np.float64)
+    if values.shape != (n,) or not np.isfinite(values).all():
         raise InputError(
-            f"the regressor answered {n} windows with an array of shape {found.shape}"
-            f"{'' if np.isfinite(found).all() else ' that holds what is no number'}: it must give "
+            f"the regressor answered {n} windows with an array of shape {values.shape}"
+            f"{'' if np.isfinite(values).all() else ' that holds what is no number'}: it must give "
             "one finite Shore A value a window"
         )
-    return found
+    return values

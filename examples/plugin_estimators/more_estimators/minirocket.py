@@ -17,10 +17,19 @@ from numpy.typing import NDArray
 
 from firstcontact.core import INPUT, ORANGE, InputError, Program, steps
 from firstcontact.core.shape_steps import shares_above
-from firstcontact.models._estimator import Estimator, target_scale, training_spec
-from firstcontact.models._model import ArraysModel, WindowModel
-from firstcontact.models._spec import Spec, Task, Values, Windows
-from firstcontact.models._svm_model import log_rms
+from firstcontact.models import (
+    ArraysModel,
+    Estimator,
+    Spec,
+    Task,
+    Values,
+    WindowModel,
+    Windows,
+    inner_folds,
+    log_rms,
+    target_scale,
+    training_spec,
+)
 
 #: Taps of a kernel, and the weight of the three that are not -1.
 TAPS, HIGH = 9, 2.0
@@ -43,7 +52,7 @@ def dilations(samples: int) -> NDArray[np.int64]:
 
 
 def convolve(X: Values, dilation: int) -> Values:
-    """All kernels over windows (n, samples), zeros around them: (n, 84, samples)."""
+    """Convolve windows (n, samples) with all kernels, zero-padded: (n, 84, samples)."""
     reach = dilation * (TAPS // 2)
     padded = np.pad(X, ((0, 0), (reach, reach)))
     starts = dilation * np.arange(TAPS)[:, None] + np.arange(X.shape[1])
@@ -120,7 +129,7 @@ class MiniRocketModel(ArraysModel):
 
     @property
     def notes(self) -> Mapping[str, Any]:
-        """How many features there are, and the ridge that was chosen."""
+        """Return the number of features, and the ridge that was chosen."""
         return {"features": self._weights.shape[1], "ridge": float(self._arrays["ridge"][0])}
 
     def outputs(self, X: Windows) -> NDArray[np.float32]:
@@ -136,11 +145,11 @@ class MiniRocketModel(ArraysModel):
 
     def program(self) -> Program:
         """Shape and level, shares above the biases, and the linear model."""
-        own, spec = self._arrays, self.spec
+        arrays, spec = self._arrays, self.spec
         n = spec.samples * spec.channels
-        dilated = [int(step) for step in own["dilations"]]
+        dilated = [int(step) for step in arrays["dilations"]]
         chain = (
-            shares_above(INPUT, "shares", spec.samples, spec.channels, dilated, own["biases"]),
+            shares_above(INPUT, "shares", spec.samples, spec.channels, dilated, arrays["biases"]),
             steps.dense("shares", "outputs", self._weights, self._offsets),
         )
         return Program(n, chain, "outputs")
@@ -179,10 +188,10 @@ class MiniRocket(Estimator):
         spec = training_spec(self.task, self.rate, X, y, groups)
         steps = dilations(X.shape[1] * X.shape[2])
         biases = _biases(normalised(X), steps, seed)
-        known = np.concatenate(
+        inputs = np.concatenate(
             [features(X[i : i + _BATCH], steps, biases) for i in range(0, len(X), _BATCH)]
         )
-        mean, scale = known.mean(axis=0), known.std(axis=0)
+        mean, scale = inputs.mean(axis=0), inputs.std(axis=0)
         scale = np.where(scale > 1e-6, scale, 1.0).astype(np.float32)
         regression = self.task is Task.REGRESSION
         target = target_scale(self.task, y)
@@ -191,7 +200,7 @@ class MiniRocket(Estimator):
             if regression
             else np.where(y[:, None] == np.array(spec.classes), 1.0, -1.0)
         )
-        weights, ridge = _ridge((known - mean) / scale, wanted, y, groups, seed)
+        weights, ridge = _ridge((inputs - mean) / scale, wanted, y, groups, seed)
         return MiniRocketModel(
             spec, steps.astype(np.float64), biases, mean, scale, weights, target, np.array([ridge])
         )
@@ -203,17 +212,17 @@ def _biases(waves: Values, steps: NDArray[np.int64], seed: int) -> NDArray[np.fl
     # Low-discrepancy quantiles by the golden ratio, as published.
     golden = (np.arange(1, len(steps) * len(KERNELS) * k + 1) * (np.sqrt(5) - 1) / 2) % 1.0
     levels = golden.reshape(len(steps), len(KERNELS), k)
-    some = np.random.default_rng(seed).permutation(len(waves))[:_BATCH]
+    chosen = np.random.default_rng(seed).permutation(len(waves))[:_BATCH]
     biases = np.empty(levels.shape, dtype=np.float32)
     for i, step in enumerate(steps):
-        ordered = np.sort(convolve(waves[some], int(step)).transpose(1, 0, 2).reshape(84, -1))
+        ordered = np.sort(convolve(waves[chosen], int(step)).transpose(1, 0, 2).reshape(84, -1))
         places = (levels[i] * (ordered.shape[1] - 1)).round().astype(np.intp)
         biases[i] = np.take_along_axis(ordered, places, axis=1)
     return biases
 
 
 def _ridge(
-    known: NDArray[np.float32],
+    inputs: NDArray[np.float32],
     wanted: NDArray[np.float64],
     y: Values,
     groups: NDArray[Any] | None,
@@ -223,12 +232,10 @@ def _ridge(
     from sklearn.linear_model import Ridge
     from sklearn.model_selection import GridSearchCV
 
-    from firstcontact.models._folds import inner_folds
-
-    folds = [(learn, held) for learn, held in inner_folds(y, groups, seed) if len(held)]
+    folds = list(inner_folds(y, groups, seed))
     search = GridSearchCV(
         Ridge(), {"alpha": RIDGES}, scoring="neg_mean_squared_error", cv=folds, refit=True
-    ).fit(known.astype(np.float64), wanted)
+    ).fit(inputs.astype(np.float64), wanted)
     best = search.best_estimator_
     weights = np.column_stack([np.atleast_2d(best.coef_), np.atleast_1d(best.intercept_)])
     return weights.astype(np.float32), float(best.alpha)

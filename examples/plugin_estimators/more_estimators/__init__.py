@@ -1,0 +1,1 @@
+"""Estimators of firstcontact from another package: Gaussian process and MiniRocket."""

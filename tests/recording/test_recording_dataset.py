@@ -125,7 +125,7 @@ def test_paths_may_be_strings(tmp_path, layout, pinches):
 
 def test_no_public_function_asks_for_a_path_object():
     """``open`` takes strings, so users give strings: an AttributeError says nothing to them."""
-    rooms = re.split(r"^## (firstcontact\S*)$", PAGE.read_text(encoding="utf-8"), flags=re.M)[1:]
+    rooms = re.split(r"^###? (firstcontact\S*)$", PAGE.read_text(encoding="utf-8"), flags=re.M)[1:]
     assert rooms
     for room, table in zip(rooms[::2], rooms[1::2], strict=True):
         for name in re.findall(r"^\| `(\w+)` \|", table, flags=re.M):
@@ -142,6 +142,6 @@ def test_a_dataset_shows_counts_and_no_samples(pinches):
     dataset = Dataset(pinches, "synthetic")
     text = repr(dataset)
     assert len(text) < 200
-    for part in ("6 pinches", "1 objects", "2 sessions", "Hz", "synthetic"):
+    for part in ("6 pinches", "1 object,", "2 sessions", "Hz", "synthetic"):
         assert part in text
     assert "0 pinches" in repr(Dataset(()))
